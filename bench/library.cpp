@@ -1,0 +1,96 @@
+#include "bench/library.hpp"
+
+#include <stdexcept>
+
+namespace throng::bench {
+namespace {
+
+enum class Form {
+  warmed,  // one Finder, which keeps its memory
+  cold,    // a new Finder each time
+  vector,  // find_pairs: returns a vector
+};
+
+class Library : public Contender {
+ public:
+  Library(const Options& options, Form form) : options_(options), form_(form), finder_(options) {}
+
+  void place(const Input&) override {
+    if (form_ == Form::cold) finder_ = Finder(options_);
+  }
+  void run(const Input& in) override {
+    Boxes boxes(in.boxes, in.count);
+    if (in.worlds) boxes.filters.world = {in.worlds, in.count};
+    if (form_ == Form::vector) {
+      pairs_ = find_pairs(boxes, options_);
+      result_.found = pairs_.size();
+      return;
+    }
+    result_ = finder_.find(boxes);
+    if (!result_.ok()) throw std::runtime_error(result_.message);
+  }
+  void collect(const Input&, std::vector<Pair>& out) const override {
+    if (form_ == Form::vector) {
+      out.insert(out.end(), pairs_.begin(), pairs_.end());
+    } else {
+      const Pairs pairs = finder_.pairs();
+      out.insert(out.end(), pairs.begin(), pairs.end());
+    }
+  }
+  const Result& result() const { return result_; }
+
+ private:
+  Options options_;
+  Form form_;
+  Finder finder_;
+  std::vector<Pair> pairs_;
+  Result result_;
+};
+
+Entry entry(const std::string& name, const std::string& note, Options options,
+            Form form = Form::warmed) {
+  return {name, note, "", Kind::library, true, [options, form](unsigned threads) {
+            Options o = options;
+            o.threads = threads;
+            return std::make_unique<Library>(o, form);
+          }};
+}
+
+bool supported(Isa isa) {
+  Options o;
+  o.isa = isa;
+  const Box box{{0, 0, 0}, {1, 1, 1}};
+  Finder finder(o);
+  return finder.find(Boxes(&box, 1)).ok();
+}
+
+}  // namespace
+
+std::vector<Entry> library_entries(bool isas) {
+  Options plain, canonical, all_pairs, grid;
+  canonical.order = Order::canonical;
+  all_pairs.algorithm = Algorithm::all_pairs;
+  grid.algorithm = Algorithm::grid;
+  std::vector<Entry> all = {
+      entry(main_row, "any order, planned anew each frame, a warmed Finder", plain),
+      entry("Throng, canonical order", "sorted by first, then second", canonical),
+      entry("Throng, grid", "the algorithm given", grid),
+      entry("Throng, all pairs", "the algorithm given; small n only", all_pairs),
+      entry("Throng, cold", "a new Finder each time", plain, Form::cold),
+      entry("Throng, find_pairs", "returns a new vector each time", plain, Form::vector)};
+  if (!isas) return all;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (!supported(isa)) continue;
+    Options o;
+    o.isa = isa;
+    all.push_back(entry(std::string("Throng, ") + to_string(isa), "the instruction set given", o));
+  }
+  return all;
+}
+
+std::optional<Result> library_result(const Contender& contender) {
+  const auto* library = dynamic_cast<const Library*>(&contender);
+  return library ? std::optional<Result>(library->result()) : std::nullopt;
+}
+
+}  // namespace throng::bench

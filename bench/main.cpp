@@ -1,0 +1,222 @@
+// throng-bench: Throng against what a user would pick instead.
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#if defined(__unix__)
+#include <unistd.h>
+#endif
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "bench/cases.hpp"
+#include "bench/library.hpp"
+#include "bench/machine.hpp"
+#include "bench/measure.hpp"
+#include "bench/rivals.hpp"
+#include "bench/tell.hpp"
+#include "report/format.hpp"
+
+namespace throng::bench {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> files, scenes, objects, rivals;
+  std::vector<unsigned> threads;
+  std::string isa, csv, html;
+  int rounds = 0;
+  double budget = 780;
+  bool quick = false, no_rivals = false, no_memory = false, json = false;
+  int peak_of = -1;
+};
+
+// "1000", "100K", "1M", "2.5M".
+std::size_t parse_count(const std::string& text) {
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = std::string::npos;
+  }
+  double unit = 0;
+  if (used == text.size()) unit = 1;
+  if (used + 1 == text.size())
+    unit = text[used] == 'K' || text[used] == 'k' ? 1e3 : text[used] == 'M' ? 1e6 : 0;
+  if (unit == 0 || !(value * unit >= 1 && value * unit <= 4e9)) {
+    throw std::invalid_argument("'" + text +
+                                "' is no number of boxes: give 1000, 100K or 2.5M, say");
+  }
+  return static_cast<std::size_t>(value * unit + 0.5);
+}
+
+bool on_terminal(std::FILE* file) {
+#if defined(__unix__)
+  return isatty(fileno(file)) != 0;
+#else
+  (void)file;
+  return false;
+#endif
+}
+
+std::vector<Entry> choose_entries(const Arguments& a) {
+  std::vector<Entry> all = library_entries(a.isa == "all");
+  if (a.no_rivals) return all;
+  for (Entry& e : rival_entries()) {
+    bool wanted = a.rivals.empty();
+    for (const std::string& r : a.rivals)
+      wanted = wanted ||
+               CLI::detail::to_lower(e.name).find(CLI::detail::to_lower(r)) != std::string::npos;
+    if (wanted) all.push_back(std::move(e));
+  }
+  return all;
+}
+
+std::size_t frames_for(std::size_t objects) {
+  return objects <= 10000 ? 16 : objects <= 100000 ? 8 : 3;
+}
+
+int run(const Arguments& a) {
+  std::vector<SceneChoice> scenes;
+  for (const std::string& s : a.scenes) scenes.push_back(find_scene(s));
+  for (const std::string& s : a.files) scenes.push_back(find_scene(s));
+  std::vector<std::size_t> sizes;
+  for (const std::string& n : a.objects) sizes.push_back(parse_count(n));
+  std::sort(sizes.begin(), sizes.end());
+
+  if (a.peak_of >= 0) {  // the child that measures memory
+    // Numbered as the parent numbers them, which chose with the same options.
+    const std::vector<Entry> entries = choose_entries(a);
+    const Case c = make_case(scenes.at(0), sizes.at(0), 2);
+    fmt::print("{}\n", Bench::peak_growth(entries.at(static_cast<std::size_t>(a.peak_of)), c,
+                                          a.threads.at(0)));
+    return 0;
+  }
+
+  Settings settings;
+  settings.rounds = a.rounds > 0 ? a.rounds : a.quick ? 3 : 5;
+  settings.threads = a.threads;
+  if (settings.threads.empty()) {
+    settings.threads = {1};
+    if (hardware_threads() > 1) settings.threads.push_back(hardware_threads());
+  }
+  settings.budget_seconds = a.budget;
+  if (a.isa == "all") settings.entry_options += " --isa all";
+  if (a.no_rivals) settings.entry_options += " --no-rivals";
+  for (const std::string& r : a.rivals) {
+    // Only letters and digits are passed on to a shell; memory is not measured otherwise.
+    const bool plain =
+        std::all_of(r.begin(), r.end(), [](unsigned char ch) { return std::isalnum(ch); });
+    if (!plain) settings.memory = false;
+    settings.entry_options += " --rivals " + r;
+  }
+  settings.memory = settings.memory && !a.no_memory && !a.quick;
+  if (a.quick) settings.contender_seconds = 0.1;
+  const bool progress = on_terminal(stderr);
+  if (progress)
+    settings.progress = [](const std::string& text) {
+      std::fprintf(stderr, "\r\033[K%s", text.substr(0, 78).c_str());
+    };
+  if (scenes.empty()) {
+    if (a.quick)
+      scenes = {find_scene("uniform"), find_scene("pile"), find_scene("mixed")};
+    else
+      scenes = all_scenes();
+  }
+  std::vector<std::size_t> scene_sizes = sizes;
+  if (sizes.empty())
+    scene_sizes = a.quick ? std::vector<std::size_t>{1000, 10000, 100000}
+                          : std::vector<std::size_t>{1000, 10000, 100000, 1000000};
+
+  Findings f;
+  f.machine = machine_description();
+  for (const unsigned t : settings.threads) f.bandwidth.push_back({t, copy_bandwidth(t)});
+  if (!a.json) fmt::print("{}\n", machine_table(f).text());
+  Bench bench(settings, choose_entries(a));
+  for (const SceneChoice& scene : scenes) {
+    const bool file = scene.name.empty();
+    for (std::size_t n : file ? std::vector<std::size_t>{0} : scene_sizes) {
+      const Case c = make_case(scene, n, file ? 8 : frames_for(n));
+      if (c.objects == 0) continue;
+      if (file) {
+        // Smaller parts first, so that who would take minutes on the whole is found out.
+        for (const std::size_t part : {c.objects / 64, c.objects / 8})
+          if (part >= 100) bench.measure(make_case(scene, part, 2));
+      }
+      std::vector<Row> rows = bench.measure(c);
+      f.rows.insert(f.rows.end(), rows.begin(), rows.end());
+      if (progress) std::fprintf(stderr, "\r\033[K");
+      if (!a.json) {
+        fmt::print("{}\n", case_table(f, c.scene.label, c.objects).text());
+        std::fflush(stdout);
+      }
+    }
+  }
+  if (a.json) {
+    fmt::print("{}", json(f));
+  } else {
+    fmt::print("{}\n", summary_table(f).text());
+    if (yardstick_table(f).rows() > 0) fmt::print("{}\n", yardstick_table(f).text());
+    fmt::print("{:.0f} s in all.\n", bench.seconds());
+  }
+  if (!a.csv.empty()) report::write_text(a.csv, all_rows(f).csv());
+  if (!a.html.empty()) report::write_text(a.html, page(f).html());
+  const std::vector<std::string> wrong = disagreements(f);
+  for (const std::string& line : wrong) fmt::print(stderr, "DISAGREEMENT: {}\n", line);
+  return wrong.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace throng::bench
+
+int main(int argc, char** argv) {
+  using namespace throng::bench;
+  CLI::App app{
+      "Throng against what a user would pick instead, on scenes and on files.\n\n"
+      "Examples:\n"
+      "  throng-bench --quick\n"
+      "  throng-bench --csv results.csv --html results.html\n"
+      "  throng-bench --scene uniform --objects 1K,100K --rivals plain,embree\n"
+      "  throng-bench boxes.npy --isa all\n"
+      "Exit status: 0 done, 1 contenders found different pairs, 2 bad usage or a bad file.",
+      "throng-bench"};
+  Arguments a;
+  app.add_option("files", a.files, "Boxes in .npy files, (n, 6) or (frames, n, 6)");
+  app.add_option("--scene", a.scenes, "Scenes by name; all by default. May be given again");
+  app.add_option("--objects", a.objects, "Numbers of boxes, such as 1K,10K,100K,1M")
+      ->delimiter(',');
+  app.add_option("--rounds", a.rounds, "Interleaved rounds; 5 by default")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--threads", a.threads, "Thread counts, such as 1,2; 1 and all by default")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--rivals", a.rivals, "Only those whose name contains one of these words")
+      ->delimiter(',');
+  app.add_flag("--no-rivals", a.no_rivals, "Only Throng's own rows");
+  app.add_option("--isa", a.isa, "'all': a row for each instruction set")
+      ->check(CLI::IsMember({"auto", "all"}));
+  app.add_option("--csv", a.csv, "Write all rows to this file");
+  app.add_option("--html", a.html, "Write a page with tables and plots to this file");
+  app.add_flag("--json", a.json, "Print one JSON object instead of tables");
+  app.add_flag("--quick", a.quick, "Three scenes up to 100K boxes, in under a minute");
+  app.add_flag("--no-memory", a.no_memory, "Do not measure peak memory");
+  app.add_option("--budget", a.budget, "Seconds after which slow rivals are left out")
+      ->check(CLI::Range(1.0, 1e6));
+  app.add_option("--peak-of", a.peak_of)->group("");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  try {
+    return run(a);
+  } catch (const std::exception& e) {
+    std::fflush(stdout);
+    fmt::print(stderr, "throng-bench: {}\n", e.what());
+    return 2;
+  }
+}

@@ -1,0 +1,17 @@
+// The commands. Each adds itself to the program's command line; what it returns runs it.
+#pragma once
+
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+namespace throng::cli {
+
+using Run = std::function<int()>;  // gives the exit status
+
+Run add_pairs(CLI::App& program);
+Run add_scene(CLI::App& program);
+Run add_check(CLI::App& program);
+Run add_demo(CLI::App& program);
+
+}  // namespace throng::cli

@@ -1,0 +1,99 @@
+#include "cli/input.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <new>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "cli/console.hpp"
+#include "cli/failure.hpp"
+#include "report/format.hpp"
+
+namespace throng::cli {
+namespace {
+
+// Reads by `read`, and tells how much was asked for where there is not so much memory: the file's
+// own size, as a reader asks for no more than the file can fill.
+template <class Read>
+auto reading(const std::string& path, Read read) {
+  try {
+    return read();
+  } catch (const std::bad_alloc&) {
+    std::error_code error;
+    const auto size = std::filesystem::file_size(path, error);
+    throw Failure(
+        fmt::format("{}: out of memory; about {} bytes were asked for to hold it", path,
+                    error ? std::string("an unknown number of") : report::format_count(size)));
+  }
+}
+
+template <class T>
+Strided<T> strided(const std::vector<T>& values) {
+  return values.empty() ? Strided<T>{} : Strided<T>{values.data(), values.size(), sizeof(T)};
+}
+
+}  // namespace
+
+BoxSet::BoxSet(const std::string& path, const FilterFiles& files, bool round_outward)
+    : path_(path), boxes_(reading(path, [&] { return scene::read_boxes(path, round_outward); })) {
+  const auto load = [&](const std::string& file, auto& values, auto* read) {
+    if (!file.empty()) values = reading(file, [&] { return read(file, count()); });
+  };
+  load(files.group, group_, &scene::read_u32);
+  load(files.mask, mask_, &scene::read_u32);
+  load(files.owner, owner_, &scene::read_i32);
+  load(files.world, world_, &scene::read_i32);
+  load(files.is_static, is_static_, &scene::read_u8);
+  // Told here because only here the file's name is known.
+  const auto bad = std::find_if(world_.begin(), world_.end(), [](auto w) { return w < -1; });
+  if (bad != world_.end()) {
+    throw Failure(fmt::format("{}: found world {} at box {}, wanted -1 (every world) or more",
+                              files.world, *bad, bad - world_.begin()));
+  }
+}
+
+Boxes BoxSet::frame(std::size_t f) const {
+  Boxes view(boxes_.frame(frames() == 1 ? 0 : f), count());
+  view.filters.group = strided(group_);
+  view.filters.mask = strided(mask_);
+  view.filters.owner = strided(owner_);
+  view.filters.world = strided(world_);
+  view.filters.is_static = strided(is_static_);
+  return view;
+}
+
+Input::Input(const InputArguments& arguments)
+    : a_(arguments.a, arguments.filters_a, arguments.round_outward) {
+  const FilterFiles& f = arguments.filters_b;
+  if (!arguments.b.empty()) {
+    b_.emplace(arguments.b, f, arguments.round_outward);
+    if (a_.frames() != b_->frames() && a_.frames() != 1 && b_->frames() != 1) {
+      throw Failure(fmt::format("{}: found {} frames, wanted 1 or the {} of {}", b_->path(),
+                                b_->frames(), a_.frames(), a_.path()));
+    }
+  } else if (!(f.group + f.mask + f.owner + f.world + f.is_static).empty()) {
+    throw Failure("found a filter that ends in -b, wanted a second file of boxes for it");
+  }
+}
+
+std::size_t Input::frames() const noexcept {
+  if (b_ && a_.frames() == 1) return b_->frames();
+  return a_.frames();
+}
+
+std::string Input::name(std::size_t frame) const {
+  std::string name = a_.path();
+  if (b_) name += " and " + b_->path();
+  if (frames() > 1) name += fmt::format(", frame {}", frame);
+  return name;
+}
+
+void require_ok(const Result& result, const Input& input, std::size_t frame) {
+  if (result.ok()) return;
+  throw Failure(fmt::format("{}: {}", input.name(frame),
+                            result.message[0] ? result.message : to_string(result.status)));
+}
+
+}  // namespace throng::cli

@@ -1,0 +1,57 @@
+// The boxes and filters of a command, read from its files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+
+#include "cli/search_options.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::cli {
+
+// One file of boxes with the files of its filters, all in memory.
+class BoxSet {
+ public:
+  // Throws FileError, or Failure where memory is short.
+  BoxSet(const std::string& path, const FilterFiles& files, bool round_outward);
+
+  const std::string& path() const noexcept { return path_; }
+  std::size_t frames() const noexcept { return boxes_.frames; }
+  std::size_t count() const noexcept { return boxes_.count; }
+  // A file of one frame is that frame for ever.
+  Boxes frame(std::size_t f) const;
+
+ private:
+  std::string path_;
+  scene::BoxFile boxes_;
+  std::vector<std::uint32_t> group_, mask_;
+  std::vector<std::int32_t> owner_, world_;
+  std::vector<std::uint8_t> is_static_;
+};
+
+// One set or two, of as many frames; a set of one frame stands still beside one of many.
+class Input {
+ public:
+  explicit Input(const InputArguments& arguments);
+
+  const BoxSet& a() const noexcept { return a_; }
+  const std::optional<BoxSet>& b() const noexcept { return b_; }
+  std::size_t frames() const noexcept;
+  // "A.npy", "A.npy and B.npy", and the frame where there are several: for messages.
+  std::string name(std::size_t frame) const;
+
+ private:
+  BoxSet a_;
+  std::optional<BoxSet> b_;
+};
+
+// Throws Failure, with the input's name before the library's words, unless `result` is fine.
+void require_ok(const Result& result, const Input& input, std::size_t frame);
+
+}  // namespace throng::cli

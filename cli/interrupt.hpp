@@ -1,0 +1,27 @@
+// Ctrl-C while a file is being written: the writer takes its half file away before the program
+// ends.
+#pragma once
+
+namespace throng::cli {
+
+struct Interrupted {};
+
+// While one lives, SIGINT and SIGTERM only set a flag, which the writing loop asks for; the second
+// one kills. Everywhere else they end the program at once, as there is nothing to clean up.
+class InterruptGuard {
+ public:
+  InterruptGuard();
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+  // Throws Interrupted once a signal came.
+  void check() const;
+};
+
+// A pipe that nobody reads must be an error of the write, not the end of the program: half files
+// are to be cleared away. Undone for programs that are started from here.
+void ignore_broken_pipes();
+void restore_broken_pipes();
+
+}  // namespace throng::cli

@@ -1,0 +1,131 @@
+// throng: every pair of overlapping boxes, from the command line.
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <throng/find_pairs.hpp>
+#include <throng/version.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/companion.hpp"
+#include "cli/console.hpp"
+#include "cli/failure.hpp"
+#include "cli/interrupt.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::cli {
+namespace {
+
+const char* help_text =
+    R"(Examples:
+  throng demo
+  throng scene uniform --objects 100K -o boxes.npy
+  throng pairs boxes.npy
+  throng check boxes.npy
+'throng COMMAND --help' tells the options of each.)";
+
+// Commands that are programs of their own, beside this one.
+struct Companion {
+  const char* command;
+  const char* program;
+  const char* what;
+};
+constexpr Companion companions[] = {
+    {"bench", "throng-bench", "Measure against other libraries"},
+    {"paper", "throng-paper", "The paper's tables and figures, measured here"},
+};
+
+const Companion* companion_of(const std::string& command) {
+  for (const Companion& companion : companions) {
+    if (command == companion.command) return &companion;
+  }
+  return nullptr;
+}
+
+int start(const Companion& companion, const std::vector<std::string>& arguments) {
+  const std::string path = find_companion(companion.program);
+  if (path.empty()) {
+    throw Failure(
+        fmt::format("throng {}: found no program {} beside this one, which it runs; build "
+                    "it with: cmake --build BUILD --target {}",
+                    companion.command, companion.program, companion.program));
+  }
+  return start_companion(path, arguments);
+}
+
+int dispatch(int argc, char** argv) {
+  // Their arguments are theirs, --help among them: they never come to the parser here.
+  if (argc > 1) {
+    if (const Companion* companion = companion_of(argv[1])) {
+      return start(*companion, {argv + 2, argv + argc});
+    }
+  }
+  CLI::App app("throng finds every pair of overlapping boxes among very many.", "throng");
+  app.footer(help_text);
+  app.set_version_flag("--version", "throng " THRONG_VERSION);
+  app.require_subcommand(1);
+  std::vector<std::pair<std::string, Run>> runs;
+  runs.emplace_back("demo", add_demo(app));
+  runs.emplace_back("pairs", add_pairs(app));
+  runs.emplace_back("scene", add_scene(app));
+  runs.emplace_back("check", add_check(app));
+  for (const Companion& companion : companions) {
+    // `bench` is named even where it is not built, so that one learns how to get it.
+    if (std::string(companion.command) == "bench" || !find_companion(companion.program).empty()) {
+      app.add_subcommand(companion.command, companion.what);
+    }
+  }
+  if (argc > 1 && argv[1][0] != '-') {
+    std::string commands;
+    bool known = false;
+    for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+      commands += (commands.empty() ? "" : ", ") + command->get_name();
+      known = known || command->get_name() == argv[1];
+    }
+    if (!known) {
+      throw Failure(fmt::format("found no command '{}', wanted one of: {}", argv[1], commands));
+    }
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_done : exit_bad;
+  }
+  for (const auto& [name, run] : runs) {
+    if (app.got_subcommand(name)) return run();
+  }
+  return exit_bad;
+}
+
+int guarded(int argc, char** argv) {
+  try {
+    const int status = dispatch(argc, argv);
+    finish_output();
+    return status;
+  } catch (const BrokenPipe&) {
+    return exit_broken_pipe;
+  } catch (const Interrupted&) {
+    complain("throng: interrupted; no half file is left");
+    return exit_interrupted;
+  } catch (const Failure& failure) {
+    complain(fmt::format("throng: {}", failure.what()));
+    return failure.status();
+  } catch (const std::bad_alloc&) {
+    complain("throng: out of memory");
+  } catch (const std::exception& error) {
+    complain(fmt::format("throng: {}", error.what()));
+  }
+  return exit_bad;
+}
+
+}  // namespace
+}  // namespace throng::cli
+
+int main(int argc, char** argv) {
+  throng::cli::ignore_broken_pipes();
+  return throng::cli::guarded(argc, argv);
+}

@@ -1,0 +1,130 @@
+// throng scene: writes a made-up scene, frame by frame, so that long recordings need no room.
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/failure.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/search_options.hpp"
+#include "report/format.hpp"
+#include "scene/npy.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::cli {
+namespace {
+
+const char* help_text =
+    R"(Box i of a frame depends on the scene, the seed and i alone: the same bytes on every machine.
+'worlds' is many small worlds in one place; it writes the world of each box beside the boxes.
+
+Examples:
+  throng scene uniform --objects 100K -o uniform.npy
+  throng scene uniform --objects 1M --density 2 -o dense.npy
+  throng scene column --objects 20K --frames 120 --moving 0.5 -o column.npy
+  throng scene worlds --objects 100K -o worlds.npy && \
+      throng pairs worlds.npy --world worlds-world.npy
+Exit status: 0 done, 2 bad usage or an output that cannot be written.)";
+
+struct Arguments {
+  scene::Spec spec;
+  std::string objects, output;
+};
+
+// boxes.npy -> boxes-world.npy
+std::string world_path(const std::string& boxes) {
+  const std::filesystem::path path(boxes);
+  const std::string name =
+      path.stem().string() + "-world" + (path.has_extension() ? path.extension().string() : ".npy");
+  return (path.parent_path() / name).string();
+}
+
+void write_frames(const scene::Scene& made, const Arguments& arguments) {
+  const std::size_t n = arguments.spec.objects;
+  std::vector<Box> boxes;
+  try {
+    boxes.resize(n);
+  } catch (const std::exception&) {  // bad_alloc, or length_error for what no vector can hold
+    throw Failure(fmt::format("out of memory: {} bytes were asked for, for one frame of {} boxes",
+                              report::format_count(n * sizeof(Box)), report::format_count(n)));
+  }
+  InterruptGuard guard;
+  scene::BoxWriter writer(arguments.output, arguments.spec.frames, n);
+  Progress progress("writing frame", arguments.spec.frames);
+  for (std::size_t f = 0; f < arguments.spec.frames; ++f) {
+    made.frame(f, boxes.data());
+    writer.write(boxes.data(), n);
+    guard.check();
+    progress.at(f + 1);
+  }
+  writer.finish();
+}
+
+void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
+  std::vector<std::int32_t> worlds(n);
+  for (std::size_t i = 0; i < n; ++i) worlds[i] = made.world(i);
+  scene::write_i32(path, worlds.data(), n);
+}
+
+int run(Arguments& arguments) {
+  const std::uint64_t objects = parse_count(arguments.objects, "--objects");
+  if (objects < 1 || objects > max_box_count) {
+    throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count));
+  }
+  arguments.spec.objects = static_cast<std::size_t>(objects);
+  const scene::Scene made(arguments.spec);
+  write_frames(made, arguments);
+  std::string text = fmt::format("{}: {} boxes", arguments.output, report::format_count(objects));
+  if (arguments.spec.frames > 1) text += fmt::format(", {} frames", arguments.spec.frames);
+  if (made.has_worlds()) {
+    const std::string path = world_path(arguments.output);
+    write_worlds(made, path, arguments.spec.objects);
+    text += fmt::format("\n{0}: the world of each box, for --world {0}", path);
+  }
+  say(text + "\n");
+  return exit_done;
+}
+
+}  // namespace
+
+Run add_scene(CLI::App& program) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& app = *program.add_subcommand("scene", "Write a scene of boxes, one frame or many");
+  app.footer(help_text);
+  std::string list;
+  for (const std::string& name : scene::names()) list += (list.empty() ? "" : "|") + name;
+  app.add_option("NAME", arguments->spec.name, "one of " + list)
+      ->required()
+      ->check(CLI::IsMember(scene::names()).description(""))
+      ->type_name("");
+  app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M")
+      ->required()
+      ->type_name("N");
+  app.add_option("--frames", arguments->spec.frames, "frames (1)")
+      ->check(
+          CLI::Range(std::size_t{1}, std::numeric_limits<std::size_t>::max() / 64).description(""))
+      ->type_name("F");
+  app.add_option("--density", arguments->spec.density, "how crowded; what the scene has of itself")
+      ->check([](const std::string& text) {  // CLI::PositiveNumber answers with 300 digits
+        const double density = std::strtod(text.c_str(), nullptr);
+        return density > 0 ? std::string() : "found " + text + ", wanted a number above 0";
+      })
+      ->type_name("D");
+  app.add_option("--seed", arguments->spec.seed, "another number, another scene (1)")
+      ->type_name("S");
+  app.add_option("--moving", arguments->spec.moving, "share of the boxes that move, 0 to 1 (1)")
+      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->type_name("SHARE");
+  app.add_option("-o,--output", arguments->output, "the file to write")
+      ->required()
+      ->type_name("FILE.npy");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace throng::cli

@@ -1,0 +1,175 @@
+#include "cli/search.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "cli/console.hpp"
+#include "cli/failure.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/memory.hpp"
+#include "scene/checksum.hpp"
+
+namespace throng::cli {
+namespace {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+class Runner {
+ public:
+  Runner(const Input& input, const SearchRequest& request)
+      : input_(input), request_(request), finder_(request.options) {}
+
+  SearchReport run() {
+    SearchReport report;
+    report.frames.resize(input_.frames());
+    const std::size_t passes = 1 + request_.repeat;
+    Progress progress("searching: frame", passes * input_.frames());
+    const PeakMeter memory;
+    for (std::size_t f = 0; f < input_.frames(); ++f) {
+      first_pass(f, report);
+      progress.at(f + 1);
+    }
+    if (writer_) {
+      writer_->finish();
+      writer_.reset();
+      guard_.reset();
+    }
+    times_.resize(input_.frames());
+    for (std::size_t r = 0; r < request_.repeat; ++r) {
+      for (std::size_t f = 0; f < input_.frames(); ++f) {
+        const auto start = Clock::now();
+        const Result result =
+            capped() ? consume(f, [](const Pair*, std::size_t) { return true; }) : search(f);
+        const double ms = ms_since(start);
+        require_ok(result, input_, f);
+        if (result.found != report.frames[f].pairs) {
+          throw Failure(
+              fmt::format("{}: {} pairs in one run and {} in the next; this is a defect "
+                          "of the library, please report it",
+                          input_.name(f), report.frames[f].pairs, result.found));
+        }
+        times_[f].add(result.times, ms);
+        progress.at((r + 1) * input_.frames() + f + 1);
+      }
+    }
+    report.peak_bytes = memory.growth();
+    for (std::size_t f = 0; f < input_.frames(); ++f) times_[f].tell(report.frames[f]);
+    return report;
+  }
+
+ private:
+  struct Times {
+    std::vector<double> plan, bin, find, order, inside, total;
+    void add(const StageTimes& t, double ms) {
+      plan.push_back(t.plan_ms);
+      bin.push_back(t.bin_ms);
+      find.push_back(t.find_ms);
+      order.push_back(t.order_ms);
+      inside.push_back(t.total_ms);
+      total.push_back(ms);
+    }
+    void tell(FrameReport& frame) const {
+      frame.stages = {median(plan), median(bin), median(find), median(order), median(inside)};
+      frame.total_ms = median(total);
+    }
+  };
+
+  bool capped() const { return request_.options.memory_cap_bytes != 0; }
+
+  Result search(std::size_t f) {
+    return input_.b() ? finder_.find(input_.a().frame(f), input_.b()->frame(f))
+                      : finder_.find(input_.a().frame(f));
+  }
+
+  template <class F>
+  Result consume(std::size_t f, F&& take) {
+    return input_.b() ? finder_.consume(input_.a().frame(f), input_.b()->frame(f), take)
+                      : finder_.consume(input_.a().frame(f), take);
+  }
+
+  // The file is begun once pairs are there to be written, so that a search that is refused leaves
+  // an older file of that name alone; it takes its name when it is whole.
+  void write(const Pair* pairs, std::size_t count) {
+    if (request_.output.empty()) return;
+    if (!writer_) {
+      guard_.emplace();
+      writer_.emplace(request_.output);
+    }
+    // In parts, so that a disk is given something to do while Ctrl-C is still heard.
+    constexpr std::size_t part = std::size_t{1} << 20;
+    for (std::size_t i = 0; i < count; i += part) {
+      guard_->check();
+      writer_->write(pairs + i, std::min(part, count - i));
+    }
+    guard_->check();
+  }
+
+  void first_pass(std::size_t f, SearchReport& report) {
+    FrameReport& frame = report.frames[f];
+    const auto start = Clock::now();
+    Result result;
+    double ms = 0;
+    if (capped()) {
+      result = consume(f, [&](const Pair* pairs, std::size_t count) {
+        frame.checksum += scene::pair_checksum(pairs, count);
+        write(pairs, count);
+        return true;
+      });
+      ms = ms_since(start);
+    } else {
+      result = search(f);
+      ms = ms_since(start);
+    }
+    require_ok(result, input_, f);
+    if (!capped()) {
+      const Pairs pairs = finder_.pairs();
+      frame.checksum = scene::pair_checksum(pairs.data(), pairs.size());
+      write(pairs.data(), pairs.size());
+    } else {
+      write(nullptr, 0);
+    }
+    if (f == 0) report.first_ms = ms;
+    frame.pairs = result.found;
+    frame.inactive = result.inactive;
+    frame.comparisons = result.comparisons;
+    report.plan = result.plan;
+  }
+
+  const Input& input_;
+  const SearchRequest& request_;
+  Finder finder_;
+  std::optional<InterruptGuard> guard_;
+  std::optional<scene::PairWriter> writer_;
+  std::vector<Times> times_;
+};
+
+}  // namespace
+
+FrameReport SearchReport::sum() const {
+  FrameReport sum;
+  for (const FrameReport& frame : frames) {
+    sum.pairs += frame.pairs;
+    sum.checksum += frame.checksum;
+    sum.inactive += frame.inactive;
+    sum.comparisons += frame.comparisons;
+    sum.total_ms += frame.total_ms;
+    sum.stages.plan_ms += frame.stages.plan_ms;
+    sum.stages.bin_ms += frame.stages.bin_ms;
+    sum.stages.find_ms += frame.stages.find_ms;
+    sum.stages.order_ms += frame.stages.order_ms;
+    sum.stages.total_ms += frame.stages.total_ms;
+  }
+  return sum;
+}
+
+SearchReport run_search(const Input& input, const SearchRequest& request) {
+  return Runner(input, request).run();
+}
+
+}  // namespace throng::cli

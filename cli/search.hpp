@@ -1,0 +1,41 @@
+// Runs a Finder over the frames of an input, again and again, and keeps what is told of it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <throng/finder.hpp>
+
+#include "cli/input.hpp"
+
+namespace throng::cli {
+
+struct FrameReport {
+  std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0;
+  StageTimes stages;    // medians over the warmed runs
+  double total_ms = 0;  // the same, from outside: call to return
+};
+
+struct SearchReport {
+  std::vector<FrameReport> frames;
+  double first_ms = 0;  // the first call of all, cold
+  std::optional<std::uint64_t> peak_bytes;
+  Plan plan;  // of the last frame
+
+  FrameReport sum() const;  // over the frames; checksums modulo 2^64
+};
+
+struct SearchRequest {
+  Options options;  // with a memory cap: the consumer form
+  std::size_t repeat = 1;
+  std::string output;  // file for the pairs; empty: none
+};
+
+// Once cold over all frames, which also gives pairs and checksum and writes the output (the frames
+// one after another), then `repeat` times warmed. Throws Failure, FileError, Interrupted.
+SearchReport run_search(const Input& input, const SearchRequest& request);
+
+}  // namespace throng::cli

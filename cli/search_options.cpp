@@ -1,0 +1,125 @@
+#include "cli/search_options.hpp"
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+#include "cli/failure.hpp"
+
+namespace throng::cli {
+namespace {
+
+void add_filters(CLI::App& app, FilterFiles& files, const std::string& suffix, const char* set) {
+  const auto add = [&](const char* name, std::string& file, const char* what) {
+    app.add_option(name + suffix, file, what)
+        ->type_name("FILE.npy")
+        ->group(fmt::format("Filters, one value for each box of {}", set));
+  };
+  add("--group", files.group, "uint32: each one's group must meet the other's mask in some bit");
+  add("--mask", files.mask, "uint32: see --group");
+  add("--owner", files.owner, "int32: equal owners never pair, -1 is nobody");
+  add("--world", files.world, "int32: different worlds never pair, -1 meets every world");
+  add("--static", files.is_static, "uint8: two nonzero never pair");
+}
+
+std::uint64_t parse_scaled(const std::string& text, const std::string& option, double unit,
+                           const char* wanted) {
+  const char* begin = text.c_str();
+  char* end = nullptr;
+  double value = std::strtod(begin, &end);
+  std::string suffix;
+  for (; *end; ++end) suffix += static_cast<char>(std::toupper(static_cast<unsigned char>(*end)));
+  double scale = 0;
+  if (suffix.empty() || (unit == 1024 && suffix == "B")) scale = 1;
+  if (suffix.size() > 1 && unit == 1024) {  // MB and MiB are taken as M
+    if (suffix.size() >= 2 && suffix.substr(1) != "B" && suffix.substr(1) != "IB") suffix = "?";
+    suffix.resize(1);
+  }
+  if (suffix == "K") scale = unit;
+  if (suffix == "M") scale = unit * unit;
+  if (suffix == "G") scale = unit * unit * unit;
+  if (suffix == "T") scale = unit * unit * unit * unit;
+  value *= scale;
+  // Above 2^53 a double no longer counts in ones; nobody has such an amount of either.
+  const bool number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0);
+  if (!number || scale == 0 || !(value < 9007199254740992.0) || value != std::floor(value)) {
+    throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
+  }
+  return static_cast<std::uint64_t>(value);
+}
+
+}  // namespace
+
+void add_input_arguments(CLI::App& app, InputArguments& arguments) {
+  app.add_option("A", arguments.a, "boxes: float32 of shape (n, 6) or (frames, n, 6), min then max")
+      ->required()
+      ->type_name("FILE.npy");
+  app.add_option("B", arguments.b, "a second set: pairs of a box of A and a box of B")
+      ->type_name("FILE.npy");
+  add_filters(app, arguments.filters_a, "", "A");
+  add_filters(app, arguments.filters_b, "-b", "B");
+  app.add_option_function<std::string>(
+         "--nan", [&](const std::string& v) { arguments.nan_inactive = v == "inactive"; },
+         "a box with a NaN: refuse (the default), or inactive: it overlaps nothing")
+      ->check(CLI::IsMember({"refuse", "inactive"}).description(""))
+      ->type_name("refuse|inactive");
+  app.add_option_function<std::string>(
+         "--round", [&](const std::string& v) { arguments.round_outward = v == "outward"; },
+         "outward: take float64 boxes, rounded outward to float32")
+      ->check(CLI::IsMember({"outward"}).description(""))
+      ->type_name("outward");
+  app.add_option("--margin", arguments.margin, "grow every box by so much on each side")
+      ->type_name("M");
+}
+
+void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
+  const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
+                       const char* what) {
+    std::string type;
+    for (const std::string& choice : choices) type += (type.empty() ? "" : "|") + choice;
+    app.add_option(name, value, what)
+        ->check(CLI::IsMember(choices).description(""))  // the type's name says them already
+        ->type_name(type);
+  };
+  add("--backend", arguments.backend, {"auto", "cpu", "cuda"}, "where to search");
+  add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
+      "auto chooses by what it measures of the boxes");
+  add("--order", arguments.order, {"any", "canonical"},
+      "canonical: sorted by first, then second; the same bytes everywhere");
+  add("--isa", arguments.isa, {"auto", "scalar", "sse4", "avx2", "avx512", "neon"},
+      "instruction set; auto takes the widest there is");
+  app.add_option("--threads", arguments.threads, "at most so many; 0: all")->type_name("N");
+}
+
+Options to_options(const InputArguments& input, const SearchArguments& search) {
+  if (search.backend == "cuda") {
+    throw Failure("--backend cuda: this build has no CUDA backend; use --backend cpu or auto");
+  }
+  Options options;
+  options.algorithm = search.algorithm == "all-pairs" ? Algorithm::all_pairs
+                      : search.algorithm == "grid"    ? Algorithm::grid
+                                                      : Algorithm::automatic;
+  options.order = search.order == "canonical" ? Order::canonical : Order::any;
+  options.nan = input.nan_inactive ? NanPolicy::inactive : NanPolicy::refuse;
+  options.isa = search.isa == "scalar"   ? Isa::scalar
+                : search.isa == "sse4"   ? Isa::sse4
+                : search.isa == "avx2"   ? Isa::avx2
+                : search.isa == "avx512" ? Isa::avx512
+                : search.isa == "neon"   ? Isa::neon
+                                         : Isa::automatic;
+  options.margin = input.margin;
+  options.threads = search.threads;
+  return options;
+}
+
+std::uint64_t parse_count(const std::string& text, const std::string& option) {
+  return parse_scaled(text, option, 1000, "a count such as 100000, 100K or 1M");
+}
+
+std::uint64_t parse_bytes(const std::string& text, const std::string& option) {
+  return parse_scaled(text, option, 1024, "bytes such as 1000000, 64M or 2G");
+}
+
+}  // namespace throng::cli

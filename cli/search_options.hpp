@@ -1,0 +1,42 @@
+// The options that `pairs` and `check` share: which files, which filters, what counts as a pair.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <throng/options.hpp>
+
+namespace throng::cli {
+
+// One file of values a filter; empty: not given.
+struct FilterFiles {
+  std::string group, mask, owner, world, is_static;
+};
+
+struct InputArguments {
+  std::string a, b;  // b empty: one set
+  FilterFiles filters_a, filters_b;
+  bool round_outward = false;
+  bool nan_inactive = false;
+  float margin = 0.0f;
+};
+
+struct SearchArguments {
+  std::string backend = "auto", algorithm = "auto", order = "any", isa = "auto";
+  unsigned threads = 0;
+};
+
+void add_input_arguments(CLI::App& app, InputArguments& arguments);
+void add_search_arguments(CLI::App& app, SearchArguments& arguments);
+
+// Throws Failure for what this build cannot do.
+Options to_options(const InputArguments& input, const SearchArguments& search);
+
+// "100000", "100K", "1M", "2.5M": a count, in thousands. Throws Failure that names `option`.
+std::uint64_t parse_count(const std::string& text, const std::string& option);
+// "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024.
+std::uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+}  // namespace throng::cli

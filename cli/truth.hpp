@@ -1,0 +1,37 @@
+// What is right about an input, and what is wrong about a list of pairs that should be it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <throng/boxes.hpp>
+
+#include "cli/double_loop.hpp"
+
+namespace throng::cli {
+
+class Truth {
+ public:
+  // By the double loop; see there.
+  Truth(const Boxes& a, const Boxes* b, float margin,
+        const std::function<void(std::size_t)>& progress);
+
+  const std::vector<Pair>& pairs() const noexcept { return loop_.pairs; }
+  std::uint64_t inactive() const noexcept { return loop_.inactive; }
+
+  // Empty where `pairs` holds each right pair once and nothing else, and stands in canonical order
+  // where that is asked for; else the first differences and how many there are.
+  std::vector<std::string> differences(const Pair* pairs, std::size_t count, bool in_order);
+
+ private:
+  std::size_t find(const Pair& pair) const;
+
+  LoopResult loop_;
+  std::vector<std::uint64_t> rows_;  // where each first index begins
+  std::vector<std::uint8_t> seen_;   // by place in the sorted list
+};
+
+}  // namespace throng::cli

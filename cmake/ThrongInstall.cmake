@@ -1,0 +1,65 @@
+# Install rules: the library, its headers, and what find_package and pkg-config read. The program
+# installs itself; the benchmark stays behind, because its rivals have licences of their own.
+include(CMakePackageConfigHelpers)
+
+set(throng_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/throng")
+
+install(TARGETS throng EXPORT throng-targets
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+        RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/throng" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+        FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
+install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
+        DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+
+# A static library hands its own libraries on to whoever links it. What it links is read off the
+# target, so that neither file can fall behind src/CMakeLists.txt.
+get_target_property(throng_links throng LINK_LIBRARIES)
+set(throng_find_dependencies "")
+set(throng_pc_requires "")
+set(throng_pc_libs "-lstdc++ -lm")
+if("${throng_links}" MATCHES "Threads::Threads")
+  string(APPEND throng_find_dependencies "find_dependency(Threads)\n")
+  string(APPEND throng_pc_libs " -pthread")
+endif()
+if("${throng_links}" MATCHES "TBB::tbb")
+  string(APPEND throng_find_dependencies "find_dependency(TBB)\n")
+  list(APPEND throng_pc_requires tbb)
+endif()
+if("${throng_links}" MATCHES "hwy::hwy")
+  string(APPEND throng_find_dependencies "find_dependency(hwy)\n")
+  list(APPEND throng_pc_requires libhwy)
+endif()
+list(JOIN throng_pc_requires " " throng_pc_requires)
+
+configure_package_config_file(
+  "${CMAKE_CURRENT_LIST_DIR}/throng-config.cmake.in" "${PROJECT_BINARY_DIR}/throng-config.cmake"
+  INSTALL_DESTINATION "${throng_config_dir}")
+# Before 1.0 a minor version may change the door.
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/throng-config-version.cmake"
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/throng-config.cmake"
+              "${PROJECT_BINARY_DIR}/throng-config-version.cmake"
+        DESTINATION "${throng_config_dir}")
+
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
+  set(throng_pc_prefix "${CMAKE_INSTALL_PREFIX}")
+else()
+  # Relative to the file itself, so that the installed tree may be moved.
+  file(RELATIVE_PATH throng_pc_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
+  string(REGEX REPLACE "/$" "" throng_pc_prefix "\${pcfiledir}/${throng_pc_prefix}")
+endif()
+set(throng_pc_libdir "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
+set(throng_pc_includedir "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  set(throng_pc_libdir "${CMAKE_INSTALL_LIBDIR}")
+endif()
+if(IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
+  set(throng_pc_includedir "${CMAKE_INSTALL_INCLUDEDIR}")
+endif()
+configure_file("${CMAKE_CURRENT_LIST_DIR}/throng.pc.in" "${PROJECT_BINARY_DIR}/throng.pc.install"
+               @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/throng.pc.install" RENAME throng.pc
+        DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")

@@ -1,0 +1,24 @@
+# What all targets of the house share: the language, warnings, bit-exact floating point, one bin/.
+include(GNUInstallDirs)
+
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+function(throng_room target)
+  target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF)
+  if(NOT MSVC)
+    # Host and device must compute the same bits: no fused multiply-add behind our back.
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -ffp-contract=off
+                           $<$<BOOL:${THRONG_WERROR}>:-Werror>)
+  endif()
+endfunction()
+
+# A packaged source may leave out whole rooms (the benchmark, the tests): build those that are here.
+function(throng_add_room directory)
+  if(EXISTS "${PROJECT_SOURCE_DIR}/${directory}/CMakeLists.txt")
+    add_subdirectory("${PROJECT_SOURCE_DIR}/${directory}" "${PROJECT_BINARY_DIR}/${directory}")
+  endif()
+endfunction()

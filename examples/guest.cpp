@@ -1,0 +1,63 @@
+// Inside an engine: its threads, its memory, its files of doubles.
+#include <throng/throng.hpp>
+
+#include <cstddef>
+#include <memory_resource>
+#include <vector>
+
+#include "check.hpp"
+
+namespace {
+
+// snippet-begin: executor
+// Stands for the engine's job system: calls task(context, i) for each i and waits for them all.
+struct Jobs {
+  unsigned calls = 0;
+
+  static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+    static_cast<Jobs*>(self)->calls += count;
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  }
+};
+// snippet-end: executor
+
+std::vector<throng::Box> chain(std::size_t count) {
+  std::vector<throng::Box> boxes(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = static_cast<float>(i);
+    boxes[i] = {{x, 0, 0}, {x + 1, 1, 1}};
+  }
+  return boxes;
+}
+
+}  // namespace
+
+int main() {
+  const std::vector<throng::Box> boxes = chain(100000);
+  // snippet-begin: guest
+  Jobs jobs;
+  throng::Executor executor;
+  executor.concurrency = 4;
+  executor.run = &Jobs::run;
+  executor.self = &jobs;
+  std::pmr::synchronized_pool_resource memory;
+
+  throng::Options options;
+  options.executor = &executor;  // no thread is started beside it
+  options.memory = &memory;      // no byte is allocated beside it
+  throng::Finder finder(options);
+  const throng::Result result = finder.find(boxes);
+  // snippet-end: guest
+  CHECK(result.ok());
+  CHECK(result.found == 99999);
+  CHECK(jobs.calls > 0);
+
+  // snippet-begin: doubles
+  // 0.1 is no float: the box is rounded outward, so that no touching pair can be lost.
+  const double lower[3] = {0.1, 0.1, 0.1};
+  const double upper[3] = {0.7, 0.7, 0.7};
+  const throng::Box box = throng::round_outward(lower, upper);
+  // snippet-end: doubles
+  CHECK(static_cast<double>(box.lower.x) <= 0.1);
+  CHECK(static_cast<double>(box.upper.x) >= 0.7);
+}

@@ -1,0 +1,122 @@
+// What a caller may ask for, and what every call answers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+
+#include <throng/types.hpp>
+
+namespace throng {
+
+enum class Order : std::uint8_t {
+  any,        // fastest; differs from run to run with several threads
+  canonical,  // sorted by first, then second: the same bytes everywhere
+};
+
+enum class Algorithm : std::uint8_t {
+  automatic,  // the planner chooses from what it measures of the boxes
+  all_pairs,  // tiled brute force
+  grid,       // columns of cells, each swept along the third axis
+};
+
+enum class Isa : std::uint8_t {
+  automatic,  // the widest this processor has, or what the environment variable THRONG_ISA names
+  scalar,
+  sse4,
+  avx2,
+  avx512,
+  neon,
+};
+
+enum class NanPolicy : std::uint8_t {
+  refuse,    // a box with a NaN is an error
+  inactive,  // a box with a NaN overlaps nothing
+};
+
+enum class Status : std::uint8_t {
+  ok,
+  buffer_too_small,      // `found` is exact; raise the capacity to it
+  stopped,               // the consumer returned false
+  nan_box,               // see first_invalid, invalid_count
+  bad_boxes,             // a coordinate array is missing, or the stride is odd
+  bad_filter,            // wrong length, or a world below -1; see first_invalid
+  bad_option,            // e.g. a negative margin
+  too_many_boxes,        // more than max_box_count in one set
+  out_of_memory,         // see bytes_needed
+  memory_cap_too_small,  // see bytes_needed
+  unsupported_isa,       // this processor or build lacks the one asked for
+};
+
+const char* to_string(Algorithm) noexcept;
+const char* to_string(Isa) noexcept;
+const char* to_string(Status) noexcept;
+
+// Where work runs. `run` calls task(context, i) once for every i in 0..count-1, in any order and on
+// any threads, and returns when all have returned. A call with count 1 may run on the caller.
+struct Executor {
+  unsigned concurrency = 1;  // how many tasks make sense at once
+  void (*run)(void* self, unsigned count, void (*task)(void* context, unsigned index),
+              void* context) = nullptr;
+  void* self = nullptr;
+};
+
+struct Options {
+  Algorithm algorithm = Algorithm::automatic;
+  Order order = Order::any;
+  NanPolicy nan = NanPolicy::refuse;
+  Isa isa = Isa::automatic;
+  // Boxes are compared as lower - margin and upper + margin, rounded outward. World units, >= 0.
+  float margin = 0.0f;
+  // At most so many threads; 0: as many as the executor offers.
+  unsigned threads = 0;
+  // The consumer form: all memory that the library may take, in bytes; 0: no cap.
+  std::size_t memory_cap_bytes = 0;
+  // The consumer form: let several threads call the consumer at once.
+  bool concurrent_consumer = false;
+  // Measure the time of each stage (two clock readings a stage).
+  bool measure_stages = true;
+  // Where to run; null: the default (oneTBB). It must outlive the call.
+  const Executor* executor = nullptr;
+  // Where memory comes from; null: std::pmr::new_delete_resource(). It must outlive the Finder.
+  // Used from several threads only if it is a grid of many columns: give a synchronised one then.
+  std::pmr::memory_resource* memory = nullptr;
+};
+
+// What the planner chose, and why.
+struct Plan {
+  Algorithm algorithm = Algorithm::automatic;
+  Isa isa = Isa::automatic;
+  unsigned threads = 1;
+  unsigned sweep_axis = 0;               // 0, 1, 2: the axis along which each column is swept
+  std::uint32_t columns[3] = {1, 1, 1};  // columns along each axis; 1 along the sweep axis
+  double expected_ns = 0;                // what the planner thinks it will cost
+  const char* reason = "";               // one sentence, never null
+};
+
+struct StageTimes {
+  double plan_ms = 0;   // sampling, planning, splitting by world and by static
+  double bin_ms = 0;    // reading, checking and sorting the boxes into columns
+  double find_ms = 0;   // finding and writing pairs
+  double order_ms = 0;  // sorting pairs, where asked for
+  double total_ms = 0;
+};
+
+struct Result {
+  Status status = Status::ok;
+  std::uint64_t found = 0;        // pairs there are, exact even where there was no room
+  std::uint64_t written = 0;      // pairs written or handed to the consumer
+  std::uint64_t inactive = 0;     // boxes that overlap nothing: lower > upper, or NaN where allowed
+  std::uint64_t comparisons = 0;  // candidate pairs compared (each SIMD lane counts)
+  std::uint64_t first_invalid = 0;
+  std::uint64_t invalid_count = 0;
+  std::uint64_t bytes_needed = 0;
+  Plan plan;
+  StageTimes times;
+  // What went wrong, with the number and the remedy; empty where nothing did.
+  char message[224] = {};
+
+  bool ok() const noexcept { return status == Status::ok; }
+};
+
+}  // namespace throng

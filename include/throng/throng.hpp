@@ -1,0 +1,9 @@
+// Throng: every pair of overlapping boxes.
+#pragma once
+
+#include <throng/boxes.hpp>
+#include <throng/find_pairs.hpp>
+#include <throng/finder.hpp>
+#include <throng/options.hpp>
+#include <throng/types.hpp>
+#include <throng/version.hpp>

@@ -1,0 +1,36 @@
+// Plain data of the broad phase: points, boxes, pairs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace throng {
+
+struct Vec3 {
+  float x, y, z;
+};
+
+// An axis-aligned box, closed on every side: a point on a face belongs to it. World units.
+struct Box {
+  Vec3 lower, upper;
+};
+
+// Indices of two overlapping boxes. Of one set first < second; of two sets first indexes the first
+// set and second the second.
+struct Pair {
+  std::uint32_t first, second;
+};
+
+constexpr bool operator==(Pair a, Pair b) noexcept {
+  return a.first == b.first && a.second == b.second;
+}
+constexpr bool operator!=(Pair a, Pair b) noexcept { return !(a == b); }
+// The canonical order: by first, then by second.
+constexpr bool operator<(Pair a, Pair b) noexcept {
+  return a.first != b.first ? a.first < b.first : a.second < b.second;
+}
+
+// The largest number of boxes in one set: indices are 32 bits wide and 0xffffffff is not one.
+constexpr std::uint64_t max_box_count = 0xffffffffull;
+
+}  // namespace throng

@@ -1,0 +1,67 @@
+#include "report/page.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+#include "report/format.hpp"
+
+namespace throng::report {
+namespace {
+
+const char* const style = R"(
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fafaf8; margin: 0; }
+main { max-width: 1180px; margin: 0 auto; padding: 24px 20px 80px; }
+h1 { font-size: 28px; margin: 8px 0 16px; } h2 { font-size: 20px; margin: 36px 0 8px; }
+.plots { display: flex; flex-wrap: wrap; gap: 16px; }
+svg { max-width: 100%; height: auto; border: 1px solid #e4e4e0; border-radius: 6px; }
+figure { margin: 14px 0 22px; } figcaption { font-weight: 600; margin-bottom: 6px; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; background: #fff; font-variant-numeric: tabular-nums; font-size: 13px; }
+th, td { padding: 4px 10px; border-bottom: 1px solid #e9e9e5; text-align: left; white-space: nowrap; }
+th { background: #f1f1ed; position: sticky; top: 0; } .n { text-align: right; }
+tbody tr:hover { background: #f6f8ff; } .note { margin: 4px 0; color: #555; font-size: 13px; }
+)";
+
+}  // namespace
+
+Page::Page(std::string title) : title_(std::move(title)) {}
+
+void Page::heading(const std::string& text) { body_ += "<h2>" + escape_html(text) + "</h2>\n"; }
+void Page::paragraph(const std::string& text) { body_ += "<p>" + escape_html(text) + "</p>\n"; }
+void Page::add(const Table& table) { body_ += table.html(); }
+void Page::add(const Plot& plot) { body_ += plot.svg(); }
+
+std::string Page::html() const {
+  const std::string title = escape_html(title_);
+  return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+         title + "</title>\n<style>" + style + "</style></head>\n<body><main>\n<h1>" + title +
+         "</h1>\n" + body_ + "</main></body></html>\n";
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  const std::string temporary = path + ".part";
+  const auto fail = [&](const char* what, int error) {
+    std::remove(temporary.c_str());
+    throw std::runtime_error("cannot " + std::string(what) + " '" + path +
+                             "': " + std::strerror(error));
+  };
+  // A device or a pipe is written as it is: it must not be replaced by a file.
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  const bool in_place =
+      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+  std::FILE* file = std::fopen(in_place ? path.c_str() : temporary.c_str(), "wb");
+  if (!file) fail("open", errno);
+  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  const int error = errno;
+  if (std::fclose(file) != 0 || !written) fail("write", written ? errno : error);
+  if (!in_place && std::rename(temporary.c_str(), path.c_str()) != 0) fail("write", errno);
+}
+
+}  // namespace throng::report

@@ -1,0 +1,95 @@
+// Boxes, pairs and filters in NumPy's .npy files.
+//
+// Boxes are float32, (n, 6) for one frame or (frames, n, 6). Either byte order, C or Fortran order,
+// and float64 whose every value is a float32 are taken; integers are not. Every failure is a
+// FileError; no claim of a header is believed before the file is seen to be that long.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <throng/types.hpp>
+
+namespace throng::scene {
+
+// what() names the file, what was found there, and what is wanted.
+struct FileError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// All frames of a file, in memory.
+struct BoxFile {
+  std::size_t frames = 0;
+  std::size_t count = 0;  // boxes in each frame
+  std::unique_ptr<Box[]> boxes;
+
+  const Box* frame(std::size_t f) const noexcept { return boxes.get() + f * count; }
+};
+
+// With round_outward a float64 that is no float32 is rounded: lower corners down, upper ones up;
+// without it, refused. NaN and inverted boxes are passed through: judging them is the library's.
+BoxFile read_boxes(const std::string& path, bool round_outward = false);
+// The same from the bytes of a file; `name` is for messages.
+BoxFile parse_boxes(const unsigned char* data, std::size_t size, const std::string& name,
+                    bool round_outward = false);
+
+// Filters: one dimension, expected_count values of any integer type, each of which must fit the
+// type asked for. read_u8 also takes bool.
+std::vector<std::uint32_t> read_u32(const std::string& path, std::size_t expected_count);
+std::vector<std::int32_t> read_i32(const std::string& path, std::size_t expected_count);
+std::vector<std::uint8_t> read_u8(const std::string& path, std::size_t expected_count);
+
+// What is written stands under a temporary name beside the target until it is complete; on failure
+// nothing is left behind and what stood there before is untouched. A target that is there and is no
+// regular file, such as /dev/stdout, is written in place.
+void write_boxes(const std::string& path, const Box* boxes, std::size_t frames, std::size_t count);
+void write_pairs(const std::string& path, const Pair* pairs, std::size_t count);
+void write_u32(const std::string& path, const std::uint32_t* values, std::size_t count);
+void write_i32(const std::string& path, const std::int32_t* values, std::size_t count);
+void write_u8(const std::string& path, const std::uint8_t* values, std::size_t count);
+
+class OutputFile;
+
+// Frames as they come. Without finish(), nothing appears under the final name.
+class BoxWriter {
+ public:
+  // The file will be (count, 6) for one frame, else (frames, count, 6).
+  BoxWriter(const std::string& path, std::size_t frames, std::size_t count);
+  ~BoxWriter();
+  BoxWriter(BoxWriter&&) noexcept;
+  BoxWriter& operator=(BoxWriter&&) noexcept;
+
+  // The next `count` boxes, whole frames or parts of one.
+  void write(const Box* boxes, std::size_t count);
+  // The file is complete. FileError where boxes are missing.
+  void finish();
+
+ private:
+  std::unique_ptr<OutputFile> file_;
+  std::size_t wanted_ = 0;
+  std::size_t written_ = 0;
+};
+
+// Pairs in blocks, as many as come: the count goes into the header at the end, so the target must
+// not be a pipe.
+class PairWriter {
+ public:
+  explicit PairWriter(const std::string& path);
+  ~PairWriter();
+  PairWriter(PairWriter&&) noexcept;
+  PairWriter& operator=(PairWriter&&) noexcept;
+
+  void write(const Pair* pairs, std::size_t count);
+  void finish();
+  std::uint64_t count() const noexcept { return written_; }
+
+ private:
+  std::unique_ptr<OutputFile> file_;
+  std::uint64_t written_ = 0;
+};
+
+}  // namespace throng::scene

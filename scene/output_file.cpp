@@ -1,0 +1,108 @@
+#include "scene/output_file.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "scene/checksum.hpp"
+#include "scene/npy.hpp"
+#include "scene/npy_header.hpp"
+
+namespace throng::scene {
+namespace {
+
+constexpr std::size_t kBufferBytes = 1 << 18;
+constexpr int kAttempts = 16;
+
+// A name that no other thread or process is likely to choose; opening it exclusively makes sure.
+std::string temporary_name(const std::string& target) {
+  static std::atomic<std::uint64_t> calls{0};
+  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+  const auto place = reinterpret_cast<std::uintptr_t>(&calls);  // differs between processes
+  const std::uint64_t bits =
+      mix(mix(static_cast<std::uint64_t>(now) + calls.fetch_add(1)) ^ std::uint64_t{place});
+  char suffix[24];
+  std::snprintf(suffix, sizeof suffix, ".part-%08x", static_cast<unsigned>(bits >> 32));
+  return target + suffix;
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::string& path) : name_(path), target_(path) {
+  namespace fs = std::filesystem;
+  if (path.empty()) throw_file_error("(no name)", "an empty file name", "a file to write");
+  std::error_code error;
+  // To rename over a link would replace the link, and /dev/stdout is one.
+  if (fs::is_symlink(fs::symlink_status(path, error))) {
+    const fs::path real = fs::canonical(path, error);
+    if (!error) target_ = real.string();
+  }
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) throw_file_error(name_, "a directory", "a file to write");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    file_ = std::fopen(path.c_str(), "wb");  // a device or a pipe: nothing to rename over it
+    if (!file_) fail(errno);
+  }
+  for (int attempt = 0; !file_; ++attempt) {
+    temporary_ = temporary_name(target_);
+    errno = 0;
+    file_ = std::fopen(temporary_.c_str(), "wbx");
+    if (file_) break;
+    const int why = errno;
+    temporary_.clear();  // not ours to remove
+    if (why != EEXIST || attempt + 1 == kAttempts) fail(why);
+  }
+  std::setvbuf(file_, nullptr, _IOFBF, kBufferBytes);
+}
+
+OutputFile::~OutputFile() { discard(); }
+
+void OutputFile::fail(int error) {
+  discard();
+  throw_file_error(name_, error ? std::strerror(error) : "an unknown error",
+                   "a file that can be written");
+}
+
+void OutputFile::discard() noexcept {
+  if (file_) std::fclose(file_);
+  file_ = nullptr;
+  if (!temporary_.empty()) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+    temporary_.clear();
+  }
+}
+
+void OutputFile::write(const void* data, std::size_t bytes) {
+  if (bytes == 0) return;
+  if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
+  errno = 0;
+  if (std::fwrite(data, 1, bytes, file_) != bytes) fail(errno);
+}
+
+void OutputFile::rewind() {
+  if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
+  errno = 0;
+  if (std::fseek(file_, 0, SEEK_SET) != 0) fail(errno);
+}
+
+void OutputFile::commit() {
+  if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
+  errno = 0;
+  if (std::fflush(file_) != 0) fail(errno);
+  errno = 0;
+  std::FILE* file = file_;
+  file_ = nullptr;  // closed even where closing fails
+  if (std::fclose(file) != 0) fail(errno);
+  if (temporary_.empty()) return;
+  std::error_code error;
+  std::filesystem::rename(temporary_, target_, error);
+  if (error) fail(error.value());
+  temporary_.clear();
+}
+
+}  // namespace throng::scene

@@ -1,0 +1,72 @@
+// Scenes made by rule: the same boxes for tests, benchmarks and pictures.
+//
+// Box i of frame f is a function of (spec, i, f) through an integer generator and correctly rounded
+// double operations only, so every compiler, thread and machine makes the same bits (in the usual
+// round-to-nearest mode, without fused multiply-add). z points up.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <throng/types.hpp>
+
+namespace throng::scene {
+
+struct Spec {
+  std::string name;
+  std::size_t objects = 0;
+  std::size_t frames = 1;
+  double density = 0.0;  // expected pairs a box; 0: the scene's own
+  std::uint64_t seed = 1;
+  double moving = 1.0;  // share of the boxes that move between frames
+};
+
+// uniform   unit cubes anywhere in a cube; 0.5 pairs a box
+// pile      unit cubes heaped in a column that is denser at its foot; 4.9
+// column    box 0 is a plane, on which a column of unit cubes falls for 100 frames; about 3 at rest
+// spheres   the boxes of spheres of diameter 1, 2 and 4; 1
+// mixed     box 0 is a ground plane; cubes of log-uniform size 1:100; 4.7
+// clusters  100 clusters of unit cubes, far apart in an empty world; 0.5
+// rods      64 x 1 x 1 along a random axis; 2.7
+// line      unit cubes in one line along x; 1
+// sparse    unit cubes at a very low density; 0.001
+// worlds    64 unit cubes a world, all worlds in one place; 0.5 within a world
+// rods-any  the boxes of rods of length 64 in any direction; 39
+const std::vector<std::string>& names();
+
+class Generator;
+
+// Cheap to copy; any number of threads may ask one Scene at once.
+class Scene {
+ public:
+  // Throws std::invalid_argument, which says what is wrong and what is allowed.
+  explicit Scene(const Spec& spec);
+
+  // As given, with `density` resolved.
+  const Spec& spec() const noexcept { return spec_; }
+  std::size_t size() const noexcept { return spec_.objects; }
+
+  // All boxes of frame f into out[0 .. size()-1]. f may go past spec().frames.
+  void frame(std::size_t f, Box* out) const { boxes(f, 0, size(), out); }
+  // Boxes begin .. end-1 of frame f into out[0 .. end-begin-1].
+  void boxes(std::size_t f, std::size_t begin, std::size_t end, Box* out) const;
+
+  // False: box i is the same in every frame.
+  bool moves(std::size_t i) const noexcept;
+
+  bool has_worlds() const noexcept;
+  // The world that box i lives in; -1 where the scene has none.
+  std::int32_t world(std::size_t i) const noexcept;
+
+  // The longest side of the space in which the boxes stay, planes left out.
+  double side() const noexcept;
+
+ private:
+  Spec spec_;
+  std::shared_ptr<const Generator> generator_;
+};
+
+}  // namespace throng::scene

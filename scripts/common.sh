@@ -1,0 +1,77 @@
+# shellcheck shell=bash disable=SC2034
+# What the scripts share; sourced, never run. Each script calls `need` for what it uses itself.
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+cd "$root" || exit
+
+jobs="${THRONG_JOBS:-$(nproc)}"
+# Warnings are errors where the compilers are ours to choose; a user's newer one may know more.
+werror="${THRONG_WERROR:-OFF}"
+
+build_packages=(g++ cmake ninja-build pkg-config libtbb-dev libhwy-dev)
+program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-dev libcairo2-dev)
+test_packages=("${program_packages[@]}" libgtest-dev librapidcheck-dev)
+rival_packages=(libbullet-dev libembree-dev libcgal-dev libfcl-dev)
+check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache)
+
+say() { printf '\n== %s\n' "$*"; }
+fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
+have() { command -v "$1" > /dev/null 2>&1; }
+
+# The packages of its arguments that are not installed.
+missing_packages() {
+  local package
+  for package in "$@"; do
+    dpkg-query -W -f '${db:Status-Status}\n' "$package" 2> /dev/null | grep -qx installed ||
+      printf '%s\n' "$package"
+  done
+}
+
+# Installs what is missing of its arguments, and asks the network for nothing where nothing is.
+need() {
+  if ! have apt-get; then
+    echo "Not a Debian or Ubuntu: taking for granted that these are here: $*"
+    return
+  fi
+  local missing
+  mapfile -t missing < <(missing_packages "$@")
+  [ "${#missing[@]}" -eq 0 ] && return
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    have sudo || fail "these packages are missing, and there is no sudo to install them: ${missing[*]}"
+    as_root=(sudo)
+  fi
+  say "Installing ${missing[*]}"
+  "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
+}
+
+# Settings that a build folder takes when it is made, and ignores afterwards.
+use_ninja_and_ccache() {
+  if have ninja; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
+  if have ccache; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"; fi
+}
+
+# configure PRESET [-D...]: quiet unless it fails.
+configure() {
+  local log
+  log="$(mktemp)"
+  if ! cmake --preset "$@" > "$log" 2>&1; then
+    cat "$log"
+    rm -f "$log"
+    fail "cmake --preset $* failed"
+  fi
+  grep -E '^-- throng|CMake Warning' "$log" || true
+  rm -f "$log"
+}
+
+# build FOLDER [TARGET...]
+build() {
+  local folder="$1" targets=()
+  shift
+  [ "$#" -eq 0 ] || targets=(--target "$@")
+  cmake --build "$folder" -j "$jobs" "${targets[@]}"
+}
+
+seconds_since() { printf '%d s' "$(($(date +%s) - $1))"; }

@@ -1,0 +1,79 @@
+// Tests of one and of two boxes on the input floats, and boxes grown by a margin. These decide;
+// everything else only chooses what is asked.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <limits>
+
+#include <throng/types.hpp>
+
+#include "core/hd.hpp"
+
+namespace throng::core {
+
+// Closed boxes: touching counts. False where a NaN takes part; -0 equals 0. Says nothing of
+// is_active: an inverted box may "overlap" a large one here.
+THRONG_HD constexpr bool overlaps(const Box& a, const Box& b) noexcept {
+  return (a.lower.x <= b.upper.x) & (b.lower.x <= a.upper.x) & (a.lower.y <= b.upper.y) &
+         (b.lower.y <= a.upper.y) & (a.lower.z <= b.upper.z) & (b.lower.z <= a.upper.z);
+}
+
+// lower <= upper on every axis. False for an empty slot and for a NaN.
+THRONG_HD constexpr bool is_active(const Box& b) noexcept {
+  return (b.lower.x <= b.upper.x) & (b.lower.y <= b.upper.y) & (b.lower.z <= b.upper.z);
+}
+
+THRONG_HD constexpr bool has_nan(const Box& b) noexcept {
+  return (b.lower.x != b.lower.x) | (b.lower.y != b.lower.y) | (b.lower.z != b.lower.z) |
+         (b.upper.x != b.upper.x) | (b.upper.y != b.upper.y) | (b.upper.z != b.upper.z);
+}
+
+// The next float towards minus infinity. Not for NaN or minus infinity.
+THRONG_HD constexpr float next_down(float x) noexcept {
+  if (x == 0) return -std::numeric_limits<float>::denorm_min();
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
+  return std::bit_cast<float>(x > 0 ? bits - 1 : bits + 1);
+}
+
+// The exact value of x - m, rounded down to float. m finite.
+//
+// s + e = x - m exactly (Knuth's two-sum, in doubles: the sum of two floats neither overflows nor
+// underflows there, and the error is a double). f is the float nearest to s.
+//   f > s: every double between the float below f and f, s among them, is at least one unit of
+//          double from either, and |e| is at most half a unit: the exact value lies strictly
+//          between them, and the float below f is the answer.
+//   f < s: in the same way the exact value lies strictly between f and the float above; f it is.
+//   f = s: the sign of e decides.
+// A sum below the smallest float rounds down to minus infinity (f is, or becomes, that), one above
+// the largest to the largest (f is infinity, the float below it is the largest). Where x is
+// infinite s is x and e is NaN, so neither comparison holds and f = x stays; a NaN stays one too.
+// Needs denormals and rounding to nearest, as all of the library's arithmetic does.
+THRONG_HD constexpr float subtract_rounded_down(float x, float m) noexcept {
+  const double a = static_cast<double>(x);
+  const double b = -static_cast<double>(m);
+  const double s = a + b;
+  const double b_part = s - a;
+  const double a_part = s - b_part;
+  const double e = (a - a_part) + (b - b_part);
+  const float f = static_cast<float>(s);
+  const double wide = static_cast<double>(f);
+  return (wide > s) || (wide == s && e < 0) ? next_down(f) : f;
+}
+
+// The exact value of x + m, rounded up to float: the mirror image, since negating is exact.
+THRONG_HD constexpr float add_rounded_up(float x, float m) noexcept {
+  return -subtract_rounded_down(-x, m);
+}
+
+// lower - margin rounded down, upper + margin rounded up: the smallest float box that contains the
+// exact one. Ask is_active and has_nan of the box as it was given, not of this one: a margin can
+// turn an empty slot into a box. margin finite.
+THRONG_HD constexpr Box expand(const Box& b, float margin) noexcept {
+  return {{subtract_rounded_down(b.lower.x, margin), subtract_rounded_down(b.lower.y, margin),
+           subtract_rounded_down(b.lower.z, margin)},
+          {add_rounded_up(b.upper.x, margin), add_rounded_up(b.upper.y, margin),
+           add_rounded_up(b.upper.z, margin)}};
+}
+
+}  // namespace throng::core

@@ -1,0 +1,214 @@
+#include "core/planner.hpp"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+
+namespace throng::core {
+namespace {
+
+double clamp_finite(float x) noexcept {
+  return x < -FLT_MAX ? -double{FLT_MAX} : (x > FLT_MAX ? double{FLT_MAX} : double{x});
+}
+
+float corner(const Box& b, int k) noexcept {
+  const float c[6] = {b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
+  return c[k];
+}
+
+struct Range {
+  double lower, upper;
+};
+
+// The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
+Range trimmed_range(const Box* sample, std::uint32_t count, int axis) noexcept {
+  double low = DBL_MAX, high = -DBL_MAX, sum = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const double l = clamp_finite(corner(sample[i], axis));
+    const double u = clamp_finite(corner(sample[i], axis + 3));
+    low = std::min(low, l);
+    high = std::max(high, u);
+    sum += 0.5 * l + 0.5 * u;
+  }
+  const double mean = sum / count;
+  double deviation = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const double centre = 0.5 * clamp_finite(corner(sample[i], axis)) +
+                          0.5 * clamp_finite(corner(sample[i], axis + 3));
+    deviation += std::fabs(centre - mean);
+  }
+  deviation /= count;
+  // Uniform data spans 4 mean deviations, a normal distribution's sample of 512 about 8.
+  if (high - low <= 9 * deviation || count < 8) return {low, high};
+  float lowers[max_sample], uppers[max_sample];
+  for (std::uint32_t i = 0; i < count; ++i) {
+    lowers[i] = corner(sample[i], axis);
+    uppers[i] = corner(sample[i], axis + 3);
+  }
+  const std::uint32_t cut = count / 20;
+  std::nth_element(lowers, lowers + cut, lowers + count);
+  std::nth_element(uppers, uppers + (count - 1 - cut), uppers + count);
+  const double inner_low = clamp_finite(lowers[cut]);
+  const double inner_high = std::max(inner_low, clamp_finite(uppers[count - 1 - cut]));
+  const double slack = 0.5 * (inner_high - inner_low);
+  return {std::max(low, inner_low - slack), std::min(high, inner_high + slack)};
+}
+
+// The chance that two boxes of the sample share one of 8 x 8 x 8 cells, over that of evenly spread
+// ones. Two different boxes: a box counted with itself would make small samples look crowded.
+double crowding(const Box* sample, std::uint32_t count, const double* low, const double* high,
+                const double* extent) noexcept {
+  constexpr int side = 8;
+  if (count < 128) return 1;
+  // Where boxes are about as large as the range all are neighbours, wherever their centres lie.
+  bool flat[3];
+  for (int k = 0; k < 3; ++k) flat[k] = 4 * extent[k] >= high[k] - low[k];
+  std::uint16_t cells[side * side * side] = {};
+  double same = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    int at = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (flat[k]) continue;
+      const double centre =
+          0.5 * clamp_finite(corner(sample[i], k)) + 0.5 * clamp_finite(corner(sample[i], k + 3));
+      const double part = (centre - low[k]) / std::max(high[k] - low[k], 1e-30) * side;
+      at = at * side + static_cast<int>(std::clamp(part, 0.0, side - 1.0));
+    }
+    same += cells[at]++;
+  }
+  double even = 1;
+  for (int k = 0; k < 3; ++k) even *= flat[k] ? 1 : side;
+  const double chance = same / (0.5 * count * (count - 1.0));
+  return std::clamp(chance * even, 1.0, 512.0);
+}
+
+constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
+                                           14,  16,  20,  24,  28,  32,   40,   48,   56,   64,
+                                           80,  96,  112, 128, 160, 192,  224,  256,  320,  384,
+                                           448, 512, 640, 768, 896, 1024, 1536, 2048, 3072, 4096};
+
+Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
+  Quantiser map;
+  for (int k = 0; k < 3; ++k) {
+    const double length = double{s.upper[k]} - double{s.lower[k]};
+    const double wanted = columns[k] * 65536.0 / std::max(length, 1e-30);
+    map.origin[k] = s.lower[k];
+    map.scale[k] = static_cast<float>(std::min(wanted, 1e30));
+    map.max[k] = largest_index(columns[k]);
+    map.columns[k] = columns[k];
+  }
+  map.stride[0] = columns[1] * columns[2];
+  map.stride[1] = columns[2];
+  map.stride[2] = 1;
+  return map;
+}
+
+}  // namespace
+
+Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
+              std::uint64_t target_count) noexcept {
+  Stats s;
+  s.query_count = query_count;
+  s.target_count = target_count;
+  if (count == 0) return s;
+  double low[3], high[3];
+  for (int k = 0; k < 3; ++k) {
+    const Range r = trimmed_range(sample, count, k);
+    low[k] = r.lower;
+    high[k] = r.upper;
+    s.lower[k] = static_cast<float>(r.lower);
+    s.upper[k] = static_cast<float>(r.upper);
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    double extent[3];
+    for (int k = 0; k < 3; ++k) {
+      const double l = std::max(clamp_finite(corner(sample[i], k)), low[k]);
+      const double u = std::min(clamp_finite(corner(sample[i], k + 3)), high[k]);
+      extent[k] = std::max(0.0, u - l);
+      s.extent[k] += extent[k];
+    }
+    for (int k = 0; k < 3; ++k) s.product[k] += extent[(k + 1) % 3] * extent[(k + 2) % 3];
+  }
+  for (int k = 0; k < 3; ++k) {
+    s.extent[k] /= count;
+    s.product[k] /= count;
+  }
+  s.crowding = crowding(sample, count, low, high, s.extent);
+  return s;
+}
+
+GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
+  GridPlan best;
+  const double n = static_cast<double>(s.target_count);
+  const double work = static_cast<double>(s.query_count);
+  if (forced == Algorithm::all_pairs ||
+      (forced == Algorithm::automatic && s.target_count <= all_pairs_limit)) {
+    best.all_pairs = true;
+    best.expected_ns = 0.5 * n * work / 16 * window_ns;
+    best.reason = forced == Algorithm::all_pairs ? "brute force was asked for"
+                                                 : "so few boxes that brute force is fastest";
+    return best;
+  }
+  // Along an axis without extent all boxes meet: it is neither swept nor cut.
+  double length[3], extents[3];
+  for (int k = 0; k < 3; ++k) {
+    const double range = double{s.upper[k]} - double{s.lower[k]};
+    length[k] = std::max(range, 1e-30);
+    extents[k] = range > 0 ? s.extent[k] : length[k];
+  }
+  const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
+  std::uint32_t best_columns[3] = {1, 1, 1};
+  best.expected_ns = DBL_MAX;
+  for (std::uint32_t x = 0; x < 3; ++x) {
+    const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
+    const double share_x = std::min(1.0, extents[x] / length[x]);
+    for (const std::uint32_t cy : column_counts) {
+      if (cy > most_columns || (cy > 1 && extents[y] >= length[y])) break;
+      // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
+      const double across_y = extents[y] * (cy - 1) / length[y];
+      for (const std::uint32_t cz : column_counts) {
+        if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z])) {
+          break;
+        }
+        const double across_z = extents[z] * (cz - 1) / length[z];
+        const double both = s.product[x] * (cy - 1) * (cz - 1) / (length[y] * length[z]);
+        const double replicas = 1 + across_y + across_z + both;
+        const double per_column = n * replicas * s.crowding / (static_cast<double>(cy) * cz);
+        // Long columns are cut, where their boxes are short enough for that: to stay in the cache,
+        // and for an extent to be some words long, as equal words cost a look at the floats.
+        double parts = std::ceil(extent_words / (65536.0 * std::max(share_x, 1e-9)));
+        if (per_column > cached_records)
+          parts = std::max(parts, std::ceil(per_column / part_records));
+        parts = std::min({parts, 4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1,
+                          std::floor(most_columns / (static_cast<double>(cy) * cz))});
+        parts = std::max(1.0, parts);
+        const double cut = 1 + share_x * (parts - 1);
+        // Windows end anywhere in a vector, so some of those that fit on average do not.
+        const double window = per_column * share_x / lanes;
+        const double further = std::max(0.25 * window, window - 0.5);
+        const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
+                              window_ns * further;
+        const double cost =
+            work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
+            column_ns * cy * cz * parts;
+        if (cost < best.expected_ns) {
+          best.expected_ns = cost;
+          best.replicas = replicas * cut;
+          best.sweep_axis = x;
+          best_columns[x] = static_cast<std::uint32_t>(parts);
+          best_columns[y] = cy;
+          best_columns[z] = cz;
+        }
+      }
+    }
+  }
+  best.map = make_map(s, best_columns);
+  best.reason = forced == Algorithm::grid ? "the grid was asked for"
+                : best.map.column_count() == 1
+                    ? "few or wide boxes: one column, swept along its longest axis"
+                    : "columns wide enough that few boxes span two, narrow enough that a sweep "
+                      "window fits a vector";
+  return best;
+}
+
+}  // namespace throng::core

@@ -1,0 +1,62 @@
+// The planner: what is known of the boxes in, an algorithm and its grid out. Pure functions.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/options.hpp>
+#include <throng/types.hpp>
+
+#include "core/quantise.hpp"
+
+namespace throng::core {
+
+constexpr std::uint32_t max_sample = 512;
+
+// What a sample tells of all boxes.
+struct Stats {
+  std::uint64_t query_count = 0;  // boxes that look for partners: all, or those that are not static
+  std::uint64_t target_count = 0;  // boxes among which they look
+  float lower[3] = {0, 0, 0};      // where nearly all boxes lie; outliers are left out
+  float upper[3] = {0, 0, 0};
+  double extent[3] = {0, 0, 0};   // mean extent along each axis, cut to that range
+  double product[3] = {0, 0, 0};  // mean product of the extents along the two other axes
+  // How many times more neighbours a box has than if all were spread evenly over the range.
+  double crowding = 1;
+};
+
+// Measures `count` <= max_sample active boxes; reorders them.
+Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
+              std::uint64_t target_count) noexcept;
+
+struct GridPlan {
+  bool all_pairs = false;
+  std::uint32_t sweep_axis = 0;
+  Quantiser map;
+  double replicas = 1;     // columns that a box is expected to be entered in
+  double expected_ns = 0;  // of one thread
+  const char* reason = "";
+};
+
+// `lanes`: words that the kernels compare at once. `forced`: automatic, all_pairs or grid.
+GridPlan plan(const Stats& stats, std::uint32_t lanes, Algorithm forced) noexcept;
+
+// Below so many boxes brute force is faster than a grid. Measured by throng bench.
+constexpr std::uint64_t all_pairs_limit = 128;
+
+// What a plan costs, in ns, fitted to runs over many grids on a 2.2 GHz AVX-512 server core; only
+// the ratios matter. Binning a box; entering it in one more column; sorting a record of a column,
+// and comparing it with its first window; each further window; each column.
+constexpr double box_ns = 3.0;
+constexpr double replica_ns = 12.0;
+constexpr double record_ns = 9.5;
+constexpr double window_ns = 5.0;
+constexpr double column_ns = 300.0;
+// A column of more records than this leaves the second level of cache, and each costs so much more.
+constexpr double cached_records = 16384;
+constexpr double uncached_ns = 40.0;
+// A longer column is cut along its sweep axis into parts of about so many records.
+constexpr double part_records = 4096;
+// And into as many that the mean extent is about so many words.
+constexpr double extent_words = 96;
+
+}  // namespace throng::core

@@ -1,0 +1,284 @@
+// Finding: each column's boxes sorted along the sweep axis, then swept.
+//
+// Every two boxes of a column whose words overlap are compared once. In a strip, i before j:
+// bucket(i) <= bucket(j), so if they overlap, bucket(lower j) <= bucket(upper i), and the window of
+// i, which goes on while that holds, includes j; j's own window begins after j. Of two strips the
+// box of the lower bucket asks, and of equal buckets the query (cross()). A wide box asks all of a
+// strip that begins before it ends, in each column that it touches, where the home rule picks one;
+// two wide boxes meet in no column and are compared by brute force.
+#include <algorithm>
+#include <cstring>
+
+#include "cpu/all_pairs.hpp"
+#include "cpu/grid.hpp"
+#include "cpu/refine.hpp"
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+
+std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
+  std::uint32_t count = 0;
+  if (tail == 0) return 0;
+  std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
+  std::uintptr_t end = tail;
+  while (block) {
+    const std::uintptr_t first = block + sizeof(Block);
+    out[count++] = {reinterpret_cast<const Record*>(first),
+                    static_cast<std::uint32_t>((end - first) / sizeof(Record))};
+    block = reinterpret_cast<const Block*>(block)->previous;
+    end = block + block_bytes_;
+  }
+  return count;
+}
+
+// One worker's way through columns.
+class ColumnSearch {
+ public:
+  ColumnSearch(Search& search, const Problem& problem, const core::GridPlan& plan, GridSpace& space,
+               Worker& worker, unsigned depth)
+      : search_(search),
+        problem_(problem),
+        plan_(plan),
+        space_(space),
+        worker_(worker),
+        level_(worker.level(depth)),
+        depth_(depth) {}
+
+  void run(std::uint32_t column);
+
+ private:
+  // A column's boxes of one side, as they lie.
+  struct Raw {
+    std::uint32_t first_segment, segment_count, records;
+  };
+  Raw collect(std::uint32_t column, unsigned side);
+  void set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b);
+  void arrange(const Raw& raw, StripSpace& room, Strip& strip);
+  void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
+  void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
+
+  Search& search_;
+  const Problem& problem_;
+  const core::GridPlan& plan_;
+  GridSpace& space_;
+  Worker& worker_;
+  Level& level_;
+  unsigned depth_;
+};
+
+ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
+  const std::uint32_t first = side == 0 ? 0 : static_cast<std::uint32_t>(level_.segment_count);
+  std::uint32_t segments = first, records = 0;
+  for (unsigned t = 0; t < space_.tasks_; ++t) {
+    const std::uintptr_t tail = space_.tails(t, side)[column];
+    if (tail == 0) continue;
+    const auto* block =
+        reinterpret_cast<const GridSpace::Block*>((tail - 1) & ~(space_.block_bytes_ - 1));
+    const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
+    level_.segments.grow(segments + blocks, segments);
+    const std::uint32_t added = space_.chain(tail, level_.segments.data() + segments);
+    for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;
+    segments += added;
+  }
+  level_.segment_count = segments;
+  return {first, segments - first, records};
+}
+
+// About four to eight boxes a bucket, over the range of words that the column really has.
+void ColumnSearch::set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b) {
+  std::uint32_t least = 65535, most = 0;
+  const std::uint32_t axis = plan_.sweep_axis;
+  for (const Raw& raw : {a, b}) {
+    for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+      const Segment& segment = level_.segments[raw.first_segment + s];
+      search_.kernels->word_range(segment.records, segment.count, axis, &least, &most);
+    }
+  }
+  const std::uint32_t wanted = std::max(1u, std::max(a.records, b.records) / 4);
+  std::uint32_t shift = 0;
+  while ((most >> shift) - (least >> shift) >= wanted) ++shift;
+  for (Strip* strip : {&strip_a, &strip_b}) {
+    strip->shift = shift;
+    strip->first_bucket = least >> shift;
+    strip->bucket_count = (most >> shift) - (least >> shift) + 1;
+  }
+  strip_a.count = a.records;
+  strip_b.count = b.records;
+}
+
+// A counting sort by bucket.
+void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
+  const std::uint32_t axis = plan_.sweep_axis;
+  const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
+  std::uint32_t* end = room.buckets.room(strip.bucket_count + 1);
+  std::memset(end, 0, strip.bucket_count * sizeof *end);
+  const Segment* segments = level_.segments.data() + raw.first_segment;
+  for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+    const Record* r = segments[s].records;
+    for (std::uint32_t i = 0; i < segments[s].count; ++i) {
+      ++end[(r[i].lower[axis] >> shift) - first_bucket];
+    }
+  }
+  std::uint32_t sum = 0;
+  for (std::uint32_t k = 0; k < strip.bucket_count; ++k) {
+    const std::uint32_t count = end[k];
+    end[k] = sum;
+    sum += count;
+  }
+  Record* sorted = room.sorted.room(strip.count + strip_padding);
+  for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+    const Record* r = segments[s].records;
+    for (std::uint32_t i = 0; i < segments[s].count; ++i) {
+      sorted[end[(r[i].lower[axis] >> shift) - first_bucket]++] = r[i];
+    }
+  }
+  strip.bucket_end = end;
+  strip.record = sorted;
+  strip.axis = axis;
+  room.lay_out(strip);
+  search_.kernels->transpose(strip);
+}
+
+// Each query against the targets of its own bucket (or the next, where the own one was met from the
+// other side) and on. So of two boxes of different sides the one of the lower bucket asks, and of
+// two of one bucket the query of the first call.
+void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucket,
+                         Orientation orientation) {
+  std::uint32_t* starts = level_.starts.room(from.count + strip_padding);
+  for (std::uint32_t i = 0; i < from.count; ++i) {
+    const std::uint32_t bucket =
+        (from.lower[0][i] >> from.shift) - from.first_bucket + (skip_own_bucket ? 1 : 0);
+    starts[i] = bucket == 0 ? 0 : to.bucket_end[bucket - 1];
+  }
+  search_.kernels->sweep({&from, &to, starts, orientation}, worker_);
+}
+
+// The wide boxes of a side that touch this column, against all its targets.
+void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& targets,
+                              Orientation orientation) {
+  const std::uint32_t wide_count = space_.wide_count_[side];
+  if (wide_count == 0 || targets.count == 0) return;
+  const core::Quantiser& map = plan_.map;
+  const std::int32_t at[3] = {static_cast<std::int32_t>(column / map.stride[0]),
+                              static_cast<std::int32_t>(column / map.stride[1] % map.columns[1]),
+                              static_cast<std::int32_t>(column % map.columns[2])};
+  Record* clipped = level_.wide_strip.sorted.room(wide_count + strip_padding);
+  Strip strip;
+  for (std::uint32_t i = 0; i < wide_count; ++i) {
+    const Spanning& s = space_.wide_[side][i];
+    bool touches = true;
+    for (int k = 0; k < 3; ++k) {
+      touches &= (s.lower[k] >> 16) <= at[k] && at[k] <= (s.upper[k] >> 16);
+    }
+    if (!touches) continue;
+    Record& r = clipped[strip.count++];
+    for (int k = 0; k < 3; ++k) {
+      r.lower[k] = core::lower_word(s.lower[k], at[k]);
+      r.upper[k] = core::upper_word(s.upper[k], at[k]);
+    }
+    r.id = s.id;
+  }
+  if (strip.count == 0) return;
+  strip.record = clipped;
+  strip.axis = plan_.sweep_axis;
+  level_.wide_strip.lay_out(strip);
+  search_.kernels->transpose(strip);
+  std::uint32_t* starts = level_.starts.room(strip.count + strip_padding);
+  std::memset(starts, 0, strip.count * sizeof *starts);
+  search_.kernels->sweep({&strip, &targets, starts, orientation}, worker_);
+}
+
+void ColumnSearch::run(std::uint32_t column) {
+  level_.segment_count = 0;
+  const Raw raw_a = collect(column, 0);
+  const bool has_targets = problem_.targets.count != 0;
+  const Raw raw_b = has_targets ? collect(column, 1) : Raw{0, 0, 0};
+  if (raw_a.records + raw_b.records == 0) return;
+  Strip a, b;
+  set_buckets(raw_a, raw_b, a, b);
+  arrange(raw_a, level_.query_strip, a);
+  if (has_targets) arrange(raw_b, level_.target_strip, b);
+
+  if (!refine(search_, problem_, worker_, a, b, depth_)) {
+    if (problem_.self) search_.kernels->sweep({&a, &a, nullptr, search_.forward()}, worker_);
+    if (has_targets && a.count && b.count) {
+      cross(a, b, false, search_.forward());
+      cross(b, a, true, search_.backward());
+    }
+  }
+  if (problem_.self) sweep_wide(column, 0, a, search_.forward());
+  if (has_targets) {
+    sweep_wide(column, 0, b, search_.forward());
+    sweep_wide(column, 1, a, search_.backward());
+  }
+}
+
+void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
+                     Worker* const* team, unsigned task_count, unsigned depth) {
+  const std::uint32_t* order = nullptr;
+  if (task_count > 1 && columns_ > task_count) order = densest_first();
+  std::atomic<std::uint32_t> next{0};
+  auto task = [&](unsigned t) {
+    search.guarded([&] {
+      ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
+      for (;;) {
+        const std::uint32_t at = next.fetch_add(1, std::memory_order_relaxed);
+        if (at >= columns_ || search.over()) break;
+        columns.run(order ? order[at] : at);
+      }
+    });
+  };
+  run_tasks(*search.executor, task_count, task);
+  if (search.over()) return;
+  search.guarded([&] { find_wide(search, problem, *team[0]); });
+}
+
+// Long columns first, so that none is left for the end; where all are alike, as they lie.
+const std::uint32_t* GridSpace::densest_first() {
+  std::uint32_t* sizes = sizes_.room(columns_);
+  std::uint64_t total = 0;
+  std::uint32_t most = 0;
+  for (std::uint32_t c = 0; c < columns_; ++c) {
+    std::uint64_t size = 0;
+    for (unsigned chain = 0; chain < 2 * tasks_; ++chain) {
+      const std::uintptr_t tail = tails_[std::size_t{chain} * columns_ + c];
+      if (tail == 0) continue;
+      const std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
+      size += reinterpret_cast<const Block*>(block)->before + (tail - block) / sizeof(Record);
+    }
+    sizes[c] = static_cast<std::uint32_t>(std::min<std::uint64_t>(size, 0xffffffffu));
+    total += sizes[c];
+    most = std::max(most, sizes[c]);
+  }
+  if (most < 2 * (total / columns_ + 1)) return nullptr;
+  std::uint32_t* order = order_.room(columns_);
+  for (std::uint32_t c = 0; c < columns_; ++c) order[c] = c;
+  std::sort(order, order + columns_,
+            [sizes](std::uint32_t x, std::uint32_t y) { return sizes[x] > sizes[y]; });
+  return order;
+}
+
+// Pairs of two wide boxes: those that no column saw.
+void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker) {
+  if (wide_count_[0] + wide_count_[1] == 0) return;
+  for (unsigned side = 0; side < 2; ++side) {
+    const std::uint32_t count = wide_count_[side];
+    std::uint32_t* ids = wide_ids_[side].room(count + 1);
+    std::uint32_t* labels = wide_labels_[side].room(count + 1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      labels[i] = wide_[side][i].id;
+      ids[i] = problem.frame ? problem.frame->ids[labels[i]] : labels[i];
+    }
+  }
+  Problem wide = problem;
+  wide.queries = {problem.queries.boxes, wide_ids_[0].data(), wide_count_[0],
+                  wide_labels_[0].data()};
+  wide.targets = {problem.targets.boxes, wide_ids_[1].data(), wide_count_[1],
+                  wide_labels_[1].data()};
+  Worker* const team[] = {&worker};
+  BinReport ignored;
+  load_all_pairs(search, wide, team, ignored);
+  find_all_pairs(search, wide, team, 1);
+}
+
+}  // namespace throng::cpu

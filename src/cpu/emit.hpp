@@ -1,0 +1,33 @@
+// Where a kernel leaves the pairs that it finds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+namespace throng::cpu {
+
+// A kernel may write up to `slack` pairs beyond a cursor before it looks at the limit again.
+constexpr std::size_t emit_slack = 64;
+
+// How the ids of a query and of a target become a pair.
+enum class Orientation : std::uint8_t { unordered, query_first, target_first };
+
+struct Emit {
+  Pair* cursor = nullptr;        // sure pairs
+  Pair* limit = nullptr;         // cursor > limit: call flush
+  Pair* maybe_cursor = nullptr;  // pairs that the floats must decide
+  Pair* maybe_limit = nullptr;
+  void (*flush)(Emit*) = nullptr;
+  void (*flush_maybe)(Emit*) = nullptr;
+  std::uint64_t comparisons = 0;
+};
+
+inline Pair make_pair(Orientation orientation, std::uint32_t query, std::uint32_t target) noexcept {
+  if (orientation == Orientation::query_first) return {query, target};
+  if (orientation == Orientation::target_first) return {target, query};
+  return query < target ? Pair{query, target} : Pair{target, query};
+}
+
+}  // namespace throng::cpu

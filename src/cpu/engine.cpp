@@ -1,0 +1,370 @@
+#include "cpu/engine.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
+
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// Below so many boxes a second thread costs more than it gains. Measured by throng bench.
+constexpr std::uint64_t threads_pay_from = 6000;
+// Of a partition, a problem of fewer boxes is one worker's; larger ones are the whole team's.
+constexpr std::uint64_t team_pays_from = 65536;
+
+// The canonical order in bounded memory: at least so many pairs at a time.
+constexpr std::size_t least_in_order = 4096;
+
+class Clock {
+ public:
+  explicit Clock(bool on) noexcept : on_(on) { last_ = now(); }
+  double lap() noexcept {
+    if (!on_) return 0;
+    const auto before = last_;
+    last_ = now();
+    return std::chrono::duration<double, std::milli>(last_ - before).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point now() const noexcept {
+    return on_ ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
+  }
+  bool on_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+std::uint64_t box_count(const Problem& p) noexcept {
+  return std::uint64_t{p.queries.count} + p.targets.count;
+}
+
+}  // namespace
+
+struct Engine::Call {
+  explicit Call(const Options& o) : options(o), clock(o.measure_stages) {}
+  const Options& options;
+  Clock clock;
+  Search search;
+  Problem whole;
+  core::GridPlan plan;
+  unsigned tasks = 1;
+  bool partitioned = false;
+  Result result;
+};
+
+Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept
+    : memory_(memory, already_held),
+      grid_(memory_),
+      partition_(memory_),
+      sorter_(memory_),
+      pairs_(memory_),
+      unordered_(memory_),
+      ordered_(memory_) {}
+
+Engine::~Engine() {
+  for (Worker* worker : workers_) memory_.destroy(worker);
+}
+
+Worker* const* Engine::team(unsigned count) {
+  for (unsigned i = 0; i < count; ++i) {
+    if (!workers_[i]) workers_[i] = memory_.create<Worker>(memory_);
+  }
+  return workers_;
+}
+
+// Everything before the first pair: the split, the plan, the binning, the check for NaN.
+void Engine::prepare(Call& call) {
+  Search& search = call.search;
+  BinReport report;
+  Worker* const* workers = team(call.tasks);
+  for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
+  call.partitioned = Partition::needed(*search.a) || Partition::needed(*search.b);
+  Result& r = call.result;
+  if (call.partitioned) {
+    partition_.split(search, report);
+    r.times.plan_ms = call.clock.lap();
+    r.plan.algorithm =
+        call.options.algorithm == Algorithm::all_pairs ? Algorithm::all_pairs : Algorithm::grid;
+    r.plan.reason = "one problem a world, static boxes apart, each planned for itself";
+  } else {
+    const auto side = [](const Boxes& b) {
+      return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
+    };
+    call.whole.queries = side(*search.a);
+    call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
+    call.whole.self = !search.two_sets;
+    call.plan = make_plan(search, call.whole, call.options.algorithm);
+    r.times.plan_ms = call.clock.lap();
+    r.plan.algorithm = call.plan.all_pairs ? Algorithm::all_pairs : Algorithm::grid;
+    r.plan.sweep_axis = call.plan.sweep_axis;
+    std::copy(call.plan.map.columns, call.plan.map.columns + 3, r.plan.columns);
+    r.plan.expected_ns = call.plan.expected_ns;
+    r.plan.reason = call.plan.reason;
+    if (call.plan.all_pairs)
+      load_all_pairs(search, call.whole, workers, report);
+    else
+      grid_.bin(search, call.whole, call.plan, workers, call.tasks, report);
+  }
+  r.times.bin_ms = call.clock.lap();
+  r.inactive = report.inactive;
+  if (!search.failed() && report.nan_count && call.options.nan == NanPolicy::refuse) {
+    r.first_invalid = report.first_nan;
+    r.invalid_count = report.nan_count;
+    r.inactive -= report.nan_count;
+    nan_in_b_ = report.nan_in_targets;
+    search.fail(Status::nan_box, 0);
+  }
+}
+
+// Finds all pairs once.
+void Engine::pass(Call& call, Sink& sink) {
+  Search& search = call.search;
+  search.sink = &sink;
+  Worker* const* workers = team(call.tasks);
+  for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
+  if (call.partitioned)
+    solve_partition(call);
+  else if (call.plan.all_pairs)
+    find_all_pairs(search, call.whole, workers, call.tasks);
+  else
+    grid_.find(search, call.whole, call.plan, workers, call.tasks, 0);
+  call.result.comparisons = 0;
+  for (unsigned t = 0; t < call.tasks; ++t) {
+    if (!search.failed()) workers[t]->drain();
+    call.result.comparisons += workers[t]->comparisons;
+  }
+  if (!memory_.cap()) {
+    // The first gathers what any has; then all have it.
+    for (unsigned t = 1; t < call.tasks; ++t) workers[0]->match(*workers[t]);
+    for (unsigned t = 1; t < call.tasks; ++t) workers[t]->match(*workers[0]);
+  }
+  call.result.times.find_ms += call.clock.lap();
+}
+
+void Engine::solve_partition(Call& call) {
+  Search& search = call.search;
+  Worker* const* workers = team(call.tasks);
+  std::atomic<std::uint32_t> next{0};
+  const auto is_large = [&](const Problem& p) {
+    return call.tasks > 1 && box_count(p) >= team_pays_from;
+  };
+  auto task = [&](unsigned t) {
+    search.guarded([&] {
+      for (;;) {
+        const std::uint32_t i = next.fetch_add(1, std::memory_order_relaxed);
+        if (i >= partition_.problem_count() || search.over()) break;
+        const Problem& p = partition_.problem(i);
+        if (is_large(p)) continue;
+        solve_alone(search, p, make_plan(search, p, call.options.algorithm), *workers[t], 1);
+      }
+    });
+  };
+  run_tasks(*search.executor, call.tasks, task);
+  for (std::uint32_t i = 0; i < partition_.problem_count() && !search.over(); ++i) {
+    const Problem& p = partition_.problem(i);
+    if (!is_large(p)) continue;
+    BinReport ignored;
+    const core::GridPlan plan = make_plan(search, p, call.options.algorithm);
+    if (plan.all_pairs) {
+      load_all_pairs(search, p, workers, ignored);
+      find_all_pairs(search, p, workers, call.tasks);
+      continue;
+    }
+    grid_.bin(search, p, plan, workers, call.tasks, ignored);
+    if (!search.failed()) grid_.find(search, p, plan, workers, call.tasks, 0);
+  }
+}
+
+void Engine::find_into(Call& call, Output& output) {
+  for (;;) {
+    BufferSink sink(output.data, output.capacity);
+    pass(call, sink);
+    call.result.found = sink.found();
+    call.result.written = sink.written();
+    if (call.search.failed() || sink.found() <= output.capacity) return;
+    if (!output.grow) {
+      call.result.status = Status::buffer_too_small;
+      return;
+    }
+    output.data = output.grow(output.context, static_cast<std::size_t>(sink.found()));
+    if (!output.data) throw NoMemory{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
+    output.capacity = static_cast<std::size_t>(sink.found());
+  }
+}
+
+// Found into memory of our own, then sorted into the caller's, which is untouched if too small.
+void Engine::find_in_order(Call& call, Output& output) {
+  Output own{unordered_.data(), unordered_.capacity(),
+             [](void* room, std::size_t count) {
+               return room_for_pairs(*static_cast<Buffer<Pair>*>(room), count);
+             },
+             &unordered_};
+  find_into(call, own);
+  Result& r = call.result;
+  if (call.search.failed()) return;
+  r.written = 0;
+  const auto found = static_cast<std::size_t>(r.found);
+  if (found > output.capacity) {
+    if (!output.grow) {
+      r.status = Status::buffer_too_small;
+      return;
+    }
+    output.data = output.grow(output.context, found);
+    if (!output.data) throw NoMemory{found * sizeof(Pair)};
+    output.capacity = found;
+  }
+  sorter_.sort(*call.search.executor, call.tasks, own.data, output.data, found,
+               call.search.a->size(), call.search.b->size());
+  r.written = found;
+  r.times.order_ms = call.clock.lap();
+}
+
+void Engine::consume(Call& call, const Consumer& consumer) {
+  ConsumerSink sink(consumer, call.options.concurrent_consumer);
+  pass(call, sink);
+  sink.finish();
+  call.result.found = sink.found();
+  call.result.written = sink.delivered();
+  if (!call.search.failed() && sink.stopped()) call.result.status = Status::stopped;
+}
+
+// The canonical order in bounded memory: ranges of it that fit, each found and sorted by itself.
+void Engine::consume_in_order(Call& call, const Consumer& consumer) {
+  const std::uint64_t last = call.search.a->empty() ? 0 : call.search.a->size() - 1;
+  const unsigned key_bits = 32 + static_cast<unsigned>(std::bit_width(last));
+  const unsigned slice_bits = key_bits > 12 ? key_bits - 12 : 0;
+  bool go_on = true;
+  consume_range(call, consumer, 0, slice_bits, go_on);
+  if (!go_on) call.result.status = Status::stopped;
+}
+
+// Delivers all pairs whose key lies in [begin, begin + slices * 2^slice_bits).
+void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t begin,
+                           unsigned slice_bits, bool& go_on) {
+  if (unordered_.capacity() == 0 || ordered_.capacity() == 0) {
+    constexpr std::size_t usual = std::size_t{1} << 22;
+    std::size_t count = usual;
+    if (const std::size_t cap = memory_.cap()) {
+      // What the cap leaves beyond what is needed in any case, for finding, sorting, and its
+      // scratch.
+      const std::size_t enough = enough_bytes(call);
+      const std::size_t spare = cap > enough ? cap - enough : 0;
+      count = std::min(usual, least_in_order + spare / (2 * sizeof(Pair) + 18 * call.tasks));
+    }
+    unordered_.room(count, true);
+    ordered_.room(count, true);
+  }
+  const std::size_t room = std::min(unordered_.capacity(), ordered_.capacity());
+
+  const auto deliver = [&](std::size_t count) {
+    sorter_.sort(*call.search.executor, call.tasks, unordered_.data(), ordered_.data(), count,
+                 call.search.a->size(), call.search.b->size());
+    call.result.times.order_ms += call.clock.lap();
+    call.result.written += count;
+    if (count) go_on = consumer(ordered_.data(), count);
+  };
+  std::uint64_t counts[RangeSink::slices];
+  {
+    RangeSink sink(begin, slice_bits, unordered_.data(), room);
+    pass(call, sink);
+    if (call.search.failed()) return;
+    if (call.result.found == 0) call.result.found = sink.found();  // the first pass sees all
+    if (sink.found() <= room) return deliver(static_cast<std::size_t>(sink.found()));
+    for (std::size_t s = 0; s < RangeSink::slices; ++s) counts[s] = sink.in_slice(s);
+  }
+  for (std::size_t s = 0; s < RangeSink::slices && go_on && !call.search.failed();) {
+    std::uint64_t sum = counts[s];
+    const std::uint64_t at = begin + (std::uint64_t{s} << slice_bits);
+    if (sum > room) {
+      // 2^0 keys hold one pair each, so a slice with more pairs than fit can be cut further.
+      const unsigned finer = slice_bits > 12 ? slice_bits - 12 : 0;
+      consume_range(call, consumer, at, finer, go_on);
+      ++s;
+      continue;
+    }
+    std::size_t end = s + 1;
+    while (end < RangeSink::slices && sum + counts[end] <= room) sum += counts[end++];
+    if (sum) {
+      RangeSink sink(at, slice_bits, unordered_.data(), room, end - s);
+      pass(call, sink);
+      if (call.search.failed()) return;
+      deliver(static_cast<std::size_t>(sink.found()));
+    }
+    s = end;
+  }
+}
+
+// A cap under which this call will not fail: all that is held, and room for the largest column of a
+// grid, generously.
+std::size_t Engine::enough_bytes(const Call& call) const noexcept {
+  const std::size_t boxes =
+      call.search.a->size() + (call.search.two_sets ? call.search.b->size() : 0);
+  const double records =
+      std::max<double>(static_cast<double>(grid_.record_bound()),
+                       static_cast<double>(boxes) * std::max(1.5, 1.25 * call.plan.replicas));
+  const double columns = call.plan.map.column_count();
+  const double column = std::min(records, 8 * records / columns + 4096);
+  const double tasks = call.tasks;
+  // A column's boxes: records in order, words, doubled words, buckets, ids; see StripSpace.
+  constexpr double bytes_a_record = 1.125 * (16 + 12 + 24 + 16);
+  const double fixed = tasks * (sizeof(Worker) + sizeof(Level) + 65536) + sizeof(Engine);
+  const double chains = columns * tasks * (2 * sizeof(std::uintptr_t) + 2 * 4096);
+  const double worlds = call.partitioned ? 256.0 * static_cast<double>(boxes) : 0;
+  const double in_order =
+      call.options.order != Order::canonical
+          ? 0
+          : static_cast<double>(2 * least_in_order * sizeof(Pair) +
+                                PairSorter::bytes_for(least_in_order, call.tasks));
+  const double all = fixed + chains + worlds + in_order + 64.0 * static_cast<double>(boxes) +
+                     records * 20 + tasks * column * bytes_a_record;
+  return static_cast<std::size_t>(all);
+}
+
+Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Output* output,
+                    const Consumer* consumer) {
+  Call call(options);
+  Result& r = call.result;
+  Search& search = call.search;
+  search.a = &a;
+  search.b = b ? b : &a;
+  search.two_sets = b != nullptr;
+  search.margin = options.margin;
+  search.flat = a.is_flat() && search.b->is_flat();
+  const auto given = [](const Filters& f) { return f.group || f.mask || f.owner; };
+  search.pair_filters = given(a.filters) || given(search.b->filters);
+  search.kernels = find_kernels(options.isa);
+  search.executor = options.executor ? options.executor : &default_executor();
+  search.memory = &memory_;
+  memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
+  Clock total(true);
+  const std::uint64_t boxes = a.size() + (b ? b->size() : 0);
+  unsigned threads = options.threads ? options.threads : search.executor->concurrency;
+  threads = std::clamp(threads, 1u, max_workers);
+  call.tasks = boxes < threads_pay_from ? 1 : threads;
+  r.plan.isa = search.kernels->isa;
+  r.plan.threads = call.tasks;
+  r.plan.reason = "";
+  search.guarded([&] {
+    prepare(call);
+    if (search.failed()) return;
+    const bool in_order = options.order == Order::canonical;
+    if (consumer)
+      in_order ? consume_in_order(call, *consumer) : consume(call, *consumer);
+    else
+      in_order ? find_in_order(call, *output) : find_into(call, *output);
+  });
+  if (search.failed()) {
+    r.status = search.status();
+    r.bytes_needed = search.bytes();
+    if (r.status == Status::memory_cap_too_small) {
+      r.bytes_needed = std::max(search.bytes(), enough_bytes(call));
+    }
+    r.found = r.written = 0;
+  }
+  r.times.total_ms = total.lap();
+  return r;
+}
+
+}  // namespace throng::cpu

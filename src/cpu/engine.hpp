@@ -1,0 +1,72 @@
+// The CPU backend: one call from boxes to pairs, and the memory kept between calls.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/finder.hpp>
+#include <throng/options.hpp>
+
+#include "cpu/grid.hpp"
+#include "cpu/memory.hpp"
+#include "cpu/order.hpp"
+#include "cpu/partition.hpp"
+#include "cpu/worker.hpp"
+
+namespace throng::cpu {
+
+// Room for `count` pairs and a few more, so that frames that differ by little do not each ask anew;
+// a larger part to spare would weigh more than all else.
+inline Pair* room_for_pairs(Buffer<Pair>& room, std::size_t count) {
+  return count <= room.capacity() ? room.data() : room.room(count + count / 64 + 512, true);
+}
+
+// Memory for pairs: as given, or growing where `grow` is there.
+struct Output {
+  Pair* data = nullptr;
+  std::size_t capacity = 0;
+  // Room for `count` pairs, contents lost; null where there is no memory.
+  Pair* (*grow)(void* context, std::size_t count) = nullptr;
+  void* context = nullptr;
+};
+
+class Engine {
+ public:
+  // `already_held`: bytes that the owner took from `memory` for the engine itself.
+  Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept;
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  // The arguments are valid (see the hall). b null: one set. `output` or `consumer` is null.
+  Result find(const Boxes& a, const Boxes* b, const Options&, Output* output,
+              const Consumer* consumer);
+
+  Memory& memory() noexcept { return memory_; }
+  Buffer<Pair>& pairs() noexcept { return pairs_; }
+  // After a call with status nan_box: whether first_invalid is of the second set.
+  bool nan_in_second_set() const noexcept { return nan_in_b_; }
+
+ private:
+  struct Call;
+  void prepare(Call&);
+  void pass(Call&, Sink&);
+  void find_into(Call&, Output&);
+  void find_in_order(Call&, Output&);
+  void consume(Call&, const Consumer&);
+  void consume_in_order(Call&, const Consumer&);
+  void consume_range(Call&, const Consumer&, std::uint64_t begin, unsigned slice_bits, bool& go_on);
+  Worker* const* team(unsigned count);
+  void solve_partition(Call&);
+  std::size_t enough_bytes(const Call&) const noexcept;
+
+  Memory memory_;
+  GridSpace grid_;
+  Partition partition_;
+  PairSorter sorter_;
+  Buffer<Pair> pairs_, unordered_, ordered_;
+  bool nan_in_b_ = false;
+  static constexpr unsigned max_workers = 256;
+  Worker* workers_[max_workers] = {};
+};
+
+}  // namespace throng::cpu

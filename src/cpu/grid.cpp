@@ -1,0 +1,302 @@
+// Binning: every box into every column that it touches.
+#include "cpu/grid.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// A box in more columns than this is kept apart and swept over each of them; see column.cpp.
+constexpr std::uint64_t wide_limit = 64;
+constexpr std::uint32_t block_batch = 8;
+
+}  // namespace
+
+GridSpace::GridSpace(Memory& memory) noexcept
+    : pool_(memory),
+      tails_(memory),
+      order_(memory),
+      sizes_(memory),
+      wide_{Buffer<Spanning>(memory), Buffer<Spanning>(memory)},
+      wide_ids_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)},
+      wide_labels_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)} {}
+
+Level::Level(Memory& memory) noexcept
+    : query_strip(memory),
+      target_strip(memory),
+      wide_strip(memory),
+      segments(memory),
+      starts(memory),
+      space(memory),
+      ids(memory),
+      labels(memory),
+      before(memory) {}
+
+void Level::match(const Level& other) {
+  query_strip.match(other.query_strip);
+  target_strip.match(other.target_strip);
+  wide_strip.match(other.wide_strip);
+  segments.match(other.segments);
+  starts.match(other.starts);
+  space.match(other.space);
+  ids.match(other.ids);
+  labels.match(other.labels);
+  before.match(other.before);
+}
+
+void GridSpace::match(const GridSpace& other) {
+  pool_.match(other.pool_);
+  tails_.match(other.tails_);
+  order_.match(other.order_);
+  sizes_.match(other.sizes_);
+  for (int side = 0; side < 2; ++side) {
+    wide_[side].match(other.wide_[side]);
+    wide_ids_[side].match(other.wide_ids_[side]);
+    wide_labels_[side].match(other.wide_labels_[side]);
+  }
+}
+
+std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
+  BinTask& task = *static_cast<BinTask*>(target);
+  GridSpace& space = *task.space;
+  if (task.next_free == task.free_end) {
+    const std::size_t at = space.used_blocks_.fetch_add(block_batch, std::memory_order_relaxed);
+    if (at + block_batch > space.pool_blocks_) {
+      // Goes on counting, so that the next attempt gets all it needs; what it writes is lost.
+      space.pool_short_.store(true, std::memory_order_relaxed);
+      task.next_free = task.dummy;
+      task.free_end = task.dummy + block_batch;
+    } else {
+      task.next_free = space.pool_begin_ + at * space.block_bytes_;
+      task.free_end = task.next_free + block_batch * space.block_bytes_;
+    }
+  }
+  if (space.pool_short_.load(std::memory_order_relaxed) &&
+      task.next_free - task.dummy < block_batch) {
+    ++task.next_free;
+    return task.dummy + sizeof(Block);
+  }
+  const std::uintptr_t block = task.next_free;
+  task.next_free += space.block_bytes_;
+  const std::uintptr_t tail = task.tail[column];
+  Block header{0, 0};
+  if (tail) {
+    header.previous = (tail - 1) & ~task.block_mask;
+    header.before = reinterpret_cast<const Block*>(header.previous)->before +
+                    space.block_bytes_ / sizeof(Record) - 1;
+  }
+  std::memcpy(reinterpret_cast<void*>(block), &header, sizeof header);
+  return block + sizeof(Block);
+}
+
+void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned task_count) {
+  columns_ = plan.map.column_count();
+  tasks_ = task_count;
+  const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
+  const double per_chain = records / (static_cast<double>(columns_) * task_count);
+  // About four blocks a chain: the last of each is half empty.
+  block_bytes_ = 4096;
+  while (block_bytes_ > 512 && block_bytes_ * 4 > per_chain * sizeof(Record)) block_bytes_ /= 2;
+  const std::size_t chains = std::size_t{columns_} * task_count;
+  const std::size_t blocks =
+      static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
+      std::min(chains, boxes) + block_batch * task_count + 1;
+  char* base = pool_.room((blocks + 1) * block_bytes_, true);
+  pool_begin_ = (reinterpret_cast<std::uintptr_t>(base) + block_bytes_ - 1) & ~(block_bytes_ - 1);
+  pool_blocks_ =
+      (pool_.capacity() - (pool_begin_ - reinterpret_cast<std::uintptr_t>(base))) / block_bytes_;
+  used_blocks_ = 0;
+  pool_short_ = false;
+  wide_count_[0] = wide_count_[1] = 0;
+  tails_.room(chains * 2);
+}
+
+void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan& plan,
+                    Worker* const* team, unsigned task_count, BinReport& report) {
+  // Under a cap the first attempt only counts, so that no byte is asked for beyond what is needed.
+  std::size_t expected =
+      search.memory->cap() ? 0 : std::size_t{problem.queries.count} + problem.targets.count;
+  for (;;) {
+    prepare(plan, expected, task_count);
+    std::mutex merge;
+    BinReport total;
+    auto task = [&](unsigned t) {
+      search.guarded([&] {
+        Worker& worker = *team[t];
+        BinReport mine;
+        for (unsigned side = 0; side < 2; ++side) {
+          bin_side(search, side ? problem.targets : problem.queries, side, plan.map, worker, t,
+                   mine);
+        }
+        const std::lock_guard<std::mutex> lock(merge);
+        total.add(mine);
+      });
+    };
+    run_tasks(*search.executor, task_count, task);
+    if (search.failed()) return;
+    if (!pool_short_) {
+      report = total;
+      return;
+    }
+    // More replicas than the sample foretold. The number of blocks asked for is known now.
+    const std::size_t wanted = used_blocks_ + std::size_t{block_batch} * task_count;
+    expected = static_cast<std::size_t>(static_cast<double>(wanted) *
+                                        static_cast<double>(block_bytes_ / sizeof(Record)) /
+                                        plan.replicas) +
+               1;
+  }
+}
+
+void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
+                         const core::Quantiser& map, Worker& worker, unsigned t,
+                         BinReport& report) {
+  BinTask& task = worker.bin;
+  task.space = this;
+  task.next_block = next_block;
+  task.block_mask = block_bytes_ - 1;
+  if (index == 0) task.next_free = task.free_end = 0;
+  task.tail = tails(t, index);
+  std::memset(task.tail, 0, columns_ * sizeof(std::uintptr_t));
+  const std::uintptr_t dummy =
+      reinterpret_cast<std::uintptr_t>(worker.dummy_block.room(2 * block_bytes_, true));
+  task.dummy = (dummy + block_bytes_ - 1) & ~(block_bytes_ - 1);
+
+  const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t{side.count} * t / tasks_);
+  const std::uint32_t end =
+      static_cast<std::uint32_t>(std::uint64_t{side.count} * (t + 1) / tasks_);
+  if (begin == end) return;
+  const Boxes& boxes = *side.boxes;
+  const char* packed = !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
+  const bool flat = search.flat;
+  const std::uint32_t* names = side.labels ? side.labels : side.ids;
+  alignas(64) float tile[(bin_tile + bin_overrun) * 6];
+  for (std::uint32_t at = begin; at < end; at += bin_tile) {
+    const std::uint32_t count = std::min(bin_tile, end - at);
+    // The kernels read a little further: the last boxes of the array are copied out.
+    if (packed && at + count + bin_overrun <= boxes.size()) {
+      bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
+                  count, index, map, worker, report);
+      continue;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t id = side.id(at + i);
+      Box box = boxes[id];
+      if (search.margin != 0 && core::is_active(box)) box = core::expand(box, search.margin);
+      if (flat) {
+        // Any two overlap there; words that differ spare the floats.
+        box.lower.z = box.lower.z - 1;
+        box.upper.z = box.upper.z + 1;
+      }
+      std::memcpy(tile + 6 * i, &box, sizeof box);
+    }
+    bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
+                names ? names + at : nullptr, at, count, index, map, worker, report);
+  }
+}
+
+// A record in two words, so that its parts are changed in registers: narrow stores would hold up
+// the wide load that follows.
+struct RecordWords {
+  std::uint64_t low, high;  // lower 0, 1, 2, upper 0; upper 1, 2, id
+  explicit RecordWords(const Record& r) { std::memcpy(this, &r, sizeof r); }
+  // The box begins in an earlier column along the axis.
+  void begins_before(int axis, bool before) {
+    low &= ~(std::uint64_t{before ? 0xffffu : 0u} << (16 * axis));
+  }
+  // The box ends in a later column along the axis.
+  void ends_after(int axis, bool after) {
+    const std::uint64_t ones = after ? 0xffffu : 0u;
+    low |= axis == 0 ? ones << 48 : 0;
+    high |= axis == 1 ? ones : (axis == 2 ? ones << 16 : 0);
+  }
+};
+static_assert(sizeof(RecordWords) == sizeof(Record));
+
+inline void GridSpace::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
+  std::uintptr_t tail = task.tail[column];
+  if ((tail & task.block_mask) == 0) tail = next_block(&task, column);
+  std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
+  task.tail[column] = tail + sizeof r;
+}
+
+void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t stride,
+                            const std::uint32_t* ids, std::uint32_t first, std::uint32_t count,
+                            unsigned side, const core::Quantiser& map, Worker& worker,
+                            BinReport& report) {
+  BinTask& task = worker.bin;
+  search.kernels->bin(map, boxes, stride, ids, first, count, task);
+  for (std::uint32_t o = 0; o < task.odd_count; ++o) {
+    const std::uint32_t i = task.odd[o];
+    const std::uint32_t number = task.number[i][0];
+    if (number >= invalid_number) {
+      Box box;
+      std::memcpy(&box, boxes + i * stride, sizeof box);
+      report.add_inactive(task.record[i].id, core::has_nan(box), side == 1);
+      continue;
+    }
+    const std::uint32_t spans = number >> column_bits;
+    const std::uint32_t column = number & (most_columns - 1);
+    // Two columns along one axis: by far the most.
+    if (spans == 1 || spans == 4 || spans == 16) {
+      const int axis = spans == 1 ? 0 : (spans == 4 ? 1 : 2);
+      const RecordWords whole(task.record[i]);
+      RecordWords near_part = whole, far_part = whole;
+      near_part.ends_after(axis, true);
+      far_part.begins_before(axis, true);
+      append(task, column, near_part);
+      append(task, column + map.stride[axis], far_part);
+    } else {
+      enter_spanning(map, task, side, i);
+    }
+  }
+}
+
+void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsigned side,
+                               std::uint32_t position) {
+  const std::int32_t* lower = task.lower[position];
+  const std::int32_t* upper = task.upper[position];
+  std::int32_t from[3], to[3];
+  std::uint64_t touched = 1;
+  for (int k = 0; k < 3; ++k) {
+    from[k] = lower[k] >> 16;
+    to[k] = upper[k] >> 16;
+    touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
+  }
+  if (touched > wide_limit) {
+    Spanning wide;
+    wide.id = task.record[position].id;
+    std::copy(lower, lower + 3, wide.lower);
+    std::copy(upper, upper + 3, wide.upper);
+    const std::lock_guard<std::mutex> lock(wide_mutex_);
+    const std::uint32_t count = wide_count_[side];
+    wide_[side].grow(count + 1, count)[count] = wide;
+    wide_count_[side] = count + 1;
+    return;
+  }
+  const RecordWords whole(task.record[position]);
+  for (std::int32_t x = from[0]; x <= to[0]; ++x) {
+    RecordWords in_x = whole;
+    in_x.begins_before(0, x > from[0]);
+    in_x.ends_after(0, x < to[0]);
+    for (std::int32_t y = from[1]; y <= to[1]; ++y) {
+      RecordWords in_y = in_x;
+      in_y.begins_before(1, y > from[1]);
+      in_y.ends_after(1, y < to[1]);
+      for (std::int32_t z = from[2]; z <= to[2]; ++z) {
+        RecordWords in_z = in_y;
+        in_z.begins_before(2, z > from[2]);
+        in_z.ends_after(2, z < to[2]);
+        append(task,
+               static_cast<std::uint32_t>(x) * map.stride[0] +
+                   static_cast<std::uint32_t>(y) * map.stride[1] +
+                   static_cast<std::uint32_t>(z) * map.stride[2],
+               in_z);
+      }
+    }
+  }
+}
+
+}  // namespace throng::cpu

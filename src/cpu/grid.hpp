@@ -1,0 +1,93 @@
+// The grid: boxes binned into columns, each column swept along the third axis.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/planner.hpp"
+#include "cpu/search.hpp"
+#include "cpu/worker.hpp"
+
+namespace throng::cpu {
+
+struct RecordWords;
+
+// The memory of one grid, kept from call to call.
+class GridSpace {
+ public:
+  explicit GridSpace(Memory& memory) noexcept;
+
+  // Enters all boxes of a problem into columns, on `task_count` tasks of the team.
+  // Fails through the search where memory does.
+  void bin(Search&, const Problem&, const core::GridPlan&, Worker* const* team, unsigned task_count,
+           BinReport&);
+  // Finds the pairs of all columns, and those of boxes that span too many.
+  void find(Search&, const Problem&, const core::GridPlan&, Worker* const* team,
+            unsigned task_count, unsigned depth);
+
+  void match(const GridSpace& other);
+  // Records that the last binning asked room for, or more.
+  std::size_t record_bound() const noexcept {
+    return used_blocks_.load(std::memory_order_relaxed) * (block_bytes_ / sizeof(Record));
+  }
+
+ private:
+  friend class ColumnSearch;
+  struct Block {              // a block's first 16 bytes
+    std::uintptr_t previous;  // address of the column's block before this, or 0
+    std::uint64_t before;     // records in all blocks before this
+  };
+  static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
+  void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);
+  void bin_side(Search&, const Side&, unsigned side, const core::Quantiser&, Worker&, unsigned task,
+                BinReport&);
+  void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
+                   std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantiser&,
+                   Worker&, BinReport&);
+  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, std::uint32_t position);
+  static void append(BinTask&, std::uint32_t column, const RecordWords&);
+  std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
+    return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
+  }
+  const std::uint32_t* densest_first();
+  void find_wide(Search&, const Problem&, Worker&);
+  std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
+
+  std::uint32_t columns_ = 0;
+  unsigned tasks_ = 0;
+  std::uintptr_t block_bytes_ = 0;
+  std::uintptr_t pool_begin_ = 0;
+  std::size_t pool_blocks_ = 0;
+  std::atomic<std::size_t> used_blocks_{0};
+  std::atomic<bool> pool_short_{false};
+  Buffer<char> pool_;
+  Buffer<std::uintptr_t> tails_;
+  Buffer<std::uint32_t> order_, sizes_;
+  Buffer<Spanning> wide_[2];
+  Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
+  std::uint32_t wide_count_[2] = {0, 0};
+  std::mutex wide_mutex_;
+};
+
+// A worker's scratch at one depth.
+struct Level {
+  explicit Level(Memory& memory) noexcept;
+  void match(const Level& other);
+
+  StripSpace query_strip, target_strip, wide_strip;
+  Buffer<Segment> segments;
+  std::uint32_t segment_count = 0;
+  Buffer<std::uint32_t> starts;
+  // Of a problem that this worker solves alone: a column, or a world.
+  GridSpace space;
+  Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
+  Buffer<std::uint16_t> before;
+};
+
+// Plans from a sample of a problem's boxes.
+core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
+
+// Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
+void solve_alone(Search&, const Problem&, const core::GridPlan&, Worker&, unsigned depth);
+
+}  // namespace throng::cpu

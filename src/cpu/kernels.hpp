@@ -1,0 +1,114 @@
+// The inner loops, one set of them an instruction set, behind one table.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/options.hpp>
+
+#include "core/quantise.hpp"
+#include "cpu/emit.hpp"
+
+namespace throng::cpu {
+
+// A box in a column: the words of its ends there, and its index. See core/quantise.hpp.
+struct Record {
+  std::uint16_t lower[3], upper[3];
+  std::uint32_t id;
+};
+static_assert(sizeof(Record) == 16);
+
+// A box that touches too many columns for a record in each: the quantised ends of its three axes.
+struct Spanning {
+  std::int32_t lower[3];
+  std::int32_t upper[3];
+  std::uint32_t id;
+};
+
+// What binning finds out of a box, in one number: its column, of the lower corner, in the low bits;
+// above, for each axis, how many columns further the upper corner lies (3 for three or more); and
+// on top whether it is no box at all (not lower <= upper).
+constexpr std::uint32_t column_bits = 18;
+constexpr std::uint32_t most_columns = 1u << column_bits;
+constexpr std::uint32_t span_shift(int axis) noexcept {
+  return column_bits + 2 * static_cast<std::uint32_t>(axis);
+}
+constexpr std::uint32_t invalid_number = 1u << (column_bits + 6);
+
+constexpr std::uint32_t bin_tile = 128;
+constexpr std::uint32_t bin_overrun = 4;
+
+// Where the records of one task go: per column a chain of blocks. A tail is the address of the next
+// free record; one that is a multiple of the block's size (null too) asks for a new block.
+struct BinTarget {
+  std::uintptr_t* tail = nullptr;
+  std::uintptr_t block_mask = 0;  // block size - 1
+  std::uintptr_t (*next_block)(BinTarget*,
+                               std::uint32_t column) = nullptr;  // address of its first record
+  // Of the last tile; the arrays have room for a vector beyond.
+  std::uint32_t odd_count = 0;
+  std::uint32_t odd[bin_tile + 1];  // positions of boxes that touch several columns, or are none
+  alignas(64) Record record[bin_tile + 4];            // as if each were in its first column alone
+  alignas(64) std::uint32_t number[bin_tile + 4][4];  // [0]: see above
+  alignas(64) std::int32_t lower[bin_tile + 4][4];    // quantised
+  alignas(64) std::int32_t upper[bin_tile + 4][4];
+};
+
+// A column's boxes in order of their sweep axis' lower words, up to the width of a bucket; one
+// array a word, axis 0 being the sweep axis. The arrays are readable `strip_padding` beyond
+// `count`, where no box matches.
+constexpr std::uint32_t strip_padding = 128;
+struct Strip {
+  std::uint32_t count = 0;
+  std::uint32_t shift = 0;  // bucket = (word >> shift) - first_bucket
+  std::uint32_t first_bucket = 0, bucket_count = 0;
+  std::uint16_t* lower[3] = {};
+  std::uint16_t* upper[3] = {};
+  std::uint32_t* id = nullptr;
+  const Record* record = nullptr;  // the same boxes as records, their axes as in space
+  std::uint32_t axis = 0;          // the sweep axis in space
+  const std::uint32_t* bucket_end = nullptr;
+};
+
+struct Sweep {
+  const Strip* queries = nullptr;
+  const Strip* targets = nullptr;
+  const std::uint32_t* start = nullptr;  // the first target of each query; null: the one after it
+  Orientation orientation = Orientation::unordered;
+};
+
+// Boxes as floats, one array a coordinate, readable 16 beyond `count`. An inactive box is all NaN.
+struct Tile {
+  const float* corner[6];
+  const std::uint32_t* id;
+  std::uint32_t count;
+};
+
+struct Kernels {
+  Isa isa;
+  std::uint32_t lanes;  // words compared at once
+  // Enters those of `count` <= bin_tile boxes, `stride` bytes apart, that touch one column into it,
+  // and lists the others. Reads up to bin_overrun boxes beyond. ids null: first_id, first_id + 1,
+  // ...
+  void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
+              const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);
+  // The least and greatest lower word of `axis` among records; taken into *least and *most.
+  void (*word_range)(const Record*, std::uint32_t count, std::uint32_t axis, std::uint32_t* least,
+                     std::uint32_t* most);
+  // Fills a strip's arrays from its records.
+  void (*transpose)(Strip&);
+  void (*sweep)(const Sweep&, Emit&);
+  // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
+  void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
+};
+
+// The table of an instruction set, or null where this build or processor has it not.
+// automatic: what THRONG_ISA names, else the widest.
+const Kernels* find_kernels(Isa) noexcept;
+
+extern const Kernels scalar_kernels;
+
+// The widest sets that the compiler and this processor have; null where absent.
+const Kernels* simd_kernels(Isa) noexcept;
+
+}  // namespace throng::cpu

@@ -1,0 +1,119 @@
+// The plain form of the kernels: what the vector forms must equal.
+#include <algorithm>
+#include <cstring>
+
+#include "cpu/kernels.hpp"
+
+namespace throng::cpu {
+namespace {
+
+void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
+         const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget& out) {
+  out.odd_count = 0;
+  for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
+    float box[6];
+    std::memcpy(box, boxes, sizeof box);
+    if (!(box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5])) {
+      out.number[i][0] = invalid_number;
+      out.record[i].id = ids ? ids[i] : first_id + i;
+      out.odd[out.odd_count++] = i;
+      continue;
+    }
+    Record& r = out.record[i];
+    std::uint32_t number = 0;
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t lower = out.lower[i][k] = core::quantise(map, k, box[k]);
+      const std::int32_t upper = out.upper[i][k] = core::quantise(map, k, box[3 + k]);
+      r.lower[k] = core::word_of(lower);
+      r.upper[k] = core::word_of(upper);
+      const auto further = static_cast<std::uint32_t>((upper >> 16) - (lower >> 16));
+      number += static_cast<std::uint32_t>(lower >> 16) * map.stride[k] +
+                (std::min(further, 3u) << span_shift(k));
+    }
+    r.id = ids ? ids[i] : first_id + i;
+    out.number[i][0] = number;
+    if (number >= most_columns) {
+      out.odd[out.odd_count++] = i;
+      continue;
+    }
+    std::uintptr_t& tail = out.tail[number];
+    if ((tail & out.block_mask) == 0) tail = out.next_block(&out, number);
+    std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
+    tail += sizeof r;
+  }
+}
+
+void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
+                std::uint32_t* least, std::uint32_t* most) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t word = records[i].lower[axis];
+    *least = std::min(*least, word);
+    *most = std::max(*most, word);
+  }
+}
+
+void transpose(Strip& strip) {
+  const Record* sorted = strip.record;
+  const std::uint32_t axes[3] = {strip.axis, (strip.axis + 1) % 3, (strip.axis + 2) % 3};
+  for (std::uint32_t i = 0; i < strip.count + strip_padding; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      strip.lower[k][i] = i < strip.count ? sorted[i].lower[axes[k]] : std::uint16_t{65535};
+      strip.upper[k][i] = i < strip.count ? sorted[i].upper[axes[k]] : std::uint16_t{0};
+    }
+    if (i < strip.count) strip.id[i] = sorted[i].id;
+  }
+}
+
+void sweep(const Sweep& args, Emit& out) {
+  const Strip& q = *args.queries;
+  const Strip& t = *args.targets;
+  const std::uint32_t bucket_start = ~((1u << t.shift) - 1);
+  std::uint64_t comparisons = 0;
+  for (std::uint32_t i = 0; i < q.count; ++i) {
+    const std::uint32_t first = args.start ? args.start[i] : i + 1;
+    std::uint32_t j = first;
+    for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {
+      bool overlap = true, tie = false, home = true;
+      for (int k = 0; k < 3; ++k) {
+        const std::uint16_t ql = q.lower[k][i], qu = q.upper[k][i];
+        const std::uint16_t tl = t.lower[k][j], tu = t.upper[k][j];
+        overlap &= (tl <= qu) & (ql <= tu);
+        tie |= (tl == qu) | (ql == tu);
+        home &= (ql | tl) != 0;
+      }
+      if (!(overlap && home)) continue;
+      const Pair pair = make_pair(args.orientation, q.id[i], t.id[j]);
+      if (tie) {
+        *out.maybe_cursor++ = pair;
+        if (out.maybe_cursor > out.maybe_limit) out.flush_maybe(&out);
+      } else {
+        *out.cursor++ = pair;
+        if (out.cursor > out.limit) out.flush(&out);
+      }
+    }
+    comparisons += j - first;
+  }
+  out.comparisons += comparisons;
+}
+
+void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, Emit& out) {
+  for (std::uint32_t i = 0; i < q.count; ++i) {
+    const std::uint32_t first = same ? i + 1 : 0;
+    for (std::uint32_t j = first; j < t.count; ++j) {
+      bool overlap = true;
+      for (int k = 0; k < 3; ++k) {
+        overlap &= (q.corner[k][i] <= t.corner[k + 3][j]) & (t.corner[k][j] <= q.corner[k + 3][i]);
+      }
+      if (!overlap) continue;
+      *out.cursor++ = make_pair(orientation, q.id[i], t.id[j]);
+      if (out.cursor > out.limit) out.flush(&out);
+    }
+    if (t.count > first) out.comparisons += t.count - first;
+  }
+}
+
+}  // namespace
+
+const Kernels scalar_kernels{Isa::scalar, 1, bin, word_range, transpose, sweep, all_pairs};
+
+}  // namespace throng::cpu

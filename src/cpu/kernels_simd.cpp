@@ -1,0 +1,80 @@
+// The kernels over vectors, compiled once an instruction set by Highway.
+//
+// Words are unsigned 16-bit and compared by saturating subtraction: a -| b is 0 exactly if a <= b,
+// so the five differences of a box and a vector of boxes are or-ed and compared with 0 once.
+#if defined(THRONG_HIGHWAY)
+
+// Built: SSE4, AVX2, AVX-512, NEON. Off, by bit, as old releases do not name them all: SSSE3, the
+// later AVX-512 sets, SVE.
+#define HWY_DISABLED_TARGETS                                                                     \
+  ((1LL << 12) | (1LL << 7) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
+   (1LL << 26) | (1LL << 27))
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/kernels_simd.cpp"
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+#include <hwy/highway.h>
+
+#include "cpu/kernels.hpp"
+
+#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || \
+    HWY_TARGET == HWY_NEON
+
+#include "cpu/kernels_bin-inl.hpp"
+#include "cpu/kernels_sweep-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+
+const Kernels& kernels() {
+  constexpr Isa isa = HWY_TARGET == HWY_SSE4   ? Isa::sse4
+                      : HWY_TARGET == HWY_AVX2 ? Isa::avx2
+                      : HWY_TARGET == HWY_AVX3 ? Isa::avx512
+                                               : Isa::neon;
+  static const Kernels table{
+      isa,       static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())),
+      bin,       word_range,
+      transpose, sweep,
+      all_pairs};
+  return table;
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
+
+#if HWY_ONCE
+namespace throng::cpu {
+
+const Kernels* simd_kernels(Isa isa) noexcept {
+#if HWY_ARCH_X86
+  // Asked once: the instruction that tells is slow, in a virtual machine by some microseconds.
+  static const auto supported = hwy::SupportedTargets();
+  const auto has = [](auto target) { return (supported & target) != 0; };
+#if HWY_TARGETS & HWY_AVX3
+  if (isa == Isa::avx512 && has(HWY_AVX3)) return &N_AVX3::kernels();
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (isa == Isa::avx2 && has(HWY_AVX2)) return &N_AVX2::kernels();
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (isa == Isa::sse4 && has(HWY_SSE4)) return &N_SSE4::kernels();
+#endif
+#elif HWY_TARGETS & HWY_NEON
+  if (isa == Isa::neon) return &N_NEON::kernels();
+#endif
+  (void)isa;
+  return nullptr;
+}
+
+}  // namespace throng::cpu
+#endif
+
+#else
+
+#include "cpu/kernels.hpp"
+namespace throng::cpu {
+const Kernels* simd_kernels(Isa) noexcept { return nullptr; }
+}  // namespace throng::cpu
+
+#endif

@@ -1,0 +1,27 @@
+#include "cpu/memory.hpp"
+
+#include <new>
+
+namespace throng::cpu {
+
+void* Memory::take(std::size_t bytes, std::size_t alignment) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (cap_ != 0 && (bytes > cap_ || held_ > cap_ - bytes)) throw CapExceeded{held_ + bytes};
+  void* p = nullptr;
+  try {
+    p = upstream_->allocate(bytes, alignment);
+  } catch (...) {
+    p = nullptr;
+  }
+  if (!p) throw NoMemory{bytes};
+  held_ += bytes;
+  return p;
+}
+
+void Memory::give(void* p, std::size_t bytes, std::size_t alignment) noexcept {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  upstream_->deallocate(p, bytes, alignment);
+  held_ -= bytes;
+}
+
+}  // namespace throng::cpu

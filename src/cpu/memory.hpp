@@ -1,0 +1,105 @@
+// Memory that is counted, capped, and taken from the caller's resource alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+#include <mutex>
+#include <new>
+#include <utility>
+
+namespace throng::cpu {
+
+// Thrown inside the library only; the hall turns them into a Status.
+struct NoMemory {
+  std::size_t bytes;  // asked for in vain
+};
+struct CapExceeded {
+  std::size_t bytes_needed;  // the cap that would have let this request through
+};
+
+// Counts what is held and serialises calls to the upstream resource, which need not be
+// synchronised. A resource that returns null instead of throwing is taken at its word.
+class Memory {
+ public:
+  // `already_held`: bytes of whoever owns this, which count too.
+  Memory(std::pmr::memory_resource* upstream, std::size_t already_held) noexcept
+      : upstream_(upstream ? upstream : std::pmr::new_delete_resource()), held_(already_held) {}
+
+  void* take(std::size_t bytes, std::size_t alignment);
+  void give(void* p, std::size_t bytes, std::size_t alignment) noexcept;
+
+  template <class T, class... Args>
+  T* create(Args&&... args) {
+    return new (take(sizeof(T), alignof(T))) T(std::forward<Args>(args)...);
+  }
+  template <class T>
+  void destroy(T* object) noexcept {
+    if (!object) return;
+    object->~T();
+    give(object, sizeof(T), alignof(T));
+  }
+
+  std::size_t held() const noexcept { return held_; }
+  void set_cap(std::size_t bytes) noexcept { cap_ = bytes; }  // 0: none
+  std::size_t cap() const noexcept { return cap_; }
+
+ private:
+  std::pmr::memory_resource* upstream_;
+  std::mutex mutex_;
+  std::size_t held_;
+  std::size_t cap_ = 0;
+};
+
+// An array of plain values that keeps its room; its contents are lost when it grows.
+template <class T>
+class Buffer {
+ public:
+  explicit Buffer(Memory& memory) noexcept : memory_(&memory) {}
+  ~Buffer() { release(); }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+
+  // Room for `count` values, 64-byte aligned. Exact where `exact`, else with an eighth to spare, so
+  // that frames of slowly changing size do not each ask anew.
+  T* room(std::size_t count, bool exact = false) {
+    if (count > capacity_) {
+      release();
+      const std::size_t want = exact ? count : count + count / 8;
+      data_ = static_cast<T*>(memory_->take(want * sizeof(T), 64));
+      capacity_ = want;
+    }
+    return data_;
+  }
+  // The same, keeping the first `keep` values.
+  T* grow(std::size_t count, std::size_t keep) {
+    if (count > capacity_) {
+      const std::size_t want = count + count / 2;
+      T* fresh = static_cast<T*>(memory_->take(want * sizeof(T), 64));
+      for (std::size_t i = 0; i < keep; ++i) fresh[i] = data_[i];
+      release();
+      data_ = fresh;
+      capacity_ = want;
+    }
+    return data_;
+  }
+  // As much room as another has.
+  void match(const Buffer& other) {
+    if (other.capacity_ > capacity_) room(other.capacity_, true);
+  }
+  void release() noexcept {
+    if (data_) memory_->give(data_, capacity_ * sizeof(T), 64);
+    data_ = nullptr;
+    capacity_ = 0;
+  }
+  T* data() const noexcept { return data_; }
+  T& operator[](std::size_t i) const noexcept { return data_[i]; }
+  std::size_t capacity() const noexcept { return capacity_; }
+
+ private:
+  Memory* memory_;
+  T* data_ = nullptr;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace throng::cpu

@@ -1,0 +1,30 @@
+// The canonical order: a radix sort of pairs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/options.hpp>
+#include <throng/types.hpp>
+
+#include "cpu/memory.hpp"
+
+namespace throng::cpu {
+
+class PairSorter {
+ public:
+  explicit PairSorter(Memory& memory) noexcept : histograms_(memory), scratch_(memory) {}
+
+  // Sorts the `count` pairs of `from` by first, then second, into `to`; `from` is spoilt.
+  // Every first is below first_count, every second below second_count.
+  void sort(const Executor& executor, unsigned task_count, Pair* from, Pair* to, std::size_t count,
+            std::uint64_t first_count, std::uint64_t second_count);
+  // At least what sorting so many pairs takes beside them.
+  static std::size_t bytes_for(std::size_t count, unsigned task_count) noexcept;
+
+ private:
+  Buffer<std::uint64_t> histograms_;
+  Buffer<std::uint64_t> scratch_;  // of every task
+};
+
+}  // namespace throng::cpu

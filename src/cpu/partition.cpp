@@ -1,0 +1,146 @@
+#include "cpu/partition.hpp"
+
+#include <algorithm>
+
+namespace throng::cpu {
+namespace {
+
+std::int32_t world_of(const Boxes& boxes, std::uint32_t i, std::int32_t absent) noexcept {
+  return boxes.filters.world ? boxes.filters.world[i] : absent;
+}
+bool static_of(const Boxes& boxes, std::uint32_t i) noexcept {
+  return boxes.filters.is_static && boxes.filters.is_static[i] != 0;
+}
+
+}  // namespace
+
+// slots holds (static, world + 1, id) in one number each, sorted: by counting where worlds are
+// numbered densely, by comparison where they are not.
+void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport& report) {
+  const auto n = static_cast<std::uint32_t>(boxes.size());
+  out.boxes = &boxes;
+  std::int32_t most = -1;
+  for (std::uint32_t i = 0; i < n; ++i) most = std::max(most, world_of(boxes, i, -1));
+  const std::uint64_t worlds = std::uint64_t(std::int64_t{most} + 2);
+  std::uint32_t* ids = out.ids.room(n + 1);
+  const auto slot_of = [&](std::uint32_t i) {
+    return (static_of(boxes, i) ? worlds : 0) +
+           std::uint64_t(std::int64_t{world_of(boxes, i, -1)} + 1);
+  };
+  const auto world_of_slot = [&](std::uint64_t slot) {
+    return static_cast<std::int32_t>(static_cast<std::int64_t>(slot % worlds) - 1);
+  };
+  std::uint32_t run_count = 0, active = 0;
+  for (auto& kind : out.kinds) kind = {};
+  const auto add_run = [&](std::uint64_t slot, std::uint32_t begin, std::uint32_t count) {
+    auto& kind = out.kinds[slot >= worlds];
+    const typename Sorted::Run run{world_of_slot(slot), begin, count};
+    if (run.world == -1) {
+      kind.everywhere = run;
+      return;
+    }
+    if (kind.run_count++ == 0) {
+      kind.first_run = run_count;
+      kind.begin = begin;
+    }
+    kind.count += count;
+    out.runs[run_count++] = run;
+  };
+  if (worlds <= 2 * std::uint64_t{n} + 1024) {
+    std::uint64_t* at = out.slots.room(2 * worlds + 1);
+    std::fill(at, at + 2 * worlds, 0);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Box box = boxes[i];
+      if (core::is_active(box))
+        ++at[slot_of(i)];
+      else
+        report.add_inactive(i, core::has_nan(box), is_second);
+    }
+    out.runs.room(2 * worlds);
+    for (std::uint64_t s = 0; s < 2 * worlds; ++s) {
+      const auto count = static_cast<std::uint32_t>(at[s]);
+      at[s] = active;
+      if (count) add_run(s, active, count);
+      active += count;
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+      if (core::is_active(boxes[i])) ids[at[slot_of(i)]++] = i;
+    }
+  } else {
+    // Slots below 2^33 and ids below 2^32 do not share a number: sort ids by slot, then by id.
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Box box = boxes[i];
+      if (core::is_active(box))
+        ids[active++] = i;
+      else
+        report.add_inactive(i, core::has_nan(box), is_second);
+    }
+    std::sort(ids, ids + active, [&](std::uint32_t x, std::uint32_t y) {
+      const std::uint64_t sx = slot_of(x), sy = slot_of(y);
+      return sx != sy ? sx < sy : x < y;
+    });
+    out.runs.room(active + 1);
+    for (std::uint32_t begin = 0, end; begin < active; begin = end) {
+      const std::uint64_t slot = slot_of(ids[begin]);
+      for (end = begin + 1; end < active && slot_of(ids[end]) == slot;) ++end;
+      add_run(slot, begin, end - begin);
+    }
+  }
+  // Boxes of every world lie right before those of one, also where there are none of either.
+  for (auto& kind : out.kinds) {
+    if (kind.everywhere.count == 0) kind.everywhere.begin = kind.begin;
+    if (kind.count == 0) kind.begin = kind.everywhere.begin + kind.everywhere.count;
+  }
+}
+
+void Partition::add(const Side& queries, const Side& targets, bool self) {
+  if (queries.count == 0 || (targets.count == 0 && !(self && queries.count > 1))) return;
+  problems_.grow(problem_count_ + 1, problem_count_);
+  problems_[problem_count_++] = {queries, targets, self, nullptr};
+}
+
+void Partition::same_worlds(const Sorted& a, unsigned kind_a, const Sorted& b, unsigned kind_b,
+                            bool self) {
+  const Sorted::Kind& ka = a.kinds[kind_a];
+  const Sorted::Kind& kb = b.kinds[kind_b];
+  std::uint32_t j = 0;
+  for (std::uint32_t i = 0; i < ka.run_count; ++i) {
+    const Sorted::Run& run = a.runs[ka.first_run + i];
+    while (j < kb.run_count && b.runs[kb.first_run + j].world < run.world) ++j;
+    const bool met = j < kb.run_count && b.runs[kb.first_run + j].world == run.world;
+    add(a.side(run), met ? b.side(b.runs[kb.first_run + j]) : Side{b.boxes, nullptr, 0}, self);
+  }
+}
+
+void Partition::one_set() {
+  const Sorted::Kind& movers = a_.kinds[0];
+  const Sorted::Kind& fixed = a_.kinds[1];
+  same_worlds(a_, 0, a_, 1, true);
+  add(a_.side(movers.everywhere), a_.side(fixed.everywhere), true);
+  add(a_.side(movers.everywhere), a_.all(movers), false);
+  add(a_.side(movers.everywhere), a_.all(fixed), false);
+  add(a_.side(fixed.everywhere), a_.all(movers), false);
+}
+
+void Partition::two_sets() {
+  for (const auto& [ka, kb] : {std::pair{0u, 0u}, std::pair{0u, 1u}, std::pair{1u, 0u}}) {
+    same_worlds(a_, ka, b_, kb, false);
+    add(a_.side(a_.kinds[ka].everywhere), b_.all_and_everywhere(b_.kinds[kb]), false);
+    add(a_.all(a_.kinds[ka]), b_.side(b_.kinds[kb].everywhere), false);
+  }
+}
+
+void Partition::split(const Search& search, BinReport& report) {
+  problem_count_ = 0;
+  BinReport second;
+  sort(*search.a, false, a_, report);
+  if (search.two_sets) {
+    sort(*search.b, true, b_, second);
+    report.add(second);
+    two_sets();
+  } else {
+    one_set();
+  }
+}
+
+}  // namespace throng::cpu

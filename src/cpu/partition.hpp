@@ -1,0 +1,65 @@
+// Worlds and static boxes: one problem becomes several, none of which compares what never pairs.
+#pragma once
+
+#include <cstdint>
+
+#include "cpu/search.hpp"
+
+namespace throng::cpu {
+
+class Partition {
+ public:
+  explicit Partition(Memory& memory) noexcept : a_(memory), b_(memory), problems_(memory) {}
+
+  // Splits the boxes of the search's set (or sets) by static and by world; counts the inactive
+  // ones, which are in no problem.
+  void split(const Search& search, BinReport& report);
+
+  std::uint32_t problem_count() const noexcept { return problem_count_; }
+  const Problem& problem(std::uint32_t i) const noexcept { return problems_[i]; }
+
+  static bool needed(const Boxes& boxes) noexcept {
+    return boxes.filters.world || boxes.filters.is_static;
+  }
+
+ private:
+  // Ids of active boxes: the movers by world, then the static ones by world; -1 is the first world.
+  struct Sorted {
+    explicit Sorted(Memory& memory) noexcept : ids(memory), runs(memory), slots(memory) {}
+    struct Run {  // the boxes of one world that move, or that are static
+      std::int32_t world;
+      std::uint32_t begin, count;
+    };
+    // Runs of one kind from `first` on, of worlds >= 0; those of -1 apart.
+    struct Kind {
+      Run everywhere{-1, 0, 0};
+      std::uint32_t first_run = 0, run_count = 0;
+      std::uint32_t begin = 0, count = 0;  // of all boxes in them
+    };
+    Buffer<std::uint32_t> ids;
+    Buffer<Run> runs;
+    Buffer<std::uint64_t> slots;
+    Kind kinds[2];  // movers, static
+    const Boxes* boxes = nullptr;
+
+    Side side(const Run& run) const noexcept { return {boxes, ids.data() + run.begin, run.count}; }
+    Side all(const Kind& kind) const noexcept {
+      return {boxes, ids.data() + kind.begin, kind.count};
+    }
+    Side all_and_everywhere(const Kind& kind) const noexcept {
+      return {boxes, ids.data() + kind.everywhere.begin, kind.everywhere.count + kind.count};
+    }
+  };
+  static void sort(const Boxes&, bool is_second, Sorted&, BinReport&);
+  void add(const Side& queries, const Side& targets, bool self);
+  // Runs of the same world in two kinds: self pairs of the first where asked, and cross pairs.
+  void same_worlds(const Sorted& a, unsigned kind_a, const Sorted& b, unsigned kind_b, bool self);
+  void one_set();
+  void two_sets();
+
+  Sorted a_, b_;
+  Buffer<Problem> problems_;
+  std::uint32_t problem_count_ = 0;
+};
+
+}  // namespace throng::cpu

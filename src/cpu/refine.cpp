@@ -1,0 +1,88 @@
+#include "cpu/refine.hpp"
+
+#include <algorithm>
+
+namespace throng::cpu {
+namespace {
+
+// Below this many boxes, or this many vectors a window, sweeping is cheap enough.
+constexpr std::uint32_t least_boxes = 1024;
+constexpr double least_vectors = 3;
+// A finer grid must promise to cost at most this share of the sweep.
+constexpr double worthwhile = 0.7;
+constexpr double most_replicas = 2;
+
+// The mean number of targets in a query's window, from some queries.
+double mean_window(const Strip& from, const Strip& to) {
+  if (from.count == 0 || to.count == 0) return 0;
+  constexpr std::uint32_t samples = 32;
+  const std::uint32_t step = std::max(1u, from.count / samples);
+  double sum = 0, count = 0;
+  for (std::uint32_t i = step / 2; i < from.count; i += step) {
+    const std::uint32_t last = (from.upper[0][i] >> to.shift) - to.first_bucket;
+    const std::uint32_t first = (from.lower[0][i] >> to.shift) - to.first_bucket;
+    const std::uint32_t end = to.bucket_end[std::min(last, to.bucket_count - 1)];
+    const std::uint32_t begin = first == 0 ? 0 : to.bucket_end[first - 1];
+    sum += end - begin;
+    ++count;
+  }
+  return sum / count;
+}
+
+// Labels the boxes of a strip from `first` on, as the inner search will know them.
+void label(const Strip& strip, const Frame* outer, std::uint32_t first, Level& inner) {
+  std::uint32_t* ids = inner.ids.data() + first;
+  std::uint32_t* labels = inner.labels.data() + first;
+  std::uint16_t* before = inner.before.data() + first;
+  for (std::uint32_t i = 0; i < strip.count; ++i) {
+    const std::uint32_t known_as = strip.id[i];
+    ids[i] = outer ? outer->ids[known_as] : known_as;
+    labels[i] = first + i;
+    // A lower word of 0: the box begins in an earlier column. Three bits a grid, at most three
+    // grids.
+    const int here = (strip.lower[0][i] == 0 ? 1 : 0) + (strip.lower[1][i] == 0 ? 2 : 0) +
+                     (strip.lower[2][i] == 0 ? 4 : 0);
+    const int around = outer ? outer->before[known_as] << 3 : 0;
+    before[i] = static_cast<std::uint16_t>(around | here);
+  }
+}
+
+}  // namespace
+
+bool refine(Search& search, const Problem& problem, Worker& worker, const Strip& a, const Strip& b,
+            unsigned depth) {
+  const std::uint32_t boxes = a.count + b.count;
+  if (boxes < least_boxes || depth + 1 >= Worker::max_depth) return false;
+  const double lanes = search.kernels->lanes;
+  double vectors = 0;
+  if (problem.self) vectors += a.count * (mean_window(a, a) / lanes + 0.5);
+  if (b.count && a.count) {
+    vectors += a.count * (mean_window(a, b) / lanes + 0.5);
+    vectors += b.count * (mean_window(b, a) / lanes + 0.5);
+  }
+  if (vectors < boxes * least_vectors) return false;
+
+  Level& inner = worker.level(depth + 1);
+  inner.ids.room(boxes);
+  inner.labels.room(boxes);
+  inner.before.room(boxes);
+  label(a, problem.frame, 0, inner);
+  label(b, problem.frame, a.count, inner);
+  const Frame frame{inner.ids.data(), inner.before.data()};
+  const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
+    return Side{view, inner.ids.data() + first, count, inner.labels.data() + first};
+  };
+  const Problem part{side(problem.queries.boxes, 0, a.count),
+                     side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
+  const core::GridPlan finer = make_plan(search, part, Algorithm::grid);
+  const double sweep_ns = vectors * core::window_ns;
+  if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
+  // Copies multiply from grid to grid: boxes too large for their column stay in one.
+  if (finer.replicas > most_replicas) return false;
+  worker.set_frame(&frame);
+  solve_alone(search, part, finer, worker, depth + 1);
+  worker.set_frame(problem.frame);
+  return true;
+}
+
+}  // namespace throng::cpu

@@ -1,0 +1,136 @@
+// One call's search: what is asked, who works on it, and what went wrong.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+
+#include "core/bounds.hpp"
+#include "core/quantise.hpp"
+#include "cpu/emit.hpp"
+#include "cpu/kernels.hpp"
+#include "cpu/memory.hpp"
+#include "cpu/sink.hpp"
+
+namespace throng::cpu {
+
+// Some boxes of a view: all, or those of a list of ids. A grid knows a box by its label, which is
+// its id where no labels are given.
+struct Side {
+  const Boxes* boxes = nullptr;
+  const std::uint32_t* ids = nullptr;  // null: 0 .. count-1
+  std::uint32_t count = 0;
+  const std::uint32_t* labels = nullptr;
+
+  std::uint32_t id(std::uint32_t i) const noexcept { return ids ? ids[i] : i; }
+  std::uint32_t label(std::uint32_t i) const noexcept { return labels ? labels[i] : id(i); }
+};
+
+// Stands for a column of a coarser grid within which a search runs, its boxes labelled 0, 1, ... It
+// reports a pair only if that column is the pair's home, as another column may hold both boxes too:
+// on each axis not both begin before it (core/quantise.hpp).
+struct Frame {
+  const std::uint32_t* ids = nullptr;  // by label
+  const std::uint16_t* before =
+      nullptr;  // by label: a bit an axis, of this column and those around
+};
+
+// Pairs of `queries` among themselves where `self`, and of queries with targets.
+struct Problem {
+  Side queries, targets;
+  bool self = true;
+  const Frame* frame = nullptr;
+};
+
+// The boxes that take no part.
+struct BinReport {
+  std::uint64_t inactive = 0;  // lower > upper, or NaN
+  std::uint64_t nan_count = 0;
+  std::uint64_t first_nan = ~std::uint64_t{0};  // the least index; of the queries, then the targets
+  bool nan_in_targets = false;
+
+  // To be called in the order of the boxes.
+  void add_inactive(std::uint64_t id, bool nan, bool is_target) noexcept {
+    ++inactive;
+    if (!nan) return;
+    if (nan_count++ == 0) {
+      first_nan = id;
+      nan_in_targets = is_target;
+    }
+  }
+  // Of two parts of the same boxes.
+  void add(const BinReport& other) noexcept {
+    const bool earlier = other.nan_in_targets != nan_in_targets ? !other.nan_in_targets
+                                                                : other.first_nan < first_nan;
+    if (other.nan_count && (!nan_count || earlier)) {
+      first_nan = other.first_nan;
+      nan_in_targets = other.nan_in_targets;
+    }
+    inactive += other.inactive;
+    nan_count += other.nan_count;
+  }
+};
+
+// What all workers of a call share.
+struct Search {
+  const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
+  const Boxes* b = nullptr;  // a itself where there is one set
+  bool two_sets = false;
+  float margin = 0;
+  bool flat = false;          // all boxes are 2-D
+  bool pair_filters = false;  // group, mask or owner is given
+  const Kernels* kernels = nullptr;
+  const Executor* executor = nullptr;
+  Memory* memory = nullptr;
+  Sink* sink = nullptr;
+
+  // The box as it is compared: grown by the margin.
+  Box box(const Boxes& view, std::uint32_t id) const noexcept {
+    const Box box = view[id];
+    return margin != 0 ? core::expand(box, margin) : box;
+  }
+  Orientation forward() const noexcept {
+    return two_sets ? Orientation::query_first : Orientation::unordered;
+  }
+  Orientation backward() const noexcept {
+    return two_sets ? Orientation::target_first : Orientation::unordered;
+  }
+
+  // The first failure of any worker; the others stop at their next look.
+  void fail(Status status, std::size_t bytes) noexcept {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (status_ != Status::ok) return;
+    status_ = status;
+    bytes_ = bytes;
+    failed_ = true;
+  }
+  bool over() const noexcept {
+    return failed_.load(std::memory_order_relaxed) || (sink && sink->stopped());
+  }
+  bool failed() const noexcept { return failed_; }
+  Status status() const noexcept { return status_; }
+  std::size_t bytes() const noexcept { return bytes_; }
+
+  // Runs `body`, turning what the library throws into a failure.
+  template <class F>
+  void guarded(F&& body) {
+    try {
+      body();
+    } catch (const NoMemory& e) {
+      fail(Status::out_of_memory, e.bytes);
+    } catch (const CapExceeded& e) {
+      fail(Status::memory_cap_too_small, e.bytes_needed);
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<bool> failed_{false};
+  Status status_ = Status::ok;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace throng::cpu

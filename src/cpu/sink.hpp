@@ -1,0 +1,83 @@
+// Where pairs end up: a buffer, a consumer, or one range of the canonical order.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+
+#include <throng/finder.hpp>
+#include <throng/types.hpp>
+
+namespace throng::cpu {
+
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  // Takes `count` pairs, from any thread.
+  virtual void take(const Pair* pairs, std::size_t count) = 0;
+  // True where nobody wants more.
+  virtual bool stopped() const noexcept { return false; }
+};
+
+// Counts always, writes while there is room.
+class BufferSink final : public Sink {
+ public:
+  BufferSink(Pair* out, std::size_t capacity) noexcept : out_(out), capacity_(capacity) {}
+  void take(const Pair* pairs, std::size_t count) override;
+  std::uint64_t found() const noexcept { return found_.load(std::memory_order_relaxed); }
+  std::uint64_t written() const noexcept { return found() < capacity_ ? found() : capacity_; }
+
+ private:
+  Pair* out_;
+  std::uint64_t capacity_;
+  std::atomic<std::uint64_t> found_{0};
+};
+
+// Hands blocks on as they come.
+class ConsumerSink final : public Sink {
+ public:
+  ConsumerSink(const Consumer& consumer, bool concurrent) noexcept
+      : consumer_(consumer), concurrent_(concurrent) {}
+  void take(const Pair* pairs, std::size_t count) override;
+  bool stopped() const noexcept override { return stopped_.load(std::memory_order_relaxed); }
+  // Throws what the consumer threw.
+  void finish();
+  std::uint64_t found() const noexcept { return found_.load(std::memory_order_relaxed); }
+  std::uint64_t delivered() const noexcept { return delivered_.load(std::memory_order_relaxed); }
+
+ private:
+  void call(const Pair* pairs, std::size_t count);
+
+  const Consumer& consumer_;
+  bool concurrent_;
+  std::atomic<bool> stopped_{false};
+  std::atomic<std::uint64_t> found_{0}, delivered_{0};
+  std::mutex mutex_;
+  std::exception_ptr thrown_;
+};
+
+// Keeps the pairs whose key, first << 32 | second, lies in slice_count slices of 2^slice_bits keys
+// from `begin` on, and counts them by slice.
+class RangeSink final : public Sink {
+ public:
+  static constexpr std::size_t slices = 4096;
+  RangeSink(std::uint64_t begin, unsigned slice_bits, Pair* out, std::size_t capacity,
+            std::size_t slice_count = slices) noexcept;
+  void take(const Pair* pairs, std::size_t count) override;
+  std::uint64_t found() const noexcept { return found_.load(std::memory_order_relaxed); }
+  std::uint64_t in_slice(std::size_t s) const noexcept { return histogram_[s]; }
+
+ private:
+  std::uint64_t begin_;
+  unsigned slice_bits_;
+  std::size_t slice_count_;
+  Pair* out_;
+  std::uint64_t capacity_;
+  std::atomic<std::uint64_t> found_{0};
+  std::mutex mutex_;
+  std::uint64_t histogram_[slices] = {};
+};
+
+}  // namespace throng::cpu

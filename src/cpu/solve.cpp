@@ -1,0 +1,59 @@
+// From a problem to a plan, and a problem solved by one worker.
+#include <algorithm>
+
+#include "cpu/grid.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// Spreads the sample over all boxes, off any regular stride that their order may have.
+std::uint32_t sample_side(const Search& search, const Side& side, std::uint32_t wanted, Box* out) {
+  const std::uint32_t count = std::min(wanted, side.count);
+  std::uint32_t taken = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint64_t jitter = count == side.count ? 0 : (i * 0x9e3779b1u) % (side.count / count);
+    const std::uint64_t at = std::uint64_t{i} * side.count / count + jitter;
+    const Box box = search.box(
+        *side.boxes,
+        side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1))));
+    if (core::is_active(box)) out[taken++] = box;
+  }
+  return taken;
+}
+
+}  // namespace
+
+core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
+  const std::uint64_t queries = problem.queries.count, targets = problem.targets.count;
+  const std::uint64_t boxes = queries + targets;
+  if (boxes <= core::all_pairs_limit || forced == Algorithm::all_pairs) {
+    core::Stats few;
+    few.query_count = queries;
+    few.target_count = boxes;
+    if (forced != Algorithm::grid) return core::plan(few, search.kernels->lanes, forced);
+  }
+  const std::uint32_t wanted = boxes < 4096 ? 64 : (boxes < 65536 ? 256 : core::max_sample);
+  Box sample[core::max_sample];
+  const auto share =
+      static_cast<std::uint32_t>(wanted * queries / std::max<std::uint64_t>(boxes, 1));
+  const std::uint32_t first = std::max(share, std::min(wanted / 8, problem.queries.count));
+  std::uint32_t count = sample_side(search, problem.queries, std::min(first, wanted), sample);
+  count += sample_side(search, problem.targets, wanted - std::min(first, wanted), sample + count);
+  return core::plan(core::measure(sample, count, boxes, boxes), search.kernels->lanes, forced);
+}
+
+void solve_alone(Search& search, const Problem& problem, const core::GridPlan& plan, Worker& worker,
+                 unsigned depth) {
+  Worker* const team[] = {&worker};
+  BinReport ignored;  // whoever made the lists has reported it
+  if (plan.all_pairs) {
+    load_all_pairs(search, problem, team, ignored);
+    find_all_pairs(search, problem, team, 1);
+    return;
+  }
+  GridSpace& space = worker.level(depth).space;
+  space.bin(search, problem, plan, team, 1, ignored);
+  if (!search.failed()) space.find(search, problem, plan, team, 1, depth);
+}
+
+}  // namespace throng::cpu

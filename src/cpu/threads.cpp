@@ -1,0 +1,73 @@
+#include "cpu/threads.hpp"
+
+#include "cpu/float_state.hpp"
+
+#if defined(THRONG_THREADS_TBB)
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#else
+#include <thread>
+#include <vector>
+#endif
+
+namespace throng::cpu {
+namespace {
+
+#if defined(THRONG_THREADS_TBB)
+unsigned hardware_threads() noexcept {
+  const int n = tbb::this_task_arena::max_concurrency();
+  return n > 0 ? static_cast<unsigned>(n) : 1u;
+}
+void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  tbb::parallel_for(
+      0u, count, [&](unsigned i) { task(context, i); }, tbb::simple_partitioner{});
+}
+#else
+unsigned hardware_threads() noexcept {
+  const unsigned n = std::thread::hardware_concurrency();
+  return n > 0 ? n : 1u;
+}
+void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  // The caller takes the last task; where a thread cannot be started the caller does its work too.
+  std::vector<std::thread> threads;
+  threads.reserve(count);
+  unsigned next = 0;
+  try {
+    for (; next + 1 < count; ++next) threads.emplace_back(task, context, next);
+  } catch (...) {
+  }
+  for (; next < count; ++next) task(context, next);
+  for (std::thread& t : threads) t.join();
+}
+#endif
+
+struct Task {
+  void (*body)(void*, unsigned);
+  void* context;
+};
+
+}  // namespace
+
+const Executor& default_executor() noexcept {
+  static const Executor executor{hardware_threads(), run_default, nullptr};
+  return executor;
+}
+
+void run_tasks(const Executor& executor, unsigned count, void (*body)(void*, unsigned),
+               void* context) {
+  if (count <= 1) {
+    const FloatState state;
+    if (count == 1) body(context, 0);
+    return;
+  }
+  Task task{body, context};
+  executor.run(
+      executor.self, count,
+      [](void* t, unsigned index) {
+        const FloatState state;
+        static_cast<Task*>(t)->body(static_cast<Task*>(t)->context, index);
+      },
+      &task);
+}
+
+}  // namespace throng::cpu

@@ -1,0 +1,141 @@
+#include "cpu/worker.hpp"
+
+#include "cpu/grid.hpp"
+
+namespace throng::cpu {
+
+void StripSpace::lay_out(Strip& strip) {
+  const std::size_t row = (strip.count + strip_padding + 63) / 64 * 64;
+  std::uint16_t* w = words.room(6 * row);
+  for (int k = 0; k < 3; ++k) {
+    strip.lower[k] = w + 2 * k * row;
+    strip.upper[k] = w + (2 * k + 1) * row;
+  }
+  strip.id = ids.room(row);
+}
+
+void StripSpace::match(const StripSpace& other) {
+  sorted.match(other.sorted);
+  words.match(other.words);
+  ids.match(other.ids);
+  buckets.match(other.buckets);
+}
+
+Worker::Worker(Memory& memory) noexcept
+    : dummy_block(memory),
+      query_floats(memory),
+      target_floats(memory),
+      memory_(&memory),
+      sure_(memory),
+      unsure_(memory) {
+  flush = flush_sure;
+  flush_maybe = flush_unsure;
+}
+
+Worker::~Worker() {
+  for (Level* level : levels_) memory_->destroy(level);
+}
+
+Level& Worker::level(unsigned depth) {
+  if (!levels_[depth]) levels_[depth] = memory_->create<Level>(*memory_);
+  return *levels_[depth];
+}
+
+void Worker::match(const Worker& other) {
+  dummy_block.match(other.dummy_block);
+  query_floats.match(other.query_floats);
+  target_floats.match(other.target_floats);
+  for (unsigned depth = 0; depth < max_depth; ++depth) {
+    if (other.levels_[depth]) level(depth).match(*other.levels_[depth]);
+  }
+}
+
+void Worker::begin(Search& search) {
+  search_ = &search;
+  frame_ = nullptr;
+  comparisons = 0;
+  cursor = sure_.room(staging_pairs + emit_slack, true);
+  limit = cursor + staging_pairs;
+  maybe_cursor = unsure_.room(staging_maybe + emit_slack, true);
+  maybe_limit = maybe_cursor + staging_maybe;
+}
+
+void Worker::drain() {
+  flush_unsure(this);
+  flush_sure(this);
+}
+
+void Worker::flush_sure(Emit* emit) {
+  Worker& w = *static_cast<Worker*>(emit);
+  Pair* pairs = w.sure_.data();
+  std::size_t count = static_cast<std::size_t>(w.cursor - pairs);
+  w.cursor = pairs;
+  if (w.frame_) count = w.leave_frame(pairs, count);
+  if (w.search_->pair_filters) count = w.filter(pairs, count);
+  if (count) w.search_->sink->take(pairs, count);
+}
+
+// Equal words: the floats decide. The boxes lie anywhere in memory, so they are asked for ahead.
+void Worker::flush_unsure(Emit* emit) {
+  Worker& w = *static_cast<Worker*>(emit);
+  const Search& s = *w.search_;
+  const Pair* pairs = w.unsure_.data();
+  const std::size_t count = static_cast<std::size_t>(w.maybe_cursor - pairs);
+  w.maybe_cursor = w.unsure_.data();
+  constexpr std::size_t ahead = 12;
+  const char* a = s.a->packed_data();
+  const char* b = s.b->packed_data();
+  const std::uint32_t* ids = w.frame_ ? w.frame_->ids : nullptr;
+  const auto id = [ids](std::uint32_t label) { return ids ? ids[label] : label; };
+  for (std::size_t i = 0; i < count; ++i) {
+#if defined(__GNUC__)
+    if (i + ahead < count && a && b) {
+      __builtin_prefetch(a + id(pairs[i + ahead].first) * s.a->stride_bytes());
+      __builtin_prefetch(b + id(pairs[i + ahead].second) * s.b->stride_bytes());
+    }
+#endif
+    const Pair pair = pairs[i];
+    *w.cursor = pair;
+    w.cursor += core::overlaps(s.box(*s.a, id(pair.first)), s.box(*s.b, id(pair.second)));
+    if (w.cursor > w.limit) flush_sure(emit);
+  }
+}
+
+// From labels to ids; pairs whose home is another column are dropped.
+std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
+  const std::uint32_t* ids = frame_->ids;
+  const std::uint16_t* before = frame_->before;
+  const bool ordered = search_->two_sets;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Pair label = pairs[i];
+    const std::uint32_t first = ids[label.first], second = ids[label.second];
+    pairs[kept] = ordered || first < second ? Pair{first, second} : Pair{second, first};
+    kept += (before[label.first] & before[label.second]) == 0;
+  }
+  return kept;
+}
+
+std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    pairs[kept] = pairs[i];
+    kept += wanted(pairs[i]);
+  }
+  return kept;
+}
+
+bool Worker::wanted(Pair pair) const noexcept {
+  const Filters& fa = search_->a->filters;
+  const Filters& fb = search_->b->filters;
+  const std::uint32_t group_a = fa.group ? fa.group[pair.first] : 0xffffffffu;
+  const std::uint32_t group_b = fb.group ? fb.group[pair.second] : 0xffffffffu;
+  const std::uint32_t mask_a = fa.mask ? fa.mask[pair.first] : 0xffffffffu;
+  const std::uint32_t mask_b = fb.mask ? fb.mask[pair.second] : 0xffffffffu;
+  if ((group_a & mask_b) == 0 || (group_b & mask_a) == 0) return false;
+  if (!fa.owner || !fb.owner) return true;
+  const std::int32_t owner = fa.owner[pair.first];
+  return owner == -1 || owner != fb.owner[pair.second];
+}
+
+}  // namespace throng::cpu

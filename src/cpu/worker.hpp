@@ -1,0 +1,85 @@
+// A worker: one task's staging room for pairs, and its scratch.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+
+#include "cpu/all_pairs.hpp"
+#include "cpu/search.hpp"
+
+namespace throng::cpu {
+
+// Arrays of one column's boxes; see Strip.
+class StripSpace {
+ public:
+  explicit StripSpace(Memory& memory) noexcept
+      : sorted(memory), words(memory), ids(memory), buckets(memory) {}
+  // Points the arrays of `strip` at room for strip.count boxes.
+  void lay_out(Strip& strip);
+  void match(const StripSpace& other);
+
+  Buffer<Record> sorted;
+  Buffer<std::uint16_t> words;
+  Buffer<std::uint32_t> ids;
+  Buffer<std::uint32_t> buckets;
+};
+
+struct Segment {
+  const Record* records;
+  std::uint32_t count;
+};
+
+// Staging rooms are small enough to stay in the first two levels of cache.
+constexpr std::size_t staging_pairs = 2048;
+constexpr std::size_t staging_maybe = 1024;
+
+struct Level;
+class GridSpace;
+
+// One task's part of a binning.
+struct BinTask : BinTarget {
+  GridSpace* space = nullptr;
+  std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
+  std::uintptr_t dummy = 0;                    // where records go to die once the pool is short
+};
+
+class Worker : public Emit {
+ public:
+  explicit Worker(Memory& memory) noexcept;
+  ~Worker();
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  void begin(Search& search);
+  // Decides and hands on everything staged. Before a change of frame, and at the end.
+  void drain();
+  void set_frame(const Frame* frame) {
+    if (frame != frame_) drain();
+    frame_ = frame;
+  }
+  // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
+  static constexpr unsigned max_depth = 4;
+  Level& level(unsigned depth);
+  // As much room as another worker has: which columns a worker gets differs from call to call, and
+  // a warm Finder must not need more for it.
+  void match(const Worker& other);
+
+  BinTask bin;
+  Buffer<char> dummy_block;
+  FloatSpace query_floats, target_floats;
+
+ private:
+  static void flush_sure(Emit* emit);
+  static void flush_unsure(Emit* emit);
+  std::size_t leave_frame(Pair* pairs, std::size_t count) const noexcept;
+  std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
+  bool wanted(Pair pair) const noexcept;
+
+  Memory* memory_;
+  Search* search_ = nullptr;
+  const Frame* frame_ = nullptr;
+  Level* levels_[max_depth] = {};
+  Buffer<Pair> sure_, unsure_;
+};
+
+}  // namespace throng::cpu

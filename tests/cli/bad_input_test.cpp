@@ -1,0 +1,177 @@
+// What is refused, with which words, and what is left on the disk then.
+#include "cli/child.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace throng::test {
+namespace {
+
+class BadInput : public CliTest {
+ protected:
+  static std::vector<float> boxes(std::size_t n) {
+    std::vector<float> values;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float x = static_cast<float>(i);
+      values.insert(values.end(), {x, 0, 0, x + 1, 1, 1});
+    }
+    return values;
+  }
+  void write_good(std::size_t n = 10) const {
+    spill(at("good.npy"), npy("<f4", std::to_string(n) + ", 6", boxes(n)));
+  }
+};
+
+TEST_F(BadInput, missing_file) {
+  refuses({"pairs", at("nowhere.npy")}, {"nowhere.npy"});
+  refuses({"check", at("nowhere.npy")}, {"nowhere.npy"});
+  refuses({"pairs", folder_.string()}, {folder_.string()});
+}
+
+TEST_F(BadInput, empty_short_truncated_and_garbage) {
+  write_good();
+  const std::string good = slurp(at("good.npy"));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{4}, std::size_t{9}, std::size_t{60},
+                                 std::size_t{128}, good.size() - 1}) {
+    spill(at("cut.npy"), good.substr(0, size));
+    refuses({"pairs", at("cut.npy")}, {"cut.npy"});
+  }
+  std::string garbage;
+  for (int i = 0; i < 4000; ++i) garbage += static_cast<char>(i * 37 + i / 7);
+  spill(at("garbage.npy"), garbage);
+  refuses({"pairs", at("garbage.npy")}, {"garbage.npy"});
+  spill(at("header.npy"), good.substr(0, 10) + garbage);
+  refuses({"pairs", at("header.npy")}, {"header.npy"});
+}
+
+TEST_F(BadInput, wrong_type_and_shape) {
+  const std::vector<std::int32_t> whole(60);
+  spill(at("int.npy"), npy("<i4", "10, 6", whole));
+  refuses({"pairs", at("int.npy")}, {"int.npy", "i4", "float32"});
+  spill(at("flat.npy"), npy("<f4", "60,", boxes(10)));
+  refuses({"pairs", at("flat.npy")}, {"flat.npy", "60", "(n, 6)"});
+  spill(at("seven.npy"), npy("<f4", "10, 7", std::vector<float>(70)));
+  refuses({"pairs", at("seven.npy")}, {"seven.npy", "7", "(n, 6)"});
+}
+
+TEST_F(BadInput, a_header_that_claims_2_to_the_40_takes_no_memory) {
+  const std::vector<float> few = boxes(10);
+  spill(at("claim.npy"), npy("<f4", "1099511627776, 6", few));
+  Limits limits;
+#if !defined(__SANITIZE_ADDRESS__)         // which itself takes terabytes of address space
+  limits.address_space = rlim_t{4} << 30;  // 24 TiB would not go in
+#endif
+  refuses({"pairs", at("claim.npy")}, {"claim.npy"}, limits);
+  spill(at("claim.npy"), npy("<f4", "1099511627776, 1099511627776, 6", few));
+  refuses({"pairs", at("claim.npy")}, {"claim.npy"}, limits);
+}
+
+TEST_F(BadInput, nan_boxes_with_index_and_count) {
+  auto values = boxes(10);
+  values[7 * 6 + 2] = NAN;
+  values[9 * 6 + 5] = NAN;
+  spill(at("nan.npy"), npy("<f4", "10, 6", values));
+  refuses({"pairs", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
+  refuses({"check", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
+  EXPECT_EQ(run({"pairs", at("nan.npy"), "--nan", "inactive"}).status, 0);
+}
+
+TEST_F(BadInput, filters_of_wrong_length_type_or_range) {
+  write_good(10);
+  spill(at("short.npy"), npy("<u4", "9,", std::vector<std::uint32_t>(9)));
+  refuses({"pairs", at("good.npy"), "--group", at("short.npy")}, {"short.npy", "9", "10"});
+  spill(at("float.npy"), npy("<f4", "10,", std::vector<float>(10)));
+  refuses({"pairs", at("good.npy"), "--owner", at("float.npy")}, {"float.npy", "f4"});
+  std::vector<std::int32_t> worlds(10);
+  worlds[4] = -2;
+  spill(at("world.npy"), npy("<i4", "10,", worlds));
+  refuses({"pairs", at("good.npy"), "--world", at("world.npy")}, {"world.npy", "-2", "4"});
+  std::vector<std::int64_t> large(10);
+  large[3] = std::int64_t{1} << 40;
+  spill(at("large.npy"), npy("<i8", "10,", large));
+  refuses({"pairs", at("good.npy"), "--mask", at("large.npy")}, {"large.npy", "1099511627776"});
+  refuses({"pairs", at("good.npy"), "--mask", at("nowhere.npy")}, {"nowhere.npy"});
+  spill(at("ten.npy"), npy("<u4", "10,", std::vector<std::uint32_t>(10)));
+  refuses({"pairs", at("good.npy"), "--mask-b", at("ten.npy")}, {"-b", "second"});
+}
+
+TEST_F(BadInput, two_sets_of_different_frames) {
+  spill(at("two.npy"), npy("<f4", "2, 5, 6", boxes(10)));
+  spill(at("five.npy"), npy("<f4", "5, 2, 6", boxes(10)));
+  refuses({"pairs", at("two.npy"), at("five.npy")}, {"five.npy", "5", "2"});
+}
+
+TEST_F(BadInput, options) {
+  write_good();
+  refuses({"pairs", at("good.npy"), "--backend", "cuda"}, {"CUDA"});
+  refuses({"pairs", at("good.npy"), "--margin", "-1"}, {"margin"});
+  refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
+  refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});
+  refuses({"pairs", at("good.npy"), "--memory", "-5"}, {"-5"});
+  refuses({"pairs", at("good.npy"), "--repeat", "0"}, {"0"});
+  refuses({"pairs"}, {"A"});
+  refuses({"juggle"}, {"juggle"});
+  refuses({}, {});
+  refuses({"scene", "volcano", "--objects", "10", "-o", at("x.npy")}, {"volcano", "uniform"});
+  refuses({"scene", "uniform", "--objects", "many", "-o", at("x.npy")}, {"many"});
+  refuses({"scene", "uniform", "--objects", "0", "-o", at("x.npy")}, {"0"});
+  refuses({"scene", "uniform", "--objects", "5", "--moving", "2", "-o", at("x.npy")}, {"2"});
+  refuses({"scene", "uniform", "--objects", "5", "--density", "-3", "-o", at("x.npy")}, {"-3"});
+  EXPECT_FALSE(exists("x.npy"));
+}
+
+#ifdef __linux__
+TEST_F(BadInput, isa_of_another_kind_of_processor) {
+  write_good();
+#if defined(__x86_64__)
+  refuses({"pairs", at("good.npy"), "--isa", "neon"}, {"neon"});
+#else
+  refuses({"pairs", at("good.npy"), "--isa", "avx2"}, {"avx2"});
+#endif
+}
+
+TEST_F(BadInput, output_in_no_folder_or_on_a_full_disk) {
+  write_good(4000);
+  refuses({"pairs", at("good.npy"), "-o", at("no/such/folder/p.npy")}, {"no/such/folder/p.npy"});
+  refuses({"scene", "uniform", "--objects", "100", "-o", at("no/u.npy")}, {"no/u.npy"});
+  Limits limits;
+  limits.file_size = 8192;  // what a full disk does, without filling one
+  const std::size_t before = files();
+  refuses({"pairs", at("good.npy"), "-o", at("p.npy")}, {"p.npy"}, limits);
+  refuses({"pairs", at("good.npy"), "-o", at("p.npy"), "--memory", "64M"}, {"p.npy"}, limits);
+  refuses({"scene", "uniform", "--objects", "1000", "-o", at("u.npy")}, {"u.npy"}, limits);
+  EXPECT_EQ(files(), before) << "something is left behind";
+  // What stood there before stays.
+  spill(at("p.npy"), "old");
+  refuses({"pairs", at("good.npy"), "-o", at("p.npy")}, {"p.npy"}, limits);
+  EXPECT_EQ(slurp(at("p.npy")), "old");
+}
+
+TEST_F(BadInput, standard_output_on_a_full_disk) {
+  write_good();
+  Limits limits;
+  limits.out_path = "/dev/full";
+  const Said said = run({"pairs", at("good.npy")}, limits);
+  EXPECT_EQ(said.status, 2);
+  EXPECT_NE(said.err.find("standard output"), std::string::npos) << said.err;
+}
+
+TEST_F(BadInput, out_of_memory_is_told_with_the_bytes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need the whole address space";
+#endif
+  Limits limits;
+  limits.address_space = rlim_t{1} << 30;
+  refuses({"scene", "uniform", "--objects", "100M", "-o", at("u.npy")}, {"memory", "2,400,000,000"},
+          limits);
+  EXPECT_FALSE(exists("u.npy"));
+  // 40,000 identical boxes have 800 million pairs: 6.4 GB.
+  std::vector<float> same;
+  for (int i = 0; i < 40000; ++i) same.insert(same.end(), {0, 0, 0, 1, 1, 1});
+  spill(at("same.npy"), npy("<f4", "40000, 6", same));
+  refuses({"pairs", at("same.npy")}, {"same.npy", "memory", "bytes"}, limits);
+}
+#endif
+
+}  // namespace
+}  // namespace throng::test

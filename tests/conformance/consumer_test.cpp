@@ -1,0 +1,225 @@
+// The consumer form: blocks, stopping, exceptions, the memory cap, order.
+#include <atomic>
+#include <memory_resource>
+#include <mutex>
+#include <stdexcept>
+
+#include "support/configs.hpp"
+#include "support/counting.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class Consume : public Conformance {};
+
+// Takes blocks and notices when two come at once.
+struct Collector {
+  std::vector<Pair> pairs;
+  std::atomic<int> inside{0};
+  bool overlapped = false, empty_block = false;
+  std::size_t blocks = 0;
+
+  bool operator()(const Pair* block, std::size_t count) {
+    if (inside.fetch_add(1) != 0) overlapped = true;
+    if (count == 0 || block == nullptr) empty_block = true;
+    pairs.insert(pairs.end(), block, block + count);
+    ++blocks;
+    inside.fetch_sub(1);
+    return true;
+  }
+};
+
+void expect_collected(const Result& result, const Collector& taken, const Config& config,
+                      const Answer& answer) {
+  EXPECT_FALSE(taken.overlapped) << "two calls at once";
+  EXPECT_FALSE(taken.empty_block);
+  expect_pairs(result, config, answer, taken.pairs, 0);
+}
+
+TEST_P(Consume, BlocksMakeUpThePairs) {
+  static std::vector<Answer> answers;  // the same in every configuration
+  std::size_t next = 0;
+  for (const BoxList& boxes : {uniform_boxes(6000, 1), identical_boxes(500, 2),
+                               snapped_boxes(1000, 9, 1, 3), infinite_bounds(700, 4), BoxList{}}) {
+    if (answers.size() == next) answers.push_back(reference_pairs(boxes));
+    const Answer& answer = answers[next++];
+    Finder finder(options());
+    Collector taken;
+    expect_collected(finder.consume(boxes, taken), taken, config(), answer);
+  }
+  const BoxList a = uniform_boxes(1100, 1), b = uniform_boxes(900, 2);
+  Finder finder(options());
+  Collector taken;
+  expect_collected(finder.consume(a, b, taken), taken, config(), reference_pairs(a, b));
+}
+
+TEST_P(Consume, FiltersAndEmptySlots) {
+  const BoxList boxes = with_inverted(1500, 2);
+  std::vector<std::int32_t> worlds;
+  for (std::size_t i = 0; i < boxes.size(); ++i) worlds.push_back(static_cast<int>(i % 4) - 1);
+  Boxes view = boxes;
+  view.filters.world = {worlds.data(), worlds.size()};
+  Finder finder(options());
+  Collector taken;
+  expect_collected(finder.consume(view, taken), taken, config(), reference_pairs(view));
+}
+
+TEST_P(Consume, FalseStops) {
+  const BoxList boxes = identical_boxes(700, 1);
+  for (const std::size_t blocks_wanted : {1u, 2u}) {
+    Finder finder(options());
+    std::size_t taken = 0, calls = 0;
+    const auto take = [&](const Pair*, std::size_t count) {
+      taken += count;
+      return ++calls < blocks_wanted;
+    };
+    const Result result = finder.consume(boxes, take);
+    if (result.ok()) {  // all in fewer blocks than that
+      EXPECT_LT(calls, blocks_wanted);
+      continue;
+    }
+    EXPECT_EQ(result.status, Status::stopped);
+    EXPECT_EQ(calls, blocks_wanted) << "called again after it returned false";
+    EXPECT_EQ(result.written, taken);
+    EXPECT_TRUE(finder.find(boxes).ok());
+    EXPECT_EQ(finder.pairs().size(), 700u * 699u / 2);
+  }
+}
+
+TEST_P(Consume, WhatItThrowsComesThrough) {
+  struct Special {
+    int value;
+  };
+  const BoxList boxes = identical_boxes(500, 1);
+  Finder finder(options());
+  std::atomic<int> calls{0};
+  const auto thrower = [&](const Pair*, std::size_t) -> bool {
+    ++calls;
+    throw Special{4711};
+  };
+  try {
+    (void)finder.consume(boxes, thrower);
+    FAIL() << "nothing came through";
+  } catch (const Special& special) {
+    EXPECT_EQ(special.value, 4711);
+  }
+  EXPECT_EQ(calls, 1) << "called again after it threw";
+  Collector taken;
+  expect_collected(finder.consume(boxes, taken), taken, config(), reference_pairs(boxes));
+}
+
+TEST_P(Consume, SeveralAtOnceWhereAsked) {
+  const BoxList boxes = uniform_boxes(8000, 9);
+  static const Answer answer = reference_pairs(boxes);
+  Options with = options();
+  with.concurrent_consumer = true;
+  Finder finder(with);
+  std::mutex mutex;
+  std::vector<Pair> pairs;
+  const auto take = [&](const Pair* block, std::size_t count) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    pairs.insert(pairs.end(), block, block + count);
+    return true;
+  };
+  const Result result = finder.consume(boxes, take);
+  expect_pairs(result, config(), answer, pairs, boxes.size());
+}
+
+// The cap holds for all that the library takes; below the minimum it names the bytes needed, and
+// with just these it works.
+TEST_P(Consume, MemoryCap) {
+  for (const BoxList& boxes : {uniform_boxes(2500, 1), identical_boxes(600, 2)}) {
+    const Answer answer = reference_pairs(boxes);
+    for (const std::size_t cap : {std::size_t{1}, std::size_t{1000}}) {
+      Options with = options();
+      with.memory_cap_bytes = cap;
+      CountingResource memory;
+      with.memory = &memory;
+      std::uint64_t needed = 0;
+      {
+        Finder finder(with);
+        Collector taken;
+        const Result result = finder.consume(boxes, taken);
+        if (result.ok()) {
+          expect_collected(result, taken, config(), answer);
+          EXPECT_LE(memory.peak(), cap);
+          continue;
+        }
+        EXPECT_EQ(result.status, Status::memory_cap_too_small);
+        EXPECT_GT(result.bytes_needed, cap);
+        EXPECT_NE(std::string(result.message).find(std::to_string(result.bytes_needed)),
+                  std::string::npos)
+            << result.message;
+        EXPECT_TRUE(taken.pairs.empty());
+        EXPECT_LE(memory.peak(), cap);
+        needed = result.bytes_needed;
+      }
+      for (const std::uint64_t enough : {needed, needed + needed / 7, 16 * needed}) {
+        SCOPED_TRACE("a cap of " + std::to_string(enough) + " bytes");
+        with.memory_cap_bytes = enough;
+        CountingResource counted;
+        with.memory = &counted;
+        Finder finder(with);
+        Collector taken;
+        expect_collected(finder.consume(boxes, taken), taken, config(), answer);
+        EXPECT_LE(counted.peak(), enough) << "more taken than the cap allows";
+      }
+    }
+  }
+}
+
+// Far more pairs than fit under the cap: they pass through in blocks, in order where asked.
+TEST_P(Consume, MorePairsThanMemory) {
+  const BoxList boxes = identical_boxes(1100, 3);
+  const std::uint64_t count = 1100u * 1099u / 2, bytes = count * sizeof(Pair);
+  Options with = options();
+  with.memory_cap_bytes = 1;
+  CountingResource memory;
+  with.memory = &memory;
+  const auto none = [](const Pair*, std::size_t) { return true; };
+  const std::uint64_t needed = Finder(with).consume(boxes, none).bytes_needed;
+  EXPECT_LT(needed, bytes / 2) << "the minimum grows with the pairs";
+  with.memory_cap_bytes = needed;
+  CountingResource counted;
+  with.memory = &counted;
+  Finder finder(with);
+  Pair last{0, 0};
+  std::uint64_t taken = 0, sum = 0, unordered = 0;
+  const auto take = [&](const Pair* pairs, std::size_t block) {
+    for (std::size_t i = 0; i < block; ++i) {
+      unordered += taken + i > 0 && !(last < pairs[i]);
+      last = pairs[i];
+      sum += std::uint64_t{pairs[i].first} * 1100 + pairs[i].second;
+    }
+    taken += block;
+    return true;
+  };
+  const Result result = finder.consume(boxes, take);
+  EXPECT_TRUE(result.ok()) << result.message;
+  EXPECT_EQ(taken, count);
+  std::uint64_t want = 0;
+  for (std::uint64_t i = 0; i < 1100; ++i)
+    for (std::uint64_t j = i + 1; j < 1100; ++j) want += i * 1100 + j;
+  EXPECT_EQ(sum, want);
+  if (config().order == Order::canonical) {
+    EXPECT_EQ(unordered, 0u);
+  }
+  EXPECT_LE(counted.peak(), needed);
+}
+
+TEST_P(Consume, InvalidInputReachesNoConsumer) {
+  BoxList boxes = identical_boxes(50, 1);
+  boxes[20].lower.x = std::numeric_limits<float>::quiet_NaN();
+  Finder finder(options());
+  Collector taken;
+  const Result result = finder.consume(boxes, taken);
+  EXPECT_EQ(result.status, Status::nan_box);
+  EXPECT_EQ(result.first_invalid, 20u);
+  EXPECT_EQ(taken.blocks, 0u);
+}
+
+THRONG_INSTANTIATE(Consume, all_configs);
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,197 @@
+// Group and mask, owner, world, static: alone, together, strided, in one set and in two, wrong.
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class Filter : public Conformance {};
+
+// All five filters for n boxes, in one array of records: strided views of it.
+struct Labels {
+  struct Record {
+    std::uint32_t group, mask;
+    std::int32_t owner, world;
+    std::uint8_t is_static;
+  };
+  std::vector<Record> records;
+
+  Labels(std::size_t n, std::uint64_t seed, int worlds = 5) : records(n) {
+    Random r(seed);
+    for (Record& record : records) {
+      record.group = r.one_in(4) ? 0xffffffffu : 1u << r.below(4);
+      record.mask = r.one_in(20) ? 0 : static_cast<std::uint32_t>(r.next());
+      record.owner = r.one_in(3) ? -1 : r.between(0, 20);
+      record.world = r.one_in(9) ? -1 : r.between(0, worlds - 1);
+      record.is_static = r.one_in(3) ? static_cast<std::uint8_t>(r.between(1, 255)) : 0;
+    }
+  }
+
+  // The filters whose bit is in `which`: 1 group, 2 mask, 4 owner, 8 world, 16 static.
+  Filters view(int which) const {
+    Filters f;
+    const std::size_t n = records.size(), stride = sizeof(Record);
+    if (which & 1) f.group = {&records[0].group, n, stride};
+    if (which & 2) f.mask = {&records[0].mask, n, stride};
+    if (which & 4) f.owner = {&records[0].owner, n, stride};
+    if (which & 8) f.world = {&records[0].world, n, stride};
+    if (which & 16) f.is_static = {&records[0].is_static, n, stride};
+    return f;
+  }
+};
+
+TEST_P(Filter, EveryCombination) {
+  const BoxList boxes = snapped_boxes(400, 12, 1, 1);
+  const Labels labels(boxes.size(), 2);
+  for (int which = 0; which < 32; ++which) {
+    SCOPED_TRACE("filters " + std::to_string(which));
+    Boxes view = boxes;
+    view.filters = labels.view(which);
+    expect_exact(view, config(), reference_pairs(view));
+  }
+}
+
+TEST_P(Filter, EveryCombinationInTwoSets) {
+  const BoxList a = snapped_boxes(150, 9, 1, 1), b = snapped_boxes(230, 9, 1, 2);
+  const Labels of_a(a.size(), 3), of_b(b.size(), 4);
+  for (int which = 0; which < 32; ++which) {
+    // All in both, and some in one only: the other set then allows everything.
+    for (const int of_second : {which, (which * 7 + 3) % 32}) {
+      SCOPED_TRACE("filters " + std::to_string(which) + " and " + std::to_string(of_second));
+      Boxes view_a = a, view_b = b;
+      view_a.filters = of_a.view(which);
+      view_b.filters = of_b.view(of_second);
+      expect_exact(view_a, view_b, config(), reference_pairs(view_a, view_b));
+    }
+  }
+}
+
+TEST_P(Filter, OnHardScenes) {
+  static std::vector<HardScene> scenes = hard_scenes(250);
+  for (const HardScene& scene : scenes) {
+    SCOPED_TRACE(scene.name);
+    const Labels labels(scene.boxes.size(), 5);
+    Boxes view = scene.boxes;
+    for (const int which : {8, 16, 31}) {
+      view.filters = labels.view(which);
+      expect_exact(view, config(), reference_pairs(view));
+    }
+  }
+}
+
+// Many worlds in one place, few boxes each; some boxes meet them all.
+TEST_P(Filter, ManyWorlds) {
+  const BoxList boxes = snapped_boxes(2000, 9, 1, 1);
+  static std::vector<Answer> answers;  // the same in every configuration
+  std::size_t next = 0;
+  for (const int worlds : {2, 60, 2000, 2000000000}) {
+    SCOPED_TRACE(std::to_string(worlds) + " worlds");
+    const Labels labels(boxes.size(), 6, worlds);
+    Boxes view = boxes;
+    for (const int which : {8, 8 | 16}) {
+      view.filters = labels.view(which);
+      if (answers.size() == next) answers.push_back(reference_pairs(view));
+      expect_exact(view, config(), answers[next++]);
+    }
+  }
+}
+
+// Worlds of many boxes, as many as fill columns of their own.
+TEST_P(Filter, LargeWorlds) {
+  const BoxList boxes = uniform_boxes(6000, 8);
+  const Labels labels(boxes.size(), 6, 3);
+  Boxes view = boxes;
+  view.filters = labels.view(8);
+  static const Answer answer = reference_pairs(view);
+  expect_exact(view, config(), answer);
+}
+
+TEST_P(Filter, AllStaticAllOneOwnerAllOneWorld) {
+  const BoxList boxes = identical_boxes(90, 1);
+  const std::size_t n = boxes.size();
+  const Answer all = reference_pairs(boxes);
+  const std::uint8_t still = 200;
+  const std::int32_t someone = 7, nobody = -1, highest = 2147483647;
+  const std::uint32_t no_bits = 0;
+  Boxes view = boxes;  // a stride of 0 gives every box the same value
+  view.filters.is_static = {&still, n, 0};
+  expect_exact(view, config(), Answer{});
+  view.filters = {};
+  view.filters.owner = {&someone, n, 0};
+  expect_exact(view, config(), Answer{});
+  view.filters.owner = {&nobody, n, 0};
+  expect_exact(view, config(), all);
+  view.filters = {};
+  view.filters.world = {&highest, n, 0};
+  expect_exact(view, config(), all);
+  view.filters.world = {&nobody, n, 0};
+  expect_exact(view, config(), all);
+  view.filters = {};
+  view.filters.group = {&no_bits, n, 0};
+  expect_exact(view, config(), Answer{});
+  view.filters = {};
+  view.filters.mask = {&no_bits, n, 0};
+  expect_exact(view, config(), Answer{});
+}
+
+// Filters and empty slots together: an inactive box of any world stays inactive.
+TEST_P(Filter, WithInactiveBoxes) {
+  const BoxList boxes = with_inverted(900, 3);
+  const Labels labels(boxes.size(), 9);
+  Boxes view = boxes;
+  for (const int which : {8, 16, 24, 31}) {
+    view.filters = labels.view(which);
+    expect_exact(view, config(), reference_pairs(view));
+  }
+}
+
+void expect_bad_filter(const Result& result, const char* what) {
+  EXPECT_EQ(result.status, Status::bad_filter) << what;
+  EXPECT_EQ(result.written, 0u) << what;
+  EXPECT_STRNE(result.message, "") << what;
+}
+
+TEST_P(Filter, WrongLengthIsRefused) {
+  const BoxList boxes = uniform_boxes(50, 1);
+  const Labels labels(60, 1);
+  Finder finder(options());
+  for (int bit = 1; bit < 32; bit *= 2) {
+    for (const std::size_t length : {std::size_t{49}, std::size_t{51}, std::size_t{0}}) {
+      Boxes view = boxes;
+      view.filters = labels.view(bit);
+      Filters& f = view.filters;
+      f.group.count = f.mask.count = f.owner.count = f.world.count = f.is_static.count = length;
+      const std::string what =
+          "filter " + std::to_string(bit) + " of length " + std::to_string(length);
+      const Result one = finder.find(view);
+      expect_bad_filter(one, what.c_str());
+      EXPECT_NE(std::string(one.message).find(std::to_string(length)), std::string::npos)
+          << one.message;
+      expect_bad_filter(finder.find(view, boxes), what.c_str());
+      expect_bad_filter(finder.find(boxes, view), what.c_str());
+    }
+  }
+  EXPECT_TRUE(finder.find(boxes).ok()) << "and the Finder is as good as before";
+}
+
+TEST_P(Filter, WorldBelowMinusOneIsRefused) {
+  const BoxList boxes = uniform_boxes(3000, 1);
+  Labels labels(boxes.size(), 1);
+  labels.records[1234].world = -2;
+  labels.records[2999].world = std::numeric_limits<std::int32_t>::min();
+  Boxes view = boxes;
+  view.filters = labels.view(8);
+  Finder finder(options());
+  const Result result = finder.find(view);
+  expect_bad_filter(result, "world -2");
+  EXPECT_EQ(result.first_invalid, 1234u);
+  EXPECT_EQ(result.invalid_count, 2u);
+  EXPECT_NE(std::string(result.message).find("1234"), std::string::npos) << result.message;
+  expect_bad_filter(finder.find(boxes, view), "world -2 in the second set");
+  expect_bad_filter(finder.find(view, boxes), "world -2 in the first set");
+}
+
+THRONG_INSTANTIATE(Filter, all_configs);
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,248 @@
+// What is wrong is refused in words, and nothing is found; empty slots are counted.
+#include <cstdlib>
+
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class Invalid : public Conformance {
+ protected:
+  void expect_found(const Finder& finder, const Result& result, const Answer& answer) const {
+    expect_pairs(result, config(), answer, to_vector(finder.pairs()), 0);
+  }
+};
+
+constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
+
+// NaN in every one of the six places in turn.
+BoxList with_nan(BoxList boxes, std::size_t first, std::size_t step) {
+  int k = 0;
+  for (std::size_t i = first; i < boxes.size(); i += step, ++k)
+    (&boxes[i].lower.x)[k % 6] = k % 2 ? quiet : -quiet;
+  return boxes;
+}
+
+TEST_P(Invalid, NanIsRefusedByIndexAndCount) {
+  Finder finder(options());
+  for (const int n : {1, 2, 17, 40, 3000}) {
+    const BoxList good = uniform_boxes(n, 1);
+    for (const std::size_t first :
+         {std::size_t{0}, static_cast<std::size_t>(n) / 2, static_cast<std::size_t>(n) - 1}) {
+      SCOPED_TRACE(std::to_string(n) + " boxes, the first NaN in " + std::to_string(first));
+      const BoxList boxes = with_nan(good, first, 13);
+      const std::size_t count = (static_cast<std::size_t>(n) - 1 - first) / 13 + 1;
+      std::vector<Pair> buffer(100, Pair{5, 6});
+      for (const bool own : {true, false}) {
+        const Result result =
+            own ? finder.find(boxes) : finder.find(boxes, buffer.data(), buffer.size());
+        EXPECT_EQ(result.status, Status::nan_box);
+        EXPECT_EQ(result.first_invalid, first);
+        EXPECT_EQ(result.invalid_count, count);
+        EXPECT_EQ(result.written, 0u);
+        const std::string message = result.message;
+        EXPECT_NE(message.find(std::to_string(first)), std::string::npos) << message;
+        EXPECT_NE(message.find(std::to_string(count)), std::string::npos) << message;
+      }
+      for (const Pair& pair : buffer) ASSERT_TRUE((pair == Pair{5, 6}));
+      for (const bool second : {false, true}) {
+        const Result result = second ? finder.find(good, boxes) : finder.find(boxes, good);
+        EXPECT_EQ(result.status, Status::nan_box);
+        EXPECT_EQ(result.first_invalid, first);
+        EXPECT_EQ(result.invalid_count, count);
+      }
+    }
+  }
+}
+
+// Every single coordinate, at every place of a vector.
+TEST_P(Invalid, NanIsSeenInEveryPlace) {
+  Finder finder(options());
+  for (std::size_t i = 0; i < 40; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      BoxList boxes = uniform_boxes(40, 1);
+      (&boxes[i].lower.x)[k] = quiet;
+      const Result result = finder.find(boxes);
+      ASSERT_EQ(result.status, Status::nan_box) << i << ' ' << k;
+      ASSERT_EQ(result.first_invalid, i);
+      ASSERT_EQ(result.invalid_count, 1u);
+    }
+  }
+}
+
+TEST_P(Invalid, NanIsInactiveWhereAsked) {
+  Options with = options();
+  with.nan = NanPolicy::inactive;
+  Finder finder(with);
+  for (const int n : {1, 33, 700}) {
+    for (const BoxList& plain :
+         {uniform_boxes(n, 1), with_inverted(n, 2), snapped_boxes(n, 20, 1, 3)}) {
+      const BoxList boxes = with_nan(plain, 0, 7);
+      const Answer one = reference_pairs(boxes);
+      EXPECT_GE(one.inactive, static_cast<std::uint64_t>(n) / 7);
+      expect_found(finder, finder.find(boxes), one);
+      const Answer two = reference_pairs(plain, boxes);
+      expect_found(finder, finder.find(plain, boxes), two);
+    }
+  }
+  const BoxList all(50, Box{{quiet, quiet, quiet}, {quiet, quiet, quiet}});
+  const Result result = finder.find(all);
+  EXPECT_TRUE(result.ok());
+  EXPECT_EQ(result.inactive, 50u);
+  EXPECT_EQ(result.found, 0u);
+}
+
+// A NaN box among NaN boxes with a margin, which must not bring it to life; nor an empty slot.
+TEST_P(Invalid, MarginWakesNothing) {
+  Options with = options();
+  with.nan = NanPolicy::inactive;
+  with.margin = 100;
+  Finder finder(with);
+  const BoxList boxes = with_nan(with_inverted(400, 5), 3, 11);
+  const Answer answer = reference_pairs(boxes, with.margin);
+  expect_found(finder, finder.find(boxes), answer);
+}
+
+TEST_P(Invalid, AllInverted) {
+  const BoxList boxes(70, Box{{1, 1, 1}, {0, 2, 2}});
+  expect_exact(boxes, config(), reference_pairs(boxes));
+  expect_exact(boxes, boxes, config(), reference_pairs(boxes, boxes));
+}
+
+TEST_P(Invalid, Options) {
+  const BoxList boxes = uniform_boxes(40, 1);
+  for (const float margin : {-1.0f, -denormal, -infinity, infinity, quiet}) {
+    throng::Options with = options();
+    with.margin = margin;
+    Finder finder(with);
+    const Result result = finder.find(boxes);
+    EXPECT_EQ(result.status, Status::bad_option) << margin;
+    EXPECT_STRNE(result.message, "");
+    EXPECT_EQ(finder.pairs().size(), 0u);
+    finder.set_options(options());
+    EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
+  }
+  throng::Options minus_zero = options();
+  minus_zero.margin = -0.0f;
+  EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());
+}
+
+TEST_P(Invalid, MissingArrays) {
+  const float c[2] = {1, 2};
+  Finder finder(options());
+  const Boxes bad[] = {
+      Boxes(static_cast<const Box*>(nullptr), 2), Boxes::split(nullptr, nullptr, 2),
+      Boxes::arrays(c, c, c, c, c, nullptr, 2),   Boxes::arrays(c, c, nullptr, c, c, c, 2),
+      Boxes::arrays(nullptr, c, c, c, c, c, 2),   Boxes::arrays(c, c, c, c, nullptr, c, 2),
+      Boxes::arrays(c, c, c, c, c, c, 2, 6)};
+  for (const Boxes& boxes : bad) {
+    for (int form = 0; form < 3; ++form) {
+      const BoxList good = uniform_boxes(3, 1);
+      const Result result = form == 0   ? finder.find(boxes)
+                            : form == 1 ? finder.find(good, boxes)
+                                        : finder.find(boxes, good);
+      EXPECT_EQ(result.status, Status::bad_boxes);
+      EXPECT_STRNE(result.message, "");
+    }
+  }
+}
+
+// Four times ten to the nine boxes in one: refused before the first is read.
+TEST_P(Invalid, TooManyBoxes) {
+  const Box box = cube(0, 0, 0, 1);
+  Finder finder(options());
+  const Boxes many(&box, static_cast<std::size_t>(max_box_count) + 1, 0);
+  for (const Result& result :
+       {finder.find(many), finder.find(many, BoxList{box}), finder.find(BoxList{box}, many)}) {
+    EXPECT_EQ(result.status, Status::too_many_boxes);
+    EXPECT_NE(std::string(result.message).find("4294967296"), std::string::npos) << result.message;
+  }
+}
+
+TEST_P(Invalid, ShortFormThrows) {
+  BoxList boxes = uniform_boxes(20, 1);
+  boxes[11].upper.y = quiet;
+  std::vector<Pair> out;
+  EXPECT_EQ(find_pairs(boxes, out, options()).status, Status::nan_box);
+  try {
+    (void)find_pairs(boxes, options());
+    FAIL() << "nothing was thrown";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::nan_box);
+    EXPECT_EQ(error.result().first_invalid, 11u);
+    EXPECT_NE(std::string(error.what()).find("11"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW((void)find_pairs(boxes, boxes, options()), Error);
+  EXPECT_THROW((void)find_pairs(boxes, options()), std::runtime_error);
+}
+
+THRONG_INSTANTIATE(Invalid, all_configs);
+
+TEST(Isas, OneThatIsNotHereIsRefused) {
+  int refused = 0;
+  for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (is_supported(isa)) continue;
+    Options options;
+    options.isa = isa;
+    Finder finder(options);
+    const Result result = finder.find(uniform_boxes(10, 1));
+    EXPECT_EQ(result.status, Status::unsupported_isa);
+    EXPECT_NE(std::string(result.message), "");
+    ++refused;
+  }
+  EXPECT_GE(refused, 1) << "no processor has both x86 and ARM";
+}
+
+// Run by ctest with THRONG_ISA=scalar; means nothing without.
+TEST(ForcedIsa, IsTheOneOfTheEnvironment) {
+  const char* forced = std::getenv("THRONG_ISA");
+  if (!forced) GTEST_SKIP() << "THRONG_ISA is not set";
+  const BoxList boxes = uniform_boxes(5000, 1);
+  Finder finder;
+  const Result result = finder.find(boxes);
+  ASSERT_TRUE(result.ok()) << result.message;
+  EXPECT_STREQ(to_string(result.plan.isa), forced);
+  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), swept_pairs(boxes).pairs));
+}
+
+TEST(RoundOutward, IsTheSmallestFloatBoxAround) {
+  const double values[] = {0.0,
+                           -0.0,
+                           1.0,
+                           0.1,
+                           -0.1,
+                           1e-300,
+                           -1e-300,
+                           1e300,
+                           -1e300,
+                           16777217.0,
+                           1e-40,
+                           3.4028234663852886e38,
+                           3.4028234663852889e38,
+                           1.0 / 3,
+                           -2e-46,
+                           static_cast<double>(infinity),
+                           -static_cast<double>(infinity)};
+  for (const double v : values) {
+    const volatile double d = v;
+    std::fesetround(FE_DOWNWARD);
+    const volatile float down = static_cast<float>(d);
+    std::fesetround(FE_UPWARD);
+    const volatile float up = static_cast<float>(d);
+    std::fesetround(FE_TONEAREST);
+    const double lower[3] = {v, 1, v}, upper[3] = {2, v, v};
+    const Box box = round_outward(lower, upper);
+    EXPECT_EQ(box.lower.x, down) << v;
+    EXPECT_EQ(box.lower.y, 1.0f);
+    EXPECT_EQ(box.upper.x, 2.0f);
+    EXPECT_EQ(box.upper.y, up) << v;
+    EXPECT_EQ(box.lower.z, down);
+    EXPECT_EQ(box.upper.z, up);
+  }
+  const double nan[3] = {0, static_cast<double>(quiet), 0}, zero[3] = {0, 0, 0};
+  EXPECT_TRUE(std::isnan(round_outward(nan, zero).lower.y)) << "a NaN must stay to be refused";
+}
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# The include check must pass a small sound tree, and fail it after each of these single changes.
+set -euo pipefail
+check="$1"
+tree="$(mktemp -d)"
+trap 'rm -rf "$tree"' EXIT
+cases=0
+
+sound_tree() {
+  rm -rf "${tree:?}"/*
+  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/scene "$tree"/tests
+  echo '#include <cstddef>' > "$tree/include/throng/types.hpp"
+  echo '#include <throng/types.hpp>' > "$tree/src/core/bounds.hpp"
+  printf '#include <hwy/highway.h>\n#include "core/bounds.hpp"\n' > "$tree/src/cpu/grid.cpp"
+  printf '#include <cstdio>\n#include "core/bounds.hpp"\nint n = snprintf(p, 1, "printf(");  // exit()\n' \
+    > "$tree/src/find_pairs.cpp"
+  echo '#include <throng/types.hpp>' > "$tree/scene/npy.hpp"
+  echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
+}
+
+refused() {  # file, line to add, what the message must say
+  sound_tree
+  echo "$2" >> "$tree/$1"
+  cases=$((cases + 1))
+  if "$check" "$tree" > "$tree/said" 2>&1; then
+    echo "not refused: $1: $2"
+    exit 1
+  fi
+  if ! grep -qF "$3" "$tree/said"; then
+    echo "refused without saying '$3': $1: $2"
+    cat "$tree/said"
+    exit 1
+  fi
+}
+
+sound_tree
+"$check" "$tree"
+refused include/throng/types.hpp '#include <hwy/highway.h>' 'door includes the standard library only'
+refused include/throng/types.hpp '#include "core/bounds.hpp"' 'door must not include core'
+refused include/throng/types.hpp '#include <iostream>' 'prints nothing'
+refused src/core/bounds.hpp '#include "cpu/grid.cpp"' 'core must not include cpu'
+refused src/core/bounds.hpp '#include <unistd.h>' 'core includes the standard library only'
+refused src/cpu/grid.cpp '#include "scene/npy.hpp"' 'cpu must not include scene'
+refused src/cpu/grid.cpp '#include <sys/mman.h>' 'cpu includes the standard library'
+refused src/cpu/grid.cpp '#include "core/absent.hpp"' 'no such file'
+refused src/cpu/grid.cpp 'void f() { std::abort(); }' 'never prints, exits or aborts'
+refused src/find_pairs.cpp 'void f() { printf("x"); }' 'never prints, exits or aborts'
+refused src/find_pairs.cpp 'void f() { std::cerr << 1; }' 'never prints, exits or aborts'
+refused scene/npy.hpp '#include "core/bounds.hpp"' 'scene must not include core'
+refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include tests'
+refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
+echo "check_includes: $cases forbidden lines refused"

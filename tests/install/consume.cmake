@@ -1,0 +1,9 @@
+# Configures, builds and tests one outside project from nothing, against the installed library.
+file(REMOVE_RECURSE "${BINARY}")
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BINARY} -G "${GENERATOR}"
+                        -DCMAKE_PREFIX_PATH=${PREFIX} -DCMAKE_CXX_COMPILER=${CXX}
+                        "-DCMAKE_CXX_FLAGS=${FLAGS}" -DCMAKE_BUILD_TYPE=${CONFIG}
+                COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CMAKE_COMMAND} --build ${BINARY} COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CTEST} --test-dir ${BINARY} --output-on-failure --no-tests=error
+                COMMAND_ERROR_IS_FATAL ANY)

@@ -1,0 +1,9 @@
+# Compiles and runs one source with nothing but what pkg-config says.
+set(ENV{PKG_CONFIG_PATH} "${PREFIX}/${LIBDIR}/pkgconfig:$ENV{PKG_CONFIG_PATH}")
+execute_process(COMMAND ${PKG_CONFIG} --static --cflags --libs throng
+                OUTPUT_VARIABLE said OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(said UNIX_COMMAND "${said}")
+separate_arguments(FLAGS UNIX_COMMAND "${FLAGS}")
+execute_process(COMMAND ${CXX} ${FLAGS} -std=c++17 -fno-exceptions -fno-rtti ${SOURCE} -o ${OUTPUT}
+                        ${said} COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${OUTPUT} COMMAND_ERROR_IS_FATAL ANY)

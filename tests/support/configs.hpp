@@ -1,0 +1,159 @@
+// What the conformance suite is instantiated over: algorithm, instruction set, threads, order.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <throng/throng.hpp>
+
+#include "support/reference.hpp"
+
+namespace throng::tests {
+
+struct Config {
+  Algorithm algorithm;
+  Isa isa;
+  unsigned threads;
+  Order order;
+
+  Options options() const {
+    Options o;
+    o.algorithm = algorithm;
+    o.isa = isa;
+    o.threads = threads;
+    o.order = order;
+    return o;
+  }
+  std::string name() const {
+    return std::string(algorithm == Algorithm::all_pairs ? "all_pairs"
+                       : algorithm == Algorithm::grid    ? "grid"
+                                                         : "auto") +
+           "_" + to_string(isa) + "_" + std::to_string(threads) +
+           (order == Order::canonical ? "_canonical" : "_any");
+  }
+};
+
+inline void PrintTo(const Config& config, std::ostream* out) { *out << config.name(); }
+
+inline bool is_supported(Isa isa) {
+  const Box boxes[2] = {{{0, 0, 0}, {1, 1, 1}}, {{1, 1, 1}, {2, 2, 2}}};
+  Options options;
+  options.isa = isa;
+  options.threads = 1;
+  Finder finder(options);
+  return finder.find(Boxes(boxes, 2)).status != Status::unsupported_isa;
+}
+
+inline std::vector<Isa> supported_isas() {
+  std::vector<Isa> isas;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
+    if (isa == Isa::scalar || is_supported(isa)) isas.push_back(isa);
+  return isas;
+}
+
+// Under a sanitizer everything takes several times as long.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool sanitized = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+#else
+constexpr bool sanitized = false;
+#endif
+
+// Every combination; sanitized, some of each. With 'automatic' both ways once a thread count, as
+// most callers use it.
+inline std::vector<Config> all_configs() {
+  std::vector<Config> configs;
+  for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid})
+    for (const Isa isa : supported_isas())
+      for (const unsigned threads : {1u, 2u, 3u, 5u})
+        for (const Order order : {Order::any, Order::canonical})
+          if (!sanitized || threads == 3 || (threads == 1 && order == Order::any))
+            configs.push_back({algorithm, isa, threads, order});
+  for (const unsigned threads : {0u, 1u})
+    for (const Order order : {Order::any, Order::canonical})
+      configs.push_back({Algorithm::automatic, Isa::automatic, threads, order});
+  return configs;
+}
+
+// One of each algorithm and instruction set: for what does not depend on threads and order.
+inline std::vector<Config> single_configs() {
+  std::vector<Config> configs;
+  for (const Config& config : all_configs())
+    if (config.threads == 1 && config.order == Order::any) configs.push_back(config);
+  return configs;
+}
+
+inline std::string config_name(const testing::TestParamInfo<Config>& info) {
+  return info.param.name();
+}
+
+// What every successful result says, whatever was asked.
+inline void expect_sound(const Result& result, const Config& config, const Answer& answer,
+                         std::size_t compared) {
+  EXPECT_EQ(result.status, Status::ok) << result.message;
+  EXPECT_EQ(result.found, answer.pairs.size());
+  EXPECT_EQ(result.written, answer.pairs.size());
+  EXPECT_EQ(result.inactive, answer.inactive);
+  EXPECT_STREQ(result.message, "");
+  ASSERT_NE(result.plan.reason, nullptr);
+  EXPECT_GE(result.comparisons, result.found);
+  if (compared >= 1000) {
+    EXPECT_STRNE(result.plan.reason, "");
+    EXPECT_NE(result.plan.algorithm, Algorithm::automatic);
+    EXPECT_NE(result.plan.isa, Isa::automatic);
+    if (config.algorithm != Algorithm::automatic) {
+      EXPECT_EQ(result.plan.algorithm, config.algorithm);
+    }
+    if (config.isa != Isa::automatic) {
+      EXPECT_EQ(result.plan.isa, config.isa);
+    }
+    if (config.threads != 0) {
+      EXPECT_LE(result.plan.threads, config.threads);
+    }
+  }
+  EXPECT_GE(result.plan.threads, 1u);
+}
+
+inline void expect_pairs(const Result& result, const Config& config, const Answer& answer,
+                         std::vector<Pair> got, std::size_t compared) {
+  expect_sound(result, config, answer, compared);
+  if (config.order == Order::canonical) {
+    EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not in canonical order";
+  }
+  EXPECT_TRUE(same_pairs(std::move(got), answer.pairs));
+}
+
+// Finds with `config` and holds everything against the answer.
+inline void expect_exact(const Boxes& boxes, const Config& config, const Answer& answer) {
+  Finder finder(config.options());
+  const Result result = finder.find(boxes);
+  expect_pairs(result, config, answer, to_vector(finder.pairs()), boxes.size());
+}
+
+inline void expect_exact(const Boxes& a, const Boxes& b, const Config& config,
+                         const Answer& answer) {
+  Finder finder(config.options());
+  const Result result = finder.find(a, b);
+  expect_pairs(result, config, answer, to_vector(finder.pairs()), std::min(a.size(), b.size()));
+}
+
+class Conformance : public testing::TestWithParam<Config> {
+ protected:
+  const Config& config() const { return GetParam(); }
+  Options options() const { return GetParam().options(); }
+};
+
+// Each file of the suite names its own subclass, so that failures and filters name the file.
+#define THRONG_INSTANTIATE(suite, configs)                                            \
+  INSTANTIATE_TEST_SUITE_P(All, suite, testing::ValuesIn(::throng::tests::configs()), \
+                           ::throng::tests::config_name)
+
+}  // namespace throng::tests

@@ -1,0 +1,173 @@
+// The answer, found in the plainest way: a double loop over all pairs. It shares nothing with the
+// library but the door's types, and does even the margin differently (by the processor's directed
+// rounding).
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cfenv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <sstream>
+#include <vector>
+
+#include <throng/throng.hpp>
+
+namespace throng::tests {
+
+// One box with what its filters say, read out of a view.
+struct Item {
+  float lower[3], upper[3];
+  std::uint32_t group = 0xffffffffu, mask = 0xffffffffu;
+  std::int32_t owner = -1, world = -1;
+  bool is_static = false;
+  bool active = true;
+};
+
+inline float subtract_down(float x, float m) {
+  const volatile float a = x, b = m;
+  std::fesetround(FE_DOWNWARD);
+  const volatile float difference = a - b;
+  std::fesetround(FE_TONEAREST);
+  return difference;
+}
+inline float add_up(float x, float m) {
+  const volatile float a = x, b = m;
+  std::fesetround(FE_UPWARD);
+  const volatile float sum = a + b;
+  std::fesetround(FE_TONEAREST);
+  return sum;
+}
+
+inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
+  std::vector<Item> items(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    Item& item = items[i];
+    const Box box = boxes[i];
+    const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
+    const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(lower[axis] <= upper[axis])) item.active = false;  // NaN too
+      item.lower[axis] = margin > 0 ? subtract_down(lower[axis], margin) : lower[axis];
+      item.upper[axis] = margin > 0 ? add_up(upper[axis], margin) : upper[axis];
+    }
+    const Filters& f = boxes.filters;
+    if (f.group) item.group = f.group[i];
+    if (f.mask) item.mask = f.mask[i];
+    if (f.owner) item.owner = f.owner[i];
+    if (f.world) item.world = f.world[i];
+    if (f.is_static) item.is_static = f.is_static[i] != 0;
+  }
+  return items;
+}
+
+inline bool disjoint(const Item& a, const Item& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.upper[axis] < b.lower[axis] || b.upper[axis] < a.lower[axis]) return true;
+  return false;
+}
+
+inline bool wanted(const Item& a, const Item& b) {
+  if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
+  if (a.owner != -1 && a.owner == b.owner) return false;
+  if (a.world != -1 && b.world != -1 && a.world != b.world) return false;
+  return !(a.is_static && b.is_static);
+}
+
+struct Answer {
+  std::vector<Pair> pairs;  // sorted
+  std::uint64_t inactive = 0;
+};
+
+inline std::uint64_t count_inactive(const std::vector<Item>& items) {
+  return static_cast<std::uint64_t>(
+      std::count_if(items.begin(), items.end(), [](const Item& item) { return !item.active; }));
+}
+
+inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
+  const std::vector<Item> items = read_items(boxes, margin);
+  Answer answer;
+  answer.inactive = count_inactive(items);
+  for (std::uint32_t i = 0; i < items.size(); ++i) {
+    if (!items[i].active) continue;
+    for (std::uint32_t j = i + 1; j < items.size(); ++j)
+      if (items[j].active && !disjoint(items[i], items[j]) && wanted(items[i], items[j]))
+        answer.pairs.push_back({i, j});
+  }
+  return answer;
+}
+
+inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) {
+  const std::vector<Item> left = read_items(a, margin), right = read_items(b, margin);
+  Answer answer;
+  answer.inactive = count_inactive(left) + count_inactive(right);
+  for (std::uint32_t i = 0; i < left.size(); ++i) {
+    if (!left[i].active) continue;
+    for (std::uint32_t j = 0; j < right.size(); ++j)
+      if (right[j].active && !disjoint(left[i], right[j]) && wanted(left[i], right[j]))
+        answer.pairs.push_back({i, j});
+  }
+  return answer;
+}
+
+// For sets too large for the double loop: one sort and one sweep, along the axis that is told. No
+// filters. It is itself held against the double loop in tests/support.
+inline Answer swept_pairs(const Boxes& boxes, int axis = 0) {
+  std::vector<Item> items = read_items(boxes, 0);
+  Answer answer;
+  answer.inactive = count_inactive(items);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < items.size(); ++i)
+    if (items[i].active) order.push_back(i);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return items[i].lower[axis] < items[j].lower[axis];
+  });
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    const Item& a = items[order[s]];
+    for (std::size_t t = s + 1; t < order.size(); ++t) {
+      if (a.upper[axis] < items[order[t]].lower[axis]) break;
+      if (!disjoint(a, items[order[t]]))
+        answer.pairs.push_back({std::min(order[s], order[t]), std::max(order[s], order[t])});
+    }
+  }
+  std::sort(answer.pairs.begin(), answer.pairs.end());
+  return answer;
+}
+
+inline void print_pairs(std::ostream& out, const char* what, const std::vector<Pair>& pairs) {
+  if (pairs.empty()) return;
+  out << "\n  " << pairs.size() << ' ' << what << ':';
+  for (std::size_t i = 0; i < pairs.size() && i < 5; ++i)
+    out << " (" << pairs[i].first << ", " << pairs[i].second << ')';
+}
+
+// Exactly the same multiset; `want` is sorted. Tells the first pairs missing, extra and told twice.
+inline testing::AssertionResult same_pairs(std::vector<Pair> got, const std::vector<Pair>& want) {
+  std::sort(got.begin(), got.end());
+  if (got == want) return testing::AssertionSuccess();
+  std::vector<Pair> missing, extra, twice;
+  std::size_t g = 0;
+  for (const Pair& pair : want) {
+    for (; g < got.size() && got[g] < pair; ++g) {
+      const bool repeated = g > 0 && got[g - 1] == got[g];
+      (repeated ? twice : extra).push_back(got[g]);
+    }
+    if (g < got.size() && got[g] == pair)
+      ++g;
+    else
+      missing.push_back(pair);
+  }
+  for (; g < got.size(); ++g) (g > 0 && got[g - 1] == got[g] ? twice : extra).push_back(got[g]);
+  std::ostringstream out;
+  out << got.size() << " pairs instead of " << want.size();
+  print_pairs(out, "missing", missing);
+  print_pairs(out, "that should not be", extra);
+  print_pairs(out, "told twice", twice);
+  return testing::AssertionFailure() << out.str();
+}
+
+inline std::vector<Pair> to_vector(const Pairs& pairs) { return {pairs.begin(), pairs.end()}; }
+
+}  // namespace throng::tests
