@@ -91,7 +91,7 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   Quantiser map;
   for (int k = 0; k < 3; ++k) {
     const double length = double{s.upper[k]} - double{s.lower[k]};
-    const double wanted = columns[k] * 65536.0 / std::max(length, 1e-30);
+    const double wanted = columns[k] * double{words_per_column} / std::max(length, 1e-30);
     map.origin[k] = s.lower[k];
     map.scale[k] = static_cast<float>(std::min(wanted, 1e30));
     map.max[k] = largest_index(columns[k]);
@@ -176,7 +176,7 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
         const double per_column = n * replicas * s.crowding / (static_cast<double>(cy) * cz);
         // Long columns are cut, where their boxes are short enough for that: to stay in the cache,
         // and for an extent to be some words long, as equal words cost a look at the floats.
-        double parts = std::ceil(extent_words / (65536.0 * std::max(share_x, 1e-9)));
+        double parts = std::ceil(extent_words / (words_per_column * std::max(share_x, 1e-9)));
         if (per_column > cached_records)
           parts = std::max(parts, std::ceil(per_column / part_records));
         parts = std::min({parts, 4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1,

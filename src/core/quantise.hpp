@@ -1,22 +1,22 @@
-// From float coordinates to columns and 16-bit words, and why no pair is lost on the way.
+// From float coordinates to columns and 15-bit words, and why no pair is lost on the way.
 //
-// One function q per axis maps a float to an integer in 0 .. columns * 65536 - 1:
+// One function q per axis maps a float to an integer in 0 .. columns * 32768 - 1:
 //   q(x) = int(min(max((x - origin) * scale, 0), max)),   scale > 0.
 // In round-to-nearest, subtraction, multiplication by a positive number, min, max and truncation
 // are each non-decreasing in x, so q is non-decreasing, for every float but NaN, infinities
 // included (origin is finite, so x - origin is never NaN; scale is finite and > 0, so no 0 *
-// infinity). q's high part is the column, its low 16 bits the word; a word of 0 is raised to 1,
+// infinity). q's high part is the column, its low 15 bits the word; a word of 0 is raised to 1,
 // which keeps the order within a column. Therefore, for boxes a, b that share a column on an axis,
 //   word(a.lower) < word(b.upper)  implies  a.lower <  b.upper   (contraposition of monotony)
 //   word(a.lower) > word(b.upper)  implies  a.lower >  b.upper
 // and equal words leave the decision to the floats. Nothing is widened and nothing is rounded
 // outward: words never decide a tie.
 //
-// A box is entered into every column that it touches, q(lower) >> 16 .. q(upper) >> 16 on each
+// A box is entered into every column that it touches, q(lower) >> 15 .. q(upper) >> 15 on each
 // axis. In a column where its lower end lies in an earlier one the lower word is 0; where its upper
-// end lies in a later one the upper word is 65535. Both keep the two implications: 0 is below every
+// end lies in a later one the upper word is 32767. Both keep the two implications: 0 is below every
 // word of an upper end in this column (those are >= 1) and the box's lower end is below them, as
-// its column is earlier; 65535 against a lower word of 65535 is a tie and goes to the floats.
+// its column is earlier; 32767 against a lower word of 32767 is a tie and goes to the floats.
 //
 // Two boxes overlap only if on each axis their column ranges intersect (a.lower <= b.upper gives
 // q(a.lower) <= q(b.upper), and likewise the other way), and then they share exactly one column
@@ -31,7 +31,11 @@
 
 namespace throng::core {
 
-constexpr std::uint32_t words_per_column = 65536;
+// 15 bits: the difference of two words is a signed 16-bit number, whose sign says which is greater
+// and which is 0 exactly for a tie.
+constexpr int word_bits = 15;
+constexpr std::uint32_t words_per_column = 1u << word_bits;
+constexpr std::uint16_t top_word = words_per_column - 1;
 constexpr std::uint32_t max_columns_per_axis = 4096;
 
 // The map of three axes; a fourth lane pads to a vector and maps everything to 0.
@@ -45,8 +49,8 @@ struct Quantiser {
   std::uint32_t column_count() const noexcept { return columns[0] * columns[1] * columns[2]; }
 };
 
-// The largest float not above columns * 65536 - 1. Beyond 2^24 that number is no float, and
-// rounding to the nearest would give columns * 65536: a column that is not there.
+// The largest float not above columns * 32768 - 1. Beyond 2^24 that number is no float, and
+// rounding to the nearest would give columns * 32768: a column that is not there.
 THRONG_HD constexpr float largest_index(std::uint32_t columns) noexcept {
   const std::uint32_t top = columns * words_per_column - 1;  // columns <= 4096: fits
   std::uint32_t ulp = 1;
@@ -61,16 +65,19 @@ THRONG_HD inline std::int32_t quantise(const Quantiser& map, int axis, float x) 
   return static_cast<std::int32_t>(t);
 }
 
+THRONG_HD constexpr std::int32_t column_of(std::int32_t index) noexcept {
+  return index >> word_bits;
+}
 THRONG_HD constexpr std::uint16_t word_of(std::int32_t index) noexcept {
-  const std::uint32_t low = static_cast<std::uint32_t>(index) & 0xffffu;
+  const std::uint32_t low = static_cast<std::uint32_t>(index) & top_word;
   return static_cast<std::uint16_t>(low > 1 ? low : 1);
 }
 // The words of a box's two ends in column c of an axis; lower index <= upper index.
 THRONG_HD constexpr std::uint16_t lower_word(std::int32_t lower, std::int32_t c) noexcept {
-  return (lower >> 16) < c ? std::uint16_t{0} : word_of(lower);
+  return column_of(lower) < c ? std::uint16_t{0} : word_of(lower);
 }
 THRONG_HD constexpr std::uint16_t upper_word(std::int32_t upper, std::int32_t c) noexcept {
-  return (upper >> 16) > c ? std::uint16_t{65535} : word_of(upper);
+  return column_of(upper) > c ? top_word : word_of(upper);
 }
 
 }  // namespace throng::core

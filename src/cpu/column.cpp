@@ -54,6 +54,7 @@ class ColumnSearch {
   Raw collect(std::uint32_t column, unsigned side);
   void set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b);
   void arrange(const Raw& raw, StripSpace& room, Strip& strip);
+  void fill(Strip& strip) const;
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
 
@@ -86,7 +87,7 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
 
 // About four to eight boxes a bucket, over the range of words that the column really has.
 void ColumnSearch::set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b) {
-  std::uint32_t least = 65535, most = 0;
+  std::uint32_t least = core::top_word, most = 0;
   const std::uint32_t axis = plan_.sweep_axis;
   for (const Raw& raw : {a, b}) {
     for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
@@ -136,7 +137,19 @@ void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
   strip.record = sorted;
   strip.axis = axis;
   room.lay_out(strip);
+  fill(strip);
+}
+
+// A strip's arrays from its records; within a frame the boxes' own ids, and what the frame knows of
+// where they begin.
+void ColumnSearch::fill(Strip& strip) const {
   search_.kernels->transpose(strip);
+  if (!problem_.frame) return;
+  for (std::uint32_t i = 0; i < strip.count; ++i) {
+    const std::uint32_t label = strip.id[i];
+    strip.id[i] = problem_.frame->ids[label];
+    strip.begins[i] = static_cast<std::int16_t>(strip.begins[i] | problem_.frame->before[label]);
+  }
 }
 
 // Each query against the targets of its own bucket (or the next, where the own one was met from the
@@ -146,8 +159,8 @@ void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucke
                          Orientation orientation) {
   std::uint32_t* starts = level_.starts.room(from.count + strip_padding);
   for (std::uint32_t i = 0; i < from.count; ++i) {
-    const std::uint32_t bucket =
-        (from.lower[0][i] >> from.shift) - from.first_bucket + (skip_own_bucket ? 1 : 0);
+    const std::uint32_t word = from.record[i].lower[plan_.sweep_axis];
+    const std::uint32_t bucket = from.bucket_of(word) + (skip_own_bucket ? 1 : 0);
     starts[i] = bucket == 0 ? 0 : to.bucket_end[bucket - 1];
   }
   search_.kernels->sweep({&from, &to, starts, orientation}, worker_);
@@ -168,7 +181,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
     const Spanning& s = space_.wide_[side][i];
     bool touches = true;
     for (int k = 0; k < 3; ++k) {
-      touches &= (s.lower[k] >> 16) <= at[k] && at[k] <= (s.upper[k] >> 16);
+      touches &= core::column_of(s.lower[k]) <= at[k] && at[k] <= core::column_of(s.upper[k]);
     }
     if (!touches) continue;
     Record& r = clipped[strip.count++];
@@ -182,7 +195,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   strip.record = clipped;
   strip.axis = plan_.sweep_axis;
   level_.wide_strip.lay_out(strip);
-  search_.kernels->transpose(strip);
+  fill(strip);
   std::uint32_t* starts = level_.starts.room(strip.count + strip_padding);
   std::memset(starts, 0, strip.count * sizeof *starts);
   search_.kernels->sweep({&strip, &targets, starts, orientation}, worker_);
@@ -277,8 +290,10 @@ void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker
                   wide_labels_[1].data()};
   Worker* const team[] = {&worker};
   BinReport ignored;
+  worker.set_frame(problem.frame);
   load_all_pairs(search, wide, team, ignored);
   find_all_pairs(search, wide, team, 1);
+  worker.set_frame(nullptr);
 }
 
 }  // namespace throng::cpu

@@ -208,7 +208,7 @@ struct RecordWords {
   }
   // The box ends in a later column along the axis.
   void ends_after(int axis, bool after) {
-    const std::uint64_t ones = after ? 0xffffu : 0u;
+    const std::uint64_t ones = after ? core::top_word : 0u;
     low |= axis == 0 ? ones << 48 : 0;
     high |= axis == 1 ? ones : (axis == 2 ? ones << 16 : 0);
   }
@@ -230,44 +230,32 @@ void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t strid
   search.kernels->bin(map, boxes, stride, ids, first, count, task);
   for (std::uint32_t o = 0; o < task.odd_count; ++o) {
     const std::uint32_t i = task.odd[o];
-    const std::uint32_t number = task.number[i][0];
-    if (number >= invalid_number) {
-      Box box;
-      std::memcpy(&box, boxes + i * stride, sizeof box);
+    Box box;
+    std::memcpy(&box, boxes + i * stride, sizeof box);
+    if (task.number[i][0] >= invalid_number) {
       report.add_inactive(task.record[i].id, core::has_nan(box), side == 1);
-      continue;
-    }
-    const std::uint32_t spans = number >> column_bits;
-    const std::uint32_t column = number & (most_columns - 1);
-    // Two columns along one axis: by far the most.
-    if (spans == 1 || spans == 4 || spans == 16) {
-      const int axis = spans == 1 ? 0 : (spans == 4 ? 1 : 2);
-      const RecordWords whole(task.record[i]);
-      RecordWords near_part = whole, far_part = whole;
-      near_part.ends_after(axis, true);
-      far_part.begins_before(axis, true);
-      append(task, column, near_part);
-      append(task, column + map.stride[axis], far_part);
     } else {
-      enter_spanning(map, task, side, i);
+      enter_spanning(map, task, side, box, task.whole[i]);
     }
   }
 }
 
 void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsigned side,
-                               std::uint32_t position) {
-  const std::int32_t* lower = task.lower[position];
-  const std::int32_t* upper = task.upper[position];
-  std::int32_t from[3], to[3];
+                               const Box& box, const Record& record) {
+  const float corner[6] = {box.lower.x, box.lower.y, box.lower.z,
+                           box.upper.x, box.upper.y, box.upper.z};
+  std::int32_t lower[3], upper[3], from[3], to[3];
   std::uint64_t touched = 1;
   for (int k = 0; k < 3; ++k) {
-    from[k] = lower[k] >> 16;
-    to[k] = upper[k] >> 16;
+    lower[k] = core::quantise(map, k, corner[k]);
+    upper[k] = core::quantise(map, k, corner[k + 3]);
+    from[k] = core::column_of(lower[k]);
+    to[k] = core::column_of(upper[k]);
     touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
   }
   if (touched > wide_limit) {
     Spanning wide;
-    wide.id = task.record[position].id;
+    wide.id = record.id;
     std::copy(lower, lower + 3, wide.lower);
     std::copy(upper, upper + 3, wide.upper);
     const std::lock_guard<std::mutex> lock(wide_mutex_);
@@ -276,7 +264,7 @@ void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsign
     wide_count_[side] = count + 1;
     return;
   }
-  const RecordWords whole(task.record[position]);
+  const RecordWords whole(record);
   for (std::int32_t x = from[0]; x <= to[0]; ++x) {
     RecordWords in_x = whole;
     in_x.begins_before(0, x > from[0]);

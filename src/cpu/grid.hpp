@@ -44,7 +44,7 @@ class GridSpace {
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
                    std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantiser&,
                    Worker&, BinReport&);
-  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, std::uint32_t position);
+  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, const Box&, const Record&);
   static void append(BinTask&, std::uint32_t column, const RecordWords&);
   std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;

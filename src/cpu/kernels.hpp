@@ -26,16 +26,14 @@ struct Spanning {
 };
 
 // What binning finds out of a box, in one number: its column, of the lower corner, in the low bits;
-// above, for each axis, how many columns further the upper corner lies (3 for three or more); and
-// on top whether it is no box at all (not lower <= upper).
+// above, a bit for each axis along which the upper corner lies one column further; and on top
+// whether it lies further than that, or whether it is no box at all (not lower <= upper).
 constexpr std::uint32_t column_bits = 18;
 constexpr std::uint32_t most_columns = 1u << column_bits;
-constexpr std::uint32_t span_shift(int axis) noexcept {
-  return column_bits + 2 * static_cast<std::uint32_t>(axis);
-}
-constexpr std::uint32_t invalid_number = 1u << (column_bits + 6);
+constexpr std::uint32_t further_number = 1u << (column_bits + 3);  // at most three of each add up
+constexpr std::uint32_t invalid_number = 1u << (column_bits + 5);
 
-constexpr std::uint32_t bin_tile = 128;
+constexpr std::uint32_t bin_tile = 256;
 constexpr std::uint32_t bin_overrun = 4;
 
 // Where the records of one task go: per column a chain of blocks. A tail is the address of the next
@@ -47,11 +45,10 @@ struct BinTarget {
                                std::uint32_t column) = nullptr;  // address of its first record
   // Of the last tile; the arrays have room for a vector beyond.
   std::uint32_t odd_count = 0;
-  std::uint32_t odd[bin_tile + 1];  // positions of boxes that touch several columns, or are none
-  alignas(64) Record record[bin_tile + 4];            // as if each were in its first column alone
+  std::uint32_t odd[bin_tile + 1];  // positions of the boxes that were not entered
+  alignas(64) Record record[bin_tile + 4];            // as it is in the box's first column
+  alignas(64) Record whole[bin_tile + 4];             // with the upper words of its last column
   alignas(64) std::uint32_t number[bin_tile + 4][4];  // [0]: see above
-  alignas(64) std::int32_t lower[bin_tile + 4][4];    // quantised
-  alignas(64) std::int32_t upper[bin_tile + 4][4];
 };
 
 // A column's boxes in order of their sweep axis' lower words, up to the width of a bucket; one
@@ -62,12 +59,20 @@ struct Strip {
   std::uint32_t count = 0;
   std::uint32_t shift = 0;  // bucket = (word >> shift) - first_bucket
   std::uint32_t first_bucket = 0, bucket_count = 0;
-  std::uint16_t* lower[3] = {};
-  std::uint16_t* upper[3] = {};
+  std::int16_t* lower[3] = {};
+  std::int16_t* upper[3] = {};
+  std::int16_t* begins = nullptr;  // a bit for each axis: the box begins in an earlier column
   std::uint32_t* id = nullptr;
   const Record* record = nullptr;  // the same boxes as records, their axes as in space
   std::uint32_t axis = 0;          // the sweep axis in space
   const std::uint32_t* bucket_end = nullptr;
+  // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip none
+  // ends before another begins that lies before it in the order.
+  bool long_boxes = false;
+
+  std::uint32_t bucket_of(std::uint32_t word) const noexcept {
+    return (word >> shift) - first_bucket;
+  }
 };
 
 struct Sweep {
@@ -87,8 +92,8 @@ struct Tile {
 struct Kernels {
   Isa isa;
   std::uint32_t lanes;  // words compared at once
-  // Enters those of `count` <= bin_tile boxes, `stride` bytes apart, that touch one column into it,
-  // and lists the others. Reads up to bin_overrun boxes beyond. ids null: first_id, first_id + 1,
+  // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
+  // lists those that touch more than two along an axis, and those that are none. Reads up to bin_overrun boxes beyond. ids null: first_id, first_id + 1,
   // ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);

@@ -1,4 +1,4 @@
-// Binning and transposing over vectors. Included once an instruction set.
+// Binning over vectors. Included once an instruction set.
 #if defined(THRONG_KERNELS_BIN_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_BIN_INL
 #undef THRONG_KERNELS_BIN_INL
@@ -71,6 +71,70 @@ HWY_INLINE hn::Vec<D> in_each_block(D d, const T* four) {
   return hn::LoadDup128(d, four);
 }
 
+using Words = hn::Vec<hn::FixedTag<std::uint16_t, 8>>;
+HWY_INLINE Words load_record(const Record* r) {
+  return hn::Load(hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<const std::uint16_t*>(r));
+}
+HWY_INLINE void store_record(std::uintptr_t to, Words record) {
+  hn::StoreU(record, hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<std::uint16_t*>(to));
+  hwy::Prefetch(reinterpret_cast<const char*>(to) + 128);
+}
+HWY_INLINE std::uintptr_t room_for(BinTarget& out, std::uint32_t column) {
+  const std::uintptr_t tail = out.tail[column];
+  return HWY_UNLIKELY((tail & out.block_mask) == 0) ? out.next_block(&out, column) : tail;
+}
+
+// Which words of a record a copy in a later column changes: for each set of axes along which it lies
+// one column further, those of the upper corner, which are the true ones there, and those of the
+// lower corner, which are 0.
+struct CopyMasks {
+  alignas(16) std::uint16_t upper[8][8] = {};
+  alignas(16) std::uint16_t lower[8][8] = {};
+  constexpr CopyMasks() {
+    for (int axes = 0; axes < 8; ++axes) {
+      for (int k = 0; k < 3; ++k) {
+        upper[axes][3 + k] = lower[axes][k] = (axes >> k & 1) ? 0xffff : 0;
+      }
+    }
+  }
+};
+
+// Enters boxes that touch a second column along some axes into the other 1, 3 or 7 columns. They are
+// sorted by those axes first, so that what is done for each is known without a branch.
+HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* several,
+                          std::uint32_t count, BinTarget& out) {
+  static constexpr CopyMasks masks;
+  const hn::FixedTag<std::uint16_t, 8> d;
+  // 0: those left to the caller.
+  std::uint8_t lists[8][bin_tile + 1];
+  std::uint32_t counts[8] = {};
+  for (std::uint32_t s = 0; s < count; ++s) {
+    const std::uint32_t axes = out.number[several[s]][0] >> column_bits;
+    const std::uint32_t list = axes < 8 ? axes : 0;
+    lists[list][counts[list]++] = several[s];
+  }
+  for (std::uint32_t s = 0; s < counts[0]; ++s) out.odd[s] = lists[0][s];
+  out.odd_count = counts[0];
+  for (std::uint32_t axes = 1; axes < 8; ++axes) {
+    if (counts[axes] == 0) continue;
+    for (std::uint32_t part = axes; part != 0; part = (part - 1) & axes) {
+      const auto upper = hn::MaskFromVec(hn::Load(d, masks.upper[part]));
+      const auto lower = hn::Load(d, masks.lower[part]);
+      std::uint32_t delta = 0;
+      for (int k = 0; k < 3; ++k) delta += (part >> k & 1) ? map.stride[k] : 0;
+      for (std::uint32_t s = 0; s < counts[axes]; ++s) {
+        const std::uint32_t i = lists[axes][s];
+        const std::uint32_t column = (out.number[i][0] & (most_columns - 1)) + delta;
+        const Words record =
+            hn::IfThenElse(upper, load_record(out.whole + i), load_record(out.record + i));
+        const std::uintptr_t tail = room_for(out, column);
+        store_record(tail, hn::AndNot(lower, record));
+        out.tail[column] = tail + sizeof(Record);
+      }
+    }
+  }
+}
+
 inline void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
                 const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
                 BinTarget& out) {
@@ -90,17 +154,20 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
   alignas(16) static constexpr std::uint8_t upper_bytes[16] = {
       128, 128, 128, 128, 128, 128, 0, 1, 4, 5, 8, 9, 128, 128, 128, 128};
   alignas(16) static constexpr std::uint16_t least_words[8] = {1, 1, 1, 1, 1, 1, 0, 0};
-  // The fourth lane's indices are 0, whatever it is shifted by.
-  alignas(16) static constexpr std::uint32_t span_shifts[4] = {span_shift(0), span_shift(1),
-                                                               span_shift(2), 30};
+  alignas(16) static constexpr std::uint32_t next_units[4] = {
+      1u << column_bits, 2u << column_bits, 4u << column_bits, 0};
   alignas(16) static constexpr std::uint32_t invalid_units[4] = {invalid_number, invalid_number,
                                                                  invalid_number, 0};
   const auto take_lower = in_each_block(db, lower_bytes);
   const auto take_upper = in_each_block(db, upper_bytes);
   const auto least = in_each_block(dw, least_words);
-  const auto span_by = in_each_block(du, span_shifts);
+  const auto next_unit = in_each_block(du, next_units);
+  const auto further_unit = hn::Set(du, further_number);
   const auto invalid_unit = in_each_block(du, invalid_units);
+  const auto one = hn::Set(di, 1);
   const auto three = hn::Set(du, 3);
+  const auto low_part = hn::Set(dw, core::top_word);
+  const auto top = hn::Set(di, core::top_word);
   // Ids in the fourth lane of each block.
   const auto position = hn::Iota(du, 0);
   const auto is_fourth = hn::Eq(hn::And(position, three), three);
@@ -116,12 +183,13 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
     const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));
     const auto qu = to_index(di, hn::Min(hn::Max(tu, hn::Zero(df)), most));
-    hn::StoreU(ql, di, out.lower[i]);
-    hn::StoreU(qu, di, out.upper[i]);
-    const auto cl = hn::BitCast(du, hn::ShiftRight<16>(ql));
-    const auto cu = hn::BitCast(du, hn::ShiftRight<16>(qu));
-    auto number = hn::Mul(cl, stride_of);
-    number = hn::Add(number, hn::Shl(hn::Min(hn::Sub(cu, cl), three), span_by));
+    const auto cl = hn::ShiftRight<core::word_bits>(ql);
+    const auto span = hn::Sub(hn::ShiftRight<core::word_bits>(qu), cl);
+    const auto next = hn::RebindMask(du, hn::Eq(span, one));
+    const auto further = hn::RebindMask(du, hn::Gt(span, one));
+    auto number = hn::Mul(hn::BitCast(du, cl), stride_of);
+    number = hn::Add(number, hn::IfThenElseZero(next, next_unit));
+    number = hn::Add(number, hn::IfThenElseZero(further, further_unit));
     number =
         hn::Add(number, hn::IfThenZeroElse(hn::RebindMask(du, hn::Le(lower, upper)), invalid_unit));
     number = hn::Add(number, hn::Shuffle1032(number));
@@ -129,117 +197,36 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     hn::StoreU(number, du, out.number[i]);
     const auto words = hn::Or(hn::TableLookupBytesOr0(hn::BitCast(db, ql), take_lower),
                               hn::TableLookupBytesOr0(hn::BitCast(db, qu), take_upper));
-    const auto record = hn::Or(hn::Max(hn::BitCast(dw, words), least), hn::BitCast(dw, id));
+    const auto whole = hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least),
+                              hn::BitCast(dw, id));
+    hn::StoreU(whole, dw, reinterpret_cast<std::uint16_t*>(out.whole + i));
+    const auto raised = hn::IfThenElseZero(hn::Gt(span, hn::Zero(di)), top);
+    const auto record = hn::Or(
+        whole, hn::BitCast(dw, hn::TableLookupBytesOr0(hn::BitCast(db, raised), take_upper)));
     hn::StoreU(record, dw, reinterpret_cast<std::uint16_t*>(out.record + i));
     id = hn::Add(id, id_step);
   }
   if (ids) {
-    for (std::uint32_t i = 0; i < count; ++i) out.record[i].id = ids[i];
+    for (std::uint32_t i = 0; i < count; ++i) out.record[i].id = out.whole[i].id = ids[i];
   }
 
-  // Every box is copied to where its column's next record goes; an odd one stays invisible there.
-  const hn::FixedTag<std::uint32_t, 4> d4;
+  // Every box is copied to where its first column's next record goes; one that is left to the caller
+  // stays invisible there.
   std::uintptr_t* const tails = out.tail;
-  const std::uintptr_t block_mask = out.block_mask;
-  std::uint32_t odd_count = 0;
+  std::uint32_t several_count = 0;
+  std::uint8_t several[bin_tile + 1];
+  static_assert(bin_tile <= 256);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t number = out.number[i][0];
-    // Of an odd box too the low bits are a column of the grid: no branch to guess wrong.
-    const std::uint32_t odd = number >= most_columns;
+    // Of any box the low bits are a column of the grid: no branch to guess wrong.
     const std::uint32_t column = number & (most_columns - 1);
-    std::uintptr_t tail = tails[column];
-    if (HWY_UNLIKELY((tail & block_mask) == 0)) tail = out.next_block(&out, column);
-    std::uint32_t* to = reinterpret_cast<std::uint32_t*>(tail);
-    hn::StoreU(hn::Load(d4, reinterpret_cast<const std::uint32_t*>(out.record + i)), d4, to);
-    hwy::Prefetch(to + 32);
-    out.odd[odd_count] = i;
-    odd_count += odd;
-    tails[column] = tail + sizeof(Record) * (1 - odd);
+    std::uintptr_t tail = room_for(out, column);
+    store_record(tail, load_record(out.record + i));
+    several[several_count] = static_cast<std::uint8_t>(i);
+    several_count += number >= most_columns;
+    tails[column] = tail + sizeof(Record) * (number < further_number);
   }
-  out.odd_count = odd_count;
-}
-
-// Vector k of a group of records: in block b of 128 bits the record b * 8 + k.
-template <class D>
-HWY_INLINE hn::Vec<D> load_blocks(D d, const Record* r) {
-  if constexpr (hn::MaxLanes(D()) == 8) {
-    return hn::LoadU(d, reinterpret_cast<const std::uint16_t*>(r));
-  } else {
-    const hn::Half<D> dh;
-    return hn::Combine(d, load_blocks(dh, r + hn::MaxLanes(D()) / 2), load_blocks(dh, r));
-  }
-}
-
-inline void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
-                       std::uint32_t* least, std::uint32_t* most) {
-  const hn::FixedTag<std::uint16_t, 8> d;
-  const auto at = [&](std::uint32_t i) HWY_ATTR {
-    return hn::LoadU(d, reinterpret_cast<const std::uint16_t*>(records + i));
-  };
-  if (count == 0) return;
-  auto low = at(0), high = low;
-  auto low2 = low, high2 = low;
-  std::uint32_t i = 1;
-  for (; i + 1 < count; i += 2) {
-    low = hn::Min(low, at(i));
-    high = hn::Max(high, at(i));
-    low2 = hn::Min(low2, at(i + 1));
-    high2 = hn::Max(high2, at(i + 1));
-  }
-  if (i < count) {
-    low = hn::Min(low, at(i));
-    high = hn::Max(high, at(i));
-  }
-  std::uint16_t words[8];
-  hn::StoreU(hn::Min(low, low2), d, words);
-  if (words[axis] < *least) *least = words[axis];
-  hn::StoreU(hn::Max(high, high2), d, words);
-  if (words[axis] > *most) *most = words[axis];
-}
-
-inline void transpose(Strip& strip) {
-  const Record* sorted = strip.record;
-  const std::uint32_t axis = strip.axis;
-  const hn::ScalableTag<std::uint16_t> d;
-  const std::uint32_t lanes = static_cast<std::uint32_t>(hn::Lanes(d));
-  const std::uint32_t axes[3] = {axis, (axis + 1) % 3, (axis + 2) % 3};
-  for (std::uint32_t i = 0; i < strip.count; i += lanes) {
-    const Record* r = sorted + i;
-    const auto v0 = load_blocks(d, r), v1 = load_blocks(d, r + 1), v2 = load_blocks(d, r + 2),
-               v3 = load_blocks(d, r + 3), v4 = load_blocks(d, r + 4), v5 = load_blocks(d, r + 5),
-               v6 = load_blocks(d, r + 6), v7 = load_blocks(d, r + 7);
-    // Three rounds of interleaving transpose 8 x 8 words in each block.
-    const auto a0 = hn::InterleaveLower(d, v0, v4), a1 = hn::InterleaveLower(d, v1, v5),
-               a2 = hn::InterleaveLower(d, v2, v6), a3 = hn::InterleaveLower(d, v3, v7),
-               a4 = hn::InterleaveUpper(d, v0, v4), a5 = hn::InterleaveUpper(d, v1, v5),
-               a6 = hn::InterleaveUpper(d, v2, v6), a7 = hn::InterleaveUpper(d, v3, v7);
-    const auto b0 = hn::InterleaveLower(d, a0, a2), b1 = hn::InterleaveLower(d, a1, a3),
-               b2 = hn::InterleaveUpper(d, a0, a2), b3 = hn::InterleaveUpper(d, a1, a3),
-               b4 = hn::InterleaveLower(d, a4, a6), b5 = hn::InterleaveLower(d, a5, a7),
-               b6 = hn::InterleaveUpper(d, a4, a6), b7 = hn::InterleaveUpper(d, a5, a7);
-    // Records hold lower 0, 1, 2, upper 0, 1, 2, and the two halves of the id.
-    const hn::Vec<decltype(d)> lower[3] = {hn::InterleaveLower(d, b0, b1),
-                                           hn::InterleaveUpper(d, b0, b1),
-                                           hn::InterleaveLower(d, b2, b3)};
-    const hn::Vec<decltype(d)> upper[3] = {hn::InterleaveUpper(d, b2, b3),
-                                           hn::InterleaveLower(d, b4, b5),
-                                           hn::InterleaveUpper(d, b4, b5)};
-    for (int k = 0; k < 3; ++k) {
-      hn::StoreU(lower[axes[k]], d, strip.lower[k] + i);
-      hn::StoreU(upper[axes[k]], d, strip.upper[k] + i);
-    }
-    hn::StoreInterleaved2(hn::InterleaveLower(d, b6, b7), hn::InterleaveUpper(d, b6, b7), d,
-                          reinterpret_cast<std::uint16_t*>(strip.id + i));
-  }
-  for (std::uint32_t i = strip.count; i < strip.count + strip_padding; i += 8) {
-    const hn::FixedTag<std::uint16_t, 8> d8;
-    const std::uint32_t at =
-        i + 8 <= strip.count + strip_padding ? i : strip.count + strip_padding - 8;
-    for (int k = 0; k < 3; ++k) {
-      hn::StoreU(hn::Set(d8, 65535), d8, strip.lower[k] + at);
-      hn::StoreU(hn::Zero(d8), d8, strip.upper[k] + at);
-    }
-  }
+  copy_on(map, several, several_count, out);
 }
 
 }  // namespace throng::cpu::HWY_NAMESPACE

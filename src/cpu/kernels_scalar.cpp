@@ -7,39 +7,56 @@
 namespace throng::cpu {
 namespace {
 
+void enter(BinTarget& out, std::uint32_t column, const Record& r) {
+  std::uintptr_t& tail = out.tail[column];
+  if ((tail & out.block_mask) == 0) tail = out.next_block(&out, column);
+  std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
+  tail += sizeof r;
+}
+
 void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
          const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget& out) {
   out.odd_count = 0;
   for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
     float box[6];
     std::memcpy(box, boxes, sizeof box);
+    out.record[i].id = out.whole[i].id = ids ? ids[i] : first_id + i;
     if (!(box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5])) {
       out.number[i][0] = invalid_number;
-      out.record[i].id = ids ? ids[i] : first_id + i;
       out.odd[out.odd_count++] = i;
       continue;
     }
-    Record& r = out.record[i];
-    std::uint32_t number = 0;
+    Record& r = out.whole[i];
+    std::uint32_t column = 0;
+    std::int32_t span[3];
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t lower = out.lower[i][k] = core::quantise(map, k, box[k]);
-      const std::int32_t upper = out.upper[i][k] = core::quantise(map, k, box[3 + k]);
+      const std::int32_t lower = core::quantise(map, k, box[k]);
+      const std::int32_t upper = core::quantise(map, k, box[3 + k]);
       r.lower[k] = core::word_of(lower);
       r.upper[k] = core::word_of(upper);
-      const auto further = static_cast<std::uint32_t>((upper >> 16) - (lower >> 16));
-      number += static_cast<std::uint32_t>(lower >> 16) * map.stride[k] +
-                (std::min(further, 3u) << span_shift(k));
+      span[k] = core::column_of(upper) - core::column_of(lower);
+      column += static_cast<std::uint32_t>(core::column_of(lower)) * map.stride[k];
     }
-    r.id = ids ? ids[i] : first_id + i;
-    out.number[i][0] = number;
-    if (number >= most_columns) {
+    if (span[0] > 1 || span[1] > 1 || span[2] > 1) {
+      out.number[i][0] = further_number;
       out.odd[out.odd_count++] = i;
       continue;
     }
-    std::uintptr_t& tail = out.tail[number];
-    if ((tail & out.block_mask) == 0) tail = out.next_block(&out, number);
-    std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
-    tail += sizeof r;
+    for (int x = 0; x <= span[0]; ++x) {
+      for (int y = 0; y <= span[1]; ++y) {
+        for (int z = 0; z <= span[2]; ++z) {
+          const int at[3] = {x, y, z};
+          Record part = r;
+          std::uint32_t to = column;
+          for (int k = 0; k < 3; ++k) {
+            if (at[k] > 0) part.lower[k] = 0;
+            if (at[k] < span[k]) part.upper[k] = core::top_word;
+            to += at[k] ? map.stride[k] : 0;
+          }
+          enter(out, to, part);
+        }
+      }
+    }
   }
 }
 
@@ -55,33 +72,34 @@ void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
 void transpose(Strip& strip) {
   const Record* sorted = strip.record;
   const std::uint32_t axes[3] = {strip.axis, (strip.axis + 1) % 3, (strip.axis + 2) % 3};
-  for (std::uint32_t i = 0; i < strip.count + strip_padding; ++i) {
+  for (std::uint32_t i = 0; i < strip.count; ++i) {
+    int begins = 0;
     for (int k = 0; k < 3; ++k) {
-      strip.lower[k][i] = i < strip.count ? sorted[i].lower[axes[k]] : std::uint16_t{65535};
-      strip.upper[k][i] = i < strip.count ? sorted[i].upper[axes[k]] : std::uint16_t{0};
+      strip.lower[k][i] = static_cast<std::int16_t>(sorted[i].lower[axes[k]]);
+      strip.upper[k][i] = static_cast<std::int16_t>(sorted[i].upper[axes[k]]);
+      begins |= (sorted[i].lower[k] == 0 ? 1 : 0) << k;
     }
-    if (i < strip.count) strip.id[i] = sorted[i].id;
+    strip.begins[i] = static_cast<std::int16_t>(begins);
+    strip.id[i] = sorted[i].id;
   }
 }
 
 void sweep(const Sweep& args, Emit& out) {
   const Strip& q = *args.queries;
   const Strip& t = *args.targets;
-  const std::uint32_t bucket_start = ~((1u << t.shift) - 1);
+  const int bucket_start = -(1 << t.shift);
   std::uint64_t comparisons = 0;
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const std::uint32_t first = args.start ? args.start[i] : i + 1;
     std::uint32_t j = first;
     for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {
-      bool overlap = true, tie = false, home = true;
+      bool overlap = (q.begins[i] & t.begins[j]) == 0, tie = false;
       for (int k = 0; k < 3; ++k) {
-        const std::uint16_t ql = q.lower[k][i], qu = q.upper[k][i];
-        const std::uint16_t tl = t.lower[k][j], tu = t.upper[k][j];
+        const int ql = q.lower[k][i], qu = q.upper[k][i], tl = t.lower[k][j], tu = t.upper[k][j];
         overlap &= (tl <= qu) & (ql <= tu);
         tie |= (tl == qu) | (ql == tu);
-        home &= (ql | tl) != 0;
       }
-      if (!(overlap && home)) continue;
+      if (!overlap) continue;
       const Pair pair = make_pair(args.orientation, q.id[i], t.id[j]);
       if (tie) {
         *out.maybe_cursor++ = pair;

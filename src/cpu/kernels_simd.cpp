@@ -1,7 +1,7 @@
 // The kernels over vectors, compiled once an instruction set by Highway.
 //
-// Words are unsigned 16-bit and compared by saturating subtraction: a -| b is 0 exactly if a <= b,
-// so the five differences of a box and a vector of boxes are or-ed and compared with 0 once.
+// Words have 15 bits, so that the difference of two is a signed 16-bit number: the least of a pair's
+// six differences tells whether they overlap, are apart, or are tied.
 #if defined(THRONG_HIGHWAY)
 
 // Built: SSE4, AVX2, AVX-512, NEON. Off, by bit, as old releases do not name them all: SSSE3, the
@@ -19,7 +19,9 @@
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || \
     HWY_TARGET == HWY_NEON
 
+#include "cpu/kernels_all_pairs-inl.hpp"
 #include "cpu/kernels_bin-inl.hpp"
+#include "cpu/kernels_strip-inl.hpp"
 #include "cpu/kernels_sweep-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,9 +34,7 @@ const Kernels& kernels() {
                                                : Isa::neon;
   static const Kernels table{
       isa,       static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())),
-      bin,       word_range,
-      transpose, sweep,
-      all_pairs};
+      bin, word_range, transpose, sweep, all_pairs};
   return table;
 }
 

@@ -19,8 +19,8 @@ double mean_window(const Strip& from, const Strip& to) {
   const std::uint32_t step = std::max(1u, from.count / samples);
   double sum = 0, count = 0;
   for (std::uint32_t i = step / 2; i < from.count; i += step) {
-    const std::uint32_t last = (from.upper[0][i] >> to.shift) - to.first_bucket;
-    const std::uint32_t first = (from.lower[0][i] >> to.shift) - to.first_bucket;
+    const std::uint32_t last = to.bucket_of(from.record[i].upper[from.axis]);
+    const std::uint32_t first = to.bucket_of(from.record[i].lower[from.axis]);
     const std::uint32_t end = to.bucket_end[std::min(last, to.bucket_count - 1)];
     const std::uint32_t begin = first == 0 ? 0 : to.bucket_end[first - 1];
     sum += end - begin;
@@ -30,20 +30,12 @@ double mean_window(const Strip& from, const Strip& to) {
 }
 
 // Labels the boxes of a strip from `first` on, as the inner search will know them.
-void label(const Strip& strip, const Frame* outer, std::uint32_t first, Level& inner) {
-  std::uint32_t* ids = inner.ids.data() + first;
-  std::uint32_t* labels = inner.labels.data() + first;
-  std::uint16_t* before = inner.before.data() + first;
+void label(const Strip& strip, std::uint32_t first, Level& inner) {
+  std::copy(strip.id, strip.id + strip.count, inner.ids.data() + first);
   for (std::uint32_t i = 0; i < strip.count; ++i) {
-    const std::uint32_t known_as = strip.id[i];
-    ids[i] = outer ? outer->ids[known_as] : known_as;
-    labels[i] = first + i;
-    // A lower word of 0: the box begins in an earlier column. Three bits a grid, at most three
-    // grids.
-    const int here = (strip.lower[0][i] == 0 ? 1 : 0) + (strip.lower[1][i] == 0 ? 2 : 0) +
-                     (strip.lower[2][i] == 0 ? 4 : 0);
-    const int around = outer ? outer->before[known_as] << 3 : 0;
-    before[i] = static_cast<std::uint16_t>(around | here);
+    inner.labels[first + i] = first + i;
+    // Three bits a grid, at most three grids, the inner one's lowest.
+    inner.before[first + i] = static_cast<std::uint16_t>(strip.begins[i] << 3);
   }
 }
 
@@ -66,8 +58,8 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   inner.ids.room(boxes);
   inner.labels.room(boxes);
   inner.before.room(boxes);
-  label(a, problem.frame, 0, inner);
-  label(b, problem.frame, a.count, inner);
+  label(a, 0, inner);
+  label(b, a.count, inner);
   const Frame frame{inner.ids.data(), inner.before.data()};
   const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
     return Side{view, inner.ids.data() + first, count, inner.labels.data() + first};
@@ -79,9 +71,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
   // Copies multiply from grid to grid: boxes too large for their column stay in one.
   if (finer.replicas > most_replicas) return false;
-  worker.set_frame(&frame);
   solve_alone(search, part, finer, worker, depth + 1);
-  worker.set_frame(problem.frame);
   return true;
 }
 

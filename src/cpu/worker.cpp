@@ -6,11 +6,12 @@ namespace throng::cpu {
 
 void StripSpace::lay_out(Strip& strip) {
   const std::size_t row = (strip.count + strip_padding + 63) / 64 * 64;
-  std::uint16_t* w = words.room(6 * row);
+  std::int16_t* w = words.room(7 * row);
   for (int k = 0; k < 3; ++k) {
     strip.lower[k] = w + 2 * k * row;
     strip.upper[k] = w + (2 * k + 1) * row;
   }
+  strip.begins = w + 6 * row;
   strip.id = ids.room(row);
 }
 
@@ -85,18 +86,16 @@ void Worker::flush_unsure(Emit* emit) {
   constexpr std::size_t ahead = 12;
   const char* a = s.a->packed_data();
   const char* b = s.b->packed_data();
-  const std::uint32_t* ids = w.frame_ ? w.frame_->ids : nullptr;
-  const auto id = [ids](std::uint32_t label) { return ids ? ids[label] : label; };
   for (std::size_t i = 0; i < count; ++i) {
 #if defined(__GNUC__)
     if (i + ahead < count && a && b) {
-      __builtin_prefetch(a + id(pairs[i + ahead].first) * s.a->stride_bytes());
-      __builtin_prefetch(b + id(pairs[i + ahead].second) * s.b->stride_bytes());
+      __builtin_prefetch(a + pairs[i + ahead].first * s.a->stride_bytes());
+      __builtin_prefetch(b + pairs[i + ahead].second * s.b->stride_bytes());
     }
 #endif
     const Pair pair = pairs[i];
     *w.cursor = pair;
-    w.cursor += core::overlaps(s.box(*s.a, id(pair.first)), s.box(*s.b, id(pair.second)));
+    w.cursor += core::overlaps(s.box(*s.a, pair.first), s.box(*s.b, pair.second));
     if (w.cursor > w.limit) flush_sure(emit);
   }
 }

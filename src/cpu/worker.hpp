@@ -19,7 +19,7 @@ class StripSpace {
   void match(const StripSpace& other);
 
   Buffer<Record> sorted;
-  Buffer<std::uint16_t> words;
+  Buffer<std::int16_t> words;
   Buffer<std::uint32_t> ids;
   Buffer<std::uint32_t> buckets;
 };

@@ -1,0 +1,102 @@
+// Masks, compaction and the writing of pairs over vectors. Included once an instruction set.
+#if defined(THRONG_KERNELS_EMIT_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_EMIT_INL
+#undef THRONG_KERNELS_EMIT_INL
+#else
+#define THRONG_KERNELS_EMIT_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <bit>
+#include <cstring>
+
+#include "cpu/compress_table.hpp"
+#include "cpu/kernels.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D16 = hn::ScalableTag<std::int16_t>;
+using D32 = hn::ScalableTag<std::uint32_t>;
+using V16 = hn::Vec<D16>;
+
+template <class D>
+HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
+#if HWY_TARGET == HWY_AVX3
+  (void)d;
+  return static_cast<std::uint32_t>(mask.raw);
+#else
+  // Read back as wide as it was written: a wider load would wait for the store to leave the core.
+  if constexpr (hn::MaxLanes(D()) <= 8) {
+    std::uint8_t bits;
+    hn::StoreMaskBits(d, mask, &bits);
+    return bits;
+  } else {
+    std::uint16_t bits;
+    hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+    return bits;
+  }
+#endif
+}
+
+// The mask of the lowest bits.
+HWY_INLINE hn::Mask<D32> mask_of(std::uint32_t bits) {
+#if HWY_TARGET == HWY_AVX3
+  return hn::Mask<D32>{static_cast<__mmask16>(bits)};
+#else
+  std::uint8_t bytes[8];
+  std::memcpy(bytes, &bits, sizeof bits);
+  return hn::LoadMaskBits(D32(), bytes);
+#endif
+}
+
+// The lanes that `bits` names, in order, then others.
+HWY_INLINE hn::Vec<D32> compress(hn::Vec<D32> v, std::uint32_t bits) {
+#if HWY_TARGET == HWY_AVX3
+  return hn::Compress(v, mask_of(bits));
+#else
+  // Highway's own keeps its table in the function, which GCC copies to the stack at each call.
+  const D32 d;
+  const hn::Rebind<std::uint8_t, D32> bytes;
+  const auto index = hn::PromoteTo(d, hn::LoadU(bytes, compress_table.lanes[bits & 0xff]));
+  return hn::TableLookupLanes(v, hn::IndicesFromVec(d, index));
+#endif
+}
+
+// first 0, second 0, first 1, second 1, ... of the first `count` lanes, and maybe more.
+HWY_INLINE void store_interleaved(hn::Vec<D32> first, hn::Vec<D32> second, int count,
+                                  std::uint32_t* to) {
+#if HWY_TARGET == HWY_AVX3
+  // One shuffle a store; by 128-bit blocks it takes three, and shuffles are what is short here.
+  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+  const __m512i high =
+      _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+  _mm512_storeu_si512(to, _mm512_permutex2var_epi32(first.raw, low, second.raw));
+  if (HWY_UNLIKELY(count > 8)) {
+    _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32(first.raw, high, second.raw));
+  }
+#else
+  (void)count;
+  hn::StoreInterleaved2(first, second, D32(), to);
+#endif
+}
+
+// Pairs of queries and targets, lane by lane: the first `count`, and maybe more.
+template <Orientation orientation>
+HWY_INLINE void store_pairs(hn::Vec<D32> query, hn::Vec<D32> target, int count, Pair* out) {
+  std::uint32_t* to = reinterpret_cast<std::uint32_t*>(out);
+  if constexpr (orientation == Orientation::unordered) {
+    store_interleaved(hn::Min(query, target), hn::Max(query, target), count, to);
+  } else if constexpr (orientation == Orientation::query_first) {
+    store_interleaved(query, target, count, to);
+  } else {
+    store_interleaved(target, query, count, to);
+  }
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
