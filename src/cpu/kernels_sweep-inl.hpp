@@ -118,6 +118,8 @@ struct IdHits {
 // Queries that follow each other share their first window, which begins right after the first of
 // them: loading it, across cache lines, costs more than comparing.
 constexpr std::uint32_t sharing = word_lanes >= 16 ? word_lanes / 8 : 1;
+// So many of them go on together; fewer go on alone.
+constexpr std::uint32_t most = sharing / 2 + 1;
 
 // Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
 template <class V>
@@ -154,6 +156,9 @@ class StripSweep {
   void open_after_first();
   void open_at(const std::uint32_t* start);
   template <bool ordered>
+  void look(std::uint32_t query, const Targets& window, std::uint32_t at, std::uint32_t lanes,
+            std::size_t& hit);
+  template <bool ordered>
   void next_windows();
   void defer(const Query& query, std::uint32_t at, std::uint32_t bits);
   void write();
@@ -165,8 +170,9 @@ class StripSweep {
   std::uint64_t vectors_ = 0;
   Hits hits_;
   IdHits id_hits_;
-  Hits::Place open_[query_block + 64];  // those whose windows go on
-  std::uint32_t open_count_ = 0;
+  // Those whose windows go on: alone, and by the first of those who share them.
+  Hits::Place singles_[query_block + 8], groups_[query_block + 8];
+  std::uint32_t single_count_ = 0, group_count_ = 0;
   std::uint8_t bytes_[32];
   Query query_[query_block + 8];  // some more are read, and not used
 };
@@ -219,6 +225,24 @@ HWY_NOINLINE void StripSweep<orientation>::defer(const Query& query, std::uint32
   if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
 }
 
+// One query against a vector of targets.
+template <Orientation orientation>
+template <bool ordered>
+HWY_INLINE void StripSweep<orientation>::look(std::uint32_t query, const Targets& window,
+                                              std::uint32_t at, std::uint32_t lanes,
+                                              std::size_t& hit) {
+  std::uint32_t tie;
+  std::uint32_t bits = compare<ordered>(query_[query], window, lanes, tie);
+  if (HWY_UNLIKELY(tie != 0)) {
+    defer(query_[query], at, tie);
+    bits &= ~tie;
+  }
+  // Without a branch: what is empty is overwritten.
+  hits_.place[hit] = {query, at};
+  hits_.mask[hit] = bits;
+  hit += bits != 0;
+}
+
 // The first window of each query of the block, with no branch between them.
 template <Orientation orientation>
 template <bool ordered>
@@ -229,35 +253,24 @@ HWY_NOINLINE void StripSweep<orientation>::first_windows() {
   for (std::uint32_t i = begin; i < end; i += sharing) {
     const Targets window(t, i + 1);
     for (std::uint32_t g = 0; g < sharing; ++g) {
-      const Query& query = query_[i - begin + g];
-      std::uint32_t tie;
       // The first g lanes are this query and those before it.
-      std::uint32_t bits = compare<ordered>(query, window, ~std::uint32_t{0} << g, tie);
-      if (HWY_UNLIKELY(tie != 0)) {
-        defer(query, i + 1, tie);
-        bits &= ~tie;
-      }
-      hits_.place[hit] = {i - begin + g, i + 1};
-      hits_.mask[hit] = bits;
-      hit += bits != 0;
+      look<ordered>(i - begin + g, window, i + 1, ~std::uint32_t{0} << g, hit);
     }
   }
   hits_.count = hit;
   vectors_ += end - begin;
 }
 
-// Those whose windows go on beyond the first vector.
+// Those whose windows go on beyond the first vector: in groups where two or more that shared it do.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::open_after_first() {
   const D16 d;
-  const D32 d32;
   const Strip& strip = queries_;
   const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << strip.shift)));
-  const auto group = hn::Set(d32, ~(sharing - 1));
   // Those whose next window would begin beyond the last target have none.
   const std::uint32_t left = strip.count > 1 + word_lanes ? strip.count - 1 - word_lanes : 0;
   const std::uint32_t last = std::min(end_, (left + sharing - 1) / sharing * sharing);
-  std::uint32_t* to = reinterpret_cast<std::uint32_t*>(open_);
+  std::uint32_t singles = 0, groups = 0;
   for (std::uint32_t i = begin_; i < last; i += word_lanes) {
     // Asked of the earliest target that any of those who share a window goes on at; so one may be
     // opened in vain.
@@ -265,18 +278,20 @@ HWY_NOINLINE void StripSweep<orientation>::open_after_first() {
         hn::And(hn::LoadU(d, strip.lower[0] + i + 2 + word_lanes - sharing), bucket_start);
     std::uint32_t bits = bits_of(d, hn::Not(hn::Gt(next, hn::LoadU(d, strip.upper[0] + i))));
     if (last - i < word_lanes) bits &= (1u << (last - i)) - 1;
-    for (std::uint32_t h = 0; h < 2; ++h) {
-      const auto query = hn::Iota(d32, i + h * id_lanes);
-      const auto at = hn::Add(hn::And(query, group), hn::Set(d32, 1 + word_lanes));
-      const std::uint32_t part =
-          bits >> (h * id_lanes) & static_cast<std::uint32_t>((std::uint64_t{1} << id_lanes) - 1);
-      const auto place = hn::Sub(query, hn::Set(d32, begin_));
-      const int count = std::popcount(part);
-      store_interleaved(compress(place, part), compress(at, part), count, to);
-      to += 2 * count;
+    for (std::uint32_t first = i; bits != 0; first += sharing, bits >>= sharing - 1, bits >>= 1) {
+      const std::uint32_t members = bits & ((1u << sharing) - 1);
+      const bool several = static_cast<std::uint32_t>(std::popcount(members)) >= most;
+      const std::uint32_t at = first + 1 + word_lanes;
+      groups_[groups] = {first - begin_, at};
+      groups += several;
+      for (std::uint32_t g = 0; g < sharing; ++g) {
+        singles_[singles] = {first - begin_ + g, at};
+        singles += (members >> g & 1) & !several;
+      }
     }
   }
-  open_count_ = static_cast<std::uint32_t>(to - reinterpret_cast<std::uint32_t*>(open_)) / 2;
+  single_count_ = singles;
+  group_count_ = groups;
 }
 
 // Those that have any target from their start on.
@@ -286,10 +301,10 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
   std::uint32_t count = 0;
   for (std::uint32_t i = begin_; i < end_; ++i) {
     const std::uint32_t k = start[i];
-    open_[count] = {i - begin_, k};
+    singles_[count] = {i - begin_, k};
     count += k < targets_.count && (targets_.lower[0][k] & bucket_start) <= queries_.upper[0][i];
   }
-  open_count_ = count;
+  single_count_ = count;
 }
 
 // One vector further for each window that goes on.
@@ -298,31 +313,44 @@ template <bool ordered>
 HWY_NOINLINE void StripSweep<orientation>::next_windows() {
   const Strip t = targets_;
   const int bucket_start = -(1 << t.shift);
-  const std::uint32_t count = open_count_;
-  std::uint32_t still = 0;
   std::size_t hit = 0;
-  for (std::uint32_t o = 0; o < count; ++o) {
-    const Hits::Place place = open_[o];
-    const Query& query = query_[place.query];
-    std::uint32_t tie;
-    std::uint32_t bits = compare<ordered>(query, Targets(t, place.at), ~std::uint32_t{0}, tie);
-    if (HWY_UNLIKELY(tie != 0)) {
-      defer(query, place.at, tie);
-      bits &= ~tie;
-    }
-    hits_.place[hit] = place;
-    hits_.mask[hit] = bits;
-    hit += bits != 0;
+  // Beyond the last target lies a word that no other is above: the count decides too.
+  const auto goes_on = [&](std::uint32_t at, std::uint32_t upper) {
+    return static_cast<std::uint32_t>(at < t.count) &
+           static_cast<std::uint32_t>((t.lower[0][at] & bucket_start) <=
+                                      static_cast<std::int16_t>(upper));
+  };
+  vectors_ += group_count_ * sharing + single_count_;
+  std::uint32_t singles = 0, groups = 0;
+  for (std::uint32_t o = 0; o < single_count_; ++o) {
+    const Hits::Place place = singles_[o];
+    look<ordered>(place.query, Targets(t, place.at), place.at, ~std::uint32_t{0}, hit);
     const std::uint32_t next = place.at + word_lanes;
-    open_[still] = {place.query, next};
-    // Beyond the last target lies a word that no other is above: the count decides too.
-    still += static_cast<std::uint32_t>(next < t.count) &
-             static_cast<std::uint32_t>((t.lower[0][next] & bucket_start) <=
-                                        static_cast<std::int16_t>(query.upper0));
+    singles_[singles] = {place.query, next};
+    singles += goes_on(next, query_[place.query].upper0);
   }
+  for (std::uint32_t o = 0; o < group_count_; ++o) {
+    const Hits::Place place = groups_[o];
+    const Targets window(t, place.at);
+    const std::uint32_t next = place.at + word_lanes;
+    std::uint32_t members = 0, count = 0;
+    for (std::uint32_t g = 0; g < sharing; ++g) {
+      look<ordered>(place.query + g, window, place.at, ~std::uint32_t{0}, hit);
+      const std::uint32_t open = goes_on(next, query_[place.query + g].upper0);
+      members |= open << g;
+      count += open;
+    }
+    const bool several = count >= most;
+    groups_[groups] = {place.query, next};
+    groups += several;
+    for (std::uint32_t g = 0; g < sharing; ++g) {
+      singles_[singles] = {place.query + g, next};
+      singles += (members >> g & 1) & !several;
+    }
+  }
+  single_count_ = singles;
+  group_count_ = groups;
   hits_.count = hit;
-  vectors_ += count;
-  open_count_ = still;
 }
 
 template <Orientation orientation>
@@ -356,12 +384,13 @@ void StripSweep<orientation>::run(const std::uint32_t* start) {
     take(begin);
     if (start) {
       open_at(start);
+      group_count_ = 0;
     } else {
       first_windows<ordered>();
       write();
       open_after_first();
     }
-    while (open_count_ != 0) {
+    while (single_count_ + group_count_ != 0) {
       next_windows<ordered>();
       write();
     }
