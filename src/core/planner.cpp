@@ -162,26 +162,33 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
   for (std::uint32_t x = 0; x < 3; ++x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
     const double share_x = std::min(1.0, extents[x] / length[x]);
+    const double share_y = extents[y] / length[y], share_z = extents[z] / length[z];
+    const double share_yz = s.product[x] / (length[y] * length[z]);
+    // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and for
+    // an extent to be some words long, as equal words cost a look at the floats.
+    const double word_parts =
+        std::ceil(extent_words / (words_per_column * std::max(share_x, 1e-9)));
+    const double most_parts = std::min(4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1);
     for (const std::uint32_t cy : column_counts) {
       if (cy > most_columns || (cy > 1 && extents[y] >= length[y])) break;
       // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
-      const double across_y = extents[y] * (cy - 1) / length[y];
+      const double across_y = share_y * (cy - 1);
       for (const std::uint32_t cz : column_counts) {
         if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z])) {
           break;
         }
-        const double across_z = extents[z] * (cz - 1) / length[z];
-        const double both = s.product[x] * (cy - 1) * (cz - 1) / (length[y] * length[z]);
+        const double across_z = share_z * (cz - 1);
+        const double both = share_yz * (cy - 1) * (cz - 1);
         const double replicas = 1 + across_y + across_z + both;
-        const double per_column = n * replicas * s.crowding / (static_cast<double>(cy) * cz);
-        // Long columns are cut, where their boxes are short enough for that: to stay in the cache,
-        // and for an extent to be some words long, as equal words cost a look at the floats.
-        double parts = std::ceil(extent_words / (words_per_column * std::max(share_x, 1e-9)));
+        const double sections = static_cast<double>(cy) * cz;
+        const double per_column = n * replicas * s.crowding / sections;
+        double parts = word_parts;
         if (per_column > cached_records)
           parts = std::max(parts, std::ceil(per_column / part_records));
-        parts = std::min({parts, 4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1,
-                          std::floor(most_columns / (static_cast<double>(cy) * cz))});
-        parts = std::max(1.0, parts);
+        if (parts > 1) {
+          parts = std::min({parts, most_parts, std::floor(most_columns / sections)});
+          parts = std::max(1.0, parts);
+        }
         const double cut = 1 + share_x * (parts - 1);
         // Windows end anywhere in a vector, so some of those that fit on average do not.
         const double window = per_column * share_x / lanes;
@@ -190,7 +197,7 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
                               window_ns * further;
         const double cost =
             work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
-            column_ns * cy * cz * parts;
+            column_ns * sections * parts;
         if (cost < best.expected_ns) {
           best.expected_ns = cost;
           best.replicas = replicas * cut;

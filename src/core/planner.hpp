@@ -47,10 +47,10 @@ constexpr std::uint64_t all_pairs_limit = 128;
 // the ratios matter. Binning a box; entering it in one more column; sorting a record of a column,
 // and comparing it with its first window; each further window; each column.
 constexpr double box_ns = 3.0;
-constexpr double replica_ns = 12.0;
+constexpr double replica_ns = 7.0;
 constexpr double record_ns = 9.5;
-constexpr double window_ns = 5.0;
-constexpr double column_ns = 300.0;
+constexpr double window_ns = 3.5;
+constexpr double column_ns = 150.0;
 // A column of more records than this leaves the second level of cache, and each costs so much more.
 constexpr double cached_records = 16384;
 constexpr double uncached_ns = 40.0;

@@ -144,7 +144,8 @@ void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
 // where they begin.
 void ColumnSearch::fill(Strip& strip) const {
   search_.kernels->transpose(strip);
-  if (!problem_.frame) return;
+  strip.framed = problem_.frame != nullptr;
+  if (!strip.framed) return;
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     const std::uint32_t label = strip.id[i];
     strip.id[i] = problem_.frame->ids[label];

@@ -173,10 +173,12 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[(bin_tile + bin_overrun) * 6];
-  for (std::uint32_t at = begin; at < end; at += bin_tile) {
-    const std::uint32_t count = std::min(bin_tile, end - at);
-    // The kernels read a little further: the last boxes of the array are copied out.
-    if (packed && at + count + bin_overrun <= boxes.size()) {
+  // The kernels read a little further: the last boxes of the array are copied out.
+  const std::size_t safe = boxes.size() > bin_overrun ? boxes.size() - bin_overrun : 0;
+  for (std::uint32_t at = begin, count = 0; at < end; at += count) {
+    count = std::min(bin_tile, end - at);
+    if (packed && at < safe) {
+      count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
       bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
                   count, index, map, worker, report);
       continue;

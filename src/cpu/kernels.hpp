@@ -69,6 +69,7 @@ struct Strip {
   // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip none
   // ends before another begins that lies before it in the order.
   bool long_boxes = false;
+  bool framed = false;  // `id` and `begins` tell more than the records; see Frame
 
   std::uint32_t bucket_of(std::uint32_t word) const noexcept {
     return (word >> shift) - first_bucket;

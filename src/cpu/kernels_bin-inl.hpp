@@ -187,18 +187,18 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     const auto span = hn::Sub(hn::ShiftRight<core::word_bits>(qu), cl);
     const auto next = hn::RebindMask(du, hn::Eq(span, one));
     const auto further = hn::RebindMask(du, hn::Gt(span, one));
+    const auto valid = hn::RebindMask(du, hn::Le(lower, upper));
     auto number = hn::Mul(hn::BitCast(du, cl), stride_of);
     number = hn::Add(number, hn::IfThenElseZero(next, next_unit));
     number = hn::Add(number, hn::IfThenElseZero(further, further_unit));
-    number =
-        hn::Add(number, hn::IfThenZeroElse(hn::RebindMask(du, hn::Le(lower, upper)), invalid_unit));
+    number = hn::Add(number, hn::IfThenZeroElse(valid, invalid_unit));
     number = hn::Add(number, hn::Shuffle1032(number));
     number = hn::Add(number, hn::Shuffle2301(number));
     hn::StoreU(number, du, out.number[i]);
     const auto words = hn::Or(hn::TableLookupBytesOr0(hn::BitCast(db, ql), take_lower),
                               hn::TableLookupBytesOr0(hn::BitCast(db, qu), take_upper));
-    const auto whole = hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least),
-                              hn::BitCast(dw, id));
+    const auto whole =
+        hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least), hn::BitCast(dw, id));
     hn::StoreU(whole, dw, reinterpret_cast<std::uint16_t*>(out.whole + i));
     const auto raised = hn::IfThenElseZero(hn::Gt(span, hn::Zero(di)), top);
     const auto record = hn::Or(

@@ -174,7 +174,7 @@ class StripSweep {
   Hits::Place singles_[query_block + 8], groups_[query_block + 8];
   std::uint32_t single_count_ = 0, group_count_ = 0;
   std::uint8_t bytes_[32];
-  Query query_[query_block + 8];  // some more are read, and not used
+  Query query_[query_block + 8];  // some more are written and read, and not used
 };
 
 template <Orientation orientation>
@@ -186,7 +186,8 @@ StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, 
   const std::uint32_t words[6] = {upper(0), lower(1), upper(1), lower(2), upper(2), lower(0)};
   for (std::uint32_t b = 0; b < 24; ++b)
     bytes_[b] = static_cast<std::uint8_t>(words[b / 4] + b % 2);
-  for (std::uint32_t b = 24; b < 32; ++b) bytes_[b] = static_cast<std::uint8_t>(12 + b % 4);
+  for (std::uint32_t b = 24; b < 28; ++b) bytes_[b] = static_cast<std::uint8_t>(12 + b % 4);
+  for (std::uint32_t b = 28; b < 32; ++b) bytes_[b] = 128;
 }
 
 // The queries of the block from `begin` on, made of their records by a shuffle of bytes for each half.
@@ -197,17 +198,29 @@ HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
   const hn::ScalableTag<std::uint8_t> d;
   const hn::Repartition<std::uint64_t, decltype(d)> d64;
   constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(d)) / sizeof(Record);
+  const hn::Repartition<std::uint16_t, decltype(d)> d16;
+  alignas(16) static constexpr std::uint16_t bits[8] = {1, 2, 4, 0, 0, 0, 0, 0};
+  alignas(16) static constexpr std::uint8_t last_word[16] = {
+      128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 1, 0, 1};
+  const auto axis_bits = hn::LoadDup128(d16, bits);
+  const auto begins = hn::LoadDup128(d, last_word);
   const auto first = hn::LoadDup128(d, bytes_), second = hn::LoadDup128(d, bytes_ + 16);
   for (std::uint32_t i = begin_; i < end_; i += group) {
     const auto records = hn::LoadU(d, reinterpret_cast<const std::uint8_t*>(queries_.record + i));
     const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
-    const auto high = hn::BitCast(d64, hn::TableLookupBytes(records, second));
-    store_blocks_interleaved(low, high, reinterpret_cast<std::uint64_t*>(query_ + (i - begin_)));
+    // A bit for each lower word of 0, added up and put into both halves of the last word.
+    const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));
+    const auto sum = hn::SumsOf8(hn::BitCast(d, hn::IfThenElseZero(zero, axis_bits)));
+    const auto high = hn::Or(hn::TableLookupBytesOr0(records, second),
+                             hn::TableLookupBytesOr0(hn::BitCast(d, sum), begins));
+    store_blocks_interleaved(low, hn::BitCast(d64, high),
+                             reinterpret_cast<std::uint64_t*>(query_ + (i - begin_)));
   }
-  for (std::uint32_t i = begin_; i < end_; ++i) {
-    Query& query = query_[i - begin_];
-    query.begins = static_cast<std::uint16_t>(queries_.begins[i]) * 0x10001u;
-    query.id = queries_.id[i];
+  if (queries_.framed) {
+    for (std::uint32_t i = begin_; i < end_; ++i) {
+      query_[i - begin_].begins = static_cast<std::uint16_t>(queries_.begins[i]) * 0x10001u;
+      query_[i - begin_].id = queries_.id[i];
+    }
   }
   // Those who share the last window but are not there meet nothing.
   constexpr Query none = {~0u, 0, ~0u, 0, ~0u, 0, 0, 0};
