@@ -116,9 +116,8 @@ void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
   const Segment* segments = level_.segments.data() + raw.first_segment;
   for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
     const Record* r = segments[s].records;
-    for (std::uint32_t i = 0; i < segments[s].count; ++i) {
-      ++end[(r[i].lower[axis] >> shift) - first_bucket];
-    }
+    const Record* const last = r + segments[s].count;
+    for (; r != last; ++r) ++end[(r->lower[axis] >> shift) - first_bucket];
   }
   std::uint32_t sum = 0;
   for (std::uint32_t k = 0; k < strip.bucket_count; ++k) {
@@ -129,9 +128,8 @@ void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
   Record* sorted = room.sorted.room(strip.count + strip_padding);
   for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
     const Record* r = segments[s].records;
-    for (std::uint32_t i = 0; i < segments[s].count; ++i) {
-      sorted[end[(r[i].lower[axis] >> shift) - first_bucket]++] = r[i];
-    }
+    const Record* const last = r + segments[s].count;
+    for (; r != last; ++r) sorted[end[(r->lower[axis] >> shift) - first_bucket]++] = *r;
   }
   strip.bucket_end = end;
   strip.record = sorted;
