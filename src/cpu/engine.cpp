@@ -132,7 +132,7 @@ void Engine::pass(Call& call, Sink& sink) {
     grid_.find(search, call.whole, call.plan, workers, call.tasks, 0);
   call.result.comparisons = 0;
   for (unsigned t = 0; t < call.tasks; ++t) {
-    if (!search.failed()) workers[t]->drain();
+    if (!search.failed()) workers[t]->finish();
     call.result.comparisons += workers[t]->comparisons;
   }
   if (!memory_.cap()) {
@@ -178,12 +178,19 @@ void Engine::solve_partition(Call& call) {
 }
 
 void Engine::find_into(Call& call, Output& output) {
-  for (;;) {
-    BufferSink sink(output.data, output.capacity);
+  for (bool direct = true;;) {
+    BufferSink sink(output.data, output.capacity, direct);
     pass(call, sink);
+    sink.close();
     call.result.found = sink.found();
     call.result.written = sink.written();
-    if (call.search.failed() || sink.found() <= output.capacity) return;
+    if (call.search.failed()) return;
+    const bool fits = sink.found() <= output.capacity;
+    if (sink.torn() && (fits || !output.grow)) {
+      direct = false;
+      continue;
+    }
+    if (fits) return;
     if (!output.grow) {
       call.result.status = Status::buffer_too_small;
       return;

@@ -373,7 +373,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
   const std::uint32_t* HWY_RESTRICT ids = targets_.id;
   const std::size_t count = id_hits_.count;
   Pair* cursor = out_.cursor;
-  Pair* const limit = out_.limit;
+  Pair* limit = out_.limit;
   for (std::size_t h = 0; h < count; ++h) {
     const Hits::Place p = id_hits_.place[h];
     const std::uint32_t bits = id_hits_.mask[h];
@@ -385,6 +385,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
       out_.cursor = cursor;
       out_.flush(&out_);
       cursor = out_.cursor;
+      limit = out_.limit;
     }
   }
   out_.cursor = cursor;

@@ -1,15 +1,56 @@
 #include "cpu/sink.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace throng::cpu {
 
+namespace {
+// A piece of the output: large enough that few are asked for, and less where little is left, so that
+// no worker sits on what another needs.
+constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
+}  // namespace
+
 void BufferSink::take(const Pair* pairs, std::size_t count) {
-  const std::uint64_t at = found_.fetch_add(count, std::memory_order_relaxed);
+  const std::uint64_t at = next_.fetch_add(count, std::memory_order_relaxed);
   if (at >= capacity_) return;
   const std::uint64_t room = capacity_ - at;
   std::memcpy(out_ + at, pairs,
               static_cast<std::size_t>(count < room ? count : room) * sizeof(Pair));
+}
+
+bool BufferSink::extend(Room& room) {
+  if (!direct_) return false;
+  std::uint64_t at = next_.load(std::memory_order_relaxed), size = 0;
+  do {
+    if (at >= capacity_) return false;
+    size = std::min(most_pairs, (capacity_ - at) / 8);
+    if (size < least_pairs) return false;
+  } while (!next_.compare_exchange_weak(at, at + size, std::memory_order_relaxed));
+  if (room.end != out_ + at) room.begin = out_ + at;
+  room.end = out_ + at + size;
+  return true;
+}
+
+void BufferSink::leave(Room room) noexcept {
+  if (room.size() == 0) return;
+  empty_ += room.size();
+  rooms_[room_count_++] = room;
+}
+
+void BufferSink::close() noexcept {
+  if (next_ > capacity_) return;
+  std::sort(rooms_, rooms_ + room_count_,
+            [](const Room& a, const Room& b) { return a.begin < b.begin; });
+  Pair* const end = out_ + found();
+  Pair* last = out_ + next_;
+  std::size_t behind = room_count_;  // rooms from here on lie behind `last`
+  for (std::size_t r = 0; r < room_count_ && rooms_[r].begin < end; ++r) {
+    for (Pair* to = rooms_[r].begin; to < std::min(rooms_[r].end, end); ++to) {
+      while (behind > 0 && rooms_[behind - 1].end == last) last = rooms_[--behind].begin;
+      *to = *--last;
+    }
+  }
 }
 
 void ConsumerSink::take(const Pair* pairs, std::size_t count) {

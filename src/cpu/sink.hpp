@@ -12,27 +12,53 @@
 
 namespace throng::cpu {
 
+// Room in the output, [begin, end).
+struct Room {
+  Pair* begin;
+  Pair* end;
+  std::size_t size() const noexcept { return static_cast<std::size_t>(end - begin); }
+};
+
 class Sink {
  public:
   virtual ~Sink() = default;
   // Takes `count` pairs, from any thread.
   virtual void take(const Pair* pairs, std::size_t count) = 0;
+  // Room to be written without a copy, from any thread: what is left of `room`, which goes on, or is
+  // left behind for other room. False where there is none; pairs are to be taken then.
+  virtual bool extend(Room&) { return false; }
+  // Room that stays empty. One thread at a time.
+  virtual void leave(Room) noexcept {}
   // True where nobody wants more.
   virtual bool stopped() const noexcept { return false; }
 };
 
-// Counts always, writes while there is room.
+// Counts always, writes while there is room. With `direct`, workers write into pieces of the output;
+// what they leave empty is filled from the end by close().
 class BufferSink final : public Sink {
  public:
-  BufferSink(Pair* out, std::size_t capacity) noexcept : out_(out), capacity_(capacity) {}
+  BufferSink(Pair* out, std::size_t capacity, bool direct) noexcept
+      : out_(out), capacity_(capacity), direct_(direct) {}
   void take(const Pair* pairs, std::size_t count) override;
-  std::uint64_t found() const noexcept { return found_.load(std::memory_order_relaxed); }
+  bool extend(Room& room) override;
+  void leave(Room room) noexcept override;
+  // To be called once, when all pairs are there.
+  void close() noexcept;
+  std::uint64_t found() const noexcept { return next_ - empty_; }
   std::uint64_t written() const noexcept { return found() < capacity_ ? found() : capacity_; }
+  // Pairs found no room although some was left empty: written() is too high.
+  bool torn() const noexcept { return next_ > capacity_ && empty_ != 0; }
 
  private:
+  static constexpr std::size_t most_rooms = 2 * 256;  // two a worker
+
   Pair* out_;
   std::uint64_t capacity_;
-  std::atomic<std::uint64_t> found_{0};
+  bool direct_;
+  std::atomic<std::uint64_t> next_{0};  // what lies before is given away
+  std::uint64_t empty_ = 0;
+  std::size_t room_count_ = 0;
+  Room rooms_[most_rooms];
 };
 
 // Hands blocks on as they come.

@@ -1,5 +1,8 @@
 #include "cpu/worker.hpp"
 
+#include <algorithm>
+#include <cstring>
+
 #include "cpu/grid.hpp"
 
 namespace throng::cpu {
@@ -55,24 +58,85 @@ void Worker::begin(Search& search) {
   search_ = &search;
   frame_ = nullptr;
   comparisons = 0;
-  cursor = sure_.room(staging_pairs + emit_slack, true);
-  limit = cursor + staging_pairs;
+  sure_.room(staging_pairs + emit_slack, true);
+  stage();
+  gap_ = room_ = Room{};
+  if (search.sink && !search.pair_filters && search.sink->extend(room_)) {
+    direct_ = true;
+    cursor = room_.begin;
+    limit = room_.end - emit_slack;
+  }
   maybe_cursor = unsure_.room(staging_maybe + emit_slack, true);
   maybe_limit = maybe_cursor + staging_maybe;
 }
 
+// From now on pairs are staged.
+void Worker::stage() noexcept {
+  direct_ = false;
+  cursor = sure_.data();
+  limit = cursor + staging_pairs;
+}
+
 void Worker::drain() {
   flush_unsure(this);
-  flush_sure(this);
+  if (!direct_) flush_sure(this);
+}
+
+void Worker::finish() {
+  drain();
+  if (direct_) room_.begin = cursor;
+  search_->sink->leave(room_);
+  search_->sink->leave(gap_);
+}
+
+void Worker::set_frame(const Frame* frame) {
+  if (frame == frame_) return;
+  drain();
+  frame_ = frame;
+  // Pairs of a frame are not yet what is handed on.
+  if (direct_) {
+    room_.begin = cursor;
+    stage();
+  }
+}
+
+// The output room is full but for its last slack: that is filled with the last pairs of the next.
+void Worker::next_room() {
+  if (gap_.size() != 0) {
+    const std::size_t size = gap_.size();  // a room holds more
+    cursor -= size;
+    std::memcpy(gap_.begin, cursor, size * sizeof(Pair));
+    gap_ = Room{};
+    if (cursor <= limit) return;
+  }
+  Room next{cursor, room_.end};
+  if (!search_->sink->extend(next)) {
+    room_.begin = cursor;
+    return stage();
+  }
+  if (next.begin != cursor) {
+    gap_ = {cursor, room_.end};
+    cursor = next.begin;
+  }
+  room_ = next;
+  limit = room_.end - emit_slack;
 }
 
 void Worker::flush_sure(Emit* emit) {
   Worker& w = *static_cast<Worker*>(emit);
+  if (w.direct_) return w.next_room();
   Pair* pairs = w.sure_.data();
   std::size_t count = static_cast<std::size_t>(w.cursor - pairs);
   w.cursor = pairs;
   if (w.frame_) count = w.leave_frame(pairs, count);
   if (w.search_->pair_filters) count = w.filter(pairs, count);
+  for (Room* room : {&w.gap_, &w.room_}) {
+    const std::size_t part = std::min(count, room->size());
+    if (part == 0) continue;
+    count -= part;
+    std::memcpy(room->begin, pairs + count, part * sizeof(Pair));
+    room->begin += part;
+  }
   if (count) w.search_->sink->take(pairs, count);
 }
 

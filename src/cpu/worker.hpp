@@ -51,12 +51,11 @@ class Worker : public Emit {
   Worker& operator=(const Worker&) = delete;
 
   void begin(Search& search);
-  // Decides and hands on everything staged. Before a change of frame, and at the end.
+  // Decides and hands on everything staged.
   void drain();
-  void set_frame(const Frame* frame) {
-    if (frame != frame_) drain();
-    frame_ = frame;
-  }
+  // At the end: gives back what room of the output it has left, too.
+  void finish();
+  void set_frame(const Frame* frame);
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
@@ -71,6 +70,8 @@ class Worker : public Emit {
  private:
   static void flush_sure(Emit* emit);
   static void flush_unsure(Emit* emit);
+  void stage() noexcept;
+  void next_room();
   std::size_t leave_frame(Pair* pairs, std::size_t count) const noexcept;
   std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
   bool wanted(Pair pair) const noexcept;
@@ -80,6 +81,10 @@ class Worker : public Emit {
   const Frame* frame_ = nullptr;
   Level* levels_[max_depth] = {};
   Buffer<Pair> sure_, unsure_;
+  // Where pairs go straight into the output: the room that is being written, and one before it whose
+  // end was too short to be written safely. Else pairs are staged.
+  bool direct_ = false;
+  Room room_{}, gap_{};
 };
 
 }  // namespace throng::cpu
