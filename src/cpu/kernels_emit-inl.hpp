@@ -19,7 +19,6 @@ namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using D16 = hn::ScalableTag<std::int16_t>;
-using D32 = hn::ScalableTag<std::uint32_t>;
 using V16 = hn::Vec<D16>;
 
 template <class D>
@@ -41,58 +40,50 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 #endif
 }
 
-// The mask of the lowest bits.
-HWY_INLINE hn::Mask<D32> mask_of(std::uint32_t bits) {
-#if HWY_TARGET == HWY_AVX3
-  return hn::Mask<D32>{static_cast<__mmask16>(bits)};
-#else
-  std::uint8_t bytes[8];
-  std::memcpy(bytes, &bits, sizeof bits);
-  return hn::LoadMaskBits(D32(), bytes);
-#endif
-}
-
 // The lanes that `bits` names, in order, then others.
-HWY_INLINE hn::Vec<D32> compress(hn::Vec<D32> v, std::uint32_t bits) {
+template <class D>
+HWY_INLINE hn::Vec<D> compress(D d, hn::Vec<D> v, std::uint32_t bits) {
 #if HWY_TARGET == HWY_AVX3
-  return hn::Compress(v, mask_of(bits));
+  (void)d;
+  using Raw = decltype(hn::Mask<D>::raw);
+  return hn::Compress(v, hn::Mask<D>{static_cast<Raw>(bits)});
 #else
   // Highway's own keeps its table in the function, which GCC copies to the stack at each call.
-  const D32 d;
-  const hn::Rebind<std::uint8_t, D32> bytes;
+  const hn::Rebind<std::uint8_t, D> bytes;
   const auto index = hn::PromoteTo(d, hn::LoadU(bytes, compress_table.lanes[bits & 0xff]));
   return hn::TableLookupLanes(v, hn::IndicesFromVec(d, index));
 #endif
 }
 
 // first 0, second 0, first 1, second 1, ... of the first `count` lanes, and maybe more.
-HWY_INLINE void store_interleaved(hn::Vec<D32> first, hn::Vec<D32> second, int count,
+template <class D>
+HWY_INLINE void store_interleaved(D d, hn::Vec<D> first, hn::Vec<D> second, int count,
                                   std::uint32_t* to) {
 #if HWY_TARGET == HWY_AVX3
   // One shuffle a store; by 128-bit blocks it takes three, and shuffles are what is short here.
   const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
   const __m512i high =
       _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
-  _mm512_storeu_si512(to, _mm512_permutex2var_epi32(first.raw, low, second.raw));
+  hn::StoreU(hn::Vec<D>{_mm512_permutex2var_epi32(first.raw, low, second.raw)}, d, to);
   if (HWY_UNLIKELY(count > 8)) {
-    _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32(first.raw, high, second.raw));
+    hn::StoreU(hn::Vec<D>{_mm512_permutex2var_epi32(first.raw, high, second.raw)}, d, to + 16);
   }
 #else
   (void)count;
-  hn::StoreInterleaved2(first, second, D32(), to);
+  hn::StoreInterleaved2(first, second, d, to);
 #endif
 }
 
 // Pairs of queries and targets, lane by lane: the first `count`, and maybe more.
-template <Orientation orientation>
-HWY_INLINE void store_pairs(hn::Vec<D32> query, hn::Vec<D32> target, int count, Pair* out) {
+template <Orientation orientation, class D>
+HWY_INLINE void store_pairs(D d, hn::Vec<D> query, hn::Vec<D> target, int count, Pair* out) {
   std::uint32_t* to = reinterpret_cast<std::uint32_t*>(out);
   if constexpr (orientation == Orientation::unordered) {
-    store_interleaved(hn::Min(query, target), hn::Max(query, target), count, to);
+    store_interleaved(d, hn::Min(query, target), hn::Max(query, target), count, to);
   } else if constexpr (orientation == Orientation::query_first) {
-    store_interleaved(query, target, count, to);
+    store_interleaved(d, query, target, count, to);
   } else {
-    store_interleaved(target, query, count, to);
+    store_interleaved(d, target, query, count, to);
   }
 }
 

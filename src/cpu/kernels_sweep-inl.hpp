@@ -21,7 +21,8 @@ namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::uint32_t word_lanes = static_cast<std::uint32_t>(hn::MaxLanes(D16()));
-constexpr std::uint32_t id_lanes = static_cast<std::uint32_t>(hn::MaxLanes(D32()));
+using DIds = hn::ScalableTag<std::uint32_t>;
+constexpr std::uint32_t id_lane_bits = (std::uint32_t{1} << hn::MaxLanes(DIds())) - 1;
 // Queries are taken in blocks, so that the lists of a block stay in the first level of cache.
 constexpr std::uint32_t query_block = 256;
 
@@ -34,7 +35,7 @@ struct Query {
 static_assert(sizeof(Query) == 32);
 
 HWY_INLINE V16 spread(const std::uint32_t& doubled) {
-  return hn::BitCast(D16(), hn::Set(D32(), doubled));
+  return hn::BitCast(D16(), hn::Set(hn::Repartition<std::uint32_t, D16>(), doubled));
 }
 
 // The words of a vector of targets.
@@ -91,30 +92,6 @@ struct Hits {
   std::size_t count = 0;
 };
 
-// The same by vectors of ids: most hits lie in one half of a vector of words, and half a vector seldom
-// crosses cache lines.
-struct IdHits {
-  Hits::Place place[2 * query_block + 16];
-  std::uint32_t mask[2 * query_block + 16];
-  std::size_t count = 0;
-
-  HWY_INLINE void take(const Hits& hits) {
-    std::size_t to = 0;
-    for (std::size_t h = 0; h < hits.count; ++h) {
-      const Hits::Place p = hits.place[h];
-      const std::uint32_t low = hits.mask[h] & ((1u << id_lanes) - 1);
-      const std::uint32_t high = hits.mask[h] >> id_lanes;
-      place[to] = p;
-      mask[to] = low;
-      to += low != 0;
-      place[to] = {p.query, p.at + id_lanes};
-      mask[to] = high;
-      to += high != 0;
-    }
-    count = to;
-  }
-};
-
 // Queries that follow each other share their first window, which begins right after the first of
 // them: loading it, across cache lines, costs more than comparing.
 constexpr std::uint32_t sharing = word_lanes >= 16 ? word_lanes / 8 : 1;
@@ -169,7 +146,6 @@ class StripSweep {
   std::uint32_t begin_ = 0, end_ = 0;  // the block
   std::uint64_t vectors_ = 0;
   Hits hits_;
-  IdHits id_hits_;
   // Those whose windows go on: alone, and by the first of those who share them.
   Hits::Place singles_[query_block + 8], groups_[query_block + 8];
   std::uint32_t single_count_ = 0, group_count_ = 0;
@@ -366,26 +342,35 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
   hits_.count = hit;
 }
 
+// The pairs of all hits: of each a vector of ids from its first target on; what that leaves waits for
+// the next round.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::write() {
-  const D32 d;
-  id_hits_.take(hits_);
+  const DIds d;
   const std::uint32_t* HWY_RESTRICT ids = targets_.id;
-  const std::size_t count = id_hits_.count;
   Pair* cursor = out_.cursor;
   Pair* limit = out_.limit;
-  for (std::size_t h = 0; h < count; ++h) {
-    const Hits::Place p = id_hits_.place[h];
-    const std::uint32_t bits = id_hits_.mask[h];
-    const auto target = compress(hn::LoadU(d, ids + p.at), bits);
-    const int found = std::popcount(bits);
-    store_pairs<orientation>(hn::Set(d, query_[p.query].id), target, found, cursor);
-    cursor += found;
-    if (HWY_UNLIKELY(cursor > limit)) {
-      out_.cursor = cursor;
-      out_.flush(&out_);
-      cursor = out_.cursor;
-      limit = out_.limit;
+  for (std::size_t count = hits_.count, rest = 0; count != 0; count = rest) {
+    rest = 0;
+    for (std::size_t h = 0; h < count; ++h) {
+      const Hits::Place p = hits_.place[h];
+      const std::uint32_t mask = hits_.mask[h];
+      const int lane = std::countr_zero(mask);
+      const std::uint32_t bits = mask >> lane & id_lane_bits;
+      const std::uint32_t left = mask ^ bits << lane;
+      hits_.place[rest] = p;
+      hits_.mask[rest] = left;
+      rest += left != 0;
+      const int found = std::popcount(bits);
+      const auto target = compress(d, hn::LoadU(d, ids + p.at + lane), bits);
+      store_pairs<orientation>(d, hn::Set(d, query_[p.query].id), target, found, cursor);
+      cursor += found;
+      if (HWY_UNLIKELY(cursor > limit)) {
+        out_.cursor = cursor;
+        out_.flush(&out_);
+        cursor = out_.cursor;
+        limit = out_.limit;
+      }
     }
   }
   out_.cursor = cursor;
