@@ -164,8 +164,8 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
     const double share_x = std::min(1.0, extents[x] / length[x]);
     const double share_y = extents[y] / length[y], share_z = extents[z] / length[z];
     const double share_yz = s.product[x] / (length[y] * length[z]);
-    // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and for
-    // an extent to be some words long, as equal words cost a look at the floats.
+    // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and
+    // for an extent to be some words long, as equal words cost a look at the floats.
     const double word_parts =
         std::ceil(extent_words / (words_per_column * std::max(share_x, 1e-9)));
     const double most_parts = std::min(4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1);

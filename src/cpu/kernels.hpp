@@ -45,9 +45,9 @@ struct BinTarget {
                                std::uint32_t column) = nullptr;  // address of its first record
   // Of the last tile; the arrays have room for a vector beyond.
   std::uint32_t odd_count = 0;
-  std::uint32_t odd[bin_tile + 1];  // positions of the boxes that were not entered
-  alignas(64) Record record[bin_tile + 4];            // as it is in the box's first column
-  alignas(64) Record whole[bin_tile + 4];             // with the upper words of its last column
+  std::uint32_t odd[bin_tile + 1];          // positions of the boxes that were not entered
+  alignas(64) Record record[bin_tile + 4];  // as it is in the box's first column
+  alignas(64) Record whole[bin_tile + 4];   // with the upper words of its last column
   alignas(64) std::uint32_t number[bin_tile + 4][4];  // [0]: see above
 };
 
@@ -66,8 +66,8 @@ struct Strip {
   const Record* record = nullptr;  // the same boxes as records, their axes as in space
   std::uint32_t axis = 0;          // the sweep axis in space
   const std::uint32_t* bucket_end = nullptr;
-  // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip none
-  // ends before another begins that lies before it in the order.
+  // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip
+  // none ends before another begins that lies before it in the order.
   bool long_boxes = false;
   bool framed = false;  // `id` and `begins` tell more than the records; see Frame
 
@@ -94,7 +94,8 @@ struct Kernels {
   Isa isa;
   std::uint32_t lanes;  // words compared at once
   // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
-  // lists those that touch more than two along an axis, and those that are none. Reads up to bin_overrun boxes beyond. ids null: first_id, first_id + 1,
+  // lists those that touch more than two along an axis, and those that are none. Reads up to
+  // bin_overrun boxes beyond. ids null: first_id, first_id + 1,
   // ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);

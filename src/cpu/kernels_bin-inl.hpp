@@ -84,9 +84,9 @@ HWY_INLINE std::uintptr_t room_for(BinTarget& out, std::uint32_t column) {
   return HWY_UNLIKELY((tail & out.block_mask) == 0) ? out.next_block(&out, column) : tail;
 }
 
-// Which words of a record a copy in a later column changes: for each set of axes along which it lies
-// one column further, those of the upper corner, which are the true ones there, and those of the
-// lower corner, which are 0.
+// Which words of a record a copy in a later column changes: for each set of axes along which it
+// lies one column further, those of the upper corner, which are the true ones there, and those of
+// the lower corner, which are 0.
 struct CopyMasks {
   alignas(16) std::uint16_t upper[8][8] = {};
   alignas(16) std::uint16_t lower[8][8] = {};
@@ -99,8 +99,8 @@ struct CopyMasks {
   }
 };
 
-// Enters boxes that touch a second column along some axes into the other 1, 3 or 7 columns. They are
-// sorted by those axes first, so that what is done for each is known without a branch.
+// Enters boxes that touch a second column along some axes into the other 1, 3 or 7 columns. They
+// are sorted by those axes first, so that what is done for each is known without a branch.
 HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* several,
                           std::uint32_t count, BinTarget& out) {
   static constexpr CopyMasks masks;
@@ -154,8 +154,8 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
   alignas(16) static constexpr std::uint8_t upper_bytes[16] = {
       128, 128, 128, 128, 128, 128, 0, 1, 4, 5, 8, 9, 128, 128, 128, 128};
   alignas(16) static constexpr std::uint16_t least_words[8] = {1, 1, 1, 1, 1, 1, 0, 0};
-  alignas(16) static constexpr std::uint32_t next_units[4] = {
-      1u << column_bits, 2u << column_bits, 4u << column_bits, 0};
+  alignas(16) static constexpr std::uint32_t next_units[4] = {1u << column_bits, 2u << column_bits,
+                                                              4u << column_bits, 0};
   alignas(16) static constexpr std::uint32_t invalid_units[4] = {invalid_number, invalid_number,
                                                                  invalid_number, 0};
   const auto take_lower = in_each_block(db, lower_bytes);
@@ -210,8 +210,8 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     for (std::uint32_t i = 0; i < count; ++i) out.record[i].id = out.whole[i].id = ids[i];
   }
 
-  // Every box is copied to where its first column's next record goes; one that is left to the caller
-  // stays invisible there.
+  // Every box is copied to where its first column's next record goes; one that is left to the
+  // caller stays invisible there.
   std::uintptr_t* const tails = out.tail;
   std::uint32_t several_count = 0;
   std::uint8_t several[bin_tile + 1];

@@ -1,7 +1,7 @@
 // The kernels over vectors, compiled once an instruction set by Highway.
 //
-// Words have 15 bits, so that the difference of two is a signed 16-bit number: the least of a pair's
-// six differences tells whether they overlap, are apart, or are tied.
+// Words have 15 bits, so that the difference of two is a signed 16-bit number: the least of a
+// pair's six differences tells whether they overlap, are apart, or are tied.
 #if defined(THRONG_HIGHWAY)
 
 // Built: SSE4, AVX2, AVX-512, NEON. Off, by bit, as old releases do not name them all: SSSE3, the
@@ -34,7 +34,9 @@ const Kernels& kernels() {
                                                : Isa::neon;
   static const Kernels table{
       isa,       static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())),
-      bin, word_range, transpose, sweep, all_pairs};
+      bin,       word_range,
+      transpose, sweep,
+      all_pairs};
   return table;
 }
 

@@ -1,5 +1,5 @@
-// The sweep over vectors: each box against vectors of those that follow it in the order, as far as its
-// window goes. Included once an instruction set.
+// The sweep over vectors: each box against vectors of those that follow it in the order, as far as
+// its window goes. Included once an instruction set.
 #if defined(THRONG_KERNELS_SWEEP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SWEEP_INL
 #undef THRONG_KERNELS_SWEEP_INL
@@ -52,11 +52,11 @@ struct Targets {
 };
 
 // The targets that overlap the query by their words and have this column for a home with it, a bit
-// each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the query's.
-// `ordered`: that no target ends before the query begins along the sweep axis is known.
+// each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the
+// query's. `ordered`: that no target ends before the query begins along the sweep axis is known.
 //
-// No difference leaves the signed 16 bits but that of a lower word and the -1 that stands beyond the
-// last target: the one along axis 1 is saturated and rules it out.
+// No difference leaves the signed 16 bits but that of a lower word and the -1 that stands beyond
+// the last target: the one along axis 1 is saturated and rules it out.
 template <bool ordered>
 HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t lanes,
                                  std::uint32_t& tie) {
@@ -65,8 +65,8 @@ HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t
   const V16 above = hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0),  //
                                     hn::Sub(spread(q.upper1), t.lower1)),
                             hn::Sub(spread(q.upper2), t.lower2));
-  V16 below = hn::Max(hn::SaturatedSub(spread(q.lower1), t.upper1),
-                      hn::Sub(spread(q.lower2), t.upper2));
+  V16 below =
+      hn::Max(hn::SaturatedSub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
   if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
   const V16 least = hn::Min(above, hn::Sub(zero, below));
 #if HWY_TARGET == HWY_AVX3
@@ -166,7 +166,8 @@ StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, 
   for (std::uint32_t b = 28; b < 32; ++b) bytes_[b] = 128;
 }
 
-// The queries of the block from `begin` on, made of their records by a shuffle of bytes for each half.
+// The queries of the block from `begin` on, made of their records by a shuffle of bytes for each
+// half.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
   begin_ = begin;
@@ -176,8 +177,8 @@ HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
   constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(d)) / sizeof(Record);
   const hn::Repartition<std::uint16_t, decltype(d)> d16;
   alignas(16) static constexpr std::uint16_t bits[8] = {1, 2, 4, 0, 0, 0, 0, 0};
-  alignas(16) static constexpr std::uint8_t last_word[16] = {
-      128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 1, 0, 1};
+  alignas(16) static constexpr std::uint8_t last_word[16] = {128, 128, 128, 128, 128, 128, 128, 128,
+                                                             128, 128, 128, 128, 0,   1,   0,   1};
   const auto axis_bits = hn::LoadDup128(d16, bits);
   const auto begins = hn::LoadDup128(d, last_word);
   const auto first = hn::LoadDup128(d, bytes_), second = hn::LoadDup128(d, bytes_ + 16);
@@ -342,8 +343,8 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
   hits_.count = hit;
 }
 
-// The pairs of all hits: of each a vector of ids from its first target on; what that leaves waits for
-// the next round.
+// The pairs of all hits: of each a vector of ids from its first target on; what that leaves waits
+// for the next round.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::write() {
   const DIds d;

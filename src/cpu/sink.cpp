@@ -6,8 +6,8 @@
 namespace throng::cpu {
 
 namespace {
-// A piece of the output: large enough that few are asked for, and less where little is left, so that
-// no worker sits on what another needs.
+// A piece of the output: large enough that few are asked for, and less where little is left, so
+// that no worker sits on what another needs.
 constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
 }  // namespace
 

@@ -24,8 +24,8 @@ class Sink {
   virtual ~Sink() = default;
   // Takes `count` pairs, from any thread.
   virtual void take(const Pair* pairs, std::size_t count) = 0;
-  // Room to be written without a copy, from any thread: what is left of `room`, which goes on, or is
-  // left behind for other room. False where there is none; pairs are to be taken then.
+  // Room to be written without a copy, from any thread: what is left of `room`, which goes on, or
+  // is left behind for other room. False where there is none; pairs are to be taken then.
   virtual bool extend(Room&) { return false; }
   // Room that stays empty. One thread at a time.
   virtual void leave(Room) noexcept {}
@@ -33,8 +33,8 @@ class Sink {
   virtual bool stopped() const noexcept { return false; }
 };
 
-// Counts always, writes while there is room. With `direct`, workers write into pieces of the output;
-// what they leave empty is filled from the end by close().
+// Counts always, writes while there is room. With `direct`, workers write into pieces of the
+// output; what they leave empty is filled from the end by close().
 class BufferSink final : public Sink {
  public:
   BufferSink(Pair* out, std::size_t capacity, bool direct) noexcept

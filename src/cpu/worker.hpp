@@ -81,8 +81,8 @@ class Worker : public Emit {
   const Frame* frame_ = nullptr;
   Level* levels_[max_depth] = {};
   Buffer<Pair> sure_, unsure_;
-  // Where pairs go straight into the output: the room that is being written, and one before it whose
-  // end was too short to be written safely. Else pairs are staged.
+  // Where pairs go straight into the output: the room that is being written, and one before it
+  // whose end was too short to be written safely. Else pairs are staged.
   bool direct_ = false;
   Room room_{}, gap_{};
 };

@@ -75,6 +75,34 @@ TEST_P(Capacity, EveryRoom) {
   }
 }
 
+// So many pairs that several threads each write into pieces of the room, and leave some of them
+// half empty at the end.
+TEST_P(Capacity, EveryRoomOfMany) {
+  Random random(7);
+  BoxList boxes(6500);
+  for (Box& box : boxes) {
+    const Vec3 at = random.point(0, 12);
+    box = cube(at.x, at.y, at.z, 1);
+  }
+  const Answer answer = swept_pairs(boxes);
+  const std::size_t found = answer.pairs.size();
+  ASSERT_GT(found, 60000u);
+  Finder finder(options());
+  for (const std::size_t room : {found / 3, found - 1, found, found + 700, 2 * found}) {
+    SCOPED_TRACE(std::to_string(room) + " of " + std::to_string(found));
+    Buffer buffer(room);
+    const Result result = finder.find(boxes, buffer.out(), room);
+    expect_buffer(result, buffer, config(), answer);
+    if (config().order == Order::any) {
+      EXPECT_EQ(result.written, std::min(room, found));
+    }
+  }
+  for (int again = 0; again < 2; ++again) {
+    const Result grown = finder.find(boxes);
+    expect_pairs(grown, config(), answer, to_vector(finder.pairs()), boxes.size());
+  }
+}
+
 TEST_P(Capacity, EveryRoomOfTwoSets) {
   const BoxList a = uniform_boxes(1500, 1), b = uniform_boxes(1200, 2);
   const Answer answer = reference_pairs(a, b);
