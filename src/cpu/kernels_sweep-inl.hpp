@@ -55,8 +55,9 @@ struct Targets {
 // each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the
 // query's. `ordered`: that no target ends before the query begins along the sweep axis is known.
 //
-// No difference leaves the signed 16 bits but that of a lower word and the -1 that stands beyond
-// the last target: the one along axis 1 is saturated and rules it out.
+// Beyond the last target every upper word is -1, and nothing is met there: a lower word less -1 is
+// above 0, or it is 32768 and becomes -32768; so either `below` is above 0, or it is -32768 and
+// stays that when its sign is changed. No other difference leaves the signed 16 bits.
 template <bool ordered>
 HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t lanes,
                                  std::uint32_t& tie) {
@@ -65,8 +66,7 @@ HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t
   const V16 above = hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0),  //
                                     hn::Sub(spread(q.upper1), t.lower1)),
                             hn::Sub(spread(q.upper2), t.lower2));
-  V16 below =
-      hn::Max(hn::SaturatedSub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
+  V16 below = hn::Max(hn::Sub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
   if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
   const V16 least = hn::Min(above, hn::Sub(zero, below));
 #if HWY_TARGET == HWY_AVX3

@@ -249,6 +249,20 @@ TEST_P(Exact, MarginsOfTwoSets) {
   }
 }
 
+// Points in the last place of the last column: beyond them lies what a larger scene left behind,
+// and nothing of it may be met.
+TEST_P(Exact, NothingBeyondTheLastBox) {
+  BoxList boxes(600, Box{{1, 1, 1}, {1, 1, 1}});
+  for (std::size_t i = 0; i < boxes.size(); i += 7) boxes[i] = cube(0, 0, 0, 0.5f);
+  Finder finder(options());
+  for (const std::size_t count : {boxes.size(), std::size_t{431}, std::size_t{300}}) {
+    const BoxList part(boxes.begin(), boxes.begin() + static_cast<std::ptrdiff_t>(count));
+    const Answer answer = reference_pairs(part);
+    const Result result = finder.find(Boxes(boxes.data(), count));
+    expect_pairs(result, config(), answer, to_vector(finder.pairs()), count);
+  }
+}
+
 THRONG_INSTANTIATE(Exact, all_configs);
 
 }  // namespace
