@@ -1,0 +1,99 @@
+// One box against a vector of boxes, by their words. Included once an instruction set.
+#if defined(THRONG_KERNELS_COMPARE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_COMPARE_INL
+#undef THRONG_KERNELS_COMPARE_INL
+#else
+#define THRONG_KERNELS_COMPARE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+
+#include "cpu/kernels.hpp"
+#include "cpu/kernels_emit-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr std::uint32_t word_lanes = static_cast<std::uint32_t>(hn::MaxLanes(D16()));
+
+// A box as a query: each word twice, so that one 32-bit load spreads it over a vector. Axis 0 here
+// is the sweep axis.
+struct Query {
+  std::uint32_t upper0, lower1, upper1, lower2;
+  std::uint32_t upper2, lower0, id, begins;
+};
+static_assert(sizeof(Query) == 32);
+
+HWY_INLINE V16 spread(const std::uint32_t& doubled) {
+  return hn::BitCast(D16(), hn::Set(hn::Repartition<std::uint32_t, D16>(), doubled));
+}
+
+// The words of a vector of targets.
+struct Targets {
+  V16 lower0, upper0, lower1, upper1, lower2, upper2, begins;
+  HWY_INLINE Targets(const Strip& s, std::size_t k)
+      : lower0(hn::LoadU(D16(), s.lower[0] + k)),
+        upper0(hn::LoadU(D16(), s.upper[0] + k)),
+        lower1(hn::LoadU(D16(), s.lower[1] + k)),
+        upper1(hn::LoadU(D16(), s.upper[1] + k)),
+        lower2(hn::LoadU(D16(), s.lower[2] + k)),
+        upper2(hn::LoadU(D16(), s.upper[2] + k)),
+        begins(hn::LoadU(D16(), s.begins + k)) {}
+};
+
+// The targets that overlap the query by their words and have this column for a home with it, a bit
+// each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the
+// query's. `ordered`: that no target ends before the query begins along the sweep axis is known.
+//
+// Beyond the last target every upper word is -1, and nothing is met there: a lower word less -1 is
+// above 0, or it is 32768 and becomes -32768; so either `below` is above 0, or it is -32768 and
+// stays that when its sign is changed. No other difference leaves the signed 16 bits.
+template <bool ordered>
+HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t lanes,
+                                 std::uint32_t& tie) {
+  const D16 d;
+  const V16 zero = hn::Zero(d);
+  const V16 above = hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0),  //
+                                    hn::Sub(spread(q.upper1), t.lower1)),
+                            hn::Sub(spread(q.upper2), t.lower2));
+  V16 below = hn::Max(hn::Sub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
+  if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
+  const V16 least = hn::Min(above, hn::Sub(zero, below));
+#if HWY_TARGET == HWY_AVX3
+  const __mmask32 home = _mm512_mask_testn_epi16_mask(lanes, spread(q.begins).raw, t.begins.raw);
+  const __mmask32 met = _mm512_mask_cmp_epi16_mask(home, least.raw, zero.raw, _MM_CMPINT_NLT);
+  tie = _mm512_mask_testn_epi16_mask(met, least.raw, least.raw);
+  return met;
+#else
+  const auto home = hn::Eq(hn::And(spread(q.begins), t.begins), zero);
+  const auto tied = hn::And(home, hn::Eq(least, zero));
+  tie = HWY_LIKELY(hn::AllFalse(d, tied)) ? 0 : bits_of(d, tied) & lanes;
+  return bits_of(d, hn::And(home, hn::Gt(least, hn::Set(d, -1)))) & lanes;
+#endif
+}
+
+// Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
+template <class V>
+HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
+  const hn::DFromV<V> d;
+#if HWY_TARGET == HWY_AVX3
+  const __m512i even = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+  const __m512i odd = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, even, high.raw)}, d, to);
+  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, odd, high.raw)}, d, to + 8);
+#elif HWY_TARGET == HWY_AVX2
+  hn::StoreU(hn::ConcatLowerLower(d, high, low), d, to);
+  hn::StoreU(hn::ConcatUpperUpper(d, high, low), d, to + 4);
+#else
+  hn::StoreU(low, d, to);
+  hn::StoreU(high, d, to + 2);
+#endif
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
