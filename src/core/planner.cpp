@@ -190,11 +190,11 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
           parts = std::max(1.0, parts);
         }
         const double cut = 1 + share_x * (parts - 1);
-        // Windows end anywhere in a vector, so some of those that fit on average do not.
+        // Windows end anywhere in a vector, and few of those go on that are far from it on average.
         const double window = per_column * share_x / lanes;
-        const double further = std::max(0.25 * window, window - 0.5);
+        const double second = std::min(1.0, std::max(0.1 * window, window - 0.5));
         const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
-                              window_ns * further;
+                              second_window_ns * second + window_ns * std::max(0.0, window - 1.5);
         const double cost =
             work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
             column_ns * sections * parts;

@@ -43,13 +43,15 @@ GridPlan plan(const Stats& stats, std::uint32_t lanes, Algorithm forced) noexcep
 // Below so many boxes brute force is faster than a grid. Measured by throng bench.
 constexpr std::uint64_t all_pairs_limit = 128;
 
-// What a plan costs, in ns, fitted to runs over many grids on a 2.2 GHz AVX-512 server core; only
-// the ratios matter. Binning a box; entering it in one more column; sorting a record of a column,
-// and comparing it with its first window; each further window; each column.
+// What a plan costs, in ns, fitted to runs over many grids on AVX-512 server cores of 2.2 and 3.5
+// GHz; only the ratios matter. Binning a box; entering it in one more column; sorting a record of a
+// column, and comparing it with its first window; the window after the first, and each after that;
+// each column.
 constexpr double box_ns = 3.0;
-constexpr double replica_ns = 7.0;
-constexpr double record_ns = 9.5;
-constexpr double window_ns = 3.5;
+constexpr double replica_ns = 3.5;
+constexpr double record_ns = 6.5;
+constexpr double second_window_ns = 9.0;
+constexpr double window_ns = 4.0;
 constexpr double column_ns = 150.0;
 // A column of more records than this leaves the second level of cache, and each costs so much more.
 constexpr double cached_records = 16384;

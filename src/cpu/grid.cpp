@@ -169,12 +169,14 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
       static_cast<std::uint32_t>(std::uint64_t{side.count} * (t + 1) / tasks_);
   if (begin == end) return;
   const Boxes& boxes = *side.boxes;
-  const char* packed = !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
+  // The kernels read a little beyond a box: where boxes lie apart, and up to the last ones, which
+  // are copied out.
+  const bool apart = boxes.stride_bytes() >= sizeof(Box);
+  const char* packed = apart && !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
+  const std::size_t safe = boxes.size() > bin_overrun ? boxes.size() - bin_overrun : 0;
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[(bin_tile + bin_overrun) * 6];
-  // The kernels read a little further: the last boxes of the array are copied out.
-  const std::size_t safe = boxes.size() > bin_overrun ? boxes.size() - bin_overrun : 0;
   for (std::uint32_t at = begin, count = 0; at < end; at += count) {
     count = std::min(bin_tile, end - at);
     if (packed && at < safe) {

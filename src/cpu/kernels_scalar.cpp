@@ -77,7 +77,7 @@ void transpose(Strip& strip) {
     for (int k = 0; k < 3; ++k) {
       strip.lower[k][i] = static_cast<std::int16_t>(sorted[i].lower[axes[k]]);
       strip.upper[k][i] = static_cast<std::int16_t>(sorted[i].upper[axes[k]]);
-      begins |= (sorted[i].lower[k] == 0 ? 1 : 0) << k;
+      if (sorted[i].lower[k] == 0) begins |= 1 << k;
     }
     strip.begins[i] = static_cast<std::int16_t>(begins);
     strip.id[i] = sorted[i].id;
