@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t least_boxes = 1024;
 constexpr double least_vectors = 3;
 // A finer grid must promise to cost at most this share of the sweep.
-constexpr double worthwhile = 0.7;
+constexpr double worthwhile = 0.6;
 constexpr double most_replicas = 2;
 
 // The mean number of targets in a query's window, from some queries.
