@@ -41,7 +41,7 @@ struct GridPlan {
 GridPlan plan(const Stats& stats, std::uint32_t lanes, Algorithm forced) noexcept;
 
 // Below so many boxes brute force is faster than a grid. Measured by throng bench.
-constexpr std::uint64_t all_pairs_limit = 128;
+constexpr std::uint64_t all_pairs_limit = 112;
 
 // What a plan costs, in ns, fitted to runs over many grids on AVX-512 server cores of 2.2 and 3.5
 // GHz; only the ratios matter. Binning a box; entering it in one more column; sorting a record of a
