@@ -174,13 +174,11 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
       // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
       const double across_y = share_y * (cy - 1);
       for (const std::uint32_t cz : column_counts) {
-        if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z])) {
-          break;
-        }
+        const double sections = static_cast<double>(cy) * cz;
+        if (sections > most_columns || (cz > 1 && extents[z] >= length[z])) break;
         const double across_z = share_z * (cz - 1);
         const double both = share_yz * (cy - 1) * (cz - 1);
         const double replicas = 1 + across_y + across_z + both;
-        const double sections = static_cast<double>(cy) * cz;
         const double per_column = n * replicas * s.crowding / sections;
         double parts = word_parts;
         if (per_column > cached_records)

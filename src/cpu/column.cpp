@@ -158,8 +158,7 @@ void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucke
                          Orientation orientation) {
   std::uint32_t* starts = level_.starts.room(from.count + strip_padding);
   for (std::uint32_t i = 0; i < from.count; ++i) {
-    const std::uint32_t word = from.record[i].lower[plan_.sweep_axis];
-    const std::uint32_t bucket = from.bucket_of(word) + (skip_own_bucket ? 1 : 0);
+    const std::uint32_t bucket = from.bucket_of(from.lower[0][i]) + (skip_own_bucket ? 1 : 0);
     starts[i] = bucket == 0 ? 0 : to.bucket_end[bucket - 1];
   }
   search_.kernels->sweep({&from, &to, starts, orientation}, worker_);

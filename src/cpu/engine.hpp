@@ -65,7 +65,6 @@ class Engine {
   PairSorter sorter_;
   Buffer<Pair> pairs_, unordered_, ordered_;
   bool nan_in_b_ = false;
-  static constexpr unsigned max_workers = 256;
   Worker* workers_[max_workers] = {};
 };
 

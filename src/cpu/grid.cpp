@@ -220,10 +220,9 @@ struct RecordWords {
 static_assert(sizeof(RecordWords) == sizeof(Record));
 
 inline void GridSpace::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
-  std::uintptr_t tail = task.tail[column];
-  if ((tail & task.block_mask) == 0) tail = next_block(&task, column);
-  std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
-  task.tail[column] = tail + sizeof r;
+  const std::uintptr_t to = task.room(column);
+  std::memcpy(reinterpret_cast<void*>(to), &r, sizeof r);
+  task.tail[column] = to + sizeof r;
 }
 
 void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t stride,

@@ -43,6 +43,15 @@ struct BinTarget {
   std::uintptr_t block_mask = 0;  // block size - 1
   std::uintptr_t (*next_block)(BinTarget*,
                                std::uint32_t column) = nullptr;  // address of its first record
+
+  // Where the column's next record goes.
+  std::uintptr_t room(std::uint32_t column) {
+    const std::uintptr_t at = tail[column];
+    if ((at & block_mask) != 0) [[likely]]
+      return at;
+    return next_block(this, column);
+  }
+
   // Of the last tile; the arrays have room for a vector beyond.
   std::uint32_t odd_count = 0;
   std::uint32_t odd[bin_tile + 1];          // positions of the boxes that were not entered
@@ -71,8 +80,8 @@ struct Strip {
   bool long_boxes = false;
   bool framed = false;  // `id` and `begins` tell more than the records; see Frame
 
-  std::uint32_t bucket_of(std::uint32_t word) const noexcept {
-    return (word >> shift) - first_bucket;
+  std::uint32_t bucket_of(int word) const noexcept {
+    return (static_cast<std::uint32_t>(word) >> shift) - first_bucket;
   }
 };
 
@@ -94,9 +103,9 @@ struct Kernels {
   Isa isa;
   std::uint32_t lanes;  // words compared at once
   // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
-  // lists those that touch more than two along an axis, and those that are none. Reads up to
-  // bin_overrun boxes beyond. ids null: first_id, first_id + 1,
-  // ...
+  // lists those that it leaves to the caller: boxes that are none, and those that touch many
+  // columns: three or more along an axis, and as many fewer as the form likes. Reads up to
+  // bin_overrun boxes beyond. ids null: first_id, first_id + 1, ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);
   // The least and greatest lower word of `axis` among records; taken into *least and *most.

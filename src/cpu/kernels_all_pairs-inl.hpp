@@ -36,10 +36,9 @@ void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
       const auto inside = hn::FirstN(d, t.count - j);
       const std::uint32_t bits = bits_of(d, hn::And(hn::And(x, y), hn::And(z, inside)));
       if (bits == 0) continue;
-      const hn::ScalableTag<std::uint32_t> du;
-      const auto target = compress(du, hn::LoadU(du, t.id + j), bits);
+      const auto target = compress(hn::LoadU(D32(), t.id + j), bits);
       const int found = std::popcount(bits);
-      store_pairs<orientation>(du, hn::Set(du, q.id[i]), target, found, out.cursor);
+      store_pairs<orientation>(hn::Set(D32(), q.id[i]), target, found, out.cursor);
       out.cursor += found;
       if (out.cursor > out.limit) out.flush(&out);
     }

@@ -51,7 +51,7 @@ HWY_INLINE void load_boxes(D d, const char* boxes, std::size_t stride, hn::Vec<D
   upper = load_corners(d, boxes + 12, stride);
 }
 
-// Truncation. What comes is within 0 .. 2^28, so that none of the care for other values is needed.
+// Truncation. What comes is within 0 .. 2^27, so that none of the care for other values is needed.
 template <class D>
 HWY_INLINE hn::Vec<D> to_index(D d, hn::VFromD<hn::RebindToFloat<D>> x) {
 #if HWY_TARGET == HWY_AVX3
@@ -79,10 +79,6 @@ HWY_INLINE void store_record(std::uintptr_t to, Words record) {
   hn::StoreU(record, hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<std::uint16_t*>(to));
   hwy::Prefetch(reinterpret_cast<const char*>(to) + 128);
 }
-HWY_INLINE std::uintptr_t room_for(BinTarget& out, std::uint32_t column) {
-  const std::uintptr_t tail = out.tail[column];
-  return HWY_UNLIKELY((tail & out.block_mask) == 0) ? out.next_block(&out, column) : tail;
-}
 
 // Which words of a record a copy in a later column changes: for each set of axes along which it
 // lies one column further, those of the upper corner, which are the true ones there, and those of
@@ -106,7 +102,7 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* severa
   static constexpr CopyMasks masks;
   const hn::FixedTag<std::uint16_t, 8> d;
   // 0: those left to the caller.
-  std::uint8_t lists[8][bin_tile + 1];
+  std::uint8_t lists[8][bin_tile];
   std::uint32_t counts[8] = {};
   for (std::uint32_t s = 0; s < count; ++s) {
     const std::uint32_t axes = out.number[several[s]][0] >> column_bits;
@@ -127,7 +123,7 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* severa
         const std::uint32_t column = (out.number[i][0] & (most_columns - 1)) + delta;
         const Words record =
             hn::IfThenElse(upper, load_record(out.whole + i), load_record(out.record + i));
-        const std::uintptr_t tail = room_for(out, column);
+        const std::uintptr_t tail = out.room(column);
         store_record(tail, hn::AndNot(lower, record));
         out.tail[column] = tail + sizeof(Record);
       }
@@ -214,13 +210,13 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
   // caller stays invisible there.
   std::uintptr_t* const tails = out.tail;
   std::uint32_t several_count = 0;
-  std::uint8_t several[bin_tile + 1];
+  std::uint8_t several[bin_tile];
   static_assert(bin_tile <= 256);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t number = out.number[i][0];
     // Of any box the low bits are a column of the grid: no branch to guess wrong.
     const std::uint32_t column = number & (most_columns - 1);
-    std::uintptr_t tail = room_for(out, column);
+    const std::uintptr_t tail = out.room(column);
     store_record(tail, load_record(out.record + i));
     several[several_count] = static_cast<std::uint8_t>(i);
     several_count += number >= most_columns;

@@ -75,24 +75,6 @@ HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t
 #endif
 }
 
-// Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
-template <class V>
-HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
-  const hn::DFromV<V> d;
-#if HWY_TARGET == HWY_AVX3
-  const __m512i even = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
-  const __m512i odd = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
-  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, even, high.raw)}, d, to);
-  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, odd, high.raw)}, d, to + 8);
-#elif HWY_TARGET == HWY_AVX2
-  hn::StoreU(hn::ConcatLowerLower(d, high, low), d, to);
-  hn::StoreU(hn::ConcatUpperUpper(d, high, low), d, to + 4);
-#else
-  hn::StoreU(low, d, to);
-  hn::StoreU(high, d, to + 2);
-#endif
-}
-
 }  // namespace throng::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

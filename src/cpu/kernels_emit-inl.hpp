@@ -19,7 +19,9 @@ namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using D16 = hn::ScalableTag<std::int16_t>;
+using D32 = hn::ScalableTag<std::uint32_t>;
 using V16 = hn::Vec<D16>;
+using V32 = hn::Vec<D32>;
 
 template <class D>
 HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
@@ -41,32 +43,29 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 }
 
 // The lanes that `bits` names, in order, then others.
-template <class D>
-HWY_INLINE hn::Vec<D> compress(D d, hn::Vec<D> v, std::uint32_t bits) {
+HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 #if HWY_TARGET == HWY_AVX3
-  (void)d;
-  using Raw = decltype(hn::Mask<D>::raw);
-  return hn::Compress(v, hn::Mask<D>{static_cast<Raw>(bits)});
+  return hn::Compress(v, hn::Mask<D32>{static_cast<__mmask16>(bits)});
 #else
   // Highway's own keeps its table in the function, which GCC copies to the stack at each call.
-  const hn::Rebind<std::uint8_t, D> bytes;
+  const D32 d;
+  const hn::Rebind<std::uint8_t, D32> bytes;
   const auto index = hn::PromoteTo(d, hn::LoadU(bytes, compress_table.lanes[bits & 0xff]));
   return hn::TableLookupLanes(v, hn::IndicesFromVec(d, index));
 #endif
 }
 
 // first 0, second 0, first 1, second 1, ... of the first `count` lanes, and maybe more.
-template <class D>
-HWY_INLINE void store_interleaved(D d, hn::Vec<D> first, hn::Vec<D> second, int count,
-                                  std::uint32_t* to) {
+HWY_INLINE void store_interleaved(V32 first, V32 second, int count, std::uint32_t* to) {
+  const D32 d;
 #if HWY_TARGET == HWY_AVX3
   // One shuffle a store; by 128-bit blocks it takes three, and shuffles are what is short here.
   const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
   const __m512i high =
       _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
-  hn::StoreU(hn::Vec<D>{_mm512_permutex2var_epi32(first.raw, low, second.raw)}, d, to);
+  hn::StoreU(V32{_mm512_permutex2var_epi32(first.raw, low, second.raw)}, d, to);
   if (HWY_UNLIKELY(count > 8)) {
-    hn::StoreU(hn::Vec<D>{_mm512_permutex2var_epi32(first.raw, high, second.raw)}, d, to + 16);
+    hn::StoreU(V32{_mm512_permutex2var_epi32(first.raw, high, second.raw)}, d, to + 16);
   }
 #else
   (void)count;
@@ -75,15 +74,15 @@ HWY_INLINE void store_interleaved(D d, hn::Vec<D> first, hn::Vec<D> second, int 
 }
 
 // Pairs of queries and targets, lane by lane: the first `count`, and maybe more.
-template <Orientation orientation, class D>
-HWY_INLINE void store_pairs(D d, hn::Vec<D> query, hn::Vec<D> target, int count, Pair* out) {
+template <Orientation orientation>
+HWY_INLINE void store_pairs(V32 query, V32 target, int count, Pair* out) {
   std::uint32_t* to = reinterpret_cast<std::uint32_t*>(out);
   if constexpr (orientation == Orientation::unordered) {
-    store_interleaved(d, hn::Min(query, target), hn::Max(query, target), count, to);
+    store_interleaved(hn::Min(query, target), hn::Max(query, target), count, to);
   } else if constexpr (orientation == Orientation::query_first) {
-    store_interleaved(d, query, target, count, to);
+    store_interleaved(query, target, count, to);
   } else {
-    store_interleaved(d, target, query, count, to);
+    store_interleaved(target, query, count, to);
   }
 }
 

@@ -7,13 +7,6 @@
 namespace throng::cpu {
 namespace {
 
-void enter(BinTarget& out, std::uint32_t column, const Record& r) {
-  std::uintptr_t& tail = out.tail[column];
-  if ((tail & out.block_mask) == 0) tail = out.next_block(&out, column);
-  std::memcpy(reinterpret_cast<void*>(tail), &r, sizeof r);
-  tail += sizeof r;
-}
-
 void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
          const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget& out) {
   out.odd_count = 0;
@@ -28,35 +21,23 @@ void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
     }
     Record& r = out.whole[i];
     std::uint32_t column = 0;
-    std::int32_t span[3];
+    bool one_column = true;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t lower = core::quantise(map, k, box[k]);
       const std::int32_t upper = core::quantise(map, k, box[3 + k]);
       r.lower[k] = core::word_of(lower);
       r.upper[k] = core::word_of(upper);
-      span[k] = core::column_of(upper) - core::column_of(lower);
+      one_column &= core::column_of(upper) == core::column_of(lower);
       column += static_cast<std::uint32_t>(core::column_of(lower)) * map.stride[k];
     }
-    if (span[0] > 1 || span[1] > 1 || span[2] > 1) {
+    if (!one_column) {
       out.number[i][0] = further_number;
       out.odd[out.odd_count++] = i;
       continue;
     }
-    for (int x = 0; x <= span[0]; ++x) {
-      for (int y = 0; y <= span[1]; ++y) {
-        for (int z = 0; z <= span[2]; ++z) {
-          const int at[3] = {x, y, z};
-          Record part = r;
-          std::uint32_t to = column;
-          for (int k = 0; k < 3; ++k) {
-            if (at[k] > 0) part.lower[k] = 0;
-            if (at[k] < span[k]) part.upper[k] = core::top_word;
-            to += at[k] ? map.stride[k] : 0;
-          }
-          enter(out, to, part);
-        }
-      }
-    }
+    const std::uintptr_t to = out.room(column);
+    std::memcpy(reinterpret_cast<void*>(to), &r, sizeof r);
+    out.tail[column] = to + sizeof r;
   }
 }
 

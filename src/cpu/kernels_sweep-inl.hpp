@@ -20,8 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using DIds = hn::ScalableTag<std::uint32_t>;
-constexpr std::uint32_t id_lane_bits = (std::uint32_t{1} << hn::MaxLanes(DIds())) - 1;
+constexpr std::uint32_t id_lane_bits = (std::uint32_t{1} << hn::MaxLanes(D32())) - 1;
 // Queries are taken in blocks, so that the lists of a block stay in the first level of cache.
 constexpr std::uint32_t query_block = 256;
 
@@ -55,6 +54,8 @@ class StripSweep {
   void take(std::uint32_t begin);
   template <bool ordered>
   void first_windows();
+  void go_on(std::uint32_t first, std::uint32_t members, std::uint32_t at, std::uint32_t& singles,
+             std::uint32_t& groups);
   void open_after_first();
   void open_at(const std::uint32_t* start);
   template <bool ordered>
@@ -89,6 +90,24 @@ StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, 
     bytes_[b] = static_cast<std::uint8_t>(words[b / 4] + b % 2);
   for (std::uint32_t b = 24; b < 28; ++b) bytes_[b] = static_cast<std::uint8_t>(12 + b % 4);
   for (std::uint32_t b = 28; b < 32; ++b) bytes_[b] = 128;
+}
+
+// Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
+template <class V>
+HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
+  const hn::DFromV<V> d;
+#if HWY_TARGET == HWY_AVX3
+  const __m512i even = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+  const __m512i odd = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, even, high.raw)}, d, to);
+  hn::StoreU(V{_mm512_permutex2var_epi64(low.raw, odd, high.raw)}, d, to + 8);
+#elif HWY_TARGET == HWY_AVX2
+  hn::StoreU(hn::ConcatLowerLower(d, high, low), d, to);
+  hn::StoreU(hn::ConcatUpperUpper(d, high, low), d, to + 4);
+#else
+  hn::StoreU(low, d, to);
+  hn::StoreU(high, d, to + 2);
+#endif
 }
 
 // The queries of the block from `begin` on, made of their records by a shuffle of bytes for each
@@ -176,7 +195,22 @@ HWY_NOINLINE void StripSweep<orientation>::first_windows() {
   vectors_ += end - begin;
 }
 
-// Those whose windows go on beyond the first vector: in groups where two or more that shared it do.
+// Lists the windows that go on at `at`: of those who share them from the query `first` on, the ones
+// that `members` names.
+template <Orientation orientation>
+HWY_INLINE void StripSweep<orientation>::go_on(std::uint32_t first, std::uint32_t members,
+                                               std::uint32_t at, std::uint32_t& singles,
+                                               std::uint32_t& groups) {
+  const bool together = static_cast<std::uint32_t>(std::popcount(members)) >= least_together;
+  groups_[groups] = {first, at};
+  groups += together;
+  for (std::uint32_t g = 0; g < sharing; ++g) {
+    singles_[singles] = {first + g, at};
+    singles += (members >> g & 1) & !together;
+  }
+}
+
+// Those whose windows go on beyond the first vector.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::open_after_first() {
   const D16 d;
@@ -193,16 +227,9 @@ HWY_NOINLINE void StripSweep<orientation>::open_after_first() {
         hn::And(hn::LoadU(d, strip.lower[0] + i + 2 + word_lanes - sharing), bucket_start);
     std::uint32_t bits = bits_of(d, hn::Not(hn::Gt(next, hn::LoadU(d, strip.upper[0] + i))));
     if (last - i < word_lanes) bits &= (1u << (last - i)) - 1;
-    for (std::uint32_t first = i; bits != 0; first += sharing, bits >>= sharing - 1, bits >>= 1) {
+    for (std::uint32_t first = i; bits != 0; first += sharing, bits >>= sharing) {
       const std::uint32_t members = bits & ((1u << sharing) - 1);
-      const bool several = static_cast<std::uint32_t>(std::popcount(members)) >= least_together;
-      const std::uint32_t at = first + 1 + word_lanes;
-      groups_[groups] = {first - begin_, at};
-      groups += several;
-      for (std::uint32_t g = 0; g < sharing; ++g) {
-        singles_[singles] = {first - begin_ + g, at};
-        singles += (members >> g & 1) & !several;
-      }
+      go_on(first - begin_, members, first + 1 + word_lanes, singles, groups);
     }
   }
   single_count_ = singles;
@@ -248,20 +275,12 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
     const Hits::Place place = groups_[o];
     const Targets window(t, place.at);
     const std::uint32_t next = place.at + word_lanes;
-    std::uint32_t members = 0, count = 0;
+    std::uint32_t members = 0;
     for (std::uint32_t g = 0; g < sharing; ++g) {
       look<ordered>(place.query + g, window, place.at, ~std::uint32_t{0}, hit);
-      const std::uint32_t open = goes_on(next, query_[place.query + g].upper0);
-      members |= open << g;
-      count += open;
+      members |= goes_on(next, query_[place.query + g].upper0) << g;
     }
-    const bool several = count >= least_together;
-    groups_[groups] = {place.query, next};
-    groups += several;
-    for (std::uint32_t g = 0; g < sharing; ++g) {
-      singles_[singles] = {place.query + g, next};
-      singles += (members >> g & 1) & !several;
-    }
+    go_on(place.query, members, next, singles, groups);
   }
   single_count_ = singles;
   group_count_ = groups;
@@ -272,7 +291,7 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
 // for the next round.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::write() {
-  const DIds d;
+  const D32 d;
   const std::uint32_t* HWY_RESTRICT ids = targets_.id;
   Pair* cursor = out_.cursor;
   Pair* limit = out_.limit;
@@ -288,8 +307,8 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
       hits_.mask[rest] = left;
       rest += left != 0;
       const int found = std::popcount(bits);
-      const auto target = compress(d, hn::LoadU(d, ids + p.at + lane), bits);
-      store_pairs<orientation>(d, hn::Set(d, query_[p.query].id), target, found, cursor);
+      const auto target = compress(hn::LoadU(d, ids + p.at + lane), bits);
+      store_pairs<orientation>(hn::Set(d, query_[p.query].id), target, found, cursor);
       cursor += found;
       if (HWY_UNLIKELY(cursor > limit)) {
         out_.cursor = cursor;
@@ -309,7 +328,6 @@ void StripSweep<orientation>::run(const std::uint32_t* start) {
     take(begin);
     if (start) {
       open_at(start);
-      group_count_ = 0;
     } else {
       first_windows<ordered>();
       write();

@@ -19,8 +19,8 @@ double mean_window(const Strip& from, const Strip& to) {
   const std::uint32_t step = std::max(1u, from.count / samples);
   double sum = 0, count = 0;
   for (std::uint32_t i = step / 2; i < from.count; i += step) {
-    const std::uint32_t last = to.bucket_of(from.record[i].upper[from.axis]);
-    const std::uint32_t first = to.bucket_of(from.record[i].lower[from.axis]);
+    const std::uint32_t last = to.bucket_of(from.upper[0][i]);
+    const std::uint32_t first = to.bucket_of(from.lower[0][i]);
     const std::uint32_t end = to.bucket_end[std::min(last, to.bucket_count - 1)];
     const std::uint32_t begin = first == 0 ? 0 : to.bucket_end[first - 1];
     sum += end - begin;

@@ -12,6 +12,9 @@
 
 namespace throng::cpu {
 
+// Of one call.
+constexpr unsigned max_workers = 256;
+
 // Room in the output, [begin, end).
 struct Room {
   Pair* begin;
@@ -24,8 +27,9 @@ class Sink {
   virtual ~Sink() = default;
   // Takes `count` pairs, from any thread.
   virtual void take(const Pair* pairs, std::size_t count) = 0;
-  // Room to be written without a copy, from any thread: what is left of `room`, which goes on, or
-  // is left behind for other room. False where there is none; pairs are to be taken then.
+  // Room to be written without a copy, from any thread. `room` is the end of what the caller has:
+  // it grows where what follows is free, else it becomes room elsewhere. False where there is none;
+  // pairs are to be taken then.
   virtual bool extend(Room&) { return false; }
   // Room that stays empty. One thread at a time.
   virtual void leave(Room) noexcept {}
@@ -52,7 +56,7 @@ class BufferSink final : public Sink {
   bool torn() const noexcept { return next_ > capacity_ && empty_ != 0; }
 
  private:
-  static constexpr std::size_t most_rooms = 2 * 256;  // two a worker
+  static constexpr std::size_t most_rooms = 2 * max_workers;
 
   Pair* out_;
   std::uint64_t capacity_;
