@@ -103,8 +103,8 @@ struct Kernels {
   Isa isa;
   std::uint32_t lanes;  // words compared at once
   // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
-  // lists those that it leaves to the caller: boxes that are none, and those that touch many
-  // columns: three or more along an axis, and as many fewer as the form likes. Reads up to
+  // lists those that it leaves to the caller: boxes that are none, those that touch three or more
+  // columns along an axis, and in the plain form all that touch more than one. Reads up to
   // bin_overrun boxes beyond. ids null: first_id, first_id + 1, ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);
