@@ -1,0 +1,41 @@
+# The CUDA language, where it is wanted and found: THRONG_CUDA_FOUND tells. And what all device code
+# shares: the language, and floating point that computes the same bits as the host.
+set(THRONG_CUDA_FOUND OFF)
+if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
+  # Must be known before the language is enabled: the compiler's own default may be one that it no
+  # longer has. The architecture of the first GPU present, else that of an H200.
+  if(NOT CMAKE_CUDA_ARCHITECTURES)
+    execute_process(COMMAND nvidia-smi --query-gpu=compute_cap --format=csv,noheader
+                    OUTPUT_VARIABLE throng_capability ERROR_QUIET RESULT_VARIABLE throng_no_gpu)
+    if(NOT throng_no_gpu AND throng_capability MATCHES "^([0-9]+)\\.([0-9])")
+      set(CMAKE_CUDA_ARCHITECTURES "${CMAKE_MATCH_1}${CMAKE_MATCH_2}" CACHE STRING "GPU architectures")
+    else()
+      set(CMAKE_CUDA_ARCHITECTURES 90 CACHE STRING "GPU architectures")
+    endif()
+  endif()
+  if(NOT CMAKE_CUDA_RUNTIME_LIBRARY)
+    set(CMAKE_CUDA_RUNTIME_LIBRARY Static)
+  endif()
+  include(CheckLanguage)
+  check_language(CUDA)
+  if(CMAKE_CUDA_COMPILER)
+    enable_language(CUDA)
+    find_package(CUDAToolkit REQUIRED)
+    set(THRONG_CUDA_FOUND ON)
+  elseif(NOT THRONG_CUDA STREQUAL "AUTO")
+    message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but no CUDA compiler was found. Put nvcc on PATH, "
+                        "or set CMAKE_CUDA_COMPILER, or THRONG_CUDA=OFF.")
+  else()
+    message(STATUS "throng: no CUDA compiler was found; the GPU backend is left out")
+  endif()
+endif()
+
+# throng_cuda_sources(TARGET sources...): device code of a room. The standard is given by hand, as
+# CMake 3.25 does not know that of CUDA 13.
+function(throng_cuda_sources target)
+  target_sources(${target} PRIVATE ${ARGN})
+  set_target_properties(${target} PROPERTIES CUDA_STANDARD_REQUIRED OFF CUDA_SEPARABLE_COMPILATION OFF)
+  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS
+    -std=c++20 --fmad=false --expt-relaxed-constexpr -Xcompiler=-ffp-contract=off,-Wall,-Wextra,-Wno-unknown-pragmas
+    "$<$<BOOL:${THRONG_WERROR}>:-Werror=all-warnings>")
+endfunction()
