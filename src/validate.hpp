@@ -1,0 +1,21 @@
+// What is asked is checked, and what went wrong is put into words.
+#pragma once
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+
+namespace throng {
+
+// Into Result::message.
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void say(Result& r, const char* format, ...) noexcept;
+
+// False, with status and message, where a backend could not take this. b null: one set.
+bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+
+// The message for what a backend found wrong.
+void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;
+
+}  // namespace throng
