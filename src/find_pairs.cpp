@@ -12,6 +12,9 @@
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
+#if defined(THRONG_CUDA)
+#include "cuda/backend.hpp"
+#endif
 
 namespace throng {
 
@@ -32,9 +35,7 @@ struct Finder::State {
       find_emulated(a, b, options, output, consumer, r);
       nan_in_second = emulated.nan_in_second_set();
     } else if (options.backend == Backend::cuda) {
-      r.status = Status::no_device;
-      say(r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
-      return r;
+      nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
     } else {
       r = cpu.find(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
@@ -55,15 +56,41 @@ struct Finder::State {
     try {
       emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
     } catch (const pipeline::Failure& failure) {
-      r.status = failure.status;
-      r.bytes_needed = failure.bytes;
-      r.found = r.written = 0;
+      explain_failure(r, failure.status, failure.bytes, failure.text);
     }
+  }
+
+  // Tells whether a NaN was seen in the second set.
+  bool find_on_gpu([[maybe_unused]] const Boxes& a, [[maybe_unused]] const Boxes* b,
+                   [[maybe_unused]] const Options& options, [[maybe_unused]] core::Output* output,
+                   [[maybe_unused]] const Consumer* consumer, Result& r) {
+#if defined(THRONG_CUDA)
+    r.plan.backend = Backend::cuda;
+    r.plan.isa = Isa::scalar;
+    cpu.memory().set_cap(0);
+    try {
+      if (!gpu) gpu = cuda::create({});
+      gpu->find(a, b, options, output, consumer, r);
+      return gpu->nan_in_second_set();
+    } catch (const pipeline::Failure& failure) {
+      explain_failure(r, failure.status, failure.bytes, failure.text);
+    }
+#else
+    explain_failure(r, Status::no_device, 0, nullptr);
+#endif
+    return false;
   }
 
   std::pmr::memory_resource* resource;
   cpu::Engine cpu;
   pipeline::Engine<pipeline::HostDevice> emulated;
+#if defined(THRONG_CUDA)
+  ~State() { delete gpu; }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  cuda::Engine* gpu = nullptr;
+#endif
 };
 
 // What the public calls have in common.
@@ -92,9 +119,7 @@ struct FinderAccess {
       } catch (...) {
       }
       if (!room) {
-        r.status = Status::out_of_memory;
-        r.bytes_needed = sizeof(Finder::State);
-        explain(r, false, false);
+        explain_failure(r, Status::out_of_memory, sizeof(Finder::State), nullptr);
         return r;
       }
       finder.state_ = new (room) Finder::State(memory);

@@ -62,6 +62,8 @@ const char* to_string(Status status) noexcept {
       return "no device";
     case Status::device_error:
       return "device error";
+    case Status::not_reserved:
+      return "not reserved";
   }
   return "unknown";
 }
@@ -114,6 +116,12 @@ bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
       !valid_length(f.is_static, n, "static", set, r)) {
     return false;
   }
+  return true;
+}
+
+bool valid_worlds(const Boxes& boxes, const char* set, Result& r) noexcept {
+  const Filters& f = boxes.filters;
+  const std::size_t n = boxes.size();
   if (!f.world) return true;
   for (std::size_t i = 0; i < n; ++i) {
     if (f.world[i] >= -1) continue;
@@ -127,21 +135,70 @@ bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
   return refuse(r, Status::bad_filter);
 }
 
+bool valid_margin(const Options& options, Result& r) noexcept {
+  if (options.margin >= 0 && std::isfinite(options.margin)) return true;
+  say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
+  return refuse(r, Status::bad_option);
+}
+
 }  // namespace
 
+bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+  return valid_margin(options, r) && valid_boxes(a, b ? "the first set" : "the set", r) &&
+         (!b || valid_boxes(*b, "the second set", r));
+}
+
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
-    say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
-    return refuse(r, Status::bad_option);
-  }
+  if (!valid_margin(options, r)) return false;
   if (!cpu::find_kernels(options.isa)) {
     say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
         options.isa == Isa::automatic ? "named" : to_string(options.isa),
         options.isa == Isa::automatic ? "THRONG_ISA" : "Options::isa");
     return refuse(r, Status::unsupported_isa);
   }
-  return valid_boxes(a, b ? "the first set" : "the set", r) &&
-         (!b || valid_boxes(*b, "the second set", r));
+  const char* first = b ? "the first set" : "the set";
+  return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&
+         (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
+}
+
+void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept {
+  r.status = status;
+  r.bytes_needed = bytes;
+  r.found = r.written = 0;
+  const char* what = text ? text : "";
+  switch (status) {
+    case Status::no_device:
+      if (text)
+        say(r, "no GPU can be used: %s; use Backend::cpu", what);
+      else
+        say(r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
+      break;
+    case Status::device_error:
+      say(r, "the GPU failed: %s; what it held may be lost, so make a new Finder", what);
+      break;
+    case Status::not_reserved:
+      r.bytes_needed = 0;
+      say(r, "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
+             "reserve() first", bytes);
+      break;
+    case Status::too_many_boxes:
+      r.bytes_needed = 0;
+      say(r, "%llu boxes; a device takes at most 1800000000 of both sets together; split them", bytes);
+      break;
+    case Status::bad_boxes:
+    case Status::bad_filter:
+    case Status::bad_option:
+      say(r, "%s; give device memory, or use throng::Finder with Backend::cuda", what);
+      break;
+    case Status::out_of_memory:
+      if (text)
+        say(r, "no device memory: %s; free some, or split the boxes", what);
+      else
+        say(r, "no memory: %llu bytes were asked for in vain", bytes);
+      break;
+    default:
+      break;
+  }
 }
 
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
@@ -154,6 +211,13 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
           "%llu boxes have a NaN, the first is box %llu%s; mend them, or treat them as inactive "
           "by Options::nan",
           ull{r.invalid_count}, ull{r.first_invalid}, set);
+      break;
+    case Status::bad_filter:
+      if (r.message[0]) break;
+      say(r,
+          "%llu boxes have a world below -1, the first is box %llu; use -1 for every world, 0 and "
+          "up for one",
+          ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::buffer_too_small:
       say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});

@@ -55,6 +55,7 @@ enum class Status : std::uint8_t {
   unsupported_isa,       // this processor or build lacks the one asked for
   no_device,             // no GPU, no driver, or a build without the GPU backend
   device_error,          // what CUDA says stands in the message
+  not_reserved,          // see cuda::Finder::reserve
 };
 
 const char* to_string(Algorithm) noexcept;

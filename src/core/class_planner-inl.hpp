@@ -4,41 +4,44 @@
 #include "core/class_planner.hpp"
 
 #if defined(__CUDA_ARCH__)
-#define THRONG_COUNT_UP(counter) atomicAdd(&(counter), 1u)
+#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
 #else
-#define THRONG_COUNT_UP(counter) ++(counter)  // the host runs a phase's threads in turn
+#define THRONG_ADD(counter, value) (counter) += (value)  // the host runs a phase's threads in turn
 #endif
 
 namespace throng::core {
 
 THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
-  const std::uint32_t n = s.sample.count;
-  if (t >= n) return;
-  const Box own = s.sample.boxes[t];
-  const float extent[4] = {extent_of(own, 0), extent_of(own, 1), extent_of(own, 2),
-                           longest_of(own)};
-  const float centre[3] = {centre_of(own, 0), centre_of(own, 1), centre_of(own, 2)};
-  std::uint32_t extent_rank[4] = {0, 0, 0, 0}, centre_rank[3] = {0, 0, 0};
-  for (std::uint32_t j = 0; j < n; ++j) {
+  const std::uint32_t n = s.sample.count, own = t / parts;
+  if (own >= n) return;
+  float value[7];
+  for (int k = 0; k < 7; ++k) value[k] = sorted_value(s.sample.boxes[own], k);
+  std::uint32_t before[7] = {};
+  for (std::uint32_t j = t % parts; j < n; j += parts) {
     const Box other = s.sample.boxes[j];
-    const bool before = j < t;
     float distance = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float e = extent_of(other, k), c = centre_of(other, k);
-      extent_rank[k] += e < extent[k] || (e == extent[k] && before);
-      centre_rank[k] += c < centre[k] || (c == centre[k] && before);
-      distance = greater(distance, c < centre[k] ? centre[k] - c : c - centre[k]);
+    for (int k = 0; k < 7; ++k) {
+      const float v = sorted_value(other, k);
+      before[k] += v < value[k] || (v == value[k] && j < own);
+      if (k >= 4) distance = greater(distance, v < value[k] ? value[k] - v : v - value[k]);
     }
-    const float longest = longest_of(other);
-    extent_rank[3] += longest < extent[3] || (longest == extent[3] && before);
-    if (!before) continue;
-    const std::int32_t v = s.sample.worlds[t], w = s.sample.worlds[j];
+    if (j >= own) continue;
+    const std::uint32_t exponent = std::bit_cast<std::uint32_t>(distance) >> 23;
+    THRONG_ADD(s.near[exponent], 1);
+    const std::int32_t v = s.sample.worlds[own], w = s.sample.worlds[j];
     if (v != w && v >= 0 && w >= 0) continue;
-    THRONG_COUNT_UP(s.same_world);
-    THRONG_COUNT_UP(s.near[std::bit_cast<std::uint32_t>(distance) >> 23]);
+    THRONG_ADD(s.same_world, 1);
+    THRONG_ADD(s.near_in_world[exponent], 1);
   }
-  for (int k = 0; k < 4; ++k) s.extent[k][extent_rank[k]] = extent[k];
-  for (int k = 0; k < 3; ++k) s.centre[k][centre_rank[k]] = centre[k];
+  for (int k = 0; k < 7; ++k) THRONG_ADD(s.rank[k][own], before[k]);
+}
+
+THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s) noexcept {
+  if (t >= s.sample.count) return;
+  for (int k = 0; k < 7; ++k) {
+    const float value = sorted_value(s.sample.boxes[t], k);
+    (k < 4 ? s.extent[k] : s.centre[k - 4])[s.rank[k][t]] = value;
+  }
 }
 
 // Threads 0, 1, 2: the range of an axis. Thread 3: how the boxes crowd.
@@ -48,39 +51,40 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   if (n == 0) return;
   if (t < 3) {
     const int k = static_cast<int>(t);
-    float low = most, high = -most;
-    for (std::uint32_t j = 0; j < n; ++j) {
-      low = lesser(low, cut(at(s.sample.boxes[j].lower, k)));
-      high = greater(high, cut(at(s.sample.boxes[j].upper, k)));
-    }
+    Reach all = s.range[0];
+    for (std::uint32_t j = 1; j < threads / 32; ++j) join(all, s.range[j]);
+    float low = -all.most[k], high = all.most[k + 3];
     // Without the few that stretch it; these are clamped into the outermost cells.
     const float inner_low = s.centre[k][n / 20], inner_high = s.centre[k][n - 1 - n / 20];
     const float slack = 0.5f * (inner_high - inner_low) + s.extent[k][n - 1 - n / 10];
     low = greater(low, inner_low - slack);
     high = lesser(high, inner_high + slack);
-    // And with what a sample misses of the ends.
-    const float missed = n < limits.boxes ? (high - low) * (1.0f / 64) : 0.0f;
+    // And with what even many samples miss of the ends.
+    const float missed = n < limits.boxes ? (high - low) * (1.0f / 512) : 0.0f;
     s.low[k] = low - missed;
     s.length[k] = greater(high - low + 2 * missed, 1e-30f);
   }
   if (t != 3) return;
   const float pairs = 0.5f * static_cast<float>(n) * (static_cast<float>(n) - 1);
   s.worlds = limits.has_worlds ? greater(1, pairs / (static_cast<float>(s.same_world) + 1)) : 1;
+  // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
+  const bool enough = s.same_world >= 32;
+  const std::uint32_t(&near)[256] = enough ? s.near_in_world : s.near;
   // The least distance within which the sample has some pairs; below it, growth is carried on.
   std::uint32_t sum = 0, base = 0;
   for (; base < 254; ++base) {
-    sum += s.near[base];
+    sum += near[base];
     if (sum >= 8) break;
   }
-  const std::uint32_t next = sum + s.near[base + 1];
-  const float boxes = static_cast<float>(limits.boxes);
+  const std::uint32_t next = sum + near[base + 1];
+  const float boxes = static_cast<float>(limits.boxes) / (enough ? 1 : s.worlds);
   s.base = base;
   s.base_neighbours = sum ? boxes * static_cast<float>(sum) / greater(pairs, 1) : 1;
   const float growth = sum ? static_cast<float>(next) / static_cast<float>(sum) : 8;
   s.growth = lesser(8, greater(2, growth));
   sum = 0;
   for (std::uint32_t k = 0; k < 256; ++k) {
-    sum += s.near[k];
+    sum += near[k];
     s.reach[k] = boxes * static_cast<float>(sum) / greater(pairs, 1);
   }
   float reach = s.base_neighbours;
@@ -125,14 +129,16 @@ THRONG_HD inline void ClassPlanner::lay_out(std::uint32_t scheme, const float (&
       grid.scale[k] = lesser(static_cast<float>(cells[k]) / s.length[k], 1e30f);
       grid.last[k] = static_cast<float>(cells[k] - 1);
     }
-    // Isotropic: each class has cells twice as large. For rods: one class for each axis, or two, along
-    // which boxes are long.
-    std::uint32_t jump = 1;
-    if (scheme == 1)
-      while (jump < 20 && side[0] * static_cast<float>(1u << jump) < longest) ++jump;
+    // Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
+    // boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
+    // are long.
+    std::uint32_t jump = scheme == 1 ? 1 : 0;
+    const float reach = scheme == 1 ? longest : s.extent[3][s.sample.count - 1];
+    while (jump < 20 && side[0] * static_cast<float>(1u << jump) < reach) ++jump;
     std::uint32_t c = 0;
     for (; c + 1 < max_size_classes; ++c) {
-      std::uint32_t shift[3] = {c, c, c};
+      const std::uint32_t level = c <= jump ? c : jump + 3 * (c - jump);
+      std::uint32_t shift[3] = {level, level, level};
       if (scheme == 1) {
         // none, x, y, z, yz, zx, xy, all; then larger ones.
         const std::uint32_t axes = c == 0 ? 0 : c <= 3 ? 1u << (c - 1) : c <= 6 ? 7u ^ (1u << (c - 4)) : 7;
@@ -259,4 +265,4 @@ THRONG_HD inline float ClassPlanner::build(std::uint32_t candidate, const Shared
 
 }  // namespace throng::core
 
-#undef THRONG_COUNT_UP
+#undef THRONG_ADD

@@ -23,6 +23,11 @@ struct GridSample {
   std::uint32_t count = 0;  // the active ones stand in front
 };
 
+// The corners of some boxes together: lower ends negated, so that the greatest counts of all six.
+struct Reach {
+  float most[6];
+};
+
 // What a grid must keep to.
 struct GridLimits {
   std::uint64_t boxes = 0;
@@ -40,17 +45,22 @@ constexpr float class_cost = 1.0f;       // a class looked into
 
 class ClassPlanner {
  public:
-  static constexpr std::uint32_t threads = 128;
-  static constexpr int phases = 5;
+  static constexpr std::uint32_t threads = 512;
+  static constexpr int phases = 6;
+  static constexpr std::uint32_t parts = threads / sample_size;
   static constexpr std::uint32_t sizes = 16, schemes = 3;
 
   struct Shared {
     GridSample sample;
+    Reach reaches[threads];               // of all that a thread has seen, many more than the sample
+    Reach range[threads / 32];
+    std::uint32_t rank[7][sample_size];   // of extents, and of centres
     float extent[4][sample_size];         // sorted, per axis; the longest
     float centre[3][sample_size];         // sorted
     std::uint32_t near[256];              // pairs of the sample by the exponent of their distance
     float reach[256];                     // neighbours of a box up to there
-    std::uint32_t same_world;             // pairs of the sample
+    std::uint32_t near_in_world[256];     // those of one world
+    std::uint32_t same_world;             // how many these are
     float low[3], length[3];              // the range that holds nearly all boxes
     float unit;                           // at this distance a box has one neighbour
     std::uint32_t base;                   // the least exponent that the sample resolves
@@ -64,12 +74,13 @@ class ClassPlanner {
                             ClassGrid& grid) noexcept {
     if (phase == 0) clear(t, s);
     if (phase == 1) rank(t, s);
-    if (phase == 2) summarise(t, s, limits);
-    if (phase == 3 && t < sizes * schemes) {
+    if (phase == 2) scatter(t, s);
+    if (phase == 3) summarise(t, s, limits);
+    if (phase == 4 && t < sizes * schemes) {
       ClassGrid candidate;
       s.cost[t] = s.sample.count ? build(t, s, limits, candidate) : 0;
     }
-    if (phase == 4 && t == 0) {
+    if (phase == 5 && t == 0) {
       std::uint32_t best = 0;
       for (std::uint32_t c = 1; c < sizes * schemes; ++c)
         if (s.cost[c] < s.cost[best]) best = c;
@@ -78,6 +89,20 @@ class ClassPlanner {
       else
         grid = ClassGrid{}, finish(grid, limits, 1);
     }
+  }
+
+ private:
+  // Where a box has to be seen for the range.
+ public:
+  THRONG_HD static Reach nothing() noexcept {
+    return {{-most, -most, -most, -most, -most, -most}};
+  }
+  THRONG_HD static Reach reach_of(const Box& b) noexcept {
+    return {{-cut(b.lower.x), -cut(b.lower.y), -cut(b.lower.z), cut(b.upper.x), cut(b.upper.y),
+             cut(b.upper.z)}};
+  }
+  THRONG_HD static void join(Reach& a, const Reach& b) noexcept {
+    for (int k = 0; k < 6; ++k) a.most[k] = greater(a.most[k], b.most[k]);
   }
 
  private:
@@ -101,12 +126,25 @@ class ClassPlanner {
   }
 
   THRONG_HD static void clear(std::uint32_t t, Shared& s) noexcept {
-    for (std::uint32_t k = t; k < 256; k += threads) s.near[k] = 0;
+    if (t < 256) s.near[t] = s.near_in_world[t] = 0;
     if (t == 0) s.same_world = 0;
+    if (t < sample_size)
+      for (int k = 0; k < 7; ++k) s.rank[k][t] = 0;
+    if (t < threads / 32) {
+      Reach all = s.reaches[32 * t];
+      for (std::uint32_t j = 1; j < 32; ++j) join(all, s.reaches[32 * t + j]);
+      s.range[t] = all;
+    }
   }
 
-  // Each thread finds the rank of its box's extents and centres, and how near the boxes before it are.
+  THRONG_HD static float sorted_value(const Box& b, int k) noexcept {
+    return k < 3 ? extent_of(b, k) : k == 3 ? longest_of(b) : centre_of(b, k - 4);
+  }
+
+  // Some threads a box: how many of a part of the boxes come before it, by extents and by centres, and
+  // how near those are.
   THRONG_HD static void rank(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void scatter(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void summarise(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void lay_out(std::uint32_t scheme, const float (&side)[3], float longest,

@@ -56,7 +56,8 @@ class Engine {
 
   Device& device() noexcept { return device_; }
   std::size_t held() const noexcept {
-    return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes();
+    return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes() +
+           sorting_.bytes();
   }
   bool nan_in_second_set() const noexcept { return nan_in_second_; }
 
@@ -75,12 +76,12 @@ class Engine {
     r.plan.reason = call.brute ? "brute force by tiles: few boxes, or asked for"
                                : "cells by size classes, from a sample of the boxes";
     Workspace measured;
-    const std::size_t bytes = measured.carve(call.in.count, nullptr);
+    const std::size_t bytes = measured.carve(call.in.count, nullptr, Device::scan_bytes);
     std::size_t pairs_room = std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
       pairs_room = room_under(options.memory_cap_bytes, already_held, bytes, call.in, in_order);
     if (bytes > workspace_.bytes()) workspace_.room(bytes);
-    call.w.carve(call.in.count, workspace_.template as<char>());
+    call.w.carve(call.in.count, workspace_.template as<char>(), Device::scan_bytes);
     const Pipeline<Device> pipeline(device_);
     pipeline.build(call.in, call.brute, call.w);
     if (!checked(call, options.nan)) return;
@@ -171,6 +172,12 @@ class Engine {
     }
   }
 
+  void sort(Call& call, Pair* pairs, Pair* out, std::size_t count) {
+    const std::size_t bytes = Device::sort_bytes(count);
+    void* room = bytes ? sorting_.room(bytes) : nullptr;
+    device_.sort(pairs, room, bytes, out, count, count, call.w.report, call.in);
+  }
+
   // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
   void find_in_order(Call& call, core::Output& output) {
     Result& r = *call.result;
@@ -184,11 +191,11 @@ class Engine {
     }
     const auto count = static_cast<std::size_t>(r.found);
     if constexpr (Device::reaches_host_memory) {
-      device_.sort(unordered_.template as<Pair>(), output.data, count);
+      sort(call, unordered_.template as<Pair>(), output.data, count);
     } else {
-      ordered_.room((count + 1) * sizeof(Pair));
-      device_.sort(unordered_.template as<Pair>(), ordered_.template as<Pair>(), count);
-      device_.read(ordered_.template as<Pair>(), output.data, count);
+      auto* sorted = reinterpret_cast<Pair*>(ordered_.room((count + 1) * sizeof(Pair)));
+      sort(call, unordered_.template as<Pair>(), sorted, count);
+      device_.read(sorted, output.data, count);
     }
     device_.mark(Stage::order);
     r.written = r.found;
@@ -212,6 +219,7 @@ class Engine {
       unordered_.release();
       ordered_.release();
       counts_.release();
+      sorting_.release();
     }
     const std::size_t copies = in_order ? 2 : 1;
     const std::size_t fixed = already_held + workspace_bytes + firsts_bytes(in) * 2 + 256;
@@ -231,9 +239,9 @@ class Engine {
     const auto deliver = [&](std::uint64_t count) {
       if (count == 0) return true;
       const auto block = static_cast<std::size_t>(count);
-      if (in_order) device_.sort(pairs, sorted, block);
+      if (in_order) sort(call, pairs, sorted, block);
       r.written += count;
-      return consumer(device_.to_host(in_order ? sorted : pairs, block), block);
+      return consumer(device_.template to_host<0>(in_order ? sorted : pairs, block), block);
     };
     r.found = search(call, pairs, room);
     if (r.found <= room) {
@@ -263,11 +271,12 @@ class Engine {
         call.in, call.brute, call.w, {}, [&](std::uint64_t bound, const auto& search) {
           device_.launch(bound, CountFirsts<std::decay_t<decltype(search)>>{search, counts});
         });
-    return device_.to_host(counts, call.in.first_count);
+    return device_.template to_host<1>(counts, call.in.first_count);
   }
 
   Device device_;
-  Block<Device> workspace_{device_}, unordered_{device_}, ordered_{device_}, counts_{device_};
+  Block<Device> workspace_{device_}, unordered_{device_}, ordered_{device_}, counts_{device_},
+      sorting_{device_};
   bool nan_in_second_ = false;
 };
 

@@ -45,10 +45,12 @@ class HostDevice {
 
   // Whether pairs can be written to the caller's memory.
   static constexpr bool reaches_host_memory = true;
-  template <class T>
+  template <int slot, class T>
   T* to_host(T* values, std::size_t) const noexcept {
     return values;
   }
+  static std::size_t scan_bytes(std::size_t) noexcept { return 0; }
+  void use_scratch(void*, std::size_t) const noexcept {}
 
   template <class F>
   void launch(std::uint64_t count, const F& f) const {
@@ -96,10 +98,12 @@ class HostDevice {
       fetch_add(&sink.report->comparisons, comparisons);
     });
   }
-  void sort(const Pair* from, Pair* to, std::size_t count) const {
+  static std::size_t sort_bytes(std::size_t) noexcept { return 0; }
+  void sort(const Pair* pairs, void*, std::size_t, Pair* out, std::uint64_t, std::uint64_t count,
+            const Report*, const Input&) const {
     if (count == 0) return;
-    std::copy_n(from, count, to);
-    std::sort(to, to + count);
+    std::copy_n(pairs, count, out);
+    std::sort(out, out + count);
   }
 
   Report read(const Report& report) const noexcept { return report; }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <throng/boxes.hpp>
+#include <throng/cuda.hpp>
 
 #include "core/bounds.hpp"
 #include "core/class_grid.hpp"
@@ -56,9 +57,11 @@ struct Input {
   THRONG_HD std::uint32_t local(std::uint32_t i) const noexcept {
     return in_second(i) ? i - first_count : i;
   }
+  // One below -1 is an error that is told apart; here it is -1.
   THRONG_HD std::int32_t world(std::uint32_t i) const noexcept {
     const Set& s = set_of(i);
-    return s.world ? s.world[local(i)] : -1;
+    const std::int32_t world = s.world ? s.world[local(i)] : -1;
+    return world < 0 ? -1 : world;
   }
   THRONG_HD std::uint32_t group_bits(std::uint32_t i) const noexcept {
     const Set& s = set_of(i);
@@ -134,16 +137,18 @@ struct alignas(32) Record {
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
 
-// What a call tells, in the memory of whoever runs it.
-struct Report {
-  std::uint64_t found = 0;  // pairs there are, written or not
-  std::uint64_t inactive = 0;
-  std::uint64_t nan_count = 0;
-  std::uint64_t comparisons = 0;
-  std::uint32_t nan_mark = 0;  // ~ of the first index with a NaN, so that all start from zero
-  std::uint32_t active = 0;    // boxes stored
+// Two loads of 16 bytes, by the path of what nobody writes meanwhile.
+THRONG_HD inline Record load(const Record* at) noexcept {
+#if defined(__CUDA_ARCH__)
+  const float4 a = __ldg(reinterpret_cast<const float4*>(at));
+  const float4 b = __ldg(reinterpret_cast<const float4*>(at) + 1);
+  return {{a.x, a.y, a.z}, __float_as_uint(a.w), {b.x, b.y, b.z}, __float_as_uint(b.w)};
+#else
+  return *at;
+#endif
+}
 
-  THRONG_HD std::uint32_t first_nan() const noexcept { return ~nan_mark; }
-};
+// What a call tells, in the memory of whoever runs it.
+using cuda::Report;
 
 }  // namespace throng::pipeline

@@ -45,6 +45,7 @@ struct PlanGrid {
   Input in;
   core::GridLimits limits;
   core::ClassGrid* grid;
+  Report* report;  // emptied
 
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
@@ -52,19 +53,26 @@ struct PlanGrid {
   static constexpr int phases = 2 + core::ClassPlanner::phases;
 
   THRONG_HD void operator()(int phase, std::uint32_t t, Shared& s) const noexcept {
-    static_assert(threads == core::sample_size);
     if (phase == 0) {
-      const std::uint64_t n = in.count;
-      const std::uint64_t i = n > threads ? (2 * t + 1) * n / (2 * threads) : t;
-      bool nan = false, active = false;
-      if (i < n) active = read_box(in, static_cast<std::uint32_t>(i), s.sample.boxes[t], nan);
-      s.sample.worlds[t] = !active         ? -2
-                           : in.has_worlds ? in.world(static_cast<std::uint32_t>(i))
-                                           : -1;
+      if (t == 0) *report = Report{};
+      // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
+      constexpr std::uint32_t looks = 8;
+      core::Reach reach = core::ClassPlanner::nothing();
+      for (std::uint32_t k = 0; k < looks; ++k) {
+        bool active = false;
+        Box box{};
+        const std::uint32_t at = look(t * looks + k, threads * looks, box, active);
+        if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(box));
+        const std::uint32_t keeper = t / core::ClassPlanner::parts;
+        if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
+        s.sample.boxes[keeper] = box;
+        s.sample.worlds[keeper] = !active ? -2 : in.has_worlds ? in.world(at) : -1;
+      }
+      s.reaches[t] = reach;
     } else if (phase == 1) {
       if (t != 0) return;
       std::uint32_t count = 0;
-      for (std::uint32_t k = 0; k < threads; ++k) {
+      for (std::uint32_t k = 0; k < core::sample_size; ++k) {
         if (s.sample.worlds[k] == -2) continue;
         s.sample.boxes[count] = s.sample.boxes[k];
         s.sample.worlds[count++] = s.sample.worlds[k];
@@ -73,6 +81,17 @@ struct PlanGrid {
     } else {
       core::ClassPlanner::run(phase - 2, t, s, limits, *grid);
     }
+  }
+
+ private:
+  // The k-th of `of` boxes spread over all.
+  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of, Box& box,
+                               bool& active) const noexcept {
+    const std::uint64_t n = in.count;
+    const auto i = static_cast<std::uint32_t>((2 * std::uint64_t{k} + 1) * n / (2 * std::uint64_t{of}));
+    bool nan;
+    active = read_box(in, i, box, nan);
+    return i;
   }
 };
 
@@ -85,11 +104,15 @@ struct Workspace {
   core::ClassGrid* grid = nullptr;
   std::uint32_t *occupied = nullptr, *table = nullptr, *ranks = nullptr;
   Record* records = nullptr;
+  char* scratch = nullptr;  // of the device's scan
+  std::size_t scratch_bytes = 0;
 
   static constexpr std::size_t occupied_count = 8 * core::max_size_classes;
 
-  // Sets the pointers, from `base` on; tells the bytes. base null: only measures.
-  std::size_t carve(std::uint32_t count, char* base) noexcept {
+  // Sets the pointers, from `base` on; tells the bytes. base null: only measures. `scan_bytes` tells
+  // the scratch that a scan of so many values takes.
+  template <class F>
+  std::size_t carve(std::uint32_t count, char* base, F&& scan_bytes) {
     boxes = count;
     // 9/4 cells a box: enough for one box in two cells at the sizes that are best (measured by
     // comparisons a box), and a quarter for the coarser classes.
@@ -100,13 +123,15 @@ struct Workspace {
       p = base ? reinterpret_cast<T*>(base + at) : nullptr;
       at += (n * sizeof(T) + 255) / 256 * 256;
     };
-    // What is cleared before each frame stands together.
     take(report, 1);
+    // What is cleared before each frame stands together.
     take(occupied, occupied_count);
     take(table, scanned());
     take(grid, 1);
     take(ranks, count);
     take(records, count);
+    scratch_bytes = scan_bytes(scanned());
+    take(scratch, scratch_bytes);
     return at;
   }
   // Cells, with a row beyond for a hashed grid, and one more, which counts all.
@@ -140,9 +165,10 @@ class Pipeline {
     limits.has_worlds = in.has_worlds;
     const std::size_t scanned = limits.table_cells + Workspace::row_cells + std::size_t{1};
     const auto* end = reinterpret_cast<const char*>(w.table + scanned);
-    device_.plan(PlanGrid{in, limits, w.grid});
+    device_.use_scratch(w.scratch, w.scratch_bytes);
+    device_.plan(PlanGrid{in, limits, w.grid, w.report});
     device_.mark(Stage::plan);
-    device_.clear(w.report, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.report)));
+    device_.clear(w.occupied, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.occupied)));
     device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.ranks, w.report});
     device_.scan(w.table, scanned);
     device_.launch(in.count, PlaceBoxes{in, w.grid, w.table, w.ranks, w.records, w.report,

@@ -33,7 +33,7 @@ struct GridSearch {
   class Walk {
    public:
     THRONG_HD Walk(const GridSearch& search, std::uint64_t i) noexcept
-        : s_(search), index_(static_cast<std::uint32_t>(i)), box_(search.records[i]) {
+        : s_(search), index_(static_cast<std::uint32_t>(i)), box_(load(search.records + i)) {
       span_ = core::cells_of(*s_.grid, box_.box());
       class_ = core::class_of(*s_.grid, span_);
       bits_ = s_.grid->present ? s_.in.group_bits(box_.id) : 0;
@@ -47,7 +47,7 @@ struct GridSearch {
 
     // Tests the next candidate; true where it is a pair. Not when over.
     THRONG_HD bool step(Pair& pair) noexcept {
-      const Record c = s_.records[at_++];
+      const Record c = load(s_.records + at_++);
       ++comparisons_;
       bool hit = core::overlaps(box_.box(), c.box());
       if (hit) {
@@ -215,12 +215,12 @@ struct TileSearch {
       end_ = column_end - column > side ? column + side : column_end;
       at_ = !s_.in.two_sets && row == column ? own + 1 : column;
       if (at_ > end_) at_ = end_;
-      box_ = s_.records[own];
+      box_ = load(s_.records + own);
     }
     THRONG_HD bool over() const noexcept { return at_ == end_; }
     THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
     THRONG_HD bool step(Pair& pair) noexcept {
-      const Record c = s_.records[at_++];
+      const Record c = load(s_.records + at_++);
       ++comparisons_;
       if (!core::overlaps(box_.box(), c.box()) || !s_.in.allowed(box_.id, c.id)) return false;
       pair = s_.in.pair(box_.id, c.id);

@@ -27,6 +27,14 @@ THRONG_HD inline void tell_inactive(Report& report, std::uint32_t i, bool nan) n
   fetch_max(&report.nan_mark, ~i);
 }
 
+// A world below -1.
+THRONG_HD inline void tell_bad_world(const Input& in, Report& report, std::uint32_t i) noexcept {
+  const Set& s = in.set_of(i);
+  if (!s.world || s.world[in.local(i)] >= -1) return;
+  fetch_add(&report.bad_worlds, std::uint64_t{1});
+  fetch_max(&report.bad_world_mark, ~i);
+}
+
 // Where a box is stored: the cell of its home.
 struct Home {
   std::uint32_t cell, class_index;  // of all groups' classes
@@ -60,6 +68,7 @@ struct CountBoxes {
     const auto i = static_cast<std::uint32_t>(index);
     Box box;
     bool nan;
+    if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) return tell_inactive(*report, i, nan);
     const Home home = home_of(in, *grid, i, box);
     ranks[i] = fetch_add(counts + home.cell, 1u);
@@ -98,6 +107,7 @@ struct LoadBoxes {
     const auto i = static_cast<std::uint32_t>(index);
     Box box;
     bool nan;
+    if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) {
       constexpr float none = std::numeric_limits<float>::quiet_NaN();
       box = {{none, none, none}, {none, none, none}};
