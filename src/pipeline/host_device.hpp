@@ -121,7 +121,11 @@ class HostDevice {
      : stage == Stage::find ? times_.find_ms
                             : times_.order_ms) += ms;
   }
-  StageTimes times() const noexcept { return times_; }
+  StageTimes times() const noexcept {
+    StageTimes times = times_;
+    times.total_ms = times.plan_ms + times.bin_ms + times.find_ms + times.order_ms;
+    return times;
+  }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <throng/cuda.hpp>
 #include <throng/throng.hpp>
 
 #include "support/reference.hpp"
@@ -90,6 +91,11 @@ inline std::vector<Config> all_configs() {
       for (const Order order : {Order::any, Order::canonical})
         if (!sanitized || threads == 3 || order == Order::any)
           configs.push_back({algorithm, Isa::scalar, threads, order, Backend::emulated});
+  // And on a GPU, where there is one.
+  if (cuda::available().ok())
+    for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid, Algorithm::automatic})
+      for (const Order order : {Order::any, Order::canonical})
+        configs.push_back({algorithm, Isa::scalar, 1, order, Backend::cuda});
   return configs;
 }
 
