@@ -1,4 +1,5 @@
-// The hall of the GPU's door: what is asked is checked, and answered by the GPU backend if there is one.
+// The hall of the GPU's door: what is asked is checked, and answered by the GPU backend if there is
+// one.
 #include <throng/cuda.hpp>
 
 #include <new>
@@ -43,8 +44,8 @@ struct FinderAccess {
     Result r;
     if (!valid_on_device(a, b, finder.options_, r)) return r;
     r = run(finder, f);
-    explain(r, b != nullptr, finder.state_ && finder.state_->engine &&
-                                 finder.state_->engine->nan_in_second_set());
+    explain(r, b != nullptr,
+            finder.state_ && finder.state_->engine && finder.state_->engine->nan_in_second_set());
     return r;
   }
 
@@ -110,8 +111,8 @@ Finder& Finder::operator=(Finder&& other) noexcept {
 Result Finder::reserve([[maybe_unused]] std::size_t boxes, [[maybe_unused]] std::size_t pairs,
                        [[maybe_unused]] Stream stream) noexcept {
 #if defined(THRONG_CUDA)
-  return FinderAccess::run(
-      *this, [&](Engine& engine, Result&) { engine.reserve(boxes, pairs, stream); });
+  return FinderAccess::run(*this,
+                           [&](Engine& engine, Result&) { engine.reserve(boxes, pairs, stream); });
 #else
   return FinderAccess::none();
 #endif

@@ -161,7 +161,8 @@ bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) no
          (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
 }
 
-void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept {
+void explain_failure(Result& r, Status status, unsigned long long bytes,
+                     const char* text) noexcept {
   r.status = status;
   r.bytes_needed = bytes;
   r.found = r.written = 0;
@@ -178,12 +179,15 @@ void explain_failure(Result& r, Status status, unsigned long long bytes, const c
       break;
     case Status::not_reserved:
       r.bytes_needed = 0;
-      say(r, "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
-             "reserve() first", bytes);
+      say(r,
+          "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
+          "reserve() first",
+          bytes);
       break;
     case Status::too_many_boxes:
       r.bytes_needed = 0;
-      say(r, "%llu boxes; a device takes at most 1800000000 of both sets together; split them", bytes);
+      say(r, "%llu boxes; a device takes at most 1800000000 of both sets together; split them",
+          bytes);
       break;
     case Status::bad_boxes:
     case Status::bad_filter:
@@ -202,9 +206,7 @@ void explain_failure(Result& r, Status status, unsigned long long bytes, const c
 }
 
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
-  const char* set = !two_sets           ? ""
-                    : nan_in_second_set ? " of the second set"
-                                        : " of the first set";
+  const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
       say(r,
@@ -233,6 +235,5 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
       break;
   }
 }
-
 
 }  // namespace throng

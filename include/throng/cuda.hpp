@@ -1,8 +1,8 @@
-// GPU users: device pointers in and out, on a stream of the caller's. Standard C++ only, so that any
-// compiler takes it; a build without the GPU backend answers Status::no_device.
+// GPU users: device pointers in and out, on a stream of the caller's. Standard C++ only, so that
+// any compiler takes it; a build without the GPU backend answers Status::no_device.
 //
-// A throng::Boxes view may show device memory: it is never read on the host. All filters lie in device
-// memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
+// A throng::Boxes view may show device memory: it is never read on the host. All filters lie in
+// device memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
 #pragma once
 
 #include <cstddef>
@@ -46,8 +46,8 @@ struct MemoryResource {
 Result available() noexcept;
 
 // One Finder serves one GPU, that which is current at its first call, and one stream at a time.
-// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of both
-// sets together.
+// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of
+// both sets together.
 class Finder {
  public:
   explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept

@@ -2,9 +2,10 @@
 //
 // One function q per axis maps a float to the index of a cell, 0 .. N-1:
 //   q(x) = int(min(max((x - origin) * scale, 0), N - 1)),   scale > 0.
-// Each step is non-decreasing in x for every float but NaN (core/quantise.hpp), so q is. A size class
-// c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing too. Call
-// it c(x). A box belongs to the first class in whose grid it spans at most two cells on every axis,
+// Each step is non-decreasing in x for every float but NaN (core/quantise.hpp), so q is. A size
+// class c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing
+// too. Call it c(x). A box belongs to the first class in whose grid it spans at most two cells on
+// every axis,
 //   c(upper) <= c(lower) + 1;
 // the last class has one cell, so every box, infinite ones too, belongs to some. The box is stored
 // in one cell of its class: that of its lower corner, its home.
@@ -17,8 +18,8 @@
 // cells and classes are used is a matter of speed alone.
 //
 // Each pair is told once: of two boxes in different classes that of the earlier class looks for the
-// other; in one class, that whose home comes first, in the order z, y, x, and of one home that which
-// is stored first. A box looks into each cell once, and a cell holds a box once.
+// other; in one class, that whose home comes first, in the order z, y, x, and of one home that
+// which is stored first. A box looks into each cell once, and a cell holds a box once.
 #pragma once
 
 #include <cstdint>
@@ -42,9 +43,9 @@ struct SizeClass {
 constexpr std::uint32_t static_bit = 1, everywhere_bit = 2, second_bit = 4;
 
 // The grids of all classes, laid out in one table of counts. `present`: which group bits occur. A
-// world's cells stand together, one part a group; worlds that share a slot are told apart when a pair
-// is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes whose
-// home is elsewhere are told apart in the same way.
+// world's cells stand together, one part a group; worlds that share a slot are told apart when a
+// pair is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes
+// whose home is elsewhere are told apart in the same way.
 struct ClassGrid {
   float origin[3] = {0, 0, 0};
   float scale[3] = {1, 1, 1};
@@ -115,9 +116,9 @@ THRONG_HD constexpr std::uint32_t group_count(std::uint32_t present) noexcept {
 enum class Look : std::uint8_t { no, forward, all };
 
 // Whether a box of group `from` and class `own` looks for boxes of group `to` and class `other`. Of
-// any two boxes that may meet, one looks for the other by `all`, or either by `forward`: an everywhere
-// box is found by those of all worlds, whose cells it could not know; else the class decides, and of
-// one class the group.
+// any two boxes that may meet, one looks for the other by `all`, or either by `forward`: an
+// everywhere box is found by those of all worlds, whose cells it could not know; else the class
+// decides, and of one class the group.
 THRONG_HD constexpr Look look(std::uint32_t present, std::uint32_t from, std::uint32_t own,
                               std::uint32_t to, std::uint32_t other) noexcept {
   if (from & to & static_bit) return Look::no;
@@ -144,12 +145,12 @@ struct Row {
   std::int32_t y, z;
 };
 
-// Dense: below table_cells together with every x of the row. Hashed: below table_cells; the table has
-// room for one more row beyond.
+// Dense: below table_cells together with every x of the row. Hashed: below table_cells; the table
+// has room for one more row beyond.
 THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Row& row) noexcept {
   const SizeClass& c = grid.classes[row.size_class];
-  const std::uint32_t line = static_cast<std::uint32_t>(row.z) * c.cells[1] +
-                             static_cast<std::uint32_t>(row.y);
+  const std::uint32_t line =
+      static_cast<std::uint32_t>(row.z) * c.cells[1] + static_cast<std::uint32_t>(row.y);
   if (!grid.hashed) {
     const std::uint32_t slot = row.world % grid.world_slots;
     return (slot * group_count(grid.present) + row.group) * grid.world_cells + c.offset +

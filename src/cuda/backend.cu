@@ -42,8 +42,7 @@ class Gpu final : public Engine {
     device().begin(stream, false);
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
     Workspace measured;
-    workspace_.room(
-        measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
+    workspace_.room(measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
     boxes_reserved_ = std::max(boxes_reserved_, boxes);
     if (pairs > pairs_reserved_) {
       unordered_.room(pairs * sizeof(Pair));

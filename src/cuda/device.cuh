@@ -1,6 +1,6 @@
 // The Device that is a GPU: launches on one stream, scratch memory of its own, nothing waited for
-// except where it says so. The pipeline's function objects run in the kernels below; what is written
-// here is only what a block or a warp does together.
+// except where it says so. The pipeline's function objects run in the kernels below; what is
+// written here is only what a block or a warp does together.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ constexpr unsigned block_threads = 256;
 template <class F>
 __global__ void __launch_bounds__(block_threads) run_each(std::uint64_t count, F f) {
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
-  for (std::uint64_t i = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x; i < count; i += step)
+  for (std::uint64_t i = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x; i < count;
+       i += step)
     f(i);
 }
 
@@ -31,7 +32,8 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f) {
   }
 }
 
-// One warp's hits on their way out: gathered in shared memory, one atomic addition for some hundred.
+// One warp's hits on their way out: gathered in shared memory, one atomic addition for some
+// hundred.
 class WarpStage {
  public:
   static constexpr unsigned room = 256;
@@ -71,7 +73,8 @@ class WarpStage {
 // A lane walks through the candidates of one box; a warp takes 32 boxes that stand together, which
 // look into nearly the same cells. The whole grid of blocks stays until all is done.
 template <class Search>
-__global__ void __launch_bounds__(block_threads) run_search(Search search, pipeline::PairSink sink) {
+__global__ void __launch_bounds__(block_threads)
+    run_search(Search search, pipeline::PairSink sink) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   const unsigned lane = threadIdx.x % 32;
   WarpStage stage(stages[threadIdx.x / 32], sink, lane);
@@ -96,8 +99,7 @@ __global__ void __launch_bounds__(block_threads) run_search(Search search, pipel
     if (i < count) comparisons += walk.comparisons();
   }
   stage.flush();
-  for (int half = 16; half > 0; half /= 2)
-    comparisons += __shfl_down_sync(~0u, comparisons, half);
+  for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
   if (lane == 0 && comparisons != 0) pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
@@ -203,11 +205,15 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
-    run_search<<<blocks(bound, 6), block_threads, 0, stream_>>>(search, sink);
+    int resident = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, run_search<Search>,
+                                                        block_threads, 0));
+    run_search<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(
+        search, sink);
     check(cudaGetLastError());
   }
-  // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`, with
-  // sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
+  // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
+  // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
   void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
@@ -219,8 +225,8 @@ class Device {
     std::size_t bytes = room_bytes - keys_bytes(count);
     // One bit more, which is set in what stands past the last pair.
     const int bits = first_bits + second_bits + 1 < 64 ? first_bits + second_bits + 1 : 64;
-    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes, buffers,
-                                         count, 0, bits, stream_));
+    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes,
+                                         buffers, count, 0, bits, stream_));
     launch(count, UnpackPairs{buffers.Current(), out, report, capacity, second_bits});
   }
 

@@ -1,6 +1,6 @@
-// What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step() tests
-// its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can gather its
-// hits, and a host thread write its own.
+// What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step()
+// tests its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can
+// gather its hits, and a host thread write its own.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ struct FirstRange {
   THRONG_HD bool holds(std::uint32_t first) const noexcept { return first - begin < count; }
 };
 
-// Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its partners.
+// Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its
+// partners.
 struct GridSearch {
   Input in;
   const core::ClassGrid* grid;

@@ -145,8 +145,8 @@ TEST(ClassGrid, GroupsPackAndUnpack) {
   }
 }
 
-// Of two boxes that may meet exactly one looks for the other; of one group and class, either, by the
-// order of cells. Of two that may not, none does.
+// Of two boxes that may meet exactly one looks for the other; of one group and class, either, by
+// the order of cells. Of two that may not, none does.
 TEST(ClassGrid, ExactlyOneLooks) {
   for (const bool two_sets : {false, true}) {
     const std::uint32_t present = two_sets ? 7 : 3;
