@@ -192,7 +192,7 @@ void explain_failure(Result& r, Status status, unsigned long long bytes,
     case Status::bad_boxes:
     case Status::bad_filter:
     case Status::bad_option:
-      say(r, "%s; give device memory, or use throng::Finder with Backend::cuda", what);
+      say(r, "%s; give aligned device memory of the Finder's device, or use throng::Finder", what);
       break;
     case Status::out_of_memory:
       if (text)

@@ -95,9 +95,18 @@ THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits)
   if (s.count == 0) return;
   const float n = static_cast<float>(s.count), pairs = greater(0.5f * n * (n - 1), 1);
   const float same_world = static_cast<float>(s.within[1][255]);
-  s.worlds = limits.has_worlds ? greater(1, pairs / (same_world + 1)) : 1;
   // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
   const bool enough = same_world >= 32;
+  s.worlds = 1;
+  if (limits.has_worlds) {
+    Reach all = s.range[0];
+    for (std::uint32_t j = 1; j < threads / 32; ++j) join(all, s.range[j]);
+    // Worlds are numbered without gaps, mostly, or their boxes stand together.
+    const float numbered = static_cast<float>(all.worlds);
+    const float apart = static_cast<float>(all.changes) / static_cast<float>(all.looked_at) *
+                        static_cast<float>(limits.boxes);
+    s.worlds = greater(1, enough ? pairs / same_world : lesser(numbered, apart));
+  }
   s.reach = s.within[enough ? 1 : 0];
   s.base = s.least[enough ? 1 : 0];
   s.scale = static_cast<float>(limits.boxes) / pairs / (enough ? 1 : s.worlds);

@@ -23,9 +23,12 @@ struct GridSample {
   std::int32_t worlds[sample_size];  // -2: the box takes no part
 };
 
-// The corners of some boxes together: lower ends negated, so that the greatest counts of all six.
+// Some boxes together.
 struct Reach {
-  float most[6];
+  float most[6];            // the corners: lower ends negated, so that the greatest counts of all
+  std::uint32_t worlds;     // the highest world, and one
+  std::uint32_t changes;    // boxes whose next one has another world
+  std::uint32_t looked_at;  // boxes
 };
 
 // What a grid must keep to.
@@ -94,16 +97,23 @@ class ClassPlanner {
     }
   }
 
- private:
-  // Where a box has to be seen for the range.
  public:
-  THRONG_HD static Reach nothing() noexcept { return {{-most, -most, -most, -most, -most, -most}}; }
+  // What a thread has seen.
+  THRONG_HD static Reach nothing() noexcept {
+    return {{-most, -most, -most, -most, -most, -most}, 0, 0, 0};
+  }
   THRONG_HD static Reach reach_of(const Box& b) noexcept {
     return {{-cut(b.lower.x), -cut(b.lower.y), -cut(b.lower.z), cut(b.upper.x), cut(b.upper.y),
-             cut(b.upper.z)}};
+             cut(b.upper.z)},
+            0,
+            0,
+            0};
   }
   THRONG_HD static void join(Reach& a, const Reach& b) noexcept {
     for (int k = 0; k < 6; ++k) a.most[k] = greater(a.most[k], b.most[k]);
+    a.worlds = a.worlds > b.worlds ? a.worlds : b.worlds;
+    a.changes += b.changes;
+    a.looked_at += b.looked_at;
   }
 
  private:

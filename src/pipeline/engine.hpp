@@ -55,6 +55,7 @@ class Engine {
   explicit Engine(Args&&... args) noexcept : device_(std::forward<Args>(args)...) {}
 
   Device& device() noexcept { return device_; }
+  const Device& device() const noexcept { return device_; }
   std::size_t held() const noexcept {
     return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes() +
            sorting_.bytes();

@@ -63,6 +63,7 @@ struct PlanGrid {
         Box box{};
         const std::uint32_t at = look(t * looks + k, threads * looks, box, active);
         if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(box));
+        if (in.has_worlds) look_at_worlds(at, reach);
         const std::uint32_t keeper = t / core::ClassPlanner::parts;
         if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
         s.loaded.boxes[keeper] = box;
@@ -75,12 +76,19 @@ struct PlanGrid {
   }
 
  private:
-  // The k-th of `of` boxes spread over all.
+  THRONG_HD void look_at_worlds(std::uint32_t i, core::Reach& reach) const noexcept {
+    const auto world = static_cast<std::uint32_t>(in.world(i) + 1);
+    reach.worlds = reach.worlds > world ? reach.worlds : world;
+    reach.changes += i + 1 < in.count && in.world(i + 1) != in.world(i);
+    ++reach.looked_at;
+  }
+  // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
+  // regular series would be taken for all alike.
   THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of, Box& box,
                                bool& active) const noexcept {
-    const std::uint64_t n = in.count;
-    const auto i =
-        static_cast<std::uint32_t>((2 * std::uint64_t{k} + 1) * n / (2 * std::uint64_t{of}));
+    const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
+    const std::uint64_t some = (end - begin) * core::mix(k) >> 32;
+    const auto i = static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
     bool nan;
     active = read_box(in, i, box, nan);
     return i;
