@@ -139,26 +139,28 @@ THRONG_HD constexpr std::uint32_t mix(std::uint32_t h) noexcept {
   return h ^ (h >> 16);
 }
 
-// A row of cells along x: where it begins in the table.
-struct Row {
-  std::uint32_t world, group, size_class;  // world 0 for everywhere boxes; group packed
-  std::int32_t y, z;
+// The cells of one class, group and world. `world` is 0 for everywhere boxes; `group` is packed.
+struct Part {
+  std::uint32_t base;  // dense: where they begin in the table; hashed: a seed
+  std::uint32_t cells_x, cells_y;
 };
 
-// Dense: below table_cells together with every x of the row. Hashed: below table_cells; the table
-// has room for one more row beyond.
-THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Row& row) noexcept {
-  const SizeClass& c = grid.classes[row.size_class];
-  const std::uint32_t line =
-      static_cast<std::uint32_t>(row.z) * c.cells[1] + static_cast<std::uint32_t>(row.y);
-  if (!grid.hashed) {
-    const std::uint32_t slot = row.world % grid.world_slots;
-    return (slot * group_count(grid.present) + row.group) * grid.world_cells + c.offset +
-           line * c.cells[0];
-  }
-  std::uint32_t h = mix(static_cast<std::uint32_t>(row.z) * 0x9e3779b9u + 0x85ebca6bu);
-  h = mix(h ^ static_cast<std::uint32_t>(row.y));
-  h = mix(h ^ (row.world * 0xc2b2ae35u + row.group * 256 + row.size_class));
+THRONG_HD inline Part part_of(const ClassGrid& grid, std::uint32_t world, std::uint32_t group,
+                              std::uint32_t size_class) noexcept {
+  const SizeClass& c = grid.classes[size_class];
+  if (grid.hashed) return {world * 0xc2b2ae35u + group * 256 + size_class, 0, 0};
+  const std::uint32_t slot = world == 0 ? 0 : world % grid.world_slots;
+  return {(slot * group_count(grid.present) + group) * grid.world_cells + c.offset, c.cells[0],
+          c.cells[1]};
+}
+
+// Where a row of cells along x begins. Dense: below table_cells together with every x of the row.
+// Hashed: below table_cells; the table has room for one more row beyond.
+THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Part& part, std::int32_t y,
+                                         std::int32_t z) noexcept {
+  const auto row = static_cast<std::uint32_t>(y), slab = static_cast<std::uint32_t>(z);
+  if (!grid.hashed) return part.base + (slab * part.cells_y + row) * part.cells_x;
+  const std::uint32_t h = mix(mix(mix(slab * 0x9e3779b9u + 0x85ebca6bu) ^ row) ^ part.base);
   return static_cast<std::uint32_t>((std::uint64_t{h} * grid.table_cells) >> 32);
 }
 

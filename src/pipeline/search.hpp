@@ -38,6 +38,8 @@ struct GridSearch {
       span_ = core::cells_of(*s_.grid, box_.box());
       class_ = core::class_of(*s_.grid, span_);
       bits_ = s_.grid->present ? s_.in.group_bits(box_.id) : 0;
+      if (s_.in.has_worlds && !(bits_ & core::everywhere_bit))
+        world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
       // The finest class has the most rows.
       alone_ = s_.grid->hashed || rows(span_.upper[1] - span_.lower[1] + 2,
                                        span_.upper[2] - span_.lower[2] + 2) > s_.report->active;
@@ -92,11 +94,11 @@ struct GridSearch {
     THRONG_HD bool is_home_here(const Record& c) const noexcept {
       const core::ClassGrid& grid = *s_.grid;
       const core::CellSpan span = core::cells_of(grid, c.box());
-      const core::SizeClass& k = grid.classes[row_.size_class];
-      return core::class_of(grid, span) == row_.size_class &&
-             core::pack_group(grid.present, s_.in.group_bits(c.id)) == row_.group &&
+      const core::SizeClass& k = grid.classes[target_class_];
+      return core::class_of(grid, span) == target_class_ &&
+             core::pack_group(grid.present, s_.in.group_bits(c.id)) == target_group_ &&
              (whole_ ||
-              (span.lower[1] >> k.shift[1] == row_.y - 1 && span.lower[2] >> k.shift[2] == row_.z));
+              (span.lower[1] >> k.shift[1] == y_ - 1 && span.lower[2] >> k.shift[2] == z_));
     }
 
     // The next class and group to look into.
@@ -104,16 +106,15 @@ struct GridSearch {
       const core::ClassGrid& grid = *s_.grid;
       const std::uint32_t all = grid.class_count * core::group_count(grid.present);
       for (; number_ < all; ++number_) {
-        row_.group = number_ / grid.class_count;
-        row_.size_class = number_ % grid.class_count;
-        if (!s_.occupied[row_.group * core::max_size_classes + row_.size_class]) continue;
-        const std::uint32_t bits = core::unpack_group(grid.present, row_.group);
-        const core::Look how = core::look(grid.present, bits_, class_, bits, row_.size_class);
+        target_group_ = number_ / grid.class_count;
+        target_class_ = number_ % grid.class_count;
+        if (!s_.occupied[target_group_ * core::max_size_classes + target_class_]) continue;
+        const std::uint32_t bits = core::unpack_group(grid.present, target_group_);
+        const core::Look how = core::look(grid.present, bits_, class_, bits, target_class_);
         if (how == core::Look::no) continue;
-        row_.world = s_.in.has_worlds && !(bits & core::everywhere_bit)
-                         ? static_cast<std::uint32_t>(s_.in.world(box_.id))
-                         : 0;
-        const core::SizeClass& c = grid.classes[row_.size_class];
+        part_ = core::part_of(grid, bits & core::everywhere_bit ? 0 : world_, target_group_,
+                              target_class_);
+        const core::SizeClass& c = grid.classes[target_class_];
         const std::int32_t x = span_.lower[0] >> c.shift[0], y = span_.lower[1] >> c.shift[1],
                            z = span_.lower[2] >> c.shift[2];
         x_first_ = x > 0 ? x - 1 : 0;
@@ -122,35 +123,35 @@ struct GridSearch {
         y_last_ = span_.upper[1] >> c.shift[1];
         z_last_ = span_.upper[2] >> c.shift[2];
         own_row_ = how == core::Look::forward;
-        row_.z = own_row_ || z == 0 ? z : z - 1;
-        row_.y = own_row_ ? y : y_first_;
+        z_ = own_row_ || z == 0 ? z : z - 1;
+        y_ = own_row_ ? y : y_first_;
         ++number_;
         // A large box may look into a fine class of another group: then there may be more rows than
         // boxes, and going through all of these costs less.
-        whole_ = rows(y_last_ - y_first_ + 1, z_last_ - row_.z + 1) > s_.report->active;
+        whole_ = rows(y_last_ - y_first_ + 1, z_last_ - z_ + 1) > s_.report->active;
         return true;
       }
       return false;
     }
 
     THRONG_HD bool next_row(std::uint32_t& begin, std::uint32_t& end) noexcept {
-      if (row_.y > y_last_) {
-        ++row_.z;
-        row_.y = y_first_;
+      if (y_ > y_last_) {
+        ++z_;
+        y_ = y_first_;
       }
-      if (row_.z > z_last_ && !next_target()) return false;
+      if (z_ > z_last_ && !next_target()) return false;
       if (whole_) {
         begin = 0;
         end = s_.report->active;
-        row_.z = z_last_;
-        row_.y = y_last_ + 1;
+        z_ = z_last_;
+        y_ = y_last_ + 1;
         return true;
       }
-      const std::uint32_t row = core::row_start(*s_.grid, row_);
+      const std::uint32_t row = core::row_start(*s_.grid, part_, y_, z_);
       begin = own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)];
       end = s_.start[row + static_cast<std::uint32_t>(x_last_) + 1];
       own_row_ = false;
-      ++row_.y;
+      ++y_;
       return true;
     }
 
@@ -159,8 +160,11 @@ struct GridSearch {
     Record box_;
     core::CellSpan span_;
     std::uint32_t class_, bits_;
-    core::Row row_{0, 0, 0, 0, 0};
-    std::uint32_t number_ = 0;  // of the class and group to look into next
+    std::uint32_t world_ = 0;  // its number, where the box has one
+    std::uint32_t target_class_ = 0, target_group_ = 0;
+    core::Part part_{0, 0, 0};
+    std::int32_t y_ = 0, z_ = 0;  // the next row
+    std::uint32_t number_ = 0;    // of the class and group to look into next
     std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = -1, z_last_ = -1;
     bool own_row_ = false, whole_ = false, alone_;
     std::uint32_t at_ = 0, stop_ = 0, comparisons_ = 0;

@@ -48,8 +48,9 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
   const std::uint32_t world =
       in.has_worlds && !(bits & core::everywhere_bit) ? static_cast<std::uint32_t>(in.world(i)) : 0;
   const core::SizeClass& c = grid.classes[size_class];
-  const std::uint32_t row = core::row_start(
-      grid, {world, group, size_class, span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]});
+  const std::uint32_t row =
+      core::row_start(grid, core::part_of(grid, world, group, size_class),
+                      span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]);
   return {row + static_cast<std::uint32_t>(span.lower[0] >> c.shift[0]),
           group * core::max_size_classes + size_class};
 }

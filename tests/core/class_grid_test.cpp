@@ -188,9 +188,12 @@ TEST(ClassGrid, CellsOfTheTableAreDistinct) {
         for (std::uint32_t c = 0; c < grid.class_count; ++c)
           for (std::uint32_t z = 0; z < grid.classes[c].cells[2]; ++z)
             for (std::uint32_t y = 0; y < grid.classes[c].cells[1]; ++y) {
-              const Row row{world, g, c, static_cast<int>(y), static_cast<int>(z)};
-              const std::uint32_t start = row_start(grid, row);
-              ASSERT_EQ(start, row_start(grid, {world + grid.world_slots, g, c, row.y, row.z}));
+              const auto at = [&](std::uint32_t w) {
+                return row_start(grid, part_of(grid, w, g, c), static_cast<int>(y),
+                                 static_cast<int>(z));
+              };
+              const std::uint32_t start = at(world);
+              ASSERT_EQ(start, at(world + grid.world_slots));
               for (std::uint32_t x = 0; x < grid.classes[c].cells[0]; ++x) {
                 ASSERT_LT(start + x, grid.table_cells);
                 ASSERT_FALSE(taken[start + x]);
@@ -209,7 +212,7 @@ TEST(ClassGrid, HashedRowsSpread) {
   std::vector<int> parts(64);
   for (int z = 0; z < 300; ++z)
     for (int y = 0; y < 300; ++y) {
-      const std::uint32_t start = row_start(grid, {0, 0, 0, y, z});
+      const std::uint32_t start = row_start(grid, part_of(grid, 0, 0, 0), y, z);
       ASSERT_LT(start, grid.table_cells);
       ++parts[start / 1000];
     }
