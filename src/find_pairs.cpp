@@ -1,7 +1,5 @@
 // The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -10,6 +8,7 @@
 #include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
+#include "say.hpp"
 
 namespace throng {
 
@@ -49,6 +48,10 @@ const char* to_string(Status status) noexcept {
       return "memory cap too small";
     case Status::unsupported_isa:
       return "unsupported instruction set";
+    case Status::bad_bodies:
+      return "bad bodies";
+    case Status::bad_shape:
+      return "bad shape";
   }
   return "unknown";
 }
@@ -61,23 +64,6 @@ struct Finder::State {
 };
 
 namespace {
-
-using ull = unsigned long long;
-
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
-void say(Result& r, const char* format, ...) noexcept {
-  std::va_list args;
-  va_start(args, format);
-  std::vsnprintf(r.message, sizeof r.message, format, args);
-  va_end(args);
-}
-
-bool refuse(Result& r, Status status) noexcept {
-  r.status = status;
-  return false;
-}
 
 template <class T>
 bool valid_length(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,

@@ -46,6 +46,8 @@ enum class Status : std::uint8_t {
   out_of_memory,         // see bytes_needed
   memory_cap_too_small,  // see bytes_needed
   unsupported_isa,       // this processor or build lacks the one asked for
+  bad_bodies,            // an array is missing, or has a wrong length or stride
+  bad_shape,             // of a body; see first_invalid, invalid_count
 };
 
 const char* to_string(Algorithm) noexcept;
