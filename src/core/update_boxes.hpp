@@ -53,7 +53,8 @@ struct PointRange {
                                     double own) const noexcept {
     const double weight =
         magnitude(m.x) * far.x + magnitude(m.y) * far.y + magnitude(m.z) * far.z + r + m.t * own;
-    return {low - r, high + r, weight};
+    // Which 0 is the least of +0 and -0 is up to the processor; 0 + low is +0 in either case.
+    return {(0.0 + low) - r, high + r, weight};
   }
 };
 
