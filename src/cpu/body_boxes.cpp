@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 
-#include "cpu/float_state.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -127,8 +126,7 @@ BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa
     run_tasks(executor, tasks, body);
   } catch (...) {
     // An executor that could not start what it was given: what is left is the caller's.
-    const FloatState state;
-    body(0);
+    run_tasks(executor, 1, body);
   }
   return {invalid ? first.load() : 0, invalid};
 }

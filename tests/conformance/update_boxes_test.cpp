@@ -162,12 +162,17 @@ TEST(UpdateBoxes, AnyFloatState) {
         UpdateOptions options;
         options.threads = threads;
         bool unchanged = false;
+        UpdateOptions negative;
+        negative.margin = -1e-45f;
+        Result refused;
         {
           const Disturbed state(rounding, flush);
           (void)update_boxes(scene.view(), got.data(), options);
+          refused = update_boxes(scene.view(), got.data(), negative);
           unchanged = state.unchanged();
         }
         EXPECT_TRUE(unchanged);
+        EXPECT_EQ(refused.status, Status::bad_option);
         EXPECT_TRUE(same_bits(got, want)) << rounding << flush << threads;
       }
     }
