@@ -31,7 +31,8 @@ THRONG_HD constexpr ShapeFault fault_of(const Shape& s, std::uint64_t point_coun
   if (!(s.radius >= 0)) return ShapeFault::radius;
   if (s.kind == ShapeKind::box) {
     const Vec3& h = s.half_extents;
-    return (h.x >= 0) & (h.y >= 0) & (h.z >= 0) ? ShapeFault::none : ShapeFault::half_extents;
+    const bool good = (h.x >= 0) & (h.y >= 0) & (h.z >= 0);
+    return good ? ShapeFault::none : ShapeFault::half_extents;
   }
   if (s.kind != ShapeKind::convex) return ShapeFault::kind;
   return std::uint64_t{s.first_point} + s.point_count <= point_count ? ShapeFault::none

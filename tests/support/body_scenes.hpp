@@ -51,10 +51,13 @@ inline BodyScene body_scene(std::size_t count, std::uint64_t seed) {
   for (int k = 0; k < 60; ++k) scene.points.push_back(random.point(-2, 2));
   for (std::uint32_t k = 0; k < 20; ++k) {
     const float size = k < 15 ? 1.0f : k < 18 ? 1e-30f : 1e6f;
-    scene.shapes.push_back(Shape::sphere(random.unit() * size));
-    scene.shapes.push_back(Shape::box(random.point(0, size), random.point(-size, size)));
-    scene.shapes.push_back(Shape::capsule(random.unit() * size, random.unit() * size));
-    scene.shapes.push_back(Shape::box({random.unit() * size, 0, random.unit() * size}));
+    // One draw a statement: the order of arguments is the compiler's.
+    const Vec3 half = random.point(0, size), center = random.point(-size, size);
+    const float radius = random.unit() * size;
+    scene.shapes.push_back(Shape::sphere(radius));
+    scene.shapes.push_back(Shape::box(half, center));
+    scene.shapes.push_back(Shape::capsule(half.y, radius));
+    scene.shapes.push_back(Shape::box({half.x, 0, half.z}));
     scene.shapes.push_back(Shape::convex(2 * k, k, k % 2 ? 0.1f : 0.0f));
   }
   const auto kinds = static_cast<std::uint32_t>(scene.shapes.size());
