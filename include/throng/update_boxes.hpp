@@ -95,15 +95,16 @@ struct UpdateOptions {
 // Writes the box of body i to the i-th of bodies.size() boxes, `stride_bytes` apart (at least
 // sizeof(Box), a multiple of four). `out` may not overlap what is read.
 //
-// A box contains the exact one, in real arithmetic on the floats as given, and on each side lies
-// within 2^-48 of the magnitudes that were added up of it (position, displacement, rotated center
-// and half extents, radius), and then at most one float further out: nearly always the tightest
-// float or the next. Beyond the largest float it is infinite. The same bits for every thread count,
-// instruction set and floating-point state of the caller's.
+// A box contains the exact one, in real arithmetic on the floats as given. Each side lies within
+// 2^-48 of the sum of the magnitudes that make it up (position, displacement, center and half
+// extents as rotated, radius, margin) of the exact one, and then at most one float further out: it
+// is nearly always the tightest float or the next. Beyond the largest float it is infinite. The
+// same bits for every thread count, instruction set and floating-point state of the caller's.
 //
 // A transform, displacement, center or point that is not finite gives a box with a NaN, which
-// find_pairs refuses by its index. An infinite half extent gives a box that is infinite along every
-// axis on which the rotated shape has a share of it: a plane stays one unrotated.
+// find_pairs refuses by its index. An infinite half extent gives a box that is infinite along that
+// axis as rotated; a plane stays one while it is turned about its normal, or by half turns about
+// the axes, and is infinite in all directions otherwise.
 //
 // A body whose shape is wrong (status bad_shape) gets a box of NaN, all others theirs;
 // first_invalid and invalid_count tell of them. On every other error nothing is written. `written`

@@ -5,35 +5,37 @@
 //   box     p + [0, 1] d + sum_j R_ij c_j  +-  (sum_j |R_ij| h_j + r)
 //   convex  p + [0, 1] d + [min, max] over the points v of sum_j R_ij v_j  +-  r
 //
-// All is computed in doubles and then E is taken off or added. Let u = 2^-53. Rounding to nearest
-// errs by at most u times the result's magnitude, as nothing here over- or underflows: inputs are
-// finite floats, whose products lie in 2^-298 .. 2^256 or are 0; infinite extents are replaced by
-// 2^600; so every magnitude is 0 or in 2^-500 .. 2^900. Then
-//   1. x * 2y and the like are exact: 48 bits. An entry off the diagonal is one sum of two of them:
-//      it errs by u |m|. One on the diagonal, 1 - t, errs by u |m| + u t.
-//   2. A product P = fl(m_ij c_j) errs by u |P|, and for its entry by (1 + u) u |P|, on the
-//   diagonal
-//      u t |c_i| more. The same for m_ij v_j, and for H = fl(|m_ij| h_j).
-//   3. r is the sum of radius and margin: u r.
-//   4. Let S = |p| + |d| + sum |P| + sum H + r. Each sum on the way to an end of the interval is at
-//      most S (1 + 10u) in magnitude, so it errs by u S (1 + 10u). There are eight before E is
-//      applied: two for the P, three for H and r, one to join both, p + d, and one to add that. The
-//      last, that of E itself, errs by at most u (S + E)(1 + 10u).
-// Together: (2 + 1 + 9) u S + u T + u E, and terms of u^2 S that 1 u S covers many times, where T
-// is t (|c_i| + h_i). For a convex shape P, v take the place of P, c with the greatest |v_j| of all
-// its points, and the bound of each point's error so is a bound of that of the least and of the
-// greatest. E = 16 u M, where M is S + T as computed, at least (1 - 20u)(S + T): 16u (1 - 20u)(S +
-// T) is more than the 13 u S + u T + u E needed. So the interval lo .. hi contains the exact one,
-// and lies within 32 u M (1 + small) = 2^-48 M of it. Then lo is rounded down to float, hi up.
+// All is computed in doubles, then E is taken off or added. Let u = 2^-53. Rounding to nearest errs
+// by at most u times the magnitude of the result, for nothing over- or underflows: inputs are
+// finite floats, whose products are 0 or in 2^-298 .. 2^256; infinite sizes are replaced by 2^600;
+// so every magnitude is 0 or in 2^-500 .. 2^900.
 //
-// Zero entries of R contribute nothing to M, so that a plane that is not rotated stays one.
+// (1) x * 2y and the like are exact: 48 bits. An entry off the diagonal is one sum of two of them
+//     and errs by u |m|. One on the diagonal, 1 - t, errs by u |m| + u t.
+// (2) P = fl(m_ij c_j) errs by u |P|, by (1 + u) u |P| more for the entry, and on the diagonal by
+//     u t |c_i| more. So do fl(m_ij v_j) and H = fl(|m_ij| h_j).
+// (3) r, the sum of radius and margin, errs by u r.
+// (4) Let S = |p| + |d| + sum |P| + sum H + r. Each sum on the way to an end is at most
+//     S (1 + 10u) in magnitude and errs by u times that. There are eight before E is applied: two
+//     for the P, three for H and r, one to join the two, p + d, and one to add that. The last, that
+//     of E itself, errs by at most u (S + E)(1 + 10u).
 //
-// Why doubles. In float32 the error would be 2^-21 of S, some eight steps of the result where terms
+// Together (2 + 1 + 9) u S + u T + u E, where T is t (|c_i| + h_i), and terms in u^2 that another
+// u S covers many times over. For a convex shape put for P the products |m_ij| V_j, where V_j is
+// the greatest |v_j| of all points, and V_i for |c_i|: they bound each point's error, and so that
+// of the least and of the greatest. M is S + T as computed, at least (1 - 20u)(S + T), and E = 16 u
+// M is more than the 13 u S + u T + u E needed: the interval contains the exact one. It lies within
+// 32 u M = 2^-48 M of it. Then its ends are rounded outward to floats.
+//
+// Infinite sizes: a zero entry of R adds nothing to E, so a plane turned about its normal stays
+// one. Any other entry times 2^600 is beyond all floats. Where 1 - t is 0 only by rounding, T is.
+//
+// Why doubles. In float32 the error would be 2^-20 of S, a dozen steps of the result where terms
 // cancel, and the bound would need cases for products that underflow and for 1e30. In doubles the
 // result is the tightest float or the next, without a case. The price is some 140 instructions on
-// doubles a body, against 52 bytes moved: as long as these take where doubles run at half the rate
-// of floats (data-centre GPUs), about four times that at 1/64 (other GPUs; 0.2 ns a body there), in
-// the smallest stage of all.
+// doubles a body, against 52 bytes moved: both take about as long where doubles run at half the
+// rate of floats (data-centre GPUs); at 1/64 (other GPUs) the doubles take four times as long, some
+// 0.2 ns a body, in the smallest stage of all.
 //
 // Only + - *, comparisons and conversions, in an order that is fixed: with contraction off, host
 // and device compute the same bits (but for the bits of a NaN).
@@ -134,7 +136,7 @@ struct Ends {
 // side, one step of its bits, read as an integer, leads to its neighbour: one less is a smaller
 // magnitude. f has the sign of x, so that a 0 on the wrong side steps away from 0, not across it;
 // infinity on the wrong side, beyond the largest float, steps back to that.
-THRONG_HD constexpr std::int32_t step_of(std::int32_t bits) noexcept { return (bits >> 31) | 1; }
+THRONG_HD constexpr std::int32_t step_of(std::int32_t bits) noexcept { return bits < 0 ? -1 : 1; }
 THRONG_HD constexpr float rounded_down(double x) noexcept {
   const float f = static_cast<float>(x);
   const std::int32_t bits = std::bit_cast<std::int32_t>(f);

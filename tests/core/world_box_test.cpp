@@ -223,7 +223,8 @@ TEST(WorldBox, OverflowsOutward) {
 
 TEST(WorldBox, InfiniteSizes) {
   const OneBody ground{{5, -1, 5}, {}, {0, 0, 0}, Shape::box({inf, 1, inf}), 0};
-  for (const Quaternion& q : {Quaternion{}, Quaternion{1, 0, 0, 0}, Quaternion{0, 1, 0, 0}}) {
+  for (const Quaternion& q : {Quaternion{}, Quaternion{1, 0, 0, 0}, Quaternion{0, 1, 0, 0},
+                              Quaternion{0, 0.6f, 0, 0.8f}, Quaternion{0, -0.28f, 0, 0.96f}}) {
     OneBody b = ground;
     b.rotation = q;
     const Box box = box_of(b);
