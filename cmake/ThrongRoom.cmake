@@ -11,8 +11,9 @@ function(throng_room target)
   set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF)
   if(NOT MSVC)
     # Host and device must compute the same bits: no fused multiply-add behind our back.
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -ffp-contract=off
-                           $<$<BOOL:${THRONG_WERROR}>:-Werror>)
+    target_compile_options(${target} PRIVATE
+      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off>"
+      "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${THRONG_WERROR}>>:-Werror>")
   endif()
 endfunction()
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "core/update_boxes.hpp"
@@ -12,10 +13,17 @@
 #include "cpu/float_state.hpp"
 #include "cpu/kernels.hpp"
 #include "cpu/threads.hpp"
-#include "say.hpp"
+#include "validate.hpp"
 
 namespace throng {
 namespace {
+
+using ull = unsigned long long;
+
+bool refuse(Result& r, Status status) noexcept {
+  r.status = status;
+  return false;
+}
 
 // From about here on a second thread pays: some 10 ns a body against some 20 us to wake it.
 constexpr std::size_t threads_pay_from = 8192;
