@@ -64,6 +64,10 @@ const char* to_string(Status status) noexcept {
       return "device error";
     case Status::not_reserved:
       return "not reserved";
+    case Status::bad_bodies:
+      return "bad bodies";
+    case Status::bad_shape:
+      return "bad shape";
   }
   return "unknown";
 }
