@@ -140,4 +140,28 @@ std::size_t Finder::memory_bytes() const noexcept {
 #endif
 }
 
+Result update_boxes(const Bodies& bodies, Box* out, [[maybe_unused]] BodyReport* report,
+                    [[maybe_unused]] Stream stream, const UpdateOptions& options,
+                    std::size_t stride_bytes) noexcept {
+  Result r;
+  core::UpdateBoxes job;
+  if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
+  r.plan.backend = Backend::cuda;
+  r.plan.reason = "one pass over the bodies";
+#if defined(THRONG_CUDA)
+  try {
+    check_available();
+    if (bodies.size() > max_box_count)
+      throw pipeline::Failure{Status::too_many_boxes, bodies.size()};
+    update_boxes(job, bodies.size(), report, stream);
+    r.written = bodies.size();
+  } catch (const pipeline::Failure& failure) {
+    explain_failure(r, failure.status, failure.bytes, failure.text);
+  }
+  return r;
+#else
+  return FinderAccess::none();
+#endif
+}
+
 }  // namespace throng::cuda

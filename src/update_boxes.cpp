@@ -75,11 +75,6 @@ bool valid(const Bodies& b, const Box* out, std::size_t stride, Result& r) noexc
   return true;
 }
 
-template <class T>
-core::Column<T> column(const Strided<T>& array) noexcept {
-  return {reinterpret_cast<const char*>(array.data), array.stride_bytes};
-}
-
 void explain(Result& r, const core::UpdateBoxes& job) noexcept {
   const auto i = static_cast<std::size_t>(r.first_invalid);
   const ull count{r.invalid_count}, index{job.shape_index(i)};
@@ -118,17 +113,34 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
 
 }  // namespace
 
+bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
+              std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept {
+  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
+    say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
+    return refuse(r, Status::bad_option);
+  }
+  if (!valid(bodies, out, stride_bytes, r)) return false;
+  job.position = core::column(bodies.position);
+  job.rotation = core::column(bodies.rotation);
+  job.displacement = core::column(bodies.displacement);
+  job.shape = core::column(bodies.shape);
+  job.shapes = core::column(bodies.shapes);
+  job.points = core::column(bodies.points);
+  job.shape_count = bodies.shapes.count;
+  job.point_count = bodies.points.count;
+  job.one_shape = bodies.shapes.count == 1;
+  job.margin = options.margin;
+  job.out = reinterpret_cast<char*>(out);
+  job.out_stride = stride_bytes;
+  return true;
+}
+
 Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options,
                     std::size_t stride_bytes) noexcept {
   const cpu::FloatState float_state;
   const auto start = std::chrono::steady_clock::now();
   Result r;
   r.plan.reason = "one pass over the bodies";
-  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
-    say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
-    refuse(r, Status::bad_option);
-    return r;
-  }
   const cpu::Kernels* kernels = cpu::find_kernels(options.isa);
   if (!kernels) {
     say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
@@ -137,21 +149,8 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
     refuse(r, Status::unsupported_isa);
     return r;
   }
-  if (!valid(bodies, out, stride_bytes, r)) return r;
-
   core::UpdateBoxes job;
-  job.position = column(bodies.position);
-  job.rotation = column(bodies.rotation);
-  job.displacement = column(bodies.displacement);
-  job.shape = column(bodies.shape);
-  job.shapes = column(bodies.shapes);
-  job.points = column(bodies.points);
-  job.shape_count = bodies.shapes.count;
-  job.point_count = bodies.points.count;
-  job.one_shape = bodies.shapes.count == 1;
-  job.margin = options.margin;
-  job.out = reinterpret_cast<char*>(out);
-  job.out_stride = stride_bytes;
+  if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
 
   const std::size_t n = bodies.size();
   const Executor& executor = options.executor ? *options.executor : cpu::default_executor();

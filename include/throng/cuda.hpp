@@ -11,6 +11,7 @@
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
+#include <throng/update_boxes.hpp>
 
 struct CUstream_st;
 
@@ -90,5 +91,20 @@ class Finder {
   Options options_;
   MemoryResource memory_;
 };
+
+// What update_boxes tells in device memory.
+struct BodyReport {
+  std::uint64_t bad_shapes = 0;  // bodies whose shape is wrong; their boxes are NaN
+  std::uint32_t bad_shape_mark = 0;
+
+  constexpr std::uint32_t first_bad_shape() const noexcept { return ~bad_shape_mark; }
+};
+
+// throng::update_boxes (see there) on bodies and boxes in device memory: the same bits. Put on the
+// stream, not waited for; takes no memory, and can be captured into a graph. `report` may be null.
+// Of the options the margin is heeded. At most max_box_count bodies.
+Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                    const UpdateOptions& options = {},
+                    std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 }  // namespace throng::cuda

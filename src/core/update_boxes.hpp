@@ -7,21 +7,11 @@
 
 #include <throng/update_boxes.hpp>
 
+#include "core/column.hpp"
 #include "core/hd.hpp"
 #include "core/world_box.hpp"
 
 namespace throng::core {
-
-// Values `stride` bytes apart; null: absent.
-template <class T>
-struct Column {
-  const char* data = nullptr;
-  std::size_t stride = sizeof(T);
-
-  THRONG_HD const T& operator[](std::size_t i) const noexcept {
-    return *reinterpret_cast<const T*>(data + i * stride);
-  }
-};
 
 // What may be wrong with a body's shape.
 enum class ShapeFault : std::uint32_t { none, index, kind, radius, half_extents, points };

@@ -8,19 +8,10 @@
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/check.hpp"
+#include "cuda/launch.cuh"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
-
-constexpr unsigned block_threads = 256;
-
-template <class F>
-__global__ void __launch_bounds__(block_threads) run_each(std::uint64_t count, F f) {
-  const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
-  for (std::uint64_t i = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x; i < count;
-       i += step)
-    f(i);
-}
 
 // The phases of a function object for one block, with a barrier after each.
 template <class F>
@@ -284,11 +275,8 @@ class Device {
   static std::size_t keys_bytes(std::size_t count) noexcept {
     return (count * sizeof(std::uint64_t) + 255) / 256 * 256;
   }
-  // Enough to keep every processor busy, and no more than there is work for.
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
-    const std::uint64_t wanted = (count + block_threads - 1) / block_threads;
-    const std::uint64_t most = std::uint64_t{each} * static_cast<unsigned>(processors_);
-    return static_cast<unsigned>(wanted < most ? wanted : most);
+    return blocks_for(count, each, processors_);
   }
   static int bits_of(std::uint64_t count) noexcept {
     int bits = 1;
