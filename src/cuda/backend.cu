@@ -27,15 +27,21 @@ void require_on_device(const void* p, std::size_t alignment, Status status,
 class Gpu final : public Engine {
  public:
   explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
+  ~Gpu() override {
+    if (!own_) return;
+    device().begin(nullptr, false);  // memory is given back on a stream that still is
+    (void)cudaStreamDestroy(own_);
+  }
 
   void find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
             const Consumer* consumer, Result& r) override {
     const Current current(device().ordinal());
-    device().begin(nullptr, options.measure_stages);
+    if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
+    device().begin(own_, options.measure_stages);
     const std::size_t bytes = Upload::bytes(a) + (b ? Upload::bytes(*b) : 0);
     char* to = boxes_.room(bytes + 256);
-    const Boxes first = upload_.send(a, to, nullptr);
-    const Boxes second = b ? upload_.send(*b, to, nullptr) : Boxes();
+    const Boxes first = upload_.send(a, to, own_);
+    const Boxes second = b ? upload_.send(*b, to, own_) : Boxes();
     engine_.find(first, b ? &second : nullptr, options, boxes_.bytes(), output, consumer, r);
   }
   bool nan_in_second_set() const noexcept override { return engine_.nan_in_second_set(); }
@@ -135,7 +141,7 @@ class Gpu final : public Engine {
 
   void check_pointers(const Boxes& boxes) const {
     if (boxes.size() == 0) return;
-    for (int k = 0; k < 6; ++k)
+    for (int k = 0; k < (boxes.packed_data() ? 1 : 6); ++k)
       if (const char* p = boxes.corner_data(k))
         require_on_device(p, alignof(float), Status::bad_boxes,
                           "a coordinate array lies in host memory",
@@ -185,6 +191,7 @@ class Gpu final : public Engine {
   Memory memory_;
   pipeline::Engine<Device> engine_;  // of what lies in host memory; it owns the device
   Upload upload_;
+  cudaStream_t own_ = nullptr;  // for these
   pipeline::Block<Device> boxes_{engine_.device()}, workspace_{engine_.device()},
       unordered_{engine_.device()}, sorting_{engine_.device()};
   std::size_t boxes_reserved_ = 0, pairs_reserved_ = 0;
