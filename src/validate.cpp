@@ -190,8 +190,7 @@ void explain_failure(Result& r, Status status, unsigned long long bytes,
       break;
     case Status::too_many_boxes:
       r.bytes_needed = 0;
-      say(r, "%llu boxes are more than a device takes, of both sets together; split them",
-          bytes);
+      say(r, "%llu boxes are more than a device takes, of both sets together; split them", bytes);
       break;
     case Status::bad_boxes:
     case Status::bad_filter:

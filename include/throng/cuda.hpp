@@ -36,8 +36,8 @@ struct Report {
 };
 
 // Where device memory comes from; null functions: cudaMalloc and cudaFree. `allocate` returns null
-// where there is none; what it returns is aligned to 256 bytes. Work on `stream` alone uses it. What
-// a Finder still holds when it ends is given back on the stream of its last call.
+// where there is none; what it returns is aligned to 256 bytes. Work on `stream` alone uses it.
+// What a Finder still holds when it ends is given back on the stream of its last call.
 struct MemoryResource {
   void* (*allocate)(void* self, std::size_t bytes, Stream stream) = nullptr;
   void (*deallocate)(void* self, void* p, std::size_t bytes, Stream stream) = nullptr;
