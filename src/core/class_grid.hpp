@@ -161,7 +161,7 @@ THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Part& part
   const auto row = static_cast<std::uint32_t>(y), slab = static_cast<std::uint32_t>(z);
   if (!grid.hashed) return part.base + (slab * part.cells_y + row) * part.cells_x;
   const std::uint32_t h = mix(mix(mix(slab * 0x9e3779b9u + 0x85ebca6bu) ^ row) ^ part.base);
-  return static_cast<std::uint32_t>((std::uint64_t{h} * grid.table_cells) >> 32);
+  return static_cast<std::uint32_t>((static_cast<std::uint64_t>(h) * grid.table_cells) >> 32);
 }
 
 }  // namespace throng::core

@@ -178,7 +178,7 @@ struct GridSearch {
     // The present range of records, and those looked up after it.
     std::uint32_t at_ = 0, stop_ = 0, comparisons_ = 0;
     int left_ = 0;
-    std::uint32_t begin_[batch], end_[batch];
+    std::uint32_t begin_[batch] = {}, end_[batch] = {};
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
