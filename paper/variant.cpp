@@ -8,7 +8,7 @@ namespace throng::paper {
 namespace {
 
 template <class Mapping>
-Faults faults_of(const Mapping& mapping, std::uint64_t n) {
+Faults faults_of(const Mapping& mapping, std::uint64_t n, std::uint64_t walk) {
   Faults faults;
   const auto wrong = [&](std::uint64_t k, std::uint64_t i) {
     const std::uint32_t row = static_cast<std::uint32_t>(i);
@@ -23,8 +23,8 @@ Faults faults_of(const Mapping& mapping, std::uint64_t n) {
     const std::uint64_t begin = core::row_start(i, n), end = core::row_start(i + 1, n);
     const std::uint64_t before = faults.indices;
     std::uint64_t k = begin;
-    while (k < end && wrong(k, i)) ++k;
-    for (std::uint64_t last = end; last > k && wrong(last - 1, i);) --last;
+    while (k < end && k - begin < walk && wrong(k, i)) ++k;
+    for (std::uint64_t last = end; last > k && end - last < walk && wrong(last - 1, i);) --last;
     faults.rows += faults.indices != before;
   }
   return faults;
@@ -66,10 +66,11 @@ bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pai
   return Exact{}(t, n, pair);
 }
 
-Faults count_faults(const Variant& variant, std::uint64_t n) {
+Faults count_faults(const Variant& variant, std::uint64_t n, std::uint64_t walk) {
   // The other ways are exact, and not in the order of rows.
   if (variant.mapping != MappingKind::formula || n < 2) return {};
-  return with_mapping(variant, nullptr, [&](const auto& mapping) { return faults_of(mapping, n); });
+  return with_mapping(variant, nullptr,
+                      [&](const auto& mapping) { return faults_of(mapping, n, walk); });
 }
 
 }  // namespace throng::paper

@@ -1,0 +1,260 @@
+// throng-paper pairs: one variant on one set of boxes.
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "paper/commands.hpp"
+#include "paper/cuda.hpp"
+#include "paper/failure.hpp"
+#include "paper/grid.hpp"
+#include "paper/input.hpp"
+#include "report/format.hpp"
+#include "scene/checksum.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::paper {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* help_text =
+    R"(Boxes come from FILE.npy, float32 of shape (n, 6) or (frames, n, 6), or from a scene. Each frame is a
+step: once cold, then --repeat times warmed; times are medians, summed over the frames. A grid is
+shaped once, around the first frame. 'total' ends when the output is on the host, in its form;
+'decode' is the host's way from a matrix to a list.
+
+Examples:
+  throng-paper pairs --scene uniform --objects 10K
+  throng-paper pairs boxes.npy --mapping lazy --output byte --repeat 5
+  throng-paper pairs boxes.npy --root lomont --steps 2 --no-repair --check
+  throng-paper pairs --scene column --objects 100K --frames 5 --grid 8 --json)";
+
+struct Arguments {
+  std::string file, scene, objects = "10K", memory = "4G", output;
+  std::size_t frames = 1;
+  std::uint64_t seed = 1;
+  Variant variant;
+  double grid = 0;
+  DeviceKind device = DeviceKind::cpu;
+  unsigned threads = 1;
+  int repeat = 1;
+  bool check = false, json = false;
+  CLI::Option *grid_option = nullptr, *output_option = nullptr, *write_option = nullptr,
+              *steps_option = nullptr, *root_option = nullptr, *repair_option = nullptr,
+              *radicand_option = nullptr;
+};
+
+struct Outcome {
+  std::uint64_t pairs = 0, checksum = 0, missing = 0, extra = 0;
+  std::uint64_t output_bytes = 0, cells = 0, entries = 0;
+  Times times;
+  Faults faults;
+};
+
+bool is_fast(RootKind root) { return root == RootKind::carmack || root == RootKind::lomont; }
+
+// What does not go together, told before anything is run.
+void refuse_conflicts(const Arguments& a) {
+  const Variant& v = a.variant;
+  if (a.file.empty() == a.scene.empty()) {
+    throw Failure(a.file.empty() ? "found no boxes, wanted FILE.npy or --scene NAME --objects N"
+                                 : "found both a file and --scene, wanted one of them");
+  }
+  const bool formula = v.mapping == MappingKind::formula;
+  if (!formula && a.root_option->count() + a.repair_option->count() + a.radicand_option->count() > 0) {
+    throw Failure(fmt::format("--mapping {} has no square root: --root, --repair and --radicand go "
+                              "with --mapping formula",
+                              name(v.mapping)));
+  }
+  if (a.steps_option->count() > 0 && (!formula || !is_fast(v.root))) {
+    throw Failure("--steps goes with --root carmack or lomont, the only ones that take steps");
+  }
+  if (a.grid_option->count() > 0) {
+    if (!(a.grid > 0) || a.grid > 1e18) {
+      throw Failure(fmt::format("--grid: found {}, wanted more than 0 objects a cell, e.g. 8", a.grid));
+    }
+    if (a.output_option->count() + a.write_option->count() > 0) {
+      throw Failure("--grid gives a list of pairs: leave --output and --write out, or --grid");
+    }
+  } else if (a.write_option->count() > 0 && v.output != Output::bit) {
+    throw Failure(fmt::format("--write is how bits are written, and --output is {}; leave one out",
+                              name(v.output)));
+  }
+}
+
+// Against the exact brute force on the host, as lists with repetitions.
+void compare(const Setup& setup, const Box* boxes, std::vector<Pair> found, Outcome& outcome) {
+  Setup plain = setup;
+  plain.variant = {};
+  plain.variant.mapping = MappingKind::fold;
+  plain.variant.output = Output::pairs;
+  std::vector<Pair> truth = make_host_stepper(plain)->step(boxes).pairs;
+  std::sort(truth.begin(), truth.end());
+  std::sort(found.begin(), found.end());
+  std::vector<Pair> difference;
+  std::set_difference(truth.begin(), truth.end(), found.begin(), found.end(),
+                      std::back_inserter(difference));
+  outcome.missing += difference.size();
+  difference.clear();
+  std::set_difference(found.begin(), found.end(), truth.begin(), truth.end(),
+                      std::back_inserter(difference));
+  outcome.extra += difference.size();
+}
+
+Json to_json(const Arguments& a, const Boxes& boxes, const Outcome& o) {
+  Json json;
+  json["n"] = boxes.n;
+  json["frames"] = boxes.frames;
+  json["variant"] = describe(a.variant);
+  json["device"] = a.device == DeviceKind::cuda ? cuda_device_name() : "cpu";
+  json["pairs"] = o.pairs;
+  json["checksum"] = hex(o.checksum);
+  json["total_ms"] = o.times.total();
+  json["stages_ms"] = {{"upload", o.times.upload},     {"boxes", o.times.boxes},
+                       {"grid", o.times.grid},         {"search", o.times.search},
+                       {"download", o.times.download}, {"decode", o.times.decode}};
+  json["output_bytes"] = o.output_bytes;
+  if (a.variant.per_cell > 0) json["grid"] = {{"cells", o.cells}, {"entries", o.entries}};
+  if (a.variant.per_cell == 0) json["wrong_rows"] = o.faults.rows;
+  if (a.check) json["check"] = {{"missing", o.missing}, {"extra", o.extra}};
+  return json;
+}
+
+std::string to_text(const Arguments& a, const Boxes& boxes, const Outcome& o) {
+  using report::format_count;
+  using report::format_ms;
+  std::string text = fmt::format("{}: {} boxes", boxes.name, format_count(boxes.n));
+  if (boxes.frames > 1) text += fmt::format("; {} frames", boxes.frames);
+  text += fmt::format("\nvariant   {}, {}\npairs     {}\nchecksum  {}\n", describe(a.variant),
+                      a.device == DeviceKind::cuda ? cuda_device_name() : "cpu",
+                      format_count(o.pairs), hex(o.checksum));
+  text += fmt::format("time      {} ms  (median of {} warmed)\n", format_ms(o.times.total()), a.repeat);
+  const auto stage = [&](const char* what, double ms) {
+    if (ms > 0) text += fmt::format("  {:<9}{} ms\n", what, format_ms(ms));
+  };
+  stage("upload", o.times.upload);
+  stage("boxes", o.times.boxes);
+  stage("grid", o.times.grid);
+  stage("search", o.times.search);
+  stage("download", o.times.download);
+  if (o.times.decode > 0) text += fmt::format("decode    {} ms\n", format_ms(o.times.decode));
+  text += fmt::format("output    {} bytes\n", format_count(o.output_bytes));
+  if (a.variant.per_cell > 0) {
+    text += fmt::format("grid      {} cells, {} entries\n", format_count(o.cells),
+                        format_count(o.entries));
+  } else if (o.faults.indices > 0) {
+    text += fmt::format("mapping   wrong at an end of {} rows, first at index {}\n",
+                        format_count(o.faults.rows), format_count(o.faults.first_index));
+  }
+  if (a.check) {
+    text += fmt::format("check     {} missing, {} too many\n", format_count(o.missing),
+                        format_count(o.extra));
+  }
+  return text;
+}
+
+int run(Arguments a) {
+  refuse_conflicts(a);
+  if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
+  const std::uint64_t memory_bytes = parse_bytes(a.memory, "--memory");
+  const std::uint64_t objects = parse_count(a.objects, "--objects");
+  const Boxes boxes = a.file.empty() ? make_scene(a.scene, objects, a.frames, a.seed)
+                                     : read_file(a.file);
+  Setup setup;
+  setup.variant = a.variant;
+  setup.n = boxes.n;
+  setup.memory_bytes = memory_bytes;
+  setup.threads = a.threads;
+  if (boxes.frames > 0) setup.environment = environment_of(boxes.frame(0), boxes.n);
+  const std::unique_ptr<Stepper> stepper = make_stepper_on(a.device, setup);
+  Outcome outcome;
+  if (a.variant.per_cell == 0) outcome.faults = count_faults(a.variant, boxes.n, 1);
+  std::vector<Pair> all;
+  for (std::size_t f = 0; f < boxes.frames; ++f) {
+    const Measured m = measure(*stepper, boxes.frame(f), a.repeat);
+    outcome.pairs += m.step.pairs.size();
+    outcome.checksum += m.checksum;
+    outcome.output_bytes += m.step.output_bytes;
+    outcome.cells = m.step.cells;
+    outcome.entries += m.step.entries;
+    Times& t = outcome.times;
+    t.upload += m.step.times.upload;
+    t.boxes += m.step.times.boxes;
+    t.grid += m.step.times.grid;
+    t.search += m.step.times.search;
+    t.download += m.step.times.download;
+    t.decode += m.step.times.decode;
+    if (!a.output.empty()) all.insert(all.end(), m.step.pairs.begin(), m.step.pairs.end());
+    if (a.check) compare(setup, boxes.frame(f), m.step.pairs, outcome);
+  }
+  if (!a.output.empty()) scene::write_pairs(a.output, all.data(), all.size());
+  say(a.json ? to_json(a, boxes, outcome).dump(2) + "\n" : to_text(a, boxes, outcome));
+  return outcome.missing + outcome.extra > 0 ? exit_differs : exit_done;
+}
+
+// A choice by name, in the order of the enumeration.
+template <class Kind, std::size_t count>
+CLI::Option* add_choice(CLI::App& app, const char* option, Kind& value,
+                        const char* const (&names)[count], const char* what) {
+  std::map<std::string, Kind> choices;
+  std::string type;
+  for (std::size_t i = 0; i < count; ++i) {
+    choices[names[i]] = static_cast<Kind>(i);
+    type += (i == 0 ? "" : "|") + std::string(names[i]);
+  }
+  return app.add_option(option, value, what)
+      ->transform(CLI::CheckedTransformer(choices).description(""))
+      ->type_name(type);
+}
+
+}  // namespace
+
+Run add_pairs(CLI::App& program) {
+  static constexpr const char* radicand_names[] = {"integer", "real"};
+  static constexpr const char* device_names[] = {"cpu", "cuda"};
+  auto a = std::make_shared<Arguments>();
+  CLI::App& app = *program.add_subcommand("pairs", "Find the pairs by one variant of the system");
+  app.footer(help_text);
+  app.add_option("FILE", a->file, "boxes")->type_name("FILE.npy");
+  app.add_option("--scene", a->scene, "make the boxes; throng-paper --list names the scenes")
+      ->type_name("NAME");
+  app.add_option("--objects", a->objects, "boxes of the scene (10K)")->type_name("N");
+  app.add_option("--frames", a->frames, "frames of the scene (1)")
+      ->check(CLI::Range(1, 100000).description(""))
+      ->type_name("F");
+  app.add_option("--seed", a->seed, "seed of the scene (1)")->type_name("S");
+  Variant& v = a->variant;
+  add_choice(app, "--mapping", v.mapping, mapping_names, "from thread to pair (formula)");
+  a->root_option = add_choice(app, "--root", v.root, root_names, "square root (float32)");
+  a->steps_option = app.add_option("--steps", v.steps, "Newton steps of a fast root, 1 to 4 (2)")
+                        ->check(CLI::Range(min_steps, max_steps).description(""))
+                        ->type_name("1..4");
+  a->repair_option = app.add_flag("--repair,!--no-repair", v.repair, "the paper's repairs (on)");
+  a->radicand_option =
+      add_choice(app, "--radicand", v.radicand, radicand_names, "how it is formed (integer)");
+  a->output_option = add_choice(app, "--output", v.output, output_names, "form of output (bit)");
+  a->write_option = add_choice(app, "--write", v.write, write_names, "how bits are written (ballot)");
+  a->grid_option = app.add_option("--grid", a->grid, "use the grid, with X objects a cell")
+                       ->type_name("X");
+  add_choice(app, "--device", a->device, device_names, "where to run (cpu)");
+  app.add_option("--threads", a->threads, "threads of the cpu (1)")
+      ->check(CLI::Range(1, 1024).description(""))
+      ->type_name("N");
+  app.add_option("--repeat", a->repeat, "warmed runs to take the median of (1)")
+      ->check(CLI::Range(1, 1000000).description(""))
+      ->type_name("K");
+  app.add_option("--memory", a->memory, "the most that the output, a list or the grid may take (4G)")
+      ->type_name("BYTES");
+  app.add_option("-o,--pairs-file", a->output, "write the pairs of all frames")
+      ->type_name("PAIRS.npy");
+  app.add_flag("--check", a->check, "compare with the exact brute force; status 1 if they differ");
+  app.add_flag("--json", a->json, "print one JSON object");
+  return [a] { return run(*a); };
+}
+
+}  // namespace throng::paper
