@@ -1,7 +1,7 @@
 // The GPU as a device: thin launches of the functions that the host runs in loops, memory, events.
 // All of CUDA that this room has.
-#include <cub/device/device_scan.cuh>
 #include <cuda_runtime.h>
+#include <cub/device/device_scan.cuh>
 
 #include <algorithm>
 #include <cstdint>
@@ -238,9 +238,9 @@ std::string cuda_device_name() {
   return properties.name;
 }
 
-std::unique_ptr<Stepper> make_cuda_stepper(const Setup& setup) {
+std::unique_ptr<Stepper> make_cuda_stepper(const Job& job) {
   require_cuda();
-  return make_stepper<CudaDevice>(setup);
+  return make_stepper<CudaDevice>(job);
 }
 
 RootTime time_roots_on_cuda(RootKind kind, int steps, std::uint64_t count, int repeat) {

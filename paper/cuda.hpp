@@ -15,7 +15,7 @@ std::string why_no_cuda();
 // The name of the GPU.
 std::string cuda_device_name();
 // As on the host. Failure where there is no GPU, or it fails.
-std::unique_ptr<Stepper> make_cuda_stepper(const Setup& setup);
+std::unique_ptr<Stepper> make_cuda_stepper(const Job& job);
 RootTime time_roots_on_cuda(RootKind kind, int steps, std::uint64_t count, int repeat);
 
 }  // namespace throng::paper

@@ -47,10 +47,11 @@ void refuse_nan(const Boxes& boxes) {
     if (count++ == 0) first = i;
   }
   if (count == 0) return;
-  throw Failure(fmt::format(
-      "{}: found {} boxes with a NaN, the first at index {} of frame {}; give a box that is not there "
-      "a lower corner above its upper corner",
-      boxes.name, count, first % boxes.n, first / boxes.n));
+  throw Failure(
+      fmt::format("{}: found {} boxes with a NaN, the first at index {} of frame {}; give a box "
+                  "that is not there "
+                  "a lower corner above its upper corner",
+                  boxes.name, count, first % boxes.n, first / boxes.n));
 }
 
 }  // namespace
@@ -87,11 +88,11 @@ Boxes make_scene(const std::string& name, std::size_t n, std::size_t frames, std
   }
 }
 
-std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Setup& setup) {
-  if (device == DeviceKind::cpu) return make_host_stepper(setup);
+std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Job& job) {
+  if (device == DeviceKind::cpu) return make_host_stepper(job);
   const std::string reason = why_no_cuda();
   if (!reason.empty()) throw Failure("--device cuda: " + reason);
-  return make_cuda_stepper(setup);
+  return make_cuda_stepper(job);
 }
 
 Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_ms) {

@@ -32,7 +32,7 @@ Boxes make_scene(const std::string& name, std::size_t n, std::size_t frames, std
 
 enum class DeviceKind { cpu, cuda };
 // Failure where there is no GPU.
-std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Setup& setup);
+std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Job& job);
 
 // The median of each stage over `repeat` warmed steps of one frame, fewer (but one) where they take
 // longer than `budget_ms` together; pairs of the last.

@@ -84,7 +84,8 @@ class Experiments {
 
  private:
   // Sizes above --up-to are left out, and with --quick those above `quick_limit`.
-  std::vector<std::uint64_t> sizes(std::vector<std::uint64_t> all, std::uint64_t quick_limit) const {
+  std::vector<std::uint64_t> sizes(std::vector<std::uint64_t> all,
+                                   std::uint64_t quick_limit) const {
     const std::uint64_t limit = arguments_.quick ? std::min(quick_limit, up_to_) : up_to_;
     std::erase_if(all, [&](std::uint64_t n) { return n > limit; });
     return all;
@@ -92,8 +93,8 @@ class Experiments {
 
   void row(const char* experiment, const std::string& variant, std::uint64_t n, double ms,
            const std::string& pairs, const std::string& checksum) {
-    csv_.line(fmt::format("{},{},{},{},{:.6g},{},{}", experiment, variant, device_name_, n, ms, pairs,
-                          checksum));
+    csv_.line(fmt::format("{},{},{},{},{:.6g},{},{}", experiment, variant, device_name_, n, ms,
+                          pairs, checksum));
   }
   void row(const char* experiment, const std::string& variant, std::uint64_t n, double ms,
            const Measured& m) {
@@ -104,18 +105,18 @@ class Experiments {
   template <class Use>
   void with(const char* experiment, const Variant& variant, std::uint64_t n, const Use& use) {
     const Boxes boxes = make_scene(arguments_.scene, n, 1, 1);
-    Setup setup;
-    setup.variant = variant;
-    setup.n = n;
-    setup.environment = environment_of(boxes.frame(0), n);
-    setup.memory_bytes = memory_bytes_;
-    setup.threads = arguments_.threads;
+    Job job;
+    job.variant = variant;
+    job.n = n;
+    job.environment = environment_of(boxes.frame(0), n);
+    job.memory_bytes = memory_bytes_;
+    job.threads = arguments_.threads;
     try {
-      const std::unique_ptr<Stepper> stepper = make_stepper_on(device_, setup);
+      const std::unique_ptr<Stepper> stepper = make_stepper_on(device_, job);
       use(measure(*stepper, boxes.frame(0), arguments_.repeat, arguments_.quick ? 500 : 5000));
     } catch (const Failure& failure) {
-      std::fputs(fmt::format("throng-paper: {} {} n {} left out: {}\n", experiment, describe(variant),
-                             n, failure.what())
+      std::fputs(fmt::format("throng-paper: {} {} n {} left out: {}\n", experiment,
+                             describe(variant), n, failure.what())
                      .c_str(),
                  stderr);
     }
@@ -149,10 +150,9 @@ class Experiments {
   void table4() {
     const auto time = [&](const std::string& name, RootKind kind, int steps, std::uint64_t n) {
       const int repeat = n > 100000000 && device_ == DeviceKind::cpu ? 1 : arguments_.repeat;
-      const RootTime result =
-          device_ == DeviceKind::cuda
-              ? time_roots_on_cuda(kind, steps, n, repeat)
-              : time_roots_on_host(kind, steps, n, repeat, arguments_.threads);
+      const RootTime result = device_ == DeviceKind::cuda
+                                  ? time_roots_on_cuda(kind, steps, n, repeat)
+                                  : time_roots_on_host(kind, steps, n, repeat, arguments_.threads);
       row("table4", name, n, result.ms, "", hex(result.sum));
     };
     for (const std::uint64_t n : sizes({1000000, 10000000, 100000000, 1000000000}, 10000000)) {
@@ -237,7 +237,8 @@ int run(const Arguments& a) {
 
 Run add_measure(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
-  CLI::App& app = *program.add_subcommand("measure", "Run the paper's tables here, into a CSV file");
+  CLI::App& app =
+      *program.add_subcommand("measure", "Run the paper's tables here, into a CSV file");
   app.footer(help_text);
   app.add_option("--csv", a->csv, "where the rows go")->required()->type_name("FILE");
   app.add_flag("--quick", a->quick, "leave the largest sizes out");

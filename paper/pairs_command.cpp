@@ -66,17 +66,20 @@ void refuse_conflicts(const Arguments& a) {
                                  : "found both a file and --scene, wanted one of them");
   }
   const bool formula = v.mapping == MappingKind::formula;
-  if (!formula && a.root_option->count() + a.repair_option->count() + a.radicand_option->count() > 0) {
-    throw Failure(fmt::format("--mapping {} has no square root: --root, --repair and --radicand go "
-                              "with --mapping formula",
-                              name(v.mapping)));
+  if (!formula &&
+      a.root_option->count() + a.repair_option->count() + a.radicand_option->count() > 0) {
+    throw Failure(
+        fmt::format("--mapping {} has no square root: --root, --repair and --radicand go "
+                    "with --mapping formula",
+                    name(v.mapping)));
   }
   if (a.steps_option->count() > 0 && (!formula || !is_fast(v.root))) {
     throw Failure("--steps goes with --root carmack or lomont, the only ones that take steps");
   }
   if (a.grid_option->count() > 0) {
     if (!(a.grid > 0) || a.grid > 1e18) {
-      throw Failure(fmt::format("--grid: found {}, wanted more than 0 objects a cell, e.g. 8", a.grid));
+      throw Failure(
+          fmt::format("--grid: found {}, wanted more than 0 objects a cell, e.g. 8", a.grid));
     }
     if (a.output_option->count() + a.write_option->count() > 0) {
       throw Failure("--grid gives a list of pairs: leave --output and --write out, or --grid");
@@ -88,8 +91,8 @@ void refuse_conflicts(const Arguments& a) {
 }
 
 // Against the exact brute force on the host, as lists with repetitions.
-void compare(const Setup& setup, const Box* boxes, std::vector<Pair> found, Outcome& outcome) {
-  Setup plain = setup;
+void compare(const Job& job, const Box* boxes, std::vector<Pair> found, Outcome& outcome) {
+  Job plain = job;
   plain.variant = {};
   plain.variant.mapping = MappingKind::fold;
   plain.variant.output = Output::pairs;
@@ -133,7 +136,8 @@ std::string to_text(const Arguments& a, const Boxes& boxes, const Outcome& o) {
   text += fmt::format("\nvariant   {}, {}\npairs     {}\nchecksum  {}\n", describe(a.variant),
                       a.device == DeviceKind::cuda ? cuda_device_name() : "cpu",
                       format_count(o.pairs), hex(o.checksum));
-  text += fmt::format("time      {} ms  (median of {} warmed)\n", format_ms(o.times.total()), a.repeat);
+  text +=
+      fmt::format("time      {} ms  (median of {} warmed)\n", format_ms(o.times.total()), a.repeat);
   const auto stage = [&](const char* what, double ms) {
     if (ms > 0) text += fmt::format("  {:<9}{} ms\n", what, format_ms(ms));
   };
@@ -163,15 +167,15 @@ int run(Arguments a) {
   if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
   const std::uint64_t memory_bytes = parse_bytes(a.memory, "--memory");
   const std::uint64_t objects = parse_count(a.objects, "--objects");
-  const Boxes boxes = a.file.empty() ? make_scene(a.scene, objects, a.frames, a.seed)
-                                     : read_file(a.file);
-  Setup setup;
-  setup.variant = a.variant;
-  setup.n = boxes.n;
-  setup.memory_bytes = memory_bytes;
-  setup.threads = a.threads;
-  if (boxes.frames > 0) setup.environment = environment_of(boxes.frame(0), boxes.n);
-  const std::unique_ptr<Stepper> stepper = make_stepper_on(a.device, setup);
+  const Boxes boxes =
+      a.file.empty() ? make_scene(a.scene, objects, a.frames, a.seed) : read_file(a.file);
+  Job job;
+  job.variant = a.variant;
+  job.n = boxes.n;
+  job.memory_bytes = memory_bytes;
+  job.threads = a.threads;
+  if (boxes.frames > 0) job.environment = environment_of(boxes.frame(0), boxes.n);
+  const std::unique_ptr<Stepper> stepper = make_stepper_on(a.device, job);
   Outcome outcome;
   if (a.variant.per_cell == 0) outcome.faults = count_faults(a.variant, boxes.n, 1);
   std::vector<Pair> all;
@@ -190,7 +194,7 @@ int run(Arguments a) {
     t.download += m.step.times.download;
     t.decode += m.step.times.decode;
     if (!a.output.empty()) all.insert(all.end(), m.step.pairs.begin(), m.step.pairs.end());
-    if (a.check) compare(setup, boxes.frame(f), m.step.pairs, outcome);
+    if (a.check) compare(job, boxes.frame(f), m.step.pairs, outcome);
   }
   if (!a.output.empty()) scene::write_pairs(a.output, all.data(), all.size());
   say(a.json ? to_json(a, boxes, outcome).dump(2) + "\n" : to_text(a, boxes, outcome));
@@ -238,9 +242,10 @@ Run add_pairs(CLI::App& program) {
   a->radicand_option =
       add_choice(app, "--radicand", v.radicand, radicand_names, "how it is formed (integer)");
   a->output_option = add_choice(app, "--output", v.output, output_names, "form of output (bit)");
-  a->write_option = add_choice(app, "--write", v.write, write_names, "how bits are written (ballot)");
-  a->grid_option = app.add_option("--grid", a->grid, "use the grid, with X objects a cell")
-                       ->type_name("X");
+  a->write_option =
+      add_choice(app, "--write", v.write, write_names, "how bits are written (ballot)");
+  a->grid_option =
+      app.add_option("--grid", a->grid, "use the grid, with X objects a cell")->type_name("X");
   add_choice(app, "--device", a->device, device_names, "where to run (cpu)");
   app.add_option("--threads", a->threads, "threads of the cpu (1)")
       ->check(CLI::Range(1, 1024).description(""))
@@ -248,7 +253,8 @@ Run add_pairs(CLI::App& program) {
   app.add_option("--repeat", a->repeat, "warmed runs to take the median of (1)")
       ->check(CLI::Range(1, 1000000).description(""))
       ->type_name("K");
-  app.add_option("--memory", a->memory, "the most that the output, a list or the grid may take (4G)")
+  app.add_option("--memory", a->memory,
+                 "the most that the output, a list or the grid may take (4G)")
       ->type_name("BYTES");
   app.add_option("-o,--pairs-file", a->output, "write the pairs of all frames")
       ->type_name("PAIRS.npy");

@@ -49,12 +49,12 @@ std::string shares(const std::vector<std::uint64_t>& tests) {
       for (const bool wide : {true, false})
         for (const LastOperation last : {LastOperation::product, LastOperation::reciprocal}) {
           const auto wrong = wrong_roots({root.constant, steps, wide, last}, tests);
-          text += fmt::format("{:<34}",
-                              fmt::format("{} {}, {}, {}", root.name, steps, wide ? "double" : "float",
-                                          last == LastOperation::product ? "x*y" : "1/y"));
+          text += fmt::format(
+              "{:<34}", fmt::format("{} {}, {}, {}", root.name, steps, wide ? "double" : "float",
+                                    last == LastOperation::product ? "x*y" : "1/y"));
           for (std::size_t i = 0; i < tests.size(); ++i) {
-            text += fmt::format("{:>10.4f}", 100.0 * static_cast<double>(wrong[i]) /
-                                                 static_cast<double>(tests[i]));
+            text += fmt::format(
+                "{:>10.4f}", 100.0 * static_cast<double>(wrong[i]) / static_cast<double>(tests[i]));
           }
           text += "\n";
         }
@@ -68,7 +68,8 @@ std::string pairs(std::uint64_t objects) {
   static constexpr std::uint64_t ends[] = {100000, 1000000};
   std::string text = fmt::format("\n{:<22}", "wrong, %, n =");
   for (const std::uint64_t n : walked) text += fmt::format("{:>14}", report::format_count(n));
-  for (const std::uint64_t n : ends) text += fmt::format("{:>14}", report::format_count(n) + " rows");
+  for (const std::uint64_t n : ends)
+    text += fmt::format("{:>14}", report::format_count(n) + " rows");
   text += "\n";
   const auto share = [](std::uint64_t wrong, double all) {
     return wrong == 0 ? fmt::format("{:>14}", 0)
@@ -78,7 +79,8 @@ std::string pairs(std::uint64_t objects) {
     if (variant.repair) name += ", repaired";
     text += fmt::format("{:<22}", name);
     for (const std::uint64_t n : walked) {
-      text += share(count_faults(variant, n).indices, static_cast<double>(thread_count(variant, n)));
+      text +=
+          share(count_faults(variant, n).indices, static_cast<double>(thread_count(variant, n)));
     }
     for (const std::uint64_t n : ends) {
       text += share(count_faults(variant, n, 1).rows, static_cast<double>(n));

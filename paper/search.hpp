@@ -33,7 +33,7 @@ struct TakeBox {
 
 // Does thread t's pair overlap?
 template <class Mapping>
-struct Test {
+struct PairTest {
   Mapping mapping;
   const Box* boxes;
   std::uint64_t n;
@@ -65,9 +65,9 @@ struct WriteByte {
 };
 
 // The paper's way to one bit a pair: a thread that has found an overlap reads its byte, sets its
-// bit, and writes the byte back. Eight threads share the byte. Threads of one warp read together and
-// then write together, so of several that have found something one write is left: a race. In two
-// halves, so that a host can run a warp in step, too.
+// bit, and writes the byte back. Eight threads share the byte. Threads of one warp read together
+// and then write together, so of several that have found something one write is left: a race. In
+// two halves, so that a host can run a warp in step, too.
 template <class Tested>
 struct WriteBitRacy {
   Tested test;
@@ -111,7 +111,8 @@ struct WriteWord {
   THRONG_HD void operator()(std::uint64_t w) const noexcept {
     const std::uint64_t begin = w * bits_per_word;
     const std::uint64_t left = count - begin;
-    const std::uint32_t size = static_cast<std::uint32_t>(left < bits_per_word ? left : bits_per_word);
+    const std::uint32_t size =
+        static_cast<std::uint32_t>(left < bits_per_word ? left : bits_per_word);
     std::uint32_t word = 0;
     for (std::uint32_t bit = 0; bit < size; ++bit) {
       word |= static_cast<std::uint32_t>(test(begin + bit)) << bit;

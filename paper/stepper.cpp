@@ -26,9 +26,7 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
-std::unique_ptr<Stepper> make_host_stepper(const Setup& setup) {
-  return make_stepper<HostDevice>(setup);
-}
+std::unique_ptr<Stepper> make_host_stepper(const Job& job) { return make_stepper<HostDevice>(job); }
 
 RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int repeat,
                             unsigned threads) {

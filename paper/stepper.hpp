@@ -32,12 +32,12 @@ struct Step {
   Times times;
 };
 
-struct Setup {
+struct Job {
   Variant variant;
   std::uint64_t n = 0;
-  Box environment{};                                 // for the grid
+  Box environment{};                                    // for the grid
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // for output, stored list, grid: each
-  unsigned threads = 1;                              // of the host
+  unsigned threads = 1;                                 // of the host
 };
 
 class Stepper {
@@ -48,10 +48,10 @@ class Stepper {
 };
 
 // Failure where n, or the memory that the variant takes for n objects, is too large.
-std::unique_ptr<Stepper> make_host_stepper(const Setup& setup);
+std::unique_ptr<Stepper> make_host_stepper(const Job& job);
 
-// Time of `count` square roots, of 0 .. count - 1: the median of `repeat` runs. `sum` is made of the
-// roots, so that none of them can be left out.
+// Time of `count` square roots, of 0 .. count - 1: the median of `repeat` runs. `sum` is made of
+// the roots, so that none of them can be left out.
 struct RootTime {
   double ms = 0;
   std::uint64_t sum = 0;

@@ -23,8 +23,8 @@ class PairList {
  public:
   explicit PairList(std::uint64_t n) : first_capacity_(4 * n + 1024) {}
 
-  // launch(sink) tells each pair to the sink. If there are more of them than there is room, they are
-  // told once more into larger room: none is lost, and nothing is written past the end.
+  // launch(sink) tells each pair to the sink. If there are more of them than there is room, they
+  // are told once more into larger room: none is lost, and nothing is written past the end.
   template <class Launch>
   void collect(Device& device, const Launch& launch) {
     counter_.reserve(1);
@@ -52,24 +52,25 @@ class PairList {
 template <class Device>
 class BruteForce final : public Stepper {
  public:
-  explicit BruteForce(const Setup& setup)
-      : device_(setup.threads),
-        variant_(setup.variant),
-        n_(setup.n),
+  explicit BruteForce(const Job& job)
+      : device_(job.threads),
+        variant_(job.variant),
+        n_(job.n),
         places_(thread_count(variant_, n_)),
         pairs_(n_) {
     boxes_.reserve(n_);
     const bool bits = variant_.output == Output::bit;
     if (variant_.output != Output::pairs) {
-      require_memory(bits ? word_count(places_) * 4 : places_, setup.memory_bytes,
-                     std::string("the matrix of one ") + name(variant_.output) + " a pair",
-                     bits ? "use --output pairs or --grid X, or allow more by --memory"
-                          : "use --output bit, --output pairs or --grid X, or allow more by --memory");
+      require_memory(
+          bits ? word_count(places_) * 4 : places_, job.memory_bytes,
+          std::string("the matrix of one ") + name(variant_.output) + " a pair",
+          bits ? "use --output pairs or --grid X, or allow more by --memory"
+               : "use --output bit, --output pairs or --grid X, or allow more by --memory");
       if (bits) words_.reserve(word_count(places_));
       if (!bits) bytes_.reserve(places_);
     }
     if (variant_.mapping == MappingKind::stored) {
-      require_memory(places_ * sizeof(Pair), setup.memory_bytes, "the stored list of pairs",
+      require_memory(places_ * sizeof(Pair), job.memory_bytes, "the stored list of pairs",
                      "use --mapping formula, or allow more by --memory");
       list_.reserve(places_);
       device_.each(places_, FillList<Exact>{Exact{}, n_, list_.data()});
@@ -100,7 +101,7 @@ class BruteForce final : public Stepper {
  private:
   template <class Mapping>
   void search(const Mapping& mapping) {
-    using Tested = Test<Mapping>;
+    using Tested = PairTest<Mapping>;
     const Tested test{mapping, boxes_.data(), n_};
     if (variant_.output == Output::byte) {
       device_.each(places_, WriteByte<Tested>{test, bytes_.data()});
@@ -117,8 +118,8 @@ class BruteForce final : public Stepper {
       if (variant_.write == Write::atomic) {
         device_.each(places_, WriteBitAtomic<Tested>{test, words_.data()});
       } else {
-        device_.in_step(places_, WriteBitRacy<Tested>{
-                                     test, reinterpret_cast<std::uint8_t*>(words_.data())});
+        device_.in_step(places_,
+                        WriteBitRacy<Tested>{test, reinterpret_cast<std::uint8_t*>(words_.data())});
       }
     }
   }
@@ -176,12 +177,12 @@ class BruteForce final : public Stepper {
 template <class Device>
 class GridSearch final : public Stepper {
  public:
-  explicit GridSearch(const Setup& setup)
-      : device_(setup.threads),
-        variant_(setup.variant),
-        n_(setup.n),
-        memory_bytes_(setup.memory_bytes),
-        shape_(make_grid(setup.environment, setup.n, setup.variant.per_cell)),
+  explicit GridSearch(const Job& job)
+      : device_(job.threads),
+        variant_(job.variant),
+        n_(job.n),
+        memory_bytes_(job.memory_bytes),
+        shape_(make_grid(job.environment, job.n, job.variant.per_cell)),
         cells_(shape_.cell_count()),
         pairs_(n_) {
     require_memory((cells_ + 1) * (sizeof(std::uint32_t) + sizeof(std::uint64_t)), memory_bytes_,
@@ -230,8 +231,8 @@ class GridSearch final : public Stepper {
                    "the lists of " + std::to_string(step_.entries) + " entries of boxes in cells",
                    "give --grid a larger X, or allow more by --memory");
     entries_.reserve(step_.entries);
-    device_.each(n_, FillEntries{shape_, boxes_.data(), starts_.data(), counts_.data(),
-                                 entries_.data()});
+    device_.each(
+        n_, FillEntries{shape_, boxes_.data(), starts_.data(), counts_.data(), entries_.data()});
   }
 
   template <class Mapping>
@@ -255,20 +256,21 @@ class GridSearch final : public Stepper {
 };
 
 template <class Device>
-std::unique_ptr<Stepper> make_stepper(const Setup& setup) {
-  if (setup.n > max_objects) {
-    throw Failure("found " + std::to_string(setup.n) + " objects, and the radicand of the mapping " +
+std::unique_ptr<Stepper> make_stepper(const Job& job) {
+  if (job.n > max_objects) {
+    throw Failure("found " + std::to_string(job.n) + " objects, and the radicand of the mapping " +
                   "formula overflows 63 bits beyond " + std::to_string(max_objects) +
                   "; split the set");
   }
-  if (setup.variant.per_cell > 0) {
-    if (setup.variant.mapping == MappingKind::stored) {
-      throw Failure("the stored list holds the pairs of all n objects, and a cell of the grid has " +
-                    std::string("a list of its own length; use another --mapping with --grid"));
+  if (job.variant.per_cell > 0) {
+    if (job.variant.mapping == MappingKind::stored) {
+      throw Failure(
+          "the stored list holds the pairs of all n objects, and a cell of the grid has " +
+          std::string("a list of its own length; use another --mapping with --grid"));
     }
-    return std::make_unique<GridSearch<Device>>(setup);
+    return std::make_unique<GridSearch<Device>>(job);
   }
-  return std::make_unique<BruteForce<Device>>(setup);
+  return std::make_unique<BruteForce<Device>>(job);
 }
 
 }  // namespace throng::paper

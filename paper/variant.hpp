@@ -81,14 +81,15 @@ std::uint64_t thread_count(const Variant& variant, std::uint64_t n);
 // whatever root its threads work.
 bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair);
 
-// How far a mapping is from its numbering. A root that errs by rounding errs at the ends of rows, so
-// each row is walked inward from either end until an index is right, or `walk` were wrong: n rows,
-// not n^2 indices. With walk = 1 only the ends themselves are seen.
+// How far a mapping is from its numbering. A root that errs by rounding errs at the ends of rows,
+// so each row is walked inward from either end until an index is right, or `walk` were wrong: n
+// rows, not n^2 indices. With walk = 1 only the ends themselves are seen.
 struct Faults {
   std::uint64_t indices = 0;      // wrong ones among the walked
   std::uint64_t rows = 0;         // with a wrong first or last index
   std::uint64_t first_index = 0;  // the lowest wrong one, where there is any
 };
-Faults count_faults(const Variant& variant, std::uint64_t n, std::uint64_t walk = ~std::uint64_t{0});
+Faults count_faults(const Variant& variant, std::uint64_t n,
+                    std::uint64_t walk = ~std::uint64_t{0});
 
 }  // namespace throng::paper
