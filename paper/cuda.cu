@@ -156,6 +156,7 @@ class CudaDevice {
     if (n > 0) std::memcpy(held_.data(), boxes, n * sizeof(Box));
   }
   const Box* upload(const Box*, std::uint64_t n) {
+    if (n == 0) return given_.data();
     check(cudaMemcpyAsync(given_.data(), held_.data(), n * sizeof(Box), cudaMemcpyHostToDevice,
                           stream_),
           "the transfer of the boxes");
@@ -173,6 +174,7 @@ class CudaDevice {
   const T* fetch(const Array<T>& array, std::uint64_t count) {
     const std::uint64_t bytes = count * sizeof(T);
     fetched_.reserve(bytes);
+    if (bytes == 0) return nullptr;
     check(cudaMemcpyAsync(fetched_.data(), array.data(), bytes, cudaMemcpyDeviceToHost, stream_),
           "the transfer of the output");
     return reinterpret_cast<const T*>(fetched_.data());

@@ -1,11 +1,14 @@
 // throng-paper pairs: one variant on one set of boxes.
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "paper/commands.hpp"
@@ -25,7 +28,7 @@ using Json = nlohmann::ordered_json;
 const char* help_text =
     R"(Boxes come from FILE.npy, float32 of shape (n, 6) or (frames, n, 6), or from a scene. Each frame is a
 step: once cold, then --repeat times warmed; times are medians, summed over the frames. A grid is
-shaped once, around the first frame. 'total' ends when the output is on the host, in its form;
+shaped once, for --environment or around the first frame. 'total' ends when the output is on the host, in its form;
 'decode' is the host's way from a matrix to a list.
 
 Examples:
@@ -40,13 +43,14 @@ struct Arguments {
   std::uint64_t seed = 1;
   Variant variant;
   double grid = 0;
+  std::vector<float> environment;
   DeviceKind device = DeviceKind::cpu;
   unsigned threads = 1;
   int repeat = 1;
   bool check = false, json = false;
   CLI::Option *grid_option = nullptr, *output_option = nullptr, *write_option = nullptr,
               *steps_option = nullptr, *root_option = nullptr, *repair_option = nullptr,
-              *radicand_option = nullptr;
+              *radicand_option = nullptr, *environment_option = nullptr;
 };
 
 struct Outcome {
@@ -77,6 +81,15 @@ void refuse_conflicts(const Arguments& a) {
     throw Failure("--steps goes with --root carmack or lomont, the only ones that take steps");
   }
   if (a.grid_option->count() > 0) {
+    const std::vector<float>& e = a.environment;
+    if (!e.empty() &&
+        !(e[0] <= e[3] && e[1] <= e[4] && e[2] <= e[5] &&
+          std::all_of(e.begin(), e.end(), [](float x) { return std::isfinite(x); }))) {
+      throw Failure(
+          fmt::format("--environment: found {}, wanted a finite lower and upper corner, "
+                      "such as 0 0 0 10 10 10",
+                      fmt::join(e, " ")));
+    }
     if (!(a.grid > 0) || a.grid > 1e18) {
       throw Failure(
           fmt::format("--grid: found {}, wanted more than 0 objects a cell, e.g. 8", a.grid));
@@ -84,6 +97,8 @@ void refuse_conflicts(const Arguments& a) {
     if (a.output_option->count() + a.write_option->count() > 0) {
       throw Failure("--grid gives a list of pairs: leave --output and --write out, or --grid");
     }
+  } else if (a.environment_option->count() > 0) {
+    throw Failure("--environment is what the grid is made for: give --grid X, too");
   } else if (a.write_option->count() > 0 && v.output != Output::bit) {
     throw Failure(fmt::format("--write is how bits are written, and --output is {}; leave one out",
                               name(v.output)));
@@ -174,7 +189,12 @@ int run(Arguments a) {
   job.n = boxes.n;
   job.memory_bytes = memory_bytes;
   job.threads = a.threads;
-  if (boxes.frames > 0) job.environment = environment_of(boxes.frame(0), boxes.n);
+  const std::vector<float>& e = a.environment;
+  if (!e.empty()) {
+    job.environment = {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}};
+  } else if (boxes.frames > 0) {
+    job.environment = environment_of(boxes.frame(0), boxes.n);
+  }
   const std::unique_ptr<Stepper> stepper = make_stepper_on(a.device, job);
   Outcome outcome;
   if (a.variant.per_cell == 0) outcome.faults = count_faults(a.variant, boxes.n, 1);
@@ -246,6 +266,13 @@ Run add_pairs(CLI::App& program) {
       add_choice(app, "--write", v.write, write_names, "how bits are written (ballot)");
   a->grid_option =
       app.add_option("--grid", a->grid, "use the grid, with X objects a cell")->type_name("X");
+  a->environment_option =
+      app.add_option(
+             "--environment", a->environment,
+             "lower and upper corner of what the grid covers (the first frame's boxes); boxes "
+             "outside go to the cells at its border")
+          ->expected(6)
+          ->type_name("X Y Z X Y Z");
   add_choice(app, "--device", a->device, device_names, "where to run (cpu)");
   app.add_option("--threads", a->threads, "threads of the cpu (1)")
       ->check(CLI::Range(1, 1024).description(""))

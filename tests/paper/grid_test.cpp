@@ -10,6 +10,7 @@
 
 #include "paper/failure.hpp"
 #include "paper/host.hpp"
+#include "paper/mapping.hpp"
 #include "paper/stepper.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -173,6 +174,45 @@ TEST(GridLists, HoldEachBoxInEachOfItsCells) {
       }
   EXPECT_EQ(entries.size(), expected);
   EXPECT_GT(expected, boxes.size() * 2);
+}
+
+// On a device a warp shares a cell: 32 lanes, one after another here, find what one thread finds.
+TEST(GridLists, LanesShareACell) {
+  const BoxList boxes = tests::snapped_boxes(200, 4, 1.0f, 5);
+  const GridShape shape = make_grid(environment_of(boxes.data(), boxes.size()), boxes.size(), 20);
+  const std::uint64_t cells = shape.cell_count();
+  std::vector<std::uint32_t> counts(cells + 1);
+  for (std::uint64_t i = 0; i < boxes.size(); ++i)
+    CountEntries{shape, boxes.data(), counts.data()}(i);
+  std::vector<std::uint64_t> starts(cells + 1);
+  HostDevice().scan(counts.data(), starts.data(), cells + 1);
+  std::vector<std::uint32_t> entries(starts[cells]);
+  const FillEntries fill{shape, boxes.data(), starts.data(), counts.data(), entries.data()};
+  for (std::uint64_t i = 0; i < boxes.size(); ++i) fill(i);
+  const std::vector<Pair> truth = tests::reference_pairs(boxes).pairs;
+  for (const std::uint32_t lanes : {1u, 7u, 32u}) {
+    std::vector<Pair> pairs(truth.size() + 10, Pair{9, 9});
+    std::uint64_t found = 0;
+    const SearchCell<Formula<HardwareRoot<float>>> cell_search{
+        shape,          boxes.data(), starts.data(),
+        entries.data(), {},           {pairs.data(), pairs.size(), &found}};
+    for (std::uint64_t cell = 0; cell < cells; ++cell)
+      for (std::uint32_t lane = 0; lane < lanes; ++lane) cell_search(cell, lane, lanes);
+    ASSERT_EQ(found, truth.size());
+    pairs.resize(found);
+    std::sort(pairs.begin(), pairs.end());
+    EXPECT_EQ(pairs, truth) << lanes << " lanes";
+  }
+}
+
+// Nothing is written past the end, and all are counted.
+TEST(GridLists, CounterCountsPastTheRoom) {
+  std::vector<Pair> room(3, Pair{7, 7});
+  std::uint64_t found = 0;
+  const PairSink sink{room.data(), 2, &found};
+  for (std::uint32_t i = 0; i < 5; ++i) sink({i, i + 1});
+  EXPECT_EQ(found, 5u);
+  EXPECT_EQ(room, (std::vector<Pair>{{0, 1}, {1, 2}, {7, 7}}));
 }
 
 TEST(Grid, FindsWhatTheDoubleLoopFinds) {

@@ -35,7 +35,8 @@ TEST_F(Program, every_variant_tells_the_same_pairs_and_checksum) {
       {"--root", "lomont", "--repair", "--repeat", "3"},
       {"--root", "float64", "--no-repair", "--radicand", "real"},
       {"--grid", "8"},
-      {"--grid", "0.5", "--mapping", "lazy"}};
+      {"--grid", "0.5", "--mapping", "lazy"},
+      {"--grid", "4", "--environment", "-1", "-1", "-1", "3", "3", "3"}};
   const std::size_t truth = tests::reference_pairs(boxes).pairs.size();
   std::string checksum;
   for (std::vector<std::string> arguments : variants) {
@@ -96,6 +97,9 @@ TEST_F(Program, refuses_what_cannot_be) {
   refuses({"pairs", path, "--grid", "0"}, {"--grid", "0"});
   refuses({"pairs", path, "--grid", "8", "--output", "bit"}, {"--grid", "--output"});
   refuses({"pairs", path, "--grid", "8", "--mapping", "stored"}, {"--mapping", "--grid"});
+  refuses({"pairs", path, "--environment", "0", "0", "0", "1", "1", "1"}, {"--grid"});
+  refuses({"pairs", path, "--grid", "8", "--environment", "0", "0", "5", "1", "1", "1"},
+          {"--environment", "0 0 5 1 1 1"});
   refuses({"pairs", path, "--output", "byte", "--write", "racy"}, {"--write", "byte"});
   refuses({"pairs", "--scene", "uniform", "--objects", "1M"},
           {"62,499,937,500 bytes", "--output pairs", "--grid"});
