@@ -182,6 +182,12 @@ int run(Arguments a) {
   if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
   const std::uint64_t memory_bytes = parse_bytes(a.memory, "--memory");
   const std::uint64_t objects = parse_count(a.objects, "--objects");
+  if (a.file.empty() && objects > memory_bytes / sizeof(Box) / a.frames) {
+    throw Failure(
+        fmt::format("--objects {}: boxes of {} bytes, {} frames of them, are more than the {} "
+                    "bytes allowed; make fewer, or allow more by --memory",
+                    a.objects, sizeof(Box), a.frames, memory_bytes));
+  }
   const Boxes boxes =
       a.file.empty() ? make_scene(a.scene, objects, a.frames, a.seed) : read_file(a.file);
   Job job;

@@ -69,21 +69,21 @@ std::string pairs(std::uint64_t objects) {
   std::string text = fmt::format("\n{:<22}", "wrong, %, n =");
   for (const std::uint64_t n : walked) text += fmt::format("{:>14}", report::format_count(n));
   for (const std::uint64_t n : ends)
-    text += fmt::format("{:>14}", report::format_count(n) + " rows");
+    text += fmt::format("{:>16}", report::format_count(n) + " rows");
   text += "\n";
-  const auto share = [](std::uint64_t wrong, double all) {
-    return wrong == 0 ? fmt::format("{:>14}", 0)
-                      : fmt::format("{:>14.6f}", 100.0 * static_cast<double>(wrong) / all);
+  const auto share = [](std::uint64_t wrong, double all, int width) {
+    return wrong == 0 ? fmt::format("{:>{}}", 0, width)
+                      : fmt::format("{:>{}.6f}", 100.0 * static_cast<double>(wrong) / all, width);
   };
   const auto row = [&](const Variant& variant, std::string name) {
     if (variant.repair) name += ", repaired";
     text += fmt::format("{:<22}", name);
     for (const std::uint64_t n : walked) {
-      text +=
-          share(count_faults(variant, n).indices, static_cast<double>(thread_count(variant, n)));
+      text += share(count_faults(variant, n).indices, static_cast<double>(thread_count(variant, n)),
+                    14);
     }
     for (const std::uint64_t n : ends) {
-      text += share(count_faults(variant, n, 1).rows, static_cast<double>(n));
+      text += share(count_faults(variant, n, 1).rows, static_cast<double>(n), 16);
     }
     text += "\n";
   };

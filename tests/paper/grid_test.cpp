@@ -89,6 +89,10 @@ TEST(GridShape, FlatAndEmptyEnvironments) {
   EXPECT_EQ(line.cell_count(), 100u);
   EXPECT_EQ(make_grid({{2, 2, 2}, {2, 2, 2}}, 400, 4).cell_count(), 1u);
   EXPECT_EQ(make_grid(unit_cube, 0, 4).cell_count(), 1u);
+  // So thin that one cell a length is no float: the scale stays finite, as the proof needs.
+  const GridShape thin = make_grid({{0, 0, 0}, {tests::denormal, 1, 1}}, 400, 4);
+  EXPECT_EQ(thin.scale[0], tests::float_max);
+  EXPECT_EQ(thin.cells[0], 1u);
 }
 
 // For any two floats in order, their cells are, infinities and all scales included.

@@ -103,7 +103,10 @@ TEST_F(Program, refuses_what_cannot_be) {
   refuses({"pairs", path, "--output", "byte", "--write", "racy"}, {"--write", "byte"});
   refuses({"pairs", "--scene", "uniform", "--objects", "1M"},
           {"62,499,937,500 bytes", "--output pairs", "--grid"});
-  refuses({"pairs", "--scene", "uniform", "--objects", "1K", "--memory", "1K"}, {"1,024"});
+  refuses({"pairs", "--scene", "uniform", "--objects", "1K", "--memory", "32K"},
+          {"62,440", "32,768"});
+  refuses({"pairs", "--scene", "uniform", "--objects", "900G", "--grid", "8"},
+          {"900G", "--memory"});
   refuses({"roots", "--up-to", "5"}, {"--up-to", "5"});
   refuses({"measure", "--csv", at("no/such/folder.csv")}, {"folder.csv"});
   std::vector<Box> bad = tests::uniform_boxes(20, 4);
