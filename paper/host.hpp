@@ -45,7 +45,7 @@ class HostDevice {
 
   template <class T>
   void zero(Array<T>& array, std::uint64_t count) {
-    std::memset(array.data(), 0, count * sizeof(T));
+    if (count > 0) std::memset(array.data(), 0, count * sizeof(T));
   }
 
   // f(t) for t = 0 .. count - 1, each once, in any order. Blocks are multiples of a warp, so that
