@@ -193,5 +193,17 @@ TEST(Mapping, NoPairOutOfRange) {
         }
 }
 
+// In float the radicand of the last indices falls below 0; there is still a row, and no NaN.
+TEST(Mapping, CancelledRadicandIsNoRootOfANegative) {
+  const Formula<HardwareRoot<float>> mapping{{}, false, Radicand::real};
+  for (const std::uint64_t n : {7001u, 90000u, 1000003u}) {
+    const std::uint64_t all = core::pair_count(n);
+    for (std::uint64_t k = all - 5000; k < all; ++k) {
+      const std::int64_t row = mapping.row(k, n);
+      ASSERT_TRUE(row > 0 && row <= static_cast<std::int64_t>(n) + 1) << "n " << n << " k " << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace throng::paper
