@@ -43,6 +43,8 @@ TEST(Roots, TableThreeWithTwoStepsIsAProduct) {
             (Counts{29, 89, 270, 1800}));
   EXPECT_EQ(wrong_roots({lomont_constant, 2, true, LastOperation::product}, tests_to_1m),
             (Counts{29, 89, 270, 1803}));
+  EXPECT_EQ(wrong_roots({carmack_constant, 2, true, LastOperation::product}, {10000000}),
+            Counts{36810});
 }
 
 TEST(Roots, TableThreeWithThreeStepsIsAReciprocal) {
