@@ -2,12 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <limits>
+#include <mutex>
 #include <vector>
 
 #include "core/pair_index.hpp"
 #include "paper/failure.hpp"
+#include "paper/host.hpp"
 #include "paper/matrix.hpp"
 #include "paper/search.hpp"
 #include "paper/stepper.hpp"
@@ -212,6 +216,27 @@ TEST(Output, MemoryIsRefusedByTheByte) {
   job.n = max_objects + 1;
   job.variant.mapping = MappingKind::formula;
   EXPECT_THROW(make_host_stepper(job), Failure);
+}
+
+// The host's threads do work at the same time: each waits in its block until all three have one.
+TEST(Host, ThreadsShareTheWork) {
+  std::mutex mutex;
+  std::condition_variable arrival;
+  int arrived = 0;
+  bool together = true;
+  std::vector<int> visits(3 * 64, 0);
+  HostDevice(3).teams(visits.size(), [&](std::uint64_t team, std::uint32_t, std::uint32_t) {
+    ++visits[team];
+    if (team % 64 != 0) return;
+    std::unique_lock<std::mutex> lock(mutex);
+    ++arrived;
+    arrival.notify_all();
+    if (!arrival.wait_for(lock, std::chrono::seconds(20), [&] { return arrived == 3; })) {
+      together = false;
+    }
+  });
+  EXPECT_TRUE(together);
+  EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 192);
 }
 
 }  // namespace
