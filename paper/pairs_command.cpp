@@ -9,21 +9,16 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "paper/commands.hpp"
-#include "paper/cuda.hpp"
 #include "paper/failure.hpp"
 #include "paper/grid.hpp"
 #include "paper/input.hpp"
-#include "report/format.hpp"
-#include "scene/checksum.hpp"
+#include "paper/pairs_report.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::paper {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 const char* help_text =
     R"(Boxes come from FILE.npy, float32 of shape (n, 6) or (frames, n, 6), or from a scene. Each frame is a
@@ -51,13 +46,6 @@ struct Arguments {
   CLI::Option *grid_option = nullptr, *output_option = nullptr, *write_option = nullptr,
               *steps_option = nullptr, *root_option = nullptr, *repair_option = nullptr,
               *radicand_option = nullptr, *environment_option = nullptr;
-};
-
-struct Outcome {
-  std::uint64_t pairs = 0, checksum = 0, missing = 0, extra = 0;
-  std::uint64_t output_bytes = 0, cells = 0, entries = 0;
-  Times times;
-  Faults faults;
 };
 
 bool is_fast(RootKind root) { return root == RootKind::carmack || root == RootKind::lomont; }
@@ -124,59 +112,6 @@ void compare(const Job& job, const Box* boxes, std::vector<Pair> found, Outcome&
   outcome.extra += difference.size();
 }
 
-Json to_json(const Arguments& a, const Boxes& boxes, const Outcome& o) {
-  Json json;
-  json["n"] = boxes.n;
-  json["frames"] = boxes.frames;
-  json["variant"] = describe(a.variant);
-  json["device"] = a.device == DeviceKind::cuda ? cuda_device_name() : "cpu";
-  json["pairs"] = o.pairs;
-  json["checksum"] = hex(o.checksum);
-  json["total_ms"] = o.times.total();
-  json["stages_ms"] = {{"upload", o.times.upload},     {"boxes", o.times.boxes},
-                       {"grid", o.times.grid},         {"search", o.times.search},
-                       {"download", o.times.download}, {"decode", o.times.decode}};
-  json["output_bytes"] = o.output_bytes;
-  if (a.variant.per_cell > 0) json["grid"] = {{"cells", o.cells}, {"entries", o.entries}};
-  if (a.variant.per_cell == 0) json["wrong_rows"] = o.faults.rows;
-  if (a.check) json["check"] = {{"missing", o.missing}, {"extra", o.extra}};
-  return json;
-}
-
-std::string to_text(const Arguments& a, const Boxes& boxes, const Outcome& o) {
-  using report::format_count;
-  using report::format_ms;
-  std::string text = fmt::format("{}: {} boxes", boxes.name, format_count(boxes.n));
-  if (boxes.frames > 1) text += fmt::format("; {} frames", boxes.frames);
-  text += fmt::format("\nvariant   {}, {}\npairs     {}\nchecksum  {}\n", describe(a.variant),
-                      a.device == DeviceKind::cuda ? cuda_device_name() : "cpu",
-                      format_count(o.pairs), hex(o.checksum));
-  text +=
-      fmt::format("time      {} ms  (median of {} warmed)\n", format_ms(o.times.total()), a.repeat);
-  const auto stage = [&](const char* what, double ms) {
-    if (ms > 0) text += fmt::format("  {:<9}{} ms\n", what, format_ms(ms));
-  };
-  stage("upload", o.times.upload);
-  stage("boxes", o.times.boxes);
-  stage("grid", o.times.grid);
-  stage("search", o.times.search);
-  stage("download", o.times.download);
-  if (o.times.decode > 0) text += fmt::format("decode    {} ms\n", format_ms(o.times.decode));
-  text += fmt::format("output    {} bytes\n", format_count(o.output_bytes));
-  if (a.variant.per_cell > 0) {
-    text += fmt::format("grid      {} cells, {} entries\n", format_count(o.cells),
-                        format_count(o.entries));
-  } else if (o.faults.indices > 0) {
-    text += fmt::format("mapping   wrong at an end of {} rows, first at index {}\n",
-                        format_count(o.faults.rows), format_count(o.faults.first_index));
-  }
-  if (a.check) {
-    text += fmt::format("check     {} missing, {} too many\n", format_count(o.missing),
-                        format_count(o.extra));
-  }
-  return text;
-}
-
 int run(Arguments a) {
   refuse_conflicts(a);
   if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
@@ -223,7 +158,8 @@ int run(Arguments a) {
     if (a.check) compare(job, boxes.frame(f), m.step.pairs, outcome);
   }
   if (!a.output.empty()) scene::write_pairs(a.output, all.data(), all.size());
-  say(a.json ? to_json(a, boxes, outcome).dump(2) + "\n" : to_text(a, boxes, outcome));
+  const Report report{a.variant, a.device, a.repeat, a.check};
+  say(a.json ? to_json(report, boxes, outcome) : to_text(report, boxes, outcome));
   return outcome.missing + outcome.extra > 0 ? exit_differs : exit_done;
 }
 
