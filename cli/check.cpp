@@ -1,4 +1,5 @@
-// throng check: every algorithm, instruction set, thread count, order and form against two loops.
+// throng check: every backend, algorithm, instruction set, thread count, order and form against two
+// loops.
 #include <algorithm>
 #include <memory>
 #include <new>
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <throng/cuda.hpp>
 #include <throng/finder.hpp>
 
 #include "cli/commands.hpp"
@@ -77,16 +79,26 @@ class Check {
            {Isa::automatic, Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
         const bool skip = algorithm == Algorithm::all_pairs && !small &&
                           (isa != Isa::automatic || tests > bearable);
-        row(algorithm, isa, small, skip);
+        row(Backend::cpu, algorithm, isa, small, skip);
       }
+    }
+    // What a GPU runs, on this processor; and on a GPU, where there is one.
+    const bool gpu = cuda::available().ok();
+    for (const Algorithm algorithm :
+         {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
+      const bool quadratic = algorithm == Algorithm::all_pairs;
+      row(Backend::emulated, algorithm, Isa::automatic, small, quadratic && !small);
+      if (gpu) row(Backend::cuda, algorithm, Isa::automatic, small, quadratic && tests > bearable);
     }
     return differing_;
   }
 
  private:
-  void row(Algorithm algorithm, Isa isa, bool small, bool skip) {
+  void row(Backend backend, Algorithm algorithm, Isa isa, bool small, bool skip) {
     const std::string head =
-        fmt::format("  {:<9} {:<10} {:<8}", "cpu", to_string(algorithm), to_string(isa));
+        fmt::format("  {:<9} {:<10} {:<8}", to_string(backend), to_string(algorithm),
+                    backend == Backend::cpu ? to_string(isa) : "-");
+    backend_ = backend;
     if (!skip && !has(isa)) return;
     if (skip) {
       if (isa == Isa::automatic || has(isa)) {
@@ -128,6 +140,7 @@ class Check {
 
   void one(Algorithm algorithm, Isa isa, unsigned threads, Order order, Form form) {
     Options options = options_;
+    options.backend = backend_;
     options.algorithm = algorithm;
     options.isa = isa;
     options.threads = threads;
@@ -187,6 +200,7 @@ class Check {
   const Boxes a_;
   std::optional<Boxes> b_;
   Truth* truth_ = nullptr;
+  Backend backend_ = Backend::cpu;
   std::size_t differing_ = 0, runs_ = 0;
   double fastest_ms_ = 0;
   std::vector<std::string> complaints_;

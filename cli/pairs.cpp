@@ -49,7 +49,7 @@ Json to_json(const Input& input, const SearchReport& report) {
   json["pairs"] = sum.pairs;
   json["checksum"] = hex(sum.checksum);
   json["inactive"] = sum.inactive;
-  json["backend"] = "cpu";
+  json["backend"] = to_string(report.plan.backend);
   json["algorithm"] = to_string(report.plan.algorithm);
   json["isa"] = to_string(report.plan.isa);
   json["threads"] = report.plan.threads;

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <throng/cuda.hpp>
+
 #include "cli/failure.hpp"
 
 namespace throng::cli {
@@ -83,7 +85,8 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
         ->check(CLI::IsMember(choices).description(""))  // the type's name says them already
         ->type_name(type);
   };
-  add("--backend", arguments.backend, {"auto", "cpu", "cuda"}, "where to search");
+  add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
+      "where to search; auto: the CPU; emulated: what a GPU runs, on the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
       "auto chooses by what it measures of the boxes");
   add("--order", arguments.order, {"any", "canonical"},
@@ -94,10 +97,14 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
 }
 
 Options to_options(const InputArguments& input, const SearchArguments& search) {
-  if (search.backend == "cuda") {
-    throw Failure("--backend cuda: this build has no CUDA backend; use --backend cpu or auto");
-  }
   Options options;
+  options.backend = search.backend == "cuda"       ? Backend::cuda
+                    : search.backend == "emulated" ? Backend::emulated
+                                                   : Backend::cpu;
+  if (options.backend == Backend::cuda) {
+    const Result result = cuda::available();
+    if (!result.ok()) throw Failure(fmt::format("--backend cuda: {}", result.message));
+  }
   options.algorithm = search.algorithm == "all-pairs" ? Algorithm::all_pairs
                       : search.algorithm == "grid"    ? Algorithm::grid
                                                       : Algorithm::automatic;

@@ -10,10 +10,10 @@ function(throng_room target)
   target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF)
   if(NOT MSVC)
-    # Host and device must compute the same bits: no fused multiply-add behind our back. What nvcc is
-    # given stands in throng_cuda_sources: it takes these for its own, or not at all.
+    # Host and device must compute the same bits: no fused multiply-add behind our back.
     target_compile_options(${target} PRIVATE
-      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off;$<$<BOOL:${THRONG_WERROR}>:-Werror>>")
+      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off>"
+      "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${THRONG_WERROR}>>:-Werror>")
   endif()
 endfunction()
 

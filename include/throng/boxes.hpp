@@ -95,6 +95,10 @@ class Boxes {
   const char* packed_data() const noexcept {
     return packed_ ? reinterpret_cast<const char*>(corner_[0]) : nullptr;
   }
+  // Coordinate k of the first box; null for a missing z. stride_bytes() on stands the next box's.
+  const char* corner_data(int k) const noexcept {
+    return reinterpret_cast<const char*>(corner_[k]);
+  }
   std::size_t stride_bytes() const noexcept { return stride_bytes_; }
   bool is_flat() const noexcept { return count_ != 0 && !corner_[2]; }
   // False where a coordinate array that must be there is null.

@@ -17,7 +17,14 @@ enum class Order : std::uint8_t {
 enum class Algorithm : std::uint8_t {
   automatic,  // the planner chooses from what it measures of the boxes
   all_pairs,  // tiled brute force
-  grid,       // columns of cells, each swept along the third axis
+  grid,       // columns of cells, each swept along the third axis; on a GPU cells by size classes
+};
+
+enum class Backend : std::uint8_t {
+  automatic,  // the CPU for boxes in host memory
+  cpu,
+  cuda,      // a GPU; boxes in host memory are copied to it
+  emulated,  // what a GPU would run, run by this processor: slow, for tests and for finding faults
 };
 
 enum class Isa : std::uint8_t {
@@ -46,9 +53,15 @@ enum class Status : std::uint8_t {
   out_of_memory,         // see bytes_needed
   memory_cap_too_small,  // see bytes_needed
   unsupported_isa,       // this processor or build lacks the one asked for
+  no_device,             // no GPU, no driver, or a build without the GPU backend
+  device_error,          // what CUDA says stands in the message
+  not_reserved,          // see cuda::Finder::reserve
+  bad_bodies,            // an array is missing, or has a wrong length or stride
+  bad_shape,             // of a body; see first_invalid, invalid_count
 };
 
 const char* to_string(Algorithm) noexcept;
+const char* to_string(Backend) noexcept;
 const char* to_string(Isa) noexcept;
 const char* to_string(Status) noexcept;
 
@@ -64,6 +77,7 @@ struct Executor {
 struct Options {
   Algorithm algorithm = Algorithm::automatic;
   Order order = Order::any;
+  Backend backend = Backend::automatic;
   NanPolicy nan = NanPolicy::refuse;
   Isa isa = Isa::automatic;
   // Boxes are compared as lower - margin and upper + margin, rounded outward. World units, >= 0.
@@ -85,11 +99,12 @@ struct Options {
 
 // What the planner chose, and why.
 struct Plan {
+  Backend backend = Backend::cpu;
   Algorithm algorithm = Algorithm::automatic;
-  Isa isa = Isa::automatic;
+  Isa isa = Isa::automatic;  // of the CPU; on a GPU it says nothing
   unsigned threads = 1;
   unsigned sweep_axis = 0;               // 0, 1, 2: the axis along which each column is swept
-  std::uint32_t columns[3] = {1, 1, 1};  // columns along each axis; 1 along the sweep axis
+  std::uint32_t columns[3] = {1, 1, 1};  // columns, or finest cells, along each axis
   double expected_ns = 0;                // what the planner thinks it will cost
   const char* reason = "";               // one sentence, never null
 };

@@ -6,6 +6,7 @@
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 
+#include "core/output.hpp"
 #include "cpu/grid.hpp"
 #include "cpu/memory.hpp"
 #include "cpu/order.hpp"
@@ -20,14 +21,7 @@ inline Pair* room_for_pairs(Buffer<Pair>& room, std::size_t count) {
   return count <= room.capacity() ? room.data() : room.room(count + count / 64 + 512, true);
 }
 
-// Memory for pairs: as given, or growing where `grow` is there.
-struct Output {
-  Pair* data = nullptr;
-  std::size_t capacity = 0;
-  // Room for `count` pairs, contents lost; null where there is no memory.
-  Pair* (*grow)(void* context, std::size_t count) = nullptr;
-  void* context = nullptr;
-};
+using core::Output;
 
 class Engine {
  public:

@@ -1,4 +1,6 @@
 // What is refused, with which words, and what is left on the disk then.
+#include <throng/cuda.hpp>
+
 #include "cli/child.hpp"
 
 #include <cmath>
@@ -103,7 +105,8 @@ TEST_F(BadInput, two_sets_of_different_frames) {
 
 TEST_F(BadInput, options) {
   write_good();
-  refuses({"pairs", at("good.npy"), "--backend", "cuda"}, {"CUDA"});
+  if (!cuda::available().ok())
+    refuses({"pairs", at("good.npy"), "--backend", "cuda"}, {"--backend cuda", "GPU"});
   refuses({"pairs", at("good.npy"), "--margin", "-1"}, {"margin"});
   refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
   refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <throng/cuda.hpp>
 #include <throng/throng.hpp>
 
 #include "support/reference.hpp"
@@ -18,9 +19,11 @@ struct Config {
   Isa isa;
   unsigned threads;
   Order order;
+  Backend backend = Backend::cpu;
 
   Options options() const {
     Options o;
+    o.backend = backend;
     o.algorithm = algorithm;
     o.isa = isa;
     o.threads = threads;
@@ -28,7 +31,9 @@ struct Config {
     return o;
   }
   std::string name() const {
-    return std::string(algorithm == Algorithm::all_pairs ? "all_pairs"
+    return std::string(backend == Backend::cpu ? "" : to_string(backend)) +
+           (backend == Backend::cpu ? "" : "_") +
+           std::string(algorithm == Algorithm::all_pairs ? "all_pairs"
                        : algorithm == Algorithm::grid    ? "grid"
                                                          : "auto") +
            "_" + to_string(isa) + "_" + std::to_string(threads) +
@@ -80,6 +85,17 @@ inline std::vector<Config> all_configs() {
   for (const unsigned threads : {0u, 1u})
     for (const Order order : {Order::any, Order::canonical})
       configs.push_back({Algorithm::automatic, Isa::automatic, threads, order});
+  // What a GPU runs, on this processor.
+  for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid})
+    for (const unsigned threads : {1u, 3u})
+      for (const Order order : {Order::any, Order::canonical})
+        if (!sanitized || threads == 3 || order == Order::any)
+          configs.push_back({algorithm, Isa::scalar, threads, order, Backend::emulated});
+  // And on a GPU, where there is one.
+  if (cuda::available().ok())
+    for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid, Algorithm::automatic})
+      for (const Order order : {Order::any, Order::canonical})
+        configs.push_back({algorithm, Isa::scalar, 1, order, Backend::cuda});
   return configs;
 }
 
@@ -99,6 +115,7 @@ inline std::string config_name(const testing::TestParamInfo<Config>& info) {
 inline void expect_sound(const Result& result, const Config& config, const Answer& answer,
                          std::size_t compared) {
   EXPECT_EQ(result.status, Status::ok) << result.message;
+  EXPECT_EQ(result.plan.backend, config.backend);
   EXPECT_EQ(result.found, answer.pairs.size());
   EXPECT_EQ(result.written, answer.pairs.size());
   EXPECT_EQ(result.inactive, answer.inactive);

@@ -1,0 +1,110 @@
+// GPU users: device pointers in and out, on a stream of the caller's. Standard C++ only, so that
+// any compiler takes it; a build without the GPU backend answers Status::no_device.
+//
+// A throng::Boxes view may show device memory: it is never read on the host. All filters lie in
+// device memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+#include <throng/types.hpp>
+#include <throng/update_boxes.hpp>
+
+struct CUstream_st;
+
+namespace throng::cuda {
+
+using Stream = CUstream_st*;  // cudaStream_t; null: the default stream
+
+// What a call tells in device memory, when the work before it on the stream is done.
+struct Report {
+  std::uint64_t found = 0;        // pairs there are, exact even where there was no room
+  std::uint64_t inactive = 0;     // boxes that overlap nothing, those with a NaN among them
+  std::uint64_t nan_count = 0;    // boxes with a NaN
+  std::uint64_t bad_worlds = 0;   // boxes with a world below -1; they count as -1
+  std::uint64_t comparisons = 0;  // candidate pairs compared
+  std::uint32_t nan_mark = 0;     // ~ of the first such index: all fields start from zero
+  std::uint32_t bad_world_mark = 0;
+  std::uint32_t active = 0;  // boxes stored; 0 where brute force was used
+
+  // Of two sets the indices of the second follow those of the first.
+  constexpr std::uint32_t first_nan() const noexcept { return ~nan_mark; }
+  constexpr std::uint32_t first_bad_world() const noexcept { return ~bad_world_mark; }
+};
+
+// Where device memory comes from; null functions: cudaMalloc and cudaFree. `allocate` returns null
+// where there is none; what it returns is aligned to 256 bytes. Work on `stream` alone uses it.
+struct MemoryResource {
+  void* (*allocate)(void* self, std::size_t bytes, Stream stream) = nullptr;
+  void (*deallocate)(void* self, void* p, std::size_t bytes, Stream stream) = nullptr;
+  void* self = nullptr;
+};
+
+// Status ok where there is a GPU that this build can use; else no_device, and the message says why.
+Result available() noexcept;
+
+// One Finder serves one GPU, that which is current at its first call, and one stream at a time.
+// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of
+// both sets together.
+class Finder {
+ public:
+  explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept
+      : options_(options), memory_(memory) {}
+  ~Finder();
+  Finder(Finder&& other) noexcept;
+  Finder& operator=(Finder&& other) noexcept;
+  Finder(const Finder&) = delete;
+  Finder& operator=(const Finder&) = delete;
+
+  // Takes the memory that calls with up to so many boxes (of both sets) need: 45 bytes a box; under
+  // canonical order 16 bytes more for each of `pairs`. Waits for the stream.
+  Result reserve(std::size_t boxes, std::size_t pairs, Stream stream) noexcept;
+
+  // Pairs into device memory, out[0 .. capacity-1]; waits for the stream. Where they do not fit:
+  // status buffer_too_small, the exact total in `found`, the first `written` valid (canonical: none
+  // are written). Takes memory where reserve() has not.
+  Result find(const Boxes& boxes, Pair* out, std::size_t capacity, Stream stream) noexcept;
+  Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity,
+              Stream stream) noexcept;
+
+  // The same, only put on the stream: nothing is waited for and no memory is taken, so it can be
+  // captured into a graph, and a replay is right for whatever boxes then lie there. What was found
+  // stands in *report, in device memory; the status is that of putting it there, not_reserved where
+  // reserve() was not called for so many boxes (and, under canonical order, for `capacity` pairs).
+  // A box with a NaN counts as inactive: see Report::nan_count. Under canonical order all of
+  // `capacity` is sorted, so give no more than is needed.
+  Result find_async(const Boxes& boxes, Pair* out, std::size_t capacity, Report* report,
+                    Stream stream) noexcept;
+  Result find_async(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity, Report* report,
+                    Stream stream) noexcept;
+
+  // Bytes of device memory that the Finder holds now.
+  std::size_t memory_bytes() const noexcept;
+
+ private:
+  struct State;
+  friend struct FinderAccess;
+  State* state_ = nullptr;
+  Options options_;
+  MemoryResource memory_;
+};
+
+// What update_boxes tells in device memory.
+struct BodyReport {
+  std::uint64_t bad_shapes = 0;  // bodies whose shape is wrong; their boxes are NaN
+  std::uint32_t bad_shape_mark = 0;
+
+  constexpr std::uint32_t first_bad_shape() const noexcept { return ~bad_shape_mark; }
+};
+
+// throng::update_boxes (see there) on bodies and boxes in device memory: the same bits. Put on the
+// stream, not waited for; takes no memory, and can be captured into a graph. `report` may be null.
+// Of the options the margin is heeded. At most max_box_count bodies.
+Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                    const UpdateOptions& options = {},
+                    std::size_t stride_bytes = sizeof(Box)) noexcept;
+
+}  // namespace throng::cuda

@@ -1,0 +1,53 @@
+// Errors of CUDA, and device memory.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+
+#include <throng/cuda.hpp>
+
+#include "pipeline/failure.hpp"
+
+namespace throng::cuda {
+
+// An error is taken off the device's books, so that the next call starts afresh; one that the
+// device does not recover from comes again.
+inline void check(cudaError_t error) {
+  if (error == cudaSuccess) return;
+  (void)cudaGetLastError();
+  const Status status = error == cudaErrorNoDevice || error == cudaErrorInsufficientDriver ||
+                                error == cudaErrorNoKernelImageForDevice
+                            ? Status::no_device
+                        : error == cudaErrorMemoryAllocation ? Status::out_of_memory
+                                                             : Status::device_error;
+  throw pipeline::Failure{status, 0, cudaGetErrorString(error)};
+}
+
+// The caller's resource, or cudaMalloc.
+class Memory {
+ public:
+  explicit Memory(const MemoryResource& resource) noexcept : resource_(resource) {}
+
+  // Failure: out_of_memory.
+  void* allocate(std::size_t bytes, cudaStream_t stream) const {
+    void* p = nullptr;
+    if (resource_.allocate)
+      p = resource_.allocate(resource_.self, bytes, stream);
+    else if (cudaMalloc(&p, bytes) != cudaSuccess)
+      (void)cudaGetLastError();
+    if (!p) throw pipeline::Failure{Status::out_of_memory, bytes};
+    return p;
+  }
+  void release(void* p, std::size_t bytes, cudaStream_t stream) const noexcept {
+    if (resource_.deallocate)
+      resource_.deallocate(resource_.self, p, bytes, stream);
+    else
+      (void)cudaFree(p);
+  }
+
+ private:
+  MemoryResource resource_;
+};
+
+}  // namespace throng::cuda

@@ -1,0 +1,287 @@
+// One call over a device: memory kept between calls, the forms of the result, order. Waits for the
+// device; what must not wait is pipeline/pipeline.hpp.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include <throng/finder.hpp>
+#include <throng/options.hpp>
+
+#include "core/output.hpp"
+#include "pipeline/failure.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace throng::pipeline {
+
+// A block of a device's memory that keeps its room; its contents are lost when it grows.
+template <class Device>
+class Block {
+ public:
+  explicit Block(Device& device) noexcept : device_(device) {}
+  ~Block() { release(); }
+  Block(const Block&) = delete;
+  Block& operator=(const Block&) = delete;
+
+  char* room(std::size_t bytes) {
+    if (bytes > bytes_) {
+      release();
+      data_ = static_cast<char*>(device_.allocate(bytes));
+      bytes_ = bytes;
+    }
+    return data_;
+  }
+  void release() noexcept {
+    if (data_) device_.release(data_, bytes_);
+    data_ = nullptr;
+    bytes_ = 0;
+  }
+  template <class T>
+  T* as() const noexcept {
+    return reinterpret_cast<T*>(data_);
+  }
+  std::size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  Device& device_;
+  char* data_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+template <class Device>
+class Engine {
+ public:
+  template <class... Args>
+  explicit Engine(Args&&... args) noexcept : device_(std::forward<Args>(args)...) {}
+
+  Device& device() noexcept { return device_; }
+  const Device& device() const noexcept { return device_; }
+  std::size_t held() const noexcept {
+    return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes() +
+           sorting_.bytes();
+  }
+  bool nan_in_second_set() const noexcept { return nan_in_second_; }
+
+  // The arguments are valid (see the hall), and so is the device's state. `already_held`: bytes
+  // that count towards a memory cap. b null: one set. Throws Failure, and what the consumer throws.
+  void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
+            core::Output* output, const Consumer* consumer, Result& r) {
+    const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
+    if (total > max_pipeline_boxes) throw Failure{Status::too_many_boxes, total};
+    Call call{make_input(a, b, options.margin), false, &r};
+    const bool in_order = options.order == Order::canonical;
+    r.plan.reason = "";
+    if (total == 0) return;
+    call.brute = Pipeline<Device>::brute_force(call.in, options.algorithm);
+    r.plan.algorithm = call.brute ? Algorithm::all_pairs : Algorithm::grid;
+    r.plan.reason = call.brute ? "brute force by tiles: few boxes, or asked for"
+                               : "cells by size classes, from a sample of the boxes";
+    Workspace measured;
+    const std::size_t bytes = measured.carve(call.in.count, nullptr, Device::scan_bytes);
+    std::size_t pairs_room =
+        std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
+    if (consumer && options.memory_cap_bytes)
+      pairs_room = room_under(options.memory_cap_bytes, already_held, bytes, call.in, in_order);
+    if (bytes > workspace_.bytes()) workspace_.room(bytes);
+    call.w.carve(call.in.count, workspace_.template as<char>(), Device::scan_bytes);
+    const Pipeline<Device> pipeline(device_);
+    pipeline.build(call.in, call.brute, call.w);
+    if (!checked(call, options.nan)) return;
+    if (consumer)
+      consume(call, *consumer, in_order, pairs_room);
+    else if (in_order)
+      find_in_order(call, *output);
+    else
+      find_into(call, *output);
+    r.times = device_.times();
+  }
+
+ private:
+  struct Call {
+    Input in;
+    bool brute;
+    Result* result;
+    Workspace w{};
+  };
+  static constexpr std::size_t usual_room = std::size_t{1} << 22;  // pairs a block, without a cap
+
+  // Takes the report; false where a NaN is refused.
+  bool checked(Call& call, NanPolicy policy) {
+    const Report report = device_.read(*call.w.report);
+    Result& r = *call.result;
+    r.inactive = report.inactive;
+    if (!call.brute) {
+      const core::ClassGrid grid = device_.read(*call.w.grid);
+      std::copy(grid.classes[0].cells, grid.classes[0].cells + 3, r.plan.columns);
+    }
+    if (policy != NanPolicy::refuse || report.nan_count == 0) return true;
+    r.inactive -= report.nan_count;
+    r.invalid_count = report.nan_count;
+    nan_in_second_ = call.in.two_sets && call.in.in_second(report.first_nan());
+    r.first_invalid = call.in.local(report.first_nan());
+    r.status = Status::nan_box;
+    return false;
+  }
+
+  // One search into device memory; tells what was found.
+  std::uint64_t search(Call& call, Pair* out, std::uint64_t capacity,
+                       const FirstRange& range = {}) {
+    device_.clear(&call.w.report->found, sizeof call.w.report->found);
+    device_.clear(&call.w.report->comparisons, sizeof call.w.report->comparisons);
+    Pipeline<Device>(device_).find(call.in, call.brute, call.w, {out, capacity, call.w.report},
+                                   range);
+    const Report report = device_.read(*call.w.report);
+    call.result->comparisons = report.comparisons;
+    return report.found;
+  }
+
+  static void grow(core::Output& output, std::uint64_t count) {
+    const auto pairs = static_cast<std::size_t>(count);
+    output.data = output.grow(output.context, pairs);
+    if (!output.data) throw Failure{Status::out_of_memory, pairs * sizeof(Pair)};
+    output.capacity = pairs;
+  }
+
+  void find_into(Call& call, core::Output& output) {
+    Result& r = *call.result;
+    if constexpr (Device::reaches_host_memory) {
+      for (;;) {
+        r.found = search(call, output.data, output.capacity);
+        if (r.found <= output.capacity || !output.grow) break;
+        grow(output, r.found);
+      }
+      r.written = std::min<std::uint64_t>(r.found, output.capacity);
+    } else {
+      found_on_device(call, output.capacity);
+      if (r.found > output.capacity && output.grow) grow(output, r.found);
+      r.written = std::min<std::uint64_t>(r.found, output.capacity);
+      device_.read(unordered_.template as<Pair>(), output.data,
+                   static_cast<std::size_t>(r.written));
+    }
+    if (r.written < r.found) r.status = Status::buffer_too_small;
+  }
+
+  // All pairs, in unordered_.
+  void found_on_device(Call& call, std::size_t expected) {
+    Result& r = *call.result;
+    if (unordered_.bytes() == 0) {
+      const std::size_t guess = std::min<std::size_t>(expected, std::size_t{4} * call.in.count);
+      unordered_.room((guess + 512) * sizeof(Pair));
+    }
+    for (;;) {
+      const std::uint64_t room = unordered_.bytes() / sizeof(Pair);
+      r.found = search(call, unordered_.template as<Pair>(), room);
+      if (r.found <= room) return;
+      unordered_.room(static_cast<std::size_t>(r.found + r.found / 64 + 512) * sizeof(Pair));
+    }
+  }
+
+  void sort(Call& call, Pair* pairs, Pair* out, std::size_t count) {
+    const std::size_t bytes = Device::sort_bytes(count);
+    void* room = bytes ? sorting_.room(bytes) : nullptr;
+    device_.sort(pairs, room, bytes, out, count, count, call.w.report, call.in);
+  }
+
+  // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
+  void find_in_order(Call& call, core::Output& output) {
+    Result& r = *call.result;
+    found_on_device(call, output.capacity);
+    if (r.found > output.capacity) {
+      if (!output.grow) {
+        r.status = Status::buffer_too_small;
+        return;
+      }
+      grow(output, r.found);
+    }
+    const auto count = static_cast<std::size_t>(r.found);
+    if constexpr (Device::reaches_host_memory) {
+      sort(call, unordered_.template as<Pair>(), output.data, count);
+    } else {
+      auto* sorted = reinterpret_cast<Pair*>(ordered_.room((count + 1) * sizeof(Pair)));
+      sort(call, unordered_.template as<Pair>(), sorted, count);
+      device_.read(sorted, output.data, count);
+    }
+    device_.mark(Stage::order);
+    r.written = r.found;
+  }
+
+  // ---- the consumer -----------------------------------------------------------------------------
+
+  // Pairs of one first index there may be: a block must hold them.
+  static std::size_t most_of_one(const Input& in) noexcept {
+    return in.two_sets ? in.count - in.first_count : in.count;
+  }
+  static std::size_t firsts_bytes(const Input& in) noexcept {
+    return std::size_t{in.first_count} * sizeof(std::uint32_t);
+  }
+  // Pairs a block may hold under a cap. Failure: memory_cap_too_small, with what would do.
+  std::size_t room_under(std::size_t cap, std::size_t already_held, std::size_t workspace_bytes,
+                         const Input& in, bool in_order) {
+    // Memory of other calls may be given back.
+    if (held() + already_held > cap) {
+      workspace_.release();
+      unordered_.release();
+      ordered_.release();
+      counts_.release();
+      sorting_.release();
+    }
+    const std::size_t copies = in_order ? 2 : 1;
+    const std::size_t fixed = already_held + workspace_bytes + firsts_bytes(in) * 2 + 256;
+    const std::size_t least = most_of_one(in) + 1;
+    if (cap < fixed + least * copies * sizeof(Pair))
+      throw Failure{Status::memory_cap_too_small, fixed + least * copies * sizeof(Pair)};
+    return std::min(usual_room, (cap - fixed) / (copies * sizeof(Pair)));
+  }
+
+  // In blocks: ranges of first indices whose pairs fit. Each is found by itself, and sorted where
+  // asked, so that the blocks are in order too.
+  void consume(Call& call, const Consumer& consumer, bool in_order, std::size_t room) {
+    Result& r = *call.result;
+    room = std::max(room, most_of_one(call.in) + 1);
+    auto* pairs = reinterpret_cast<Pair*>(unordered_.room(room * sizeof(Pair)));
+    auto* sorted = in_order ? reinterpret_cast<Pair*>(ordered_.room(room * sizeof(Pair))) : nullptr;
+    const auto deliver = [&](std::uint64_t count) {
+      if (count == 0) return true;
+      const auto block = static_cast<std::size_t>(count);
+      if (in_order) sort(call, pairs, sorted, block);
+      r.written += count;
+      return consumer(device_.template to_host<0>(in_order ? sorted : pairs, block), block);
+    };
+    r.found = search(call, pairs, room);
+    if (r.found <= room) {
+      if (!deliver(r.found)) r.status = Status::stopped;
+      return;
+    }
+    const std::uint64_t found = r.found, comparisons = r.comparisons;
+    const std::uint32_t* counts = count_firsts(call);
+    for (std::uint32_t begin = 0, end = 0; begin < call.in.first_count; begin = end) {
+      std::uint64_t sum = 0;
+      while (end < call.in.first_count && sum + counts[end] <= room) sum += counts[end++];
+      if (sum && !deliver(search(call, pairs, room, {begin, end - begin}))) {
+        r.status = Status::stopped;
+        break;
+      }
+    }
+    r.found = found;
+    r.comparisons = comparisons;
+  }
+
+  // Host memory: how many pairs each first index has.
+  const std::uint32_t* count_firsts(Call& call) {
+    const std::size_t bytes = firsts_bytes(call.in);
+    auto* counts = reinterpret_cast<std::uint32_t*>(counts_.room(bytes));
+    device_.clear(counts, bytes);
+    Pipeline<Device>(device_).with_search(
+        call.in, call.brute, call.w, {}, [&](std::uint64_t bound, const auto& search) {
+          device_.launch(bound, CountFirsts<std::decay_t<decltype(search)>>{search, counts});
+        });
+    return device_.template to_host<1>(counts, call.in.first_count);
+  }
+
+  Device device_;
+  Block<Device> workspace_{device_}, unordered_{device_}, ordered_{device_}, counts_{device_},
+      sorting_{device_};
+  bool nan_in_second_ = false;
+};
+
+}  // namespace throng::pipeline

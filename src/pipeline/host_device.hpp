@@ -1,0 +1,165 @@
+// A Device that is this processor: every launch a plain loop, shared out to an executor's threads.
+// It runs what a GPU thread runs, so that the pipeline is tested, under the sanitizers too, where
+// there is no GPU.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <memory_resource>
+
+#include <throng/options.hpp>
+
+#include "pipeline/failure.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace throng::pipeline {
+
+class HostDevice {
+ public:
+  // How tasks are started: cpu::run_tasks, which also sets the floating-point state.
+  using Run = void (*)(const Executor&, unsigned count, void (*task)(void*, unsigned),
+                       void* context);
+
+  HostDevice(std::pmr::memory_resource* memory, Run run) noexcept : memory_(memory), run_(run) {}
+
+  void begin(const Executor& executor, unsigned tasks) noexcept {
+    executor_ = executor;
+    tasks_ = tasks;
+    times_ = {};
+    last_ = Clock::now();
+  }
+
+  // Failure: out_of_memory.
+  void* allocate(std::size_t bytes) {
+    void* p = nullptr;
+    try {
+      p = memory_->allocate(bytes, 256);
+    } catch (...) {
+    }
+    if (!p) throw Failure{Status::out_of_memory, bytes};
+    return p;
+  }
+  void release(void* p, std::size_t bytes) noexcept { memory_->deallocate(p, bytes, 256); }
+
+  // Whether pairs can be written to the caller's memory.
+  static constexpr bool reaches_host_memory = true;
+  template <int slot, class T>
+  T* to_host(T* values, std::size_t) const noexcept {
+    return values;
+  }
+  static std::size_t scan_bytes(std::size_t) noexcept { return 0; }
+  void use_scratch(void*, std::size_t) const noexcept {}
+
+  template <class F>
+  void launch(std::uint64_t count, const F& f) const {
+    share_out(count, 2048, [&](std::uint64_t begin, std::uint64_t end) {
+      for (std::uint64_t i = begin; i < end; ++i) f(i);
+    });
+  }
+  void plan(const PlanGrid& f) const {
+    PlanGrid::Shared shared{};
+    for (int phase = 0; phase < PlanGrid::phases; ++phase)
+      for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) f(phase, t, shared);
+  }
+  void clear(void* p, std::size_t bytes) const noexcept { std::memset(p, 0, bytes); }
+  void scan(std::uint32_t* values, std::size_t count) const noexcept {
+    std::uint32_t sum = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t value = values[i];
+      values[i] = sum;
+      sum += value;
+    }
+  }
+
+  template <class Search>
+  void search(std::uint64_t bound, const Search& search, const PairSink& sink) const {
+    share_out(bound, 512, [&](std::uint64_t begin, std::uint64_t end) {
+      constexpr std::size_t room = 512;
+      Pair pairs[room];
+      std::size_t held = 0;
+      std::uint64_t comparisons = 0;
+      const auto flush = [&] {
+        const std::uint64_t at = fetch_add(&sink.report->found, std::uint64_t{held});
+        const std::uint64_t fits = at < sink.capacity ? sink.capacity - at : 0;
+        std::copy_n(pairs, std::min<std::uint64_t>(fits, held), fits ? sink.out + at : sink.out);
+        held = 0;
+      };
+      end = std::min(end, search.count());
+      for (std::uint64_t i = begin; i < end; ++i) {
+        auto walk = search.begin(i);
+        while (!walk.over()) {
+          if (walk.step(pairs[held]) && ++held == room) flush();
+        }
+        comparisons += walk.comparisons();
+      }
+      if (held) flush();
+      fetch_add(&sink.report->comparisons, comparisons);
+    });
+  }
+  static std::size_t sort_bytes(std::size_t) noexcept { return 0; }
+  void sort(const Pair* pairs, void*, std::size_t, Pair* out, std::uint64_t, std::uint64_t count,
+            const Report*, const Input&) const {
+    if (count == 0) return;
+    std::copy_n(pairs, count, out);
+    std::sort(out, out + count);
+  }
+
+  Report read(const Report& report) const noexcept { return report; }
+  core::ClassGrid read(const core::ClassGrid& grid) const noexcept { return grid; }
+  void read(const std::uint32_t* from, std::uint32_t* to, std::size_t count) const noexcept {
+    std::copy_n(from, count, to);
+  }
+
+  void mark(Stage stage) noexcept {
+    const Clock::time_point now = Clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    (stage == Stage::plan   ? times_.plan_ms
+     : stage == Stage::bin  ? times_.bin_ms
+     : stage == Stage::find ? times_.find_ms
+                            : times_.order_ms) += ms;
+  }
+  StageTimes times() const noexcept {
+    StageTimes times = times_;
+    times.total_ms = times.plan_ms + times.bin_ms + times.find_ms + times.order_ms;
+    return times;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // body(begin, end) for pieces of 0 .. count-1.
+  template <class F>
+  void share_out(std::uint64_t count, std::uint64_t piece, const F& body) const {
+    std::atomic<std::uint64_t> next{0};
+    struct Job {
+      std::uint64_t count, piece;
+      const F& body;
+      std::atomic<std::uint64_t>& next;
+    } job{count, piece, body, next};
+    const std::uint64_t pieces = (count + piece - 1) / piece;
+    const auto tasks = static_cast<unsigned>(std::min<std::uint64_t>(tasks_, pieces));
+    run_(
+        executor_, tasks,
+        [](void* context, unsigned) {
+          Job& j = *static_cast<Job*>(context);
+          for (;;) {
+            const std::uint64_t begin = j.next.fetch_add(j.piece, std::memory_order_relaxed);
+            if (begin >= j.count) return;
+            j.body(begin, std::min(begin + j.piece, j.count));
+          }
+        },
+        &job);
+  }
+
+  std::pmr::memory_resource* memory_;
+  Run run_;
+  Executor executor_;
+  unsigned tasks_ = 1;
+  Clock::time_point last_;
+  StageTimes times_;
+};
+
+}  // namespace throng::pipeline

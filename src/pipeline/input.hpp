@@ -1,0 +1,143 @@
+// What is asked, in plain pointers that a host and a device thread read alike.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include <throng/boxes.hpp>
+#include <throng/cuda.hpp>
+
+#include "core/bounds.hpp"
+#include "core/class_grid.hpp"
+#include "core/column.hpp"
+#include "core/hd.hpp"
+
+namespace throng::pipeline {
+
+using core::Column;
+
+// One set of boxes and its filters.
+struct Set {
+  const char* corner[6] = {};
+  std::uint64_t stride = 0;
+  Column<std::uint32_t> group, mask;
+  Column<std::int32_t> owner, world;
+  Column<std::uint8_t> is_static;
+
+  THRONG_HD float coordinate(std::uint64_t i, int k) const noexcept {
+    return corner[k] ? *reinterpret_cast<const float*>(corner[k] + i * stride) : 0.0f;
+  }
+  THRONG_HD Box box(std::uint64_t i) const noexcept {
+    return {{coordinate(i, 0), coordinate(i, 1), coordinate(i, 2)},
+            {coordinate(i, 3), coordinate(i, 4), coordinate(i, 5)}};
+  }
+};
+
+// One set, or two, whose boxes are numbered through: those of the second follow.
+struct Input {
+  Set sets[2];
+  std::uint32_t first_count = 0, count = 0;
+  float margin = 0;
+  bool two_sets = false;
+  bool has_worlds = false, has_pair_filters = false;
+  std::uint32_t present = 0;  // group bits that occur
+
+  THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
+  THRONG_HD const Set& set_of(std::uint32_t i) const noexcept { return sets[in_second(i)]; }
+  // A box's index in its own set.
+  THRONG_HD std::uint32_t local(std::uint32_t i) const noexcept {
+    return in_second(i) ? i - first_count : i;
+  }
+  // One below -1 is an error that is told apart; here it is -1.
+  THRONG_HD std::int32_t world(std::uint32_t i) const noexcept {
+    const Set& s = set_of(i);
+    const std::int32_t world = s.world ? s.world[local(i)] : -1;
+    return world < 0 ? -1 : world;
+  }
+  THRONG_HD std::uint32_t group_bits(std::uint32_t i) const noexcept {
+    const Set& s = set_of(i);
+    std::uint32_t bits = two_sets && in_second(i) ? core::second_bit : 0;
+    if (s.is_static && s.is_static[local(i)]) bits |= core::static_bit;
+    if (has_worlds && world(i) < 0) bits |= core::everywhere_bit;
+    return bits;
+  }
+  // Whether all filters allow the pair. Both are of different sets where there are two.
+  THRONG_HD bool allowed(std::uint32_t i, std::uint32_t j) const noexcept {
+    const Set &a = set_of(i), &b = set_of(j);
+    const std::uint32_t p = local(i), q = local(j);
+    if (has_worlds) {
+      const std::int32_t v = a.world ? a.world[p] : -1, w = b.world ? b.world[q] : -1;
+      if (v != w && v >= 0 && w >= 0) return false;
+    }
+    if (a.is_static && b.is_static && a.is_static[p] && b.is_static[q]) return false;
+    if (!has_pair_filters) return true;
+    if (a.owner && b.owner && a.owner[p] != -1 && a.owner[p] == b.owner[q]) return false;
+    const std::uint32_t ga = a.group ? a.group[p] : ~0u, ma = a.mask ? a.mask[p] : ~0u;
+    const std::uint32_t gb = b.group ? b.group[q] : ~0u, mb = b.mask ? b.mask[q] : ~0u;
+    return (ga & mb) != 0 && (gb & ma) != 0;
+  }
+  THRONG_HD Pair pair(std::uint32_t i, std::uint32_t j) const noexcept {
+    if (two_sets) return in_second(i) ? Pair{j, local(i)} : Pair{i, local(j)};
+    return i < j ? Pair{i, j} : Pair{j, i};
+  }
+};
+
+// A view may lie in device memory: nothing is read here.
+inline Set make_set(const Boxes& boxes) noexcept {
+  Set s;
+  for (int k = 0; k < 6; ++k) s.corner[k] = boxes.corner_data(k);
+  s.stride = boxes.stride_bytes();
+  const Filters& f = boxes.filters;
+  s.group = core::column(f.group);
+  s.mask = core::column(f.mask);
+  s.owner = core::column(f.owner);
+  s.world = core::column(f.world);
+  s.is_static = core::column(f.is_static);
+  return s;
+}
+
+inline Input make_input(const Boxes& a, const Boxes* b, float margin) noexcept {
+  Input in;
+  in.sets[0] = make_set(a);
+  in.first_count = static_cast<std::uint32_t>(a.size());
+  in.count = static_cast<std::uint32_t>(a.size() + (b ? b->size() : 0));
+  in.two_sets = b != nullptr;
+  if (b) in.sets[1] = make_set(*b);
+  in.margin = margin;
+  for (const Set& s : in.sets) {
+    in.has_worlds |= bool(s.world);
+    in.has_pair_filters |= s.group || s.mask || s.owner;
+    if (s.is_static) in.present |= core::static_bit;
+  }
+  if (in.has_worlds) in.present |= core::everywhere_bit;
+  if (in.two_sets) in.present |= core::second_bit;
+  return in;
+}
+
+// A box as it is stored and compared: grown by the margin, with its number. 32 bytes, one sector of
+// device memory.
+struct alignas(32) Record {
+  Vec3 lower;
+  std::uint32_t id;
+  Vec3 upper;
+  std::uint32_t unused;
+
+  THRONG_HD Box box() const noexcept { return {lower, upper}; }
+};
+
+// Two loads of 16 bytes, by the path of what nobody writes meanwhile.
+THRONG_HD inline Record load(const Record* at) noexcept {
+#if defined(__CUDA_ARCH__)
+  const float4 a = __ldg(reinterpret_cast<const float4*>(at));
+  const float4 b = __ldg(reinterpret_cast<const float4*>(at) + 1);
+  return {{a.x, a.y, a.z}, __float_as_uint(a.w), {b.x, b.y, b.z}, __float_as_uint(b.w)};
+#else
+  return *at;
+#endif
+}
+
+// What a call tells, in the memory of whoever runs it.
+using cuda::Report;
+
+}  // namespace throng::pipeline

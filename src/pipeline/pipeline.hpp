@@ -1,0 +1,205 @@
+// The device pipeline: from boxes to pairs in a fixed sequence of launches, on whatever Device runs
+// them (pipeline/host_device.hpp, cuda/device.cuh). Nothing here waits for the device, so the whole
+// of it can be recorded and replayed; the plan is made by the device and stays there.
+//
+// A Device has
+//   launch(count, f)        f(i) for each i below count, in any order, at once
+//   plan(PlanGrid)          the phases of core::ClassPlanner, by one block
+//   clear(p, bytes)         zeros
+//   scan(values, count)     exclusive sums, in place
+//   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
+//   mark(stage)             the end of a stage, for whoever measures
+// and each of these sees what those before it wrote.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/options.hpp>
+
+#include "core/class_planner.hpp"
+#include "pipeline/input.hpp"
+#include "pipeline/search.hpp"
+#include "pipeline/stages.hpp"
+
+namespace throng::pipeline {
+
+// Below so many boxes brute force is expected to be faster than a grid on a device: two launches in
+// place of six. An estimate.
+constexpr std::uint64_t tile_search_limit = 4096;
+
+// Indices run through both sets, and a table of 9/4 cells a box is counted in 32 bits.
+constexpr std::uint64_t max_pipeline_boxes = 1'800'000'000;
+
+enum class Stage : std::uint8_t { plan, bin, find, order };
+
+// Where pairs go. `report->found` counts all of them, written or not.
+struct PairSink {
+  Pair* out = nullptr;
+  std::uint64_t capacity = 0;
+  Report* report = nullptr;
+};
+
+// Loads the sample and runs a phase of the planner: what one thread of the planning block does.
+struct PlanGrid {
+  Input in;
+  core::GridLimits limits;
+  core::ClassGrid* grid;
+  Report* report;  // emptied
+
+  using Shared = core::ClassPlanner::Shared;
+  static constexpr std::uint32_t threads = core::ClassPlanner::threads;
+  // One to load, before the planner's own.
+  static constexpr int phases = 1 + core::ClassPlanner::phases;
+
+  THRONG_HD void operator()(int phase, std::uint32_t t, Shared& s) const noexcept {
+    if (phase == 0) {
+      if (t == 0) *report = Report{};
+      // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
+      constexpr std::uint32_t looks = 8;
+      core::Reach reach = core::ClassPlanner::nothing();
+      for (std::uint32_t k = 0; k < looks; ++k) {
+        bool active = false;
+        Box box{};
+        const std::uint32_t at = look(t * looks + k, threads * looks, box, active);
+        if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(box));
+        if (in.has_worlds) look_at_worlds(at, reach);
+        const std::uint32_t keeper = t / core::ClassPlanner::parts;
+        if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
+        s.loaded.boxes[keeper] = box;
+        s.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? in.world(at) : -1;
+      }
+      s.reaches[t] = reach;
+    } else {
+      core::ClassPlanner::run(phase - 1, t, s, limits, *grid);
+    }
+  }
+
+ private:
+  THRONG_HD void look_at_worlds(std::uint32_t i, core::Reach& reach) const noexcept {
+    const auto world = static_cast<std::uint32_t>(in.world(i) + 1);
+    reach.worlds = reach.worlds > world ? reach.worlds : world;
+    reach.changes += i + 1 < in.count && in.world(i + 1) != in.world(i);
+    ++reach.looked_at;
+  }
+  // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
+  // regular series would be taken for all alike.
+  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of, Box& box,
+                               bool& active) const noexcept {
+    const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
+    const std::uint64_t some = (end - begin) * core::mix(k) >> 32;
+    const auto i = static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
+    bool nan;
+    active = read_box(in, i, box, nan);
+    return i;
+  }
+};
+
+// One block of memory for up to `boxes` boxes, carved up.
+struct Workspace {
+  static constexpr std::uint32_t row_cells = 8192;  // of a hashed grid
+
+  std::uint32_t boxes = 0, table_cells = 0;
+  Report* report = nullptr;
+  core::ClassGrid* grid = nullptr;
+  std::uint32_t *occupied = nullptr, *table = nullptr, *ranks = nullptr;
+  Record* records = nullptr;
+  char* scratch = nullptr;  // of the device's scan
+  std::size_t scratch_bytes = 0;
+
+  static constexpr std::size_t occupied_count = 8 * core::max_size_classes;
+
+  // Sets the pointers, from `base` on; tells the bytes. base null: only measures. `scan_bytes`
+  // tells the scratch that a scan of so many values takes.
+  template <class F>
+  std::size_t carve(std::uint32_t count, char* base, F&& scan_bytes) {
+    boxes = count;
+    // 9/4 cells a box: enough for one box in two cells at the sizes that are best (measured by
+    // comparisons a box), and a quarter for the coarser classes.
+    table_cells = static_cast<std::uint32_t>(std::uint64_t{count} * 9 / 4 + 1024);
+    std::size_t at = 0;
+    const auto take = [&](auto*& p, std::size_t n) {
+      using T = std::remove_reference_t<decltype(*p)>;
+      p = base ? reinterpret_cast<T*>(base + at) : nullptr;
+      at += (n * sizeof(T) + 255) / 256 * 256;
+    };
+    take(report, 1);
+    // What is cleared before each frame stands together.
+    take(occupied, occupied_count);
+    take(table, scanned());
+    take(grid, 1);
+    take(ranks, count);
+    take(records, count);
+    scratch_bytes = scan_bytes(scanned());
+    take(scratch, scratch_bytes);
+    return at;
+  }
+  // Cells, with a row beyond for a hashed grid, and one more, which counts all.
+  std::size_t scanned() const noexcept { return std::size_t{table_cells} + row_cells + 1; }
+};
+
+template <class Device>
+class Pipeline {
+ public:
+  explicit Pipeline(Device& device) noexcept : device_(device) {}
+
+  static bool brute_force(const Input& in, Algorithm algorithm) noexcept {
+    return algorithm == Algorithm::all_pairs ||
+           (algorithm == Algorithm::automatic && in.count <= tile_search_limit);
+  }
+
+  // Reads, checks and stores the boxes. in.count is at most w.boxes.
+  void build(const Input& in, bool brute, const Workspace& w) const {
+    if (brute) {
+      device_.clear(w.report, sizeof(Report));
+      device_.launch(in.count, LoadBoxes{in, w.records, w.report});
+      device_.mark(Stage::bin);
+      return;
+    }
+    core::GridLimits limits;
+    limits.boxes = in.count;
+    // No more than a smaller set needs.
+    limits.table_cells = static_cast<std::uint32_t>(std::uint64_t{in.count} * 9 / 4 + 1024);
+    limits.row_cells = Workspace::row_cells;
+    limits.present = in.present;
+    limits.has_worlds = in.has_worlds;
+    const std::size_t scanned = limits.table_cells + Workspace::row_cells + std::size_t{1};
+    const auto* end = reinterpret_cast<const char*>(w.table + scanned);
+    device_.use_scratch(w.scratch, w.scratch_bytes);
+    device_.plan(PlanGrid{in, limits, w.grid, w.report});
+    device_.mark(Stage::plan);
+    device_.clear(w.occupied, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.occupied)));
+    device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.ranks, w.report});
+    device_.scan(w.table, scanned);
+    device_.launch(in.count, PlaceBoxes{in, w.grid, w.table, w.ranks, w.records, w.report,
+                                        static_cast<std::uint32_t>(scanned - 1)});
+    device_.mark(Stage::bin);
+  }
+
+  // After build; calls f(bound, search) with the one that it was built for.
+  template <class F>
+  void with_search(const Input& in, bool brute, const Workspace& w, const FirstRange& range,
+                   F&& f) const {
+    if (brute) {
+      const TileSearch search{in, w.records, range};
+      f(search.count(), search);
+    } else {
+      f(std::uint64_t{in.count},
+        GridSearch{in, w.grid, w.table, w.occupied, w.records, w.report, range});
+    }
+  }
+
+  // Finds the pairs of `range`, all unless told otherwise; adds to report->found.
+  void find(const Input& in, bool brute, const Workspace& w, const PairSink& sink,
+            const FirstRange& range = {}) const {
+    with_search(in, brute, w, range, [&](std::uint64_t bound, const auto& search) {
+      device_.search(bound, search, sink);
+    });
+    device_.mark(Stage::find);
+  }
+
+ private:
+  Device& device_;
+};
+
+}  // namespace throng::pipeline

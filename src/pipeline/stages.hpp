@@ -1,0 +1,134 @@
+// What one thread does before the search: read a box, find its place, store it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "core/bounds.hpp"
+#include "core/class_grid.hpp"
+#include "pipeline/atomic.hpp"
+#include "pipeline/input.hpp"
+
+namespace throng::pipeline {
+
+// The box as it is compared; false for one that takes no part.
+THRONG_HD inline bool read_box(const Input& in, std::uint32_t i, Box& box, bool& nan) noexcept {
+  box = in.set_of(i).box(in.local(i));
+  nan = core::has_nan(box);
+  if (!core::is_active(box)) return false;  // a NaN compares false
+  if (in.margin != 0) box = core::expand(box, in.margin);
+  return true;
+}
+
+THRONG_HD inline void tell_inactive(Report& report, std::uint32_t i, bool nan) noexcept {
+  fetch_add(&report.inactive, std::uint64_t{1});
+  if (!nan) return;
+  fetch_add(&report.nan_count, std::uint64_t{1});
+  fetch_max(&report.nan_mark, ~i);
+}
+
+// A world below -1.
+THRONG_HD inline void tell_bad_world(const Input& in, Report& report, std::uint32_t i) noexcept {
+  const Set& s = in.set_of(i);
+  if (!s.world || s.world[in.local(i)] >= -1) return;
+  fetch_add(&report.bad_worlds, std::uint64_t{1});
+  fetch_max(&report.bad_world_mark, ~i);
+}
+
+// Where a box is stored: the cell of its home.
+struct Home {
+  std::uint32_t cell, class_index;  // of all groups' classes
+};
+THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std::uint32_t i,
+                              const Box& box) noexcept {
+  const core::CellSpan span = core::cells_of(grid, box);
+  const std::uint32_t size_class = core::class_of(grid, span);
+  const std::uint32_t bits = grid.present ? in.group_bits(i) : 0;
+  const std::uint32_t group = core::pack_group(grid.present, bits);
+  const std::uint32_t world =
+      in.has_worlds && !(bits & core::everywhere_bit) ? static_cast<std::uint32_t>(in.world(i)) : 0;
+  const core::SizeClass& c = grid.classes[size_class];
+  const std::uint32_t row =
+      core::row_start(grid, core::part_of(grid, world, group, size_class),
+                      span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]);
+  return {row + static_cast<std::uint32_t>(span.lower[0] >> c.shift[0]),
+          group * core::max_size_classes + size_class};
+}
+
+// Counts each cell's boxes; a box's rank among them is where in the cell it will stand.
+struct CountBoxes {
+  Input in;
+  const core::ClassGrid* grid;
+  std::uint32_t* counts;    // a cell; cleared
+  std::uint32_t* occupied;  // a group and class; cleared
+  std::uint32_t* ranks;     // a box
+  Report* report;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    Box box;
+    bool nan;
+    if (in.has_worlds) tell_bad_world(in, *report, i);
+    if (!read_box(in, i, box, nan)) return tell_inactive(*report, i, nan);
+    const Home home = home_of(in, *grid, i, box);
+    ranks[i] = fetch_add(counts + home.cell, 1u);
+    raise(occupied + home.class_index);
+  }
+};
+
+// Stores each box at its cell's start plus its rank.
+struct PlaceBoxes {
+  Input in;
+  const core::ClassGrid* grid;
+  const std::uint32_t* start;  // a cell, and one more that counts all
+  const std::uint32_t* ranks;
+  Record* records;
+  Report* report;
+  std::uint32_t cells;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    if (i == 0) report->active = start[cells];
+    Box box;
+    bool nan;
+    if (!read_box(in, i, box, nan)) return;
+    const Home home = home_of(in, *grid, i, box);
+    records[start[home.cell] + ranks[i]] = Record{box.lower, i, box.upper, 0};
+  }
+};
+
+// For brute force: every box in its own place. An inactive one overlaps nothing.
+struct LoadBoxes {
+  Input in;
+  Record* records;
+  Report* report;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    Box box;
+    bool nan;
+    if (in.has_worlds) tell_bad_world(in, *report, i);
+    if (!read_box(in, i, box, nan)) {
+      constexpr float none = std::numeric_limits<float>::quiet_NaN();
+      box = {{none, none, none}, {none, none, none}};
+      tell_inactive(*report, i, nan);
+    }
+    records[i] = Record{box.lower, i, box.upper, 0};
+  }
+};
+
+// How many pairs each first index has: for the consumer, who takes them in parts.
+template <class Search>
+struct CountFirsts {
+  Search search;
+  std::uint32_t* counts;  // an index of the first set; cleared
+
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (i >= search.count()) return;
+    Pair pair;
+    for (auto walk = search.begin(i); !walk.over();)
+      if (walk.step(pair)) fetch_add(counts + pair.first, 1u);
+  }
+};
+
+}  // namespace throng::pipeline

@@ -1,0 +1,243 @@
+#include "validate.hpp"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "cpu/kernels.hpp"
+
+namespace throng {
+
+const char* to_string(Algorithm algorithm) noexcept {
+  switch (algorithm) {
+    case Algorithm::automatic:
+      return "auto";
+    case Algorithm::all_pairs:
+      return "all-pairs";
+    case Algorithm::grid:
+      return "grid";
+  }
+  return "unknown";
+}
+
+const char* to_string(Backend backend) noexcept {
+  switch (backend) {
+    case Backend::automatic:
+      return "auto";
+    case Backend::cpu:
+      return "cpu";
+    case Backend::cuda:
+      return "cuda";
+    case Backend::emulated:
+      return "emulated";
+  }
+  return "unknown";
+}
+
+const char* to_string(Status status) noexcept {
+  switch (status) {
+    case Status::ok:
+      return "ok";
+    case Status::buffer_too_small:
+      return "buffer too small";
+    case Status::stopped:
+      return "stopped";
+    case Status::nan_box:
+      return "NaN box";
+    case Status::bad_boxes:
+      return "bad boxes";
+    case Status::bad_filter:
+      return "bad filter";
+    case Status::bad_option:
+      return "bad option";
+    case Status::too_many_boxes:
+      return "too many boxes";
+    case Status::out_of_memory:
+      return "out of memory";
+    case Status::memory_cap_too_small:
+      return "memory cap too small";
+    case Status::unsupported_isa:
+      return "unsupported instruction set";
+    case Status::no_device:
+      return "no device";
+    case Status::device_error:
+      return "device error";
+    case Status::not_reserved:
+      return "not reserved";
+    case Status::bad_bodies:
+      return "bad bodies";
+    case Status::bad_shape:
+      return "bad shape";
+  }
+  return "unknown";
+}
+
+using ull = unsigned long long;
+
+void say(Result& r, const char* format, ...) noexcept {
+  std::va_list args;
+  va_start(args, format);
+  std::vsnprintf(r.message, sizeof r.message, format, args);
+  va_end(args);
+}
+
+namespace {
+
+bool refuse(Result& r, Status status) noexcept {
+  r.status = status;
+  return false;
+}
+
+template <class T>
+bool valid_length(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,
+                  Result& r) noexcept {
+  if (!filter || filter.count == boxes) return true;
+  say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value a box", name, set,
+      ull{filter.count}, ull{boxes});
+  return refuse(r, Status::bad_filter);
+}
+
+bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
+  if (boxes.size() > max_box_count) {
+    say(r, "%s has %llu boxes, at most %llu can be indexed; split them", set, ull{boxes.size()},
+        ull{max_box_count});
+    return refuse(r, Status::too_many_boxes);
+  }
+  if (!boxes.complete()) {
+    say(r, "%s has %llu boxes but a coordinate array is null; only both z arrays may be missing",
+        set, ull{boxes.size()});
+    return refuse(r, Status::bad_boxes);
+  }
+  if (boxes.stride_bytes() % alignof(float) != 0) {
+    say(r, "the stride of %s is %llu bytes; it must be a multiple of %llu", set,
+        ull{boxes.stride_bytes()}, ull{alignof(float)});
+    return refuse(r, Status::bad_boxes);
+  }
+  const Filters& f = boxes.filters;
+  const std::size_t n = boxes.size();
+  if (!valid_length(f.group, n, "group", set, r) || !valid_length(f.mask, n, "mask", set, r) ||
+      !valid_length(f.owner, n, "owner", set, r) || !valid_length(f.world, n, "world", set, r) ||
+      !valid_length(f.is_static, n, "static", set, r)) {
+    return false;
+  }
+  return true;
+}
+
+bool valid_worlds(const Boxes& boxes, const char* set, Result& r) noexcept {
+  const Filters& f = boxes.filters;
+  const std::size_t n = boxes.size();
+  if (!f.world) return true;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (f.world[i] >= -1) continue;
+    if (r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  if (r.invalid_count == 0) return true;
+  say(r,
+      "%llu boxes of %s have a world below -1, the first is box %llu with world %d; use -1 for "
+      "every world, 0 and up for one",
+      ull{r.invalid_count}, set, ull{r.first_invalid}, f.world[r.first_invalid]);
+  return refuse(r, Status::bad_filter);
+}
+
+bool valid_margin(const Options& options, Result& r) noexcept {
+  if (options.margin >= 0 && std::isfinite(options.margin)) return true;
+  say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
+  return refuse(r, Status::bad_option);
+}
+
+}  // namespace
+
+bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+  return valid_margin(options, r) && valid_boxes(a, b ? "the first set" : "the set", r) &&
+         (!b || valid_boxes(*b, "the second set", r));
+}
+
+bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+  if (!valid_margin(options, r)) return false;
+  if (!cpu::find_kernels(options.isa)) {
+    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
+        options.isa == Isa::automatic ? "named" : to_string(options.isa),
+        options.isa == Isa::automatic ? "THRONG_ISA" : "Options::isa");
+    return refuse(r, Status::unsupported_isa);
+  }
+  const char* first = b ? "the first set" : "the set";
+  return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&
+         (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
+}
+
+void explain_failure(Result& r, Status status, unsigned long long bytes,
+                     const char* text) noexcept {
+  r.status = status;
+  r.bytes_needed = bytes;
+  r.found = r.written = 0;
+  const char* what = text ? text : "";
+  switch (status) {
+    case Status::no_device:
+      if (text)
+        say(r, "no GPU can be used: %s; use Backend::cpu", what);
+      else
+        say(r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
+      break;
+    case Status::device_error:
+      say(r, "the GPU failed: %s; what it held may be lost, so make a new Finder", what);
+      break;
+    case Status::not_reserved:
+      r.bytes_needed = 0;
+      say(r,
+          "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
+          "reserve() first",
+          bytes);
+      break;
+    case Status::too_many_boxes:
+      r.bytes_needed = 0;
+      say(r, "%llu boxes are more than a device takes, of both sets together; split them",
+          bytes);
+      break;
+    case Status::bad_boxes:
+    case Status::bad_filter:
+    case Status::bad_option:
+      say(r, "%s; give aligned device memory of the Finder's device, or use throng::Finder", what);
+      break;
+    case Status::out_of_memory:
+      if (text)
+        say(r, "no device memory: %s; free some, or split the boxes", what);
+      else
+        say(r, "no memory: %llu bytes were asked for in vain", bytes);
+      break;
+    default:
+      break;
+  }
+}
+
+void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
+  const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
+  switch (r.status) {
+    case Status::nan_box:
+      say(r,
+          "%llu boxes have a NaN, the first is box %llu%s; mend them, or treat them as inactive "
+          "by Options::nan",
+          ull{r.invalid_count}, ull{r.first_invalid}, set);
+      break;
+    case Status::bad_filter:
+      if (r.message[0]) break;
+      say(r,
+          "%llu boxes have a world below -1, the first is box %llu; use -1 for every world, 0 and "
+          "up for one",
+          ull{r.invalid_count}, ull{r.first_invalid});
+      break;
+    case Status::buffer_too_small:
+      say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
+      break;
+    case Status::out_of_memory:
+      say(r, "no memory: %llu bytes were asked for in vain", ull{r.bytes_needed});
+      break;
+    case Status::memory_cap_too_small:
+      say(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",
+          ull{r.bytes_needed});
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace throng

@@ -1,0 +1,35 @@
+// What is asked is checked, and what went wrong is put into words.
+#pragma once
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+#include <throng/update_boxes.hpp>
+
+#include "core/update_boxes.hpp"
+
+namespace throng {
+
+// Into Result::message.
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void say(Result& r, const char* format, ...) noexcept;
+
+// False, with status and message, where a backend could not take this. b null: one set.
+bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+
+// The same for boxes in device memory: what needs a look at them is left to the device.
+bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+
+// The job that each thread does a body of, without a look at the arrays' contents. False, with
+// status and message, where a backend could not take this.
+bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
+              std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept;
+
+// Status and message for a device that failed; `text`: what it says, or null.
+void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept;
+
+// The message for what a backend found wrong.
+void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;
+
+}  // namespace throng
