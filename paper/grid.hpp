@@ -21,8 +21,8 @@
 
 #include "core/bounds.hpp"
 #include "core/hd.hpp"
-#include "paper/atomic.hpp"
 #include "paper/search.hpp"
+#include "pipeline/atomic.hpp"
 
 namespace throng::paper {
 
@@ -91,7 +91,9 @@ struct CountEntries {
 
   struct Add {
     std::uint32_t* counts;
-    THRONG_HD void operator()(std::uint64_t cell) const noexcept { atomic_add(counts + cell, 1u); }
+    THRONG_HD void operator()(std::uint64_t cell) const noexcept {
+      pipeline::fetch_add(counts + cell, 1u);
+    }
   };
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     for_each_cell(shape, boxes[i], Add{counts});
@@ -111,7 +113,7 @@ struct FillEntries {
     const FillEntries& fill;
     std::uint32_t object;
     THRONG_HD void operator()(std::uint64_t cell) const noexcept {
-      const std::uint32_t left = atomic_add(fill.counts + cell, 0xffffffffu);  // minus one
+      const std::uint32_t left = pipeline::fetch_add(fill.counts + cell, 0xffffffffu);  // minus one
       fill.entries[fill.starts[cell] + left - 1] = object;
     }
   };

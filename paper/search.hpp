@@ -9,8 +9,8 @@
 
 #include "core/bounds.hpp"
 #include "core/hd.hpp"
-#include "paper/atomic.hpp"
 #include "paper/matrix.hpp"
+#include "pipeline/atomic.hpp"
 
 namespace throng::paper {
 
@@ -97,7 +97,7 @@ struct WriteBitAtomic {
   std::uint32_t* words;
 
   THRONG_HD void operator()(std::uint64_t t) const noexcept {
-    if (test(t)) atomic_or(words + t / bits_per_word, 1u << (t % bits_per_word));
+    if (test(t)) pipeline::fetch_or(words + t / bits_per_word, 1u << (t % bits_per_word));
   }
 };
 
@@ -128,7 +128,7 @@ struct PairSink {
   std::uint64_t* found;
 
   THRONG_HD void operator()(Pair pair) const noexcept {
-    const std::uint64_t at = atomic_add(found, 1);
+    const std::uint64_t at = pipeline::fetch_add(found, 1);
     if (at < capacity) pairs[at] = pair;
   }
 };

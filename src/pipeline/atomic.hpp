@@ -35,6 +35,13 @@ THRONG_HD inline void fetch_max(std::uint32_t* at, std::uint32_t value) noexcept
   }
 #endif
 }
+THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
+#if defined(__CUDA_ARCH__)
+  atomicOr(at, bits);
+#else
+  std::atomic_ref<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
+#endif
+}
 // Sets a flag that many threads set: most only read it.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)

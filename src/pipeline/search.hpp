@@ -112,23 +112,23 @@ struct GridSearch {
 
     // The next class and group to look into.
     THRONG_HD bool next_target() noexcept {
-      const core::ClassGrid& grid = *s_.grid;
-      const std::uint32_t groups = core::group_count(grid.present);
+      const core::ClassGrid& cells = *s_.grid;
+      const std::uint32_t groups = core::group_count(cells.present);
       for (;;) {
         const std::uint32_t size_class = next_class_, group = next_group_;
         if (group == groups) return false;
-        if (++next_class_ == grid.class_count) {
+        if (++next_class_ == cells.class_count) {
           next_class_ = 0;
           ++next_group_;
         }
         if (!s_.occupied[group * core::max_size_classes + size_class]) continue;
-        const std::uint32_t bits = core::unpack_group(grid.present, group);
-        const core::Look how = core::look(grid.present, bits_, class_, bits, size_class);
+        const std::uint32_t bits = core::unpack_group(cells.present, group);
+        const core::Look how = core::look(cells.present, bits_, class_, bits, size_class);
         if (how == core::Look::no) continue;
         target_class_ = size_class;
         target_group_ = group;
-        part_ = core::part_of(grid, bits & core::everywhere_bit ? 0 : world_, group, size_class);
-        const core::SizeClass& c = grid.classes[size_class];
+        part_ = core::part_of(cells, bits & core::everywhere_bit ? 0 : world_, group, size_class);
+        const core::SizeClass& c = cells.classes[size_class];
         const std::int32_t x = span_.lower[0] >> c.shift[0], y = span_.lower[1] >> c.shift[1],
                            z = span_.lower[2] >> c.shift[2];
         const std::int32_t z_last = span_.upper[2] >> c.shift[2];
@@ -152,11 +152,11 @@ struct GridSearch {
 
     // Where others may be stored in the same place. In one row each x has a place of its own.
     THRONG_HD bool is_home_here(const Record& c) const noexcept {
-      const core::ClassGrid& grid = *s_.grid;
-      const core::CellSpan span = core::cells_of(grid, c.box());
-      const core::SizeClass& k = grid.classes[target_class_];
-      return core::class_of(grid, span) == target_class_ &&
-             core::pack_group(grid.present, s_.in.group_bits(c.id)) == target_group_ &&
+      const core::ClassGrid& cells = *s_.grid;
+      const core::CellSpan span = core::cells_of(cells, c.box());
+      const core::SizeClass& k = cells.classes[target_class_];
+      return core::class_of(cells, span) == target_class_ &&
+             core::pack_group(cells.present, s_.in.group_bits(c.id)) == target_group_ &&
              (whole_ ||
               (span.lower[1] >> k.shift[1] == here_y_ && span.lower[2] >> k.shift[2] == here_z_));
     }
