@@ -46,7 +46,8 @@ THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
       if (k >= 4) distance = greater(distance, v < value[k] ? value[k] - v : v - value[k]);
     }
     if (j >= own) continue;
-    const std::uint32_t exponent = std::bit_cast<std::uint32_t>(distance) >> 23;
+    // Without the sign, which a difference of zeros may have.
+    const std::uint32_t exponent = std::bit_cast<std::uint32_t>(distance) >> 23 & 0xff;
     THRONG_ADD(s.near[0][exponent], 1);
     const std::int32_t v = s.sample.worlds[own], w = s.sample.worlds[j];
     if (v == w || v < 0 || w < 0) THRONG_ADD(s.near[1][exponent], 1);
