@@ -77,7 +77,7 @@ struct PlanGrid {
 
  private:
   THRONG_HD void look_at_worlds(std::uint32_t i, core::Reach& reach) const noexcept {
-    const auto world = static_cast<std::uint32_t>(in.world(i) + 1);
+    const std::uint32_t world = static_cast<std::uint32_t>(in.world(i)) + 1;
     reach.worlds = reach.worlds > world ? reach.worlds : world;
     reach.changes += i + 1 < in.count && in.world(i + 1) != in.world(i);
     ++reach.looked_at;
