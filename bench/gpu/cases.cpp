@@ -27,7 +27,8 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
     for (const std::size_t n : {K, 10 * K, 100 * K, M, 10 * M, 100 * M})
       all.push_back(uniform("scaling", n, true));
   } else if (part == "stages") {
-    for (const std::size_t n : {M, 10 * M, 100 * M}) all.push_back(uniform("stages", n, false));
+    for (const std::size_t n : {100 * K, M, 10 * M, 100 * M})
+      all.push_back(uniform("stages", n, false));
   } else if (part == "scenes") {
     const auto add = [&](const char* name, std::size_t n) {
       all.push_back({"scenes", name, name, 0, n, 2, false});
