@@ -37,6 +37,8 @@ class DeviceArray {
   }
   void put(const T* from, std::size_t count, std::size_t at = 0) {
     need(cudaMemcpy(data_ + at, from, count * sizeof(T), cudaMemcpyHostToDevice));
+    // From pageable memory it may still be under way, and no stream of our own would wait for it.
+    need(cudaDeviceSynchronize());
   }
   void get(T* to, std::size_t count) const {
     need(cudaMemcpy(to, data_, count * sizeof(T), cudaMemcpyDeviceToHost));

@@ -75,7 +75,7 @@ Summed sum_up(const Case& c, const DeviceArray<Pair>& pairs, std::size_t count, 
   Summed sum{{count, device_checksum(pairs.data(), count, stream)}, "device"};
   if (c.objects > most_on_host) return sum;
   std::vector<Pair> host(count);
-  pairs.get(host.data(), count);
+  if (count) pairs.get(host.data(), count);
   const std::uint64_t here = scene::pair_checksum(host.data(), count);
   if (here != sum.answer.checksum)
     s.wrong.push_back(c.label + ", " + std::to_string(c.objects) +
@@ -108,7 +108,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
   options.measure_stages = false;
   const OwnStream stream;
   const std::size_t capacity = frames.most_found();
-  DeviceArray<Pair> pairs(capacity);
+  DeviceArray<Pair> pairs(std::max<std::size_t>(capacity, 1));  // there may be none
   const DeviceArray<cuda::Report> report(1);
   cuda::Finder finder(options);
   const std::size_t before = device_bytes_in_use();
@@ -208,7 +208,7 @@ void measure_stages(const Case& c, Session& s) {
   need(cudaDeviceGetAttribute(&l2_bytes, cudaDevAttrL2CacheSize, ordinal));
   const Resident frames(c);
   const OwnStream stream;
-  DeviceArray<Pair> pairs(frames.most_found());
+  DeviceArray<Pair> pairs(std::max<std::size_t>(frames.most_found(), 1));
   Options options;
   options.measure_stages = true;
   cuda::Finder finder(options);

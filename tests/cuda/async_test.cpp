@@ -136,6 +136,7 @@ TEST_P(GpuAsync, WaitsForNothing) {
 TEST_P(GpuAsync, NoBoxes) {
   const OnDevice<cuda::Report> report(1);
   need(cudaMemset(report.data(), 0x77, sizeof(cuda::Report)));
+  need(cudaDeviceSynchronize());
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(0, 0, stream()).ok());
   ASSERT_TRUE(finder.find_async(Boxes(), nullptr, 0, report.data(), stream()).ok());

@@ -56,12 +56,16 @@ class OnDevice {
 
   void put(const std::vector<T>& values) {
     if (values.size() > size_) throw std::logic_error("more values than room");
+    if (values.empty()) return;
     need(cudaMemcpy(data_, values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice));
+    // From pageable memory it may still be under way, and no stream of our own would wait for it.
+    need(cudaDeviceSynchronize());
   }
   std::vector<T> get() const {
     need(cudaDeviceSynchronize());
     std::vector<T> values(size_);
-    need(cudaMemcpy(values.data(), data_, size_ * sizeof(T), cudaMemcpyDeviceToHost));
+    if (size_ != 0)
+      need(cudaMemcpy(values.data(), data_, size_ * sizeof(T), cudaMemcpyDeviceToHost));
     return values;
   }
   T* data() const { return data_; }
@@ -83,7 +87,10 @@ class PairRoom {
   explicit PairRoom(std::size_t capacity) : capacity_(capacity), memory_(capacity + 2 * guard) {
     clear();
   }
-  void clear() { need(cudaMemset(memory_.data(), 0xab, memory_.size() * sizeof(Pair))); }
+  void clear() {
+    need(cudaMemset(memory_.data(), 0xab, memory_.size() * sizeof(Pair)));
+    need(cudaDeviceSynchronize());
+  }
   Pair* out() const { return memory_.data() + guard; }
   std::size_t capacity() const { return capacity_; }
   // The first `count` pairs; the guards, and everything behind these, must be untouched.
@@ -132,6 +139,7 @@ class CountingDeviceMemory {
     }
     // What a new block holds must not matter.
     need(cudaMemset(p, 0x5a, bytes));
+    need(cudaDeviceSynchronize());
     ++allocations_;
     held_ += bytes;
     blocks_[p] = bytes;

@@ -49,6 +49,29 @@ TEST_P(GpuFind, AnySizeInAnyOrder) {
   }
 }
 
+// So few that a box looks into more rows of cells than there are boxes: going through all of them
+// must not make a box its own partner, nor tell a pair from both sides.
+TEST_P(GpuFind, FewerBoxesThanRows) {
+  cuda::Finder finder(options());
+  const auto check = [&](const BoxList& list) {
+    const OnDevice<Box> boxes(list);
+    expect_answer(finder, view(boxes), nullptr, reference_pairs(list));
+  };
+  check({{{0x0p+0f, 0x0p+0f, 0x1p+2f}, {0x1.4f6fe8p-1f, 0x1.d0dd7ap-1f, 0x1.80466ep+2f}},
+         {{0x1.b01d6ap+1f, 0x1.e1b984p+0f, 0x1.2501e8p+2f},
+          {0x1.ee7d46p+1f, 0x1.6874fcp+1f, 0x1.58d8aap+2f}}});
+  check({{{0x0p+0f, 0x1.8p+1f, 0x1p+2f}, {0x1.873c74p-1f, 0x1.039074p+2f, 0x1.3d2e4p+2f}},
+         {{0x1.6532c4p+1f, 0x1.ab25b8p-2f, 0x1.53251ep+2f},
+          {0x1.b4fca2p+1f, 0x1.260034p+1f, 0x1.9cf67p+2f}}});
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    Random r(seed);
+    BoxList list(r.below(6) + 1);
+    for (Box& b : list) b = cube(r.point(0, 6), r.in(0, 2));
+    check(list);
+  }
+}
+
 TEST_P(GpuFind, Layouts) {
   cuda::Finder finder(options());
   for (const int n : {700, 5000}) {
