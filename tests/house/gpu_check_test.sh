@@ -52,6 +52,10 @@ expect 0 'all that must hold does' "${steps[@]}"
 grep -q 'skipped: no throng-paper' "$out/gpu_check.log"
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 
+mkdir "$folder/data" && touch "$folder/data/boxes.npy"
+expect 0 'bench files' --data "$folder/data" files
+grep -q '^files,row' "$out/bench.csv"
+
 program throng-bench-gpu 'echo "no GPU can be used"; exit 2'
 expect 2 'no GPU to check' "${steps[@]}"
 sound_programs
