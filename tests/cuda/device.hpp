@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -173,14 +174,17 @@ struct Setting {
   }
 };
 
-inline std::string setting_name(const testing::TestParamInfo<Setting>& info) {
-  const Setting& s = info.param;
+inline std::string name_of(const Setting& s) {
   return std::string(s.algorithm == Algorithm::all_pairs ? "all_pairs"
                      : s.algorithm == Algorithm::grid    ? "grid"
                                                          : "auto") +
          (s.order == Order::canonical ? "_canonical" : "_any") +
          (s.own_stream ? "_own_stream" : "_default_stream");
 }
+inline std::string setting_name(const testing::TestParamInfo<Setting>& info) {
+  return name_of(info.param);
+}
+inline void PrintTo(const Setting& setting, std::ostream* out) { *out << name_of(setting); }
 
 inline std::vector<Setting> all_settings() {
   std::vector<Setting> settings;

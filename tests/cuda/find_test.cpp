@@ -205,7 +205,8 @@ TEST_P(GpuFind, TwoSets) {
   for (const auto& [n, m] :
        {std::pair{900, 700}, {1, 3000}, {3000, 1}, {0, 5}, {5, 0}, {6000, 77}}) {
     SCOPED_TRACE(std::to_string(n) + " and " + std::to_string(m));
-    const BoxList a = with_inverted(n, 1), b = huge_among_small(m, 2);
+    const BoxList a = n ? with_inverted(n, 1) : BoxList(),
+                  b = m ? huge_among_small(m, 2) : BoxList();
     const OnDevice<Box> first(a), second(b);
     const Boxes second_view = view(second);
     expect_answer(finder, view(first), &second_view, reference_pairs(a, b));
