@@ -1,4 +1,5 @@
-// throng check: every backend, algorithm, instruction set, thread count, order and form against two loops.
+// throng check: every backend, algorithm, instruction set, thread count, order and form against two
+// loops.
 #include <algorithm>
 #include <memory>
 #include <new>

@@ -32,6 +32,10 @@ if("${throng_links}" MATCHES "hwy::hwy")
   string(APPEND throng_find_dependencies "find_dependency(hwy)\n")
   list(APPEND throng_pc_requires libhwy)
 endif()
+if("${throng_links}" MATCHES "CUDA::(cudart[a-z_]*)")
+  string(APPEND throng_find_dependencies "find_dependency(CUDAToolkit)\n")
+  string(APPEND throng_pc_libs " -L${CUDAToolkit_LIBRARY_DIR} -l${CMAKE_MATCH_1} -ldl -lrt -pthread")
+endif()
 list(JOIN throng_pc_requires " " throng_pc_requires)
 
 configure_package_config_file(

@@ -1,4 +1,5 @@
-// The hall of the GPU's door: what is asked is checked, and answered by the GPU backend if there is one.
+// The hall of the GPU's door: what is asked is checked, and answered by the GPU backend if there is
+// one.
 #include <throng/cuda.hpp>
 
 #include <new>
@@ -43,8 +44,8 @@ struct FinderAccess {
     Result r;
     if (!valid_on_device(a, b, finder.options_, r)) return r;
     r = run(finder, f);
-    explain(r, b != nullptr, finder.state_ && finder.state_->engine &&
-                                 finder.state_->engine->nan_in_second_set());
+    explain(r, b != nullptr,
+            finder.state_ && finder.state_->engine && finder.state_->engine->nan_in_second_set());
     return r;
   }
 
@@ -110,8 +111,8 @@ Finder& Finder::operator=(Finder&& other) noexcept {
 Result Finder::reserve([[maybe_unused]] std::size_t boxes, [[maybe_unused]] std::size_t pairs,
                        [[maybe_unused]] Stream stream) noexcept {
 #if defined(THRONG_CUDA)
-  return FinderAccess::run(
-      *this, [&](Engine& engine, Result&) { engine.reserve(boxes, pairs, stream); });
+  return FinderAccess::run(*this,
+                           [&](Engine& engine, Result&) { engine.reserve(boxes, pairs, stream); });
 #else
   return FinderAccess::none();
 #endif
@@ -136,6 +137,30 @@ std::size_t Finder::memory_bytes() const noexcept {
   return state_ && state_->engine ? state_->engine->held() : 0;
 #else
   return 0;
+#endif
+}
+
+Result update_boxes(const Bodies& bodies, Box* out, [[maybe_unused]] BodyReport* report,
+                    [[maybe_unused]] Stream stream, const UpdateOptions& options,
+                    std::size_t stride_bytes) noexcept {
+  Result r;
+  core::UpdateBoxes job;
+  if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
+  r.plan.backend = Backend::cuda;
+  r.plan.reason = "one pass over the bodies";
+#if defined(THRONG_CUDA)
+  try {
+    check_available();
+    if (bodies.size() > max_box_count)
+      throw pipeline::Failure{Status::too_many_boxes, bodies.size()};
+    update_boxes(job, bodies.size(), report, stream);
+    r.written = bodies.size();
+  } catch (const pipeline::Failure& failure) {
+    explain_failure(r, failure.status, failure.bytes, failure.text);
+  }
+  return r;
+#else
+  return FinderAccess::none();
 #endif
 }
 

@@ -128,7 +128,8 @@ struct FinderAccess {
     core::Output own{pairs.data(), pairs.capacity(),
                      [](void* buffer, std::size_t count) -> Pair* {
                        try {
-                         return cpu::room_for_pairs(*static_cast<cpu::Buffer<Pair>*>(buffer), count);
+                         return cpu::room_for_pairs(*static_cast<cpu::Buffer<Pair>*>(buffer),
+                                                    count);
                        } catch (...) {
                          return nullptr;
                        }
@@ -157,9 +158,7 @@ Finder& Finder::operator=(Finder&& other) noexcept {
   std::swap(pairs_, other.pairs_);
   return *this;
 }
-std::size_t Finder::memory_bytes() const noexcept {
-  return state_ ? state_->held() : 0;
-}
+std::size_t Finder::memory_bytes() const noexcept { return state_ ? state_->held() : 0; }
 
 Result Finder::find(const Boxes& boxes) noexcept {
   return FinderAccess::run(*this, boxes, nullptr, nullptr, nullptr);
@@ -188,17 +187,17 @@ Result find_into(const Boxes& a, const Boxes* b, std::vector<Pair>& out,
                  const Options& options) noexcept {
   Finder finder(options);
   core::Output output{out.data(), out.size(),
-                     [](void* context, std::size_t count) -> Pair* {
-                       auto& v = *static_cast<std::vector<Pair>*>(context);
-                       try {
-                         v.clear();
-                         v.resize(count);
-                       } catch (...) {
-                         return nullptr;
-                       }
-                       return v.data();
-                     },
-                     &out};
+                      [](void* context, std::size_t count) -> Pair* {
+                        auto& v = *static_cast<std::vector<Pair>*>(context);
+                        try {
+                          v.clear();
+                          v.resize(count);
+                        } catch (...) {
+                          return nullptr;
+                        }
+                        return v.data();
+                      },
+                      &out};
   const Result r = FinderAccess::run(finder, a, b, &output, nullptr);
   out.resize(r.ok() ? static_cast<std::size_t>(r.found) : 0);  // never grows
   return r;

@@ -64,6 +64,10 @@ const char* to_string(Status status) noexcept {
       return "device error";
     case Status::not_reserved:
       return "not reserved";
+    case Status::bad_bodies:
+      return "bad bodies";
+    case Status::bad_shape:
+      return "bad shape";
   }
   return "unknown";
 }
@@ -161,7 +165,8 @@ bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) no
          (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
 }
 
-void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept {
+void explain_failure(Result& r, Status status, unsigned long long bytes,
+                     const char* text) noexcept {
   r.status = status;
   r.bytes_needed = bytes;
   r.found = r.written = 0;
@@ -178,17 +183,19 @@ void explain_failure(Result& r, Status status, unsigned long long bytes, const c
       break;
     case Status::not_reserved:
       r.bytes_needed = 0;
-      say(r, "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
-             "reserve() first", bytes);
+      say(r,
+          "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
+          "reserve() first",
+          bytes);
       break;
     case Status::too_many_boxes:
       r.bytes_needed = 0;
-      say(r, "%llu boxes; a device takes at most 1800000000 of both sets together; split them", bytes);
+      say(r, "%llu boxes are more than a device takes, of both sets together; split them", bytes);
       break;
     case Status::bad_boxes:
     case Status::bad_filter:
     case Status::bad_option:
-      say(r, "%s; give device memory, or use throng::Finder with Backend::cuda", what);
+      say(r, "%s; give aligned device memory of the Finder's device, or use throng::Finder", what);
       break;
     case Status::out_of_memory:
       if (text)
@@ -202,9 +209,7 @@ void explain_failure(Result& r, Status status, unsigned long long bytes, const c
 }
 
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
-  const char* set = !two_sets           ? ""
-                    : nan_in_second_set ? " of the second set"
-                                        : " of the first set";
+  const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
       say(r,
@@ -233,6 +238,5 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
       break;
   }
 }
-
 
 }  // namespace throng

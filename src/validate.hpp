@@ -3,6 +3,9 @@
 
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
+#include <throng/update_boxes.hpp>
+
+#include "core/update_boxes.hpp"
 
 namespace throng {
 
@@ -17,6 +20,11 @@ bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) no
 
 // The same for boxes in device memory: what needs a look at them is left to the device.
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+
+// The job that each thread does a body of, without a look at the arrays' contents. False, with
+// status and message, where a backend could not take this.
+bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
+              std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept;
 
 // Status and message for a device that failed; `text`: what it says, or null.
 void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept;

@@ -1,8 +1,8 @@
-// GPU users: device pointers in and out, on a stream of the caller's. Standard C++ only, so that any
-// compiler takes it; a build without the GPU backend answers Status::no_device.
+// GPU users: device pointers in and out, on a stream of the caller's. Standard C++ only, so that
+// any compiler takes it; a build without the GPU backend answers Status::no_device.
 //
-// A throng::Boxes view may show device memory: it is never read on the host. All filters lie in device
-// memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
+// A throng::Boxes view may show device memory: it is never read on the host. All filters lie in
+// device memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,7 @@
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
+#include <throng/update_boxes.hpp>
 
 struct CUstream_st;
 
@@ -36,6 +37,7 @@ struct Report {
 
 // Where device memory comes from; null functions: cudaMalloc and cudaFree. `allocate` returns null
 // where there is none; what it returns is aligned to 256 bytes. Work on `stream` alone uses it.
+// What a Finder still holds when it ends is given back on the stream of its last call.
 struct MemoryResource {
   void* (*allocate)(void* self, std::size_t bytes, Stream stream) = nullptr;
   void (*deallocate)(void* self, void* p, std::size_t bytes, Stream stream) = nullptr;
@@ -46,8 +48,8 @@ struct MemoryResource {
 Result available() noexcept;
 
 // One Finder serves one GPU, that which is current at its first call, and one stream at a time.
-// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of both
-// sets together.
+// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of
+// both sets together.
 class Finder {
  public:
   explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept
@@ -90,5 +92,20 @@ class Finder {
   Options options_;
   MemoryResource memory_;
 };
+
+// What update_boxes tells in device memory.
+struct BodyReport {
+  std::uint64_t bad_shapes = 0;  // bodies whose shape is wrong; their boxes are NaN
+  std::uint32_t bad_shape_mark = 0;
+
+  constexpr std::uint32_t first_bad_shape() const noexcept { return ~bad_shape_mark; }
+};
+
+// throng::update_boxes (see there) on bodies and boxes in device memory: the same bits. Put on the
+// stream, not waited for; takes no memory, and can be captured into a graph. `report` may be null.
+// Of the options the margin is heeded. At most max_box_count bodies.
+Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                    const UpdateOptions& options = {},
+                    std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 }  // namespace throng::cuda

@@ -56,6 +56,8 @@ enum class Status : std::uint8_t {
   no_device,             // no GPU, no driver, or a build without the GPU backend
   device_error,          // what CUDA says stands in the message
   not_reserved,          // see cuda::Finder::reserve
+  bad_bodies,            // an array is missing, or has a wrong length or stride
+  bad_shape,             // of a body; see first_invalid, invalid_count
 };
 
 const char* to_string(Algorithm) noexcept;

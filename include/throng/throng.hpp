@@ -6,4 +6,5 @@
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
+#include <throng/update_boxes.hpp>
 #include <throng/version.hpp>

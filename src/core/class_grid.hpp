@@ -2,9 +2,10 @@
 //
 // One function q per axis maps a float to the index of a cell, 0 .. N-1:
 //   q(x) = int(min(max((x - origin) * scale, 0), N - 1)),   scale > 0.
-// Each step is non-decreasing in x for every float but NaN (core/quantise.hpp), so q is. A size class
-// c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing too. Call
-// it c(x). A box belongs to the first class in whose grid it spans at most two cells on every axis,
+// Each step is non-decreasing in x for every float but NaN (core/quantise.hpp), so q is. A size
+// class c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing
+// too. Call it c(x). A box belongs to the first class in whose grid it spans at most two cells on
+// every axis,
 //   c(upper) <= c(lower) + 1;
 // the last class has one cell, so every box, infinite ones too, belongs to some. The box is stored
 // in one cell of its class: that of its lower corner, its home.
@@ -17,8 +18,8 @@
 // cells and classes are used is a matter of speed alone.
 //
 // Each pair is told once: of two boxes in different classes that of the earlier class looks for the
-// other; in one class, that whose home comes first, in the order z, y, x, and of one home that which
-// is stored first. A box looks into each cell once, and a cell holds a box once.
+// other; in one class, that whose home comes first, in the order z, y, x, and of one home that
+// which is stored first. A box looks into each cell once, and a cell holds a box once.
 #pragma once
 
 #include <cstdint>
@@ -42,9 +43,9 @@ struct SizeClass {
 constexpr std::uint32_t static_bit = 1, everywhere_bit = 2, second_bit = 4;
 
 // The grids of all classes, laid out in one table of counts. `present`: which group bits occur. A
-// world's cells stand together, one part a group; worlds that share a slot are told apart when a pair
-// is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes whose
-// home is elsewhere are told apart in the same way.
+// world's cells stand together, one part a group; worlds that share a slot are told apart when a
+// pair is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes
+// whose home is elsewhere are told apart in the same way.
 struct ClassGrid {
   float origin[3] = {0, 0, 0};
   float scale[3] = {1, 1, 1};
@@ -115,9 +116,9 @@ THRONG_HD constexpr std::uint32_t group_count(std::uint32_t present) noexcept {
 enum class Look : std::uint8_t { no, forward, all };
 
 // Whether a box of group `from` and class `own` looks for boxes of group `to` and class `other`. Of
-// any two boxes that may meet, one looks for the other by `all`, or either by `forward`: an everywhere
-// box is found by those of all worlds, whose cells it could not know; else the class decides, and of
-// one class the group.
+// any two boxes that may meet, one looks for the other by `all`, or either by `forward`: an
+// everywhere box is found by those of all worlds, whose cells it could not know; else the class
+// decides, and of one class the group.
 THRONG_HD constexpr Look look(std::uint32_t present, std::uint32_t from, std::uint32_t own,
                               std::uint32_t to, std::uint32_t other) noexcept {
   if (from & to & static_bit) return Look::no;
@@ -138,27 +139,29 @@ THRONG_HD constexpr std::uint32_t mix(std::uint32_t h) noexcept {
   return h ^ (h >> 16);
 }
 
-// A row of cells along x: where it begins in the table.
-struct Row {
-  std::uint32_t world, group, size_class;  // world 0 for everywhere boxes; group packed
-  std::int32_t y, z;
+// The cells of one class, group and world. `world` is 0 for everywhere boxes; `group` is packed.
+struct Part {
+  std::uint32_t base;  // dense: where they begin in the table; hashed: a seed
+  std::uint32_t cells_x, cells_y;
 };
 
-// Dense: below table_cells together with every x of the row. Hashed: below table_cells; the table has
-// room for one more row beyond.
-THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Row& row) noexcept {
-  const SizeClass& c = grid.classes[row.size_class];
-  const std::uint32_t line = static_cast<std::uint32_t>(row.z) * c.cells[1] +
-                             static_cast<std::uint32_t>(row.y);
-  if (!grid.hashed) {
-    const std::uint32_t slot = row.world % grid.world_slots;
-    return (slot * group_count(grid.present) + row.group) * grid.world_cells + c.offset +
-           line * c.cells[0];
-  }
-  std::uint32_t h = mix(static_cast<std::uint32_t>(row.z) * 0x9e3779b9u + 0x85ebca6bu);
-  h = mix(h ^ static_cast<std::uint32_t>(row.y));
-  h = mix(h ^ (row.world * 0xc2b2ae35u + row.group * 256 + row.size_class));
-  return static_cast<std::uint32_t>((std::uint64_t{h} * grid.table_cells) >> 32);
+THRONG_HD inline Part part_of(const ClassGrid& grid, std::uint32_t world, std::uint32_t group,
+                              std::uint32_t size_class) noexcept {
+  const SizeClass& c = grid.classes[size_class];
+  if (grid.hashed) return {world * 0xc2b2ae35u + group * 256 + size_class, 0, 0};
+  const std::uint32_t slot = world == 0 ? 0 : world % grid.world_slots;
+  return {(slot * group_count(grid.present) + group) * grid.world_cells + c.offset, c.cells[0],
+          c.cells[1]};
+}
+
+// Where a row of cells along x begins. Dense: below table_cells together with every x of the row.
+// Hashed: below table_cells; the table has room for one more row beyond.
+THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Part& part, std::int32_t y,
+                                         std::int32_t z) noexcept {
+  const auto row = static_cast<std::uint32_t>(y), slab = static_cast<std::uint32_t>(z);
+  if (!grid.hashed) return part.base + (slab * part.cells_y + row) * part.cells_x;
+  const std::uint32_t h = mix(mix(mix(slab * 0x9e3779b9u + 0x85ebca6bu) ^ row) ^ part.base);
+  return static_cast<std::uint32_t>((static_cast<std::uint64_t>(h) * grid.table_cells) >> 32);
 }
 
 }  // namespace throng::core

@@ -11,8 +11,28 @@
 
 namespace throng::core {
 
+THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s) noexcept {
+  if (t < 256) s.near[0][t] = s.near[1][t] = 0;
+  if (t < 2) s.least[t] = 254;
+  if (t < threads / 32) {
+    Reach all = s.reaches[32 * t];
+    for (std::uint32_t j = 1; j < 32; ++j) join(all, s.reaches[32 * t + j]);
+    s.range[t] = all;
+  }
+  if (t >= sample_size) return;
+  for (int k = 0; k < 7; ++k) s.rank[k][t] = 0;
+  std::uint32_t before = 0;
+  for (std::uint32_t j = 0; j < t; ++j) before += s.loaded.worlds[j] != -2;
+  const bool active = s.loaded.worlds[t] != -2;
+  if (active) {
+    s.sample.boxes[before] = s.loaded.boxes[t];
+    s.sample.worlds[before] = s.loaded.worlds[t];
+  }
+  if (t + 1 == sample_size) s.count = before + active;
+}
+
 THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
-  const std::uint32_t n = s.sample.count, own = t / parts;
+  const std::uint32_t n = s.count, own = t / parts;
   if (own >= n) return;
   float value[7];
   for (int k = 0; k < 7; ++k) value[k] = sorted_value(s.sample.boxes[own], k);
@@ -27,27 +47,25 @@ THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
     }
     if (j >= own) continue;
     const std::uint32_t exponent = std::bit_cast<std::uint32_t>(distance) >> 23;
-    THRONG_ADD(s.near[exponent], 1);
+    THRONG_ADD(s.near[0][exponent], 1);
     const std::int32_t v = s.sample.worlds[own], w = s.sample.worlds[j];
-    if (v != w && v >= 0 && w >= 0) continue;
-    THRONG_ADD(s.same_world, 1);
-    THRONG_ADD(s.near_in_world[exponent], 1);
+    if (v == w || v < 0 || w < 0) THRONG_ADD(s.near[1][exponent], 1);
   }
   for (int k = 0; k < 7; ++k) THRONG_ADD(s.rank[k][own], before[k]);
 }
 
 THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s) noexcept {
-  if (t >= s.sample.count) return;
+  if (t >= s.count) return;
   for (int k = 0; k < 7; ++k) {
     const float value = sorted_value(s.sample.boxes[t], k);
     (k < 4 ? s.extent[k] : s.centre[k - 4])[s.rank[k][t]] = value;
   }
 }
 
-// Threads 0, 1, 2: the range of an axis. Thread 3: how the boxes crowd.
+// The first threads: the range of an axis. All: how many pairs lie within a distance.
 THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
                                               const GridLimits& limits) noexcept {
-  const std::uint32_t n = s.sample.count;
+  const std::uint32_t n = s.count;
   if (n == 0) return;
   if (t < 3) {
     const int k = static_cast<int>(t);
@@ -64,35 +82,42 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
     s.low[k] = low - missed;
     s.length[k] = greater(high - low + 2 * missed, 1e-30f);
   }
-  if (t != 3) return;
-  const float pairs = 0.5f * static_cast<float>(n) * (static_cast<float>(n) - 1);
-  s.worlds = limits.has_worlds ? greater(1, pairs / (static_cast<float>(s.same_world) + 1)) : 1;
+  const std::uint32_t which = t / 256, exponent = t % 256;
+  std::uint32_t sum = 0;
+  for (std::uint32_t k = 0; k <= exponent; ++k) sum += s.near[which][k];
+  s.within[which][exponent] = sum;
+  // The least distance within which the sample has some pairs: one thread finds it.
+  if (sum >= 8 && sum - s.near[which][exponent] < 8 && exponent < 254) s.least[which] = exponent;
+}
+
+// How the boxes crowd.
+THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits) noexcept {
+  if (s.count == 0) return;
+  const float n = static_cast<float>(s.count), pairs = greater(0.5f * n * (n - 1), 1);
+  const float same_world = static_cast<float>(s.within[1][255]);
   // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
-  const bool enough = s.same_world >= 32;
-  const std::uint32_t(&near)[256] = enough ? s.near_in_world : s.near;
-  // The least distance within which the sample has some pairs; below it, growth is carried on.
-  std::uint32_t sum = 0, base = 0;
-  for (; base < 254; ++base) {
-    sum += near[base];
-    if (sum >= 8) break;
+  const bool enough = same_world >= 32;
+  s.worlds = 1;
+  if (limits.has_worlds) {
+    Reach all = s.range[0];
+    for (std::uint32_t j = 1; j < threads / 32; ++j) join(all, s.range[j]);
+    // Worlds are numbered without gaps, mostly, or their boxes stand together.
+    const float numbered = static_cast<float>(all.worlds);
+    const float apart = static_cast<float>(all.changes) / static_cast<float>(all.looked_at) *
+                        static_cast<float>(limits.boxes);
+    s.worlds = greater(1, enough ? pairs / same_world : lesser(numbered, apart));
   }
-  const std::uint32_t next = sum + near[base + 1];
-  const float boxes = static_cast<float>(limits.boxes) / (enough ? 1 : s.worlds);
-  s.base = base;
-  s.base_neighbours = sum ? boxes * static_cast<float>(sum) / greater(pairs, 1) : 1;
-  const float growth = sum ? static_cast<float>(next) / static_cast<float>(sum) : 8;
-  s.growth = lesser(8, greater(2, growth));
-  sum = 0;
-  for (std::uint32_t k = 0; k < 256; ++k) {
-    sum += near[k];
-    s.reach[k] = boxes * static_cast<float>(sum) / greater(pairs, 1);
-  }
+  s.reach = s.within[enough ? 1 : 0];
+  s.base = s.least[enough ? 1 : 0];
+  s.scale = static_cast<float>(limits.boxes) / pairs / (enough ? 1 : s.worlds);
+  // Below the least distance that the sample resolves, growth is carried on.
+  const auto sum = static_cast<float>(s.reach[s.base]);
+  s.base_neighbours = sum > 0 ? s.scale * sum : 1;
+  const float growth = sum > 0 ? static_cast<float>(s.reach[s.base + 1]) / sum : 8;
+  s.shrink = 1 / lesser(8, greater(2, growth));
   float reach = s.base_neighbours;
-  std::uint32_t exponent = base;
-  while (reach > 1 && exponent > 1) {
-    reach /= s.growth;
-    --exponent;
-  }
+  std::uint32_t exponent = s.base;
+  for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
   while (neighbours(s, power_of_two(exponent)) < 1 && exponent < 250) ++exponent;
   s.unit = power_of_two(exponent);
 }
@@ -102,9 +127,9 @@ THRONG_HD inline float ClassPlanner::neighbours(const Shared& s, float radius) n
   const std::uint32_t exponent = std::bit_cast<std::uint32_t>(radius) >> 23;
   // Counts of exponent e are of distances below 2^(e+1): at `radius` between those of e-1 and of e.
   const auto count = [&](std::uint32_t e) {
-    if (e >= s.base) return s.reach[e < 255 ? e : 255];
+    if (e >= s.base) return s.scale * static_cast<float>(s.reach[e < 255 ? e : 255]);
     float c = s.base_neighbours;
-    for (std::uint32_t k = e; k < s.base && c > 1e-9f; ++k) c /= s.growth;
+    for (std::uint32_t k = e; k < s.base && c > 1e-9f; ++k) c *= s.shrink;
     return c;
   };
   const float above = count(exponent), below = exponent ? count(exponent - 1) : 0;
@@ -130,10 +155,10 @@ THRONG_HD inline void ClassPlanner::lay_out(std::uint32_t scheme, const float (&
       grid.last[k] = static_cast<float>(cells[k] - 1);
     }
     // Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
-    // boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
-    // are long.
+    // boxes, where few are to be expected. For rods: a class for each axis, or two, along which
+    // boxes are long.
     std::uint32_t jump = scheme == 1 ? 1 : 0;
-    const float reach = scheme == 1 ? longest : s.extent[3][s.sample.count - 1];
+    const float reach = scheme == 1 ? longest : s.extent[3][s.count - 1];
     while (jump < 20 && side[0] * static_cast<float>(1u << jump) < reach) ++jump;
     std::uint32_t c = 0;
     for (; c + 1 < max_size_classes; ++c) {
@@ -141,7 +166,10 @@ THRONG_HD inline void ClassPlanner::lay_out(std::uint32_t scheme, const float (&
       std::uint32_t shift[3] = {level, level, level};
       if (scheme == 1) {
         // none, x, y, z, yz, zx, xy, all; then larger ones.
-        const std::uint32_t axes = c == 0 ? 0 : c <= 3 ? 1u << (c - 1) : c <= 6 ? 7u ^ (1u << (c - 4)) : 7;
+        const std::uint32_t axes = c == 0   ? 0
+                                   : c <= 3 ? 1u << (c - 1)
+                                   : c <= 6 ? 7u ^ (1u << (c - 4))
+                                            : 7;
         const std::uint32_t more = c > 7 ? 2 * (c - 7) : 0;
         for (int k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? jump + more : 0;
       }
@@ -196,9 +224,9 @@ THRONG_HD inline float ClassPlanner::price(const Shared& s, const GridLimits& li
   float share[max_size_classes] = {}, mean[max_size_classes][3] = {};
   float side[3];
   for (int k = 0; k < 3; ++k) side[k] = s.length[k] / (grid.last[k] + 1);
-  const std::uint32_t step = s.sample.count > 64 ? 3 : 1;
+  const std::uint32_t step = s.count > 32 ? s.count / 32 : 1;
   float taken = 0;
-  for (std::uint32_t j = 0; j < s.sample.count; j += step) {
+  for (std::uint32_t j = 0; j < s.count; j += step) {
     const Box& b = s.sample.boxes[j];
     const float e[3] = {extent_of(b, 0), extent_of(b, 1), extent_of(b, 2)};
     std::uint32_t c = 0;
@@ -224,7 +252,8 @@ THRONG_HD inline float ClassPlanner::price(const Shared& s, const GridLimits& li
         const float large = side[k] * static_cast<float>(1u << grid.classes[d].shift[k]);
         const float extent = mean[c][k] / share[c];
         width[k] = lesser(extent + 2 * large, s.length[k]);
-        const float across = lesser(extent / large + 2, static_cast<float>(grid.classes[d].cells[k]));
+        const float across =
+            lesser(extent / large + 2, static_cast<float>(grid.classes[d].cells[k]));
         if (k > 0) rows *= across;
         cells *= across;
         least = k == 0 || width[k] < least ? width[k] : least;
@@ -244,14 +273,26 @@ THRONG_HD inline float ClassPlanner::price(const Shared& s, const GridLimits& li
 // Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each.
 THRONG_HD inline float ClassPlanner::build(std::uint32_t candidate, const Shared& s,
                                            const GridLimits& limits, ClassGrid& grid) noexcept {
-  const std::uint32_t n = s.sample.count, scheme = candidate / sizes, size = candidate % sizes;
+  const std::uint32_t n = s.count, scheme = candidate / sizes, size = candidate % sizes;
   const float low = s.extent[3][n / 10], middle = s.extent[3][n / 2],
               high = s.extent[3][n - 1 - n / 10];
   const float thin = lesser(s.extent[0][n / 2], lesser(s.extent[1][n / 2], s.extent[2][n / 2]));
-  const float bases[sizes] = {low,          middle,        high,          thin,
-                              2 * low,      4 * low,       2 * thin,      2 * middle,
-                              s.unit,       1.26f * s.unit, 1.59f * s.unit, 2 * s.unit,
-                              2.52f * s.unit, 3.17f * s.unit, 4 * s.unit,   8 * s.unit};
+  const float bases[sizes] = {low,
+                              middle,
+                              high,
+                              thin,
+                              2 * low,
+                              4 * low,
+                              2 * thin,
+                              2 * middle,
+                              s.unit,
+                              1.26f * s.unit,
+                              1.59f * s.unit,
+                              2 * s.unit,
+                              2.52f * s.unit,
+                              3.17f * s.unit,
+                              4 * s.unit,
+                              8 * s.unit};
   const float base = greater(bases[size] * 1.0001f, 1e-30f);
   float side[3] = {base, base, base};
   if (scheme == 2) {  // the shape of the typical box

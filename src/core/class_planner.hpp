@@ -1,8 +1,9 @@
-// Chooses the cells and classes of a class grid from a sample of the boxes. What it chooses makes the
-// search fast or slow, never wrong (core/class_grid.hpp).
+// Chooses the cells and classes of a class grid from a sample of the boxes. What it chooses makes
+// the search fast or slow, never wrong (core/class_grid.hpp).
 //
-// Written for one block of threads in phases, with a barrier after each; the host runs the threads of
-// a phase in turn. Only comparisons, integer sums and sums in a fixed order: both choose the same.
+// Written for one block of threads in phases, with a barrier after each; the host runs the threads
+// of a phase in turn. Only comparisons, integer sums and sums in a fixed order: both choose the
+// same.
 #pragma once
 
 #include <bit>
@@ -19,13 +20,15 @@ constexpr std::uint32_t sample_size = 128;
 
 struct GridSample {
   Box boxes[sample_size];
-  std::int32_t worlds[sample_size];
-  std::uint32_t count = 0;  // the active ones stand in front
+  std::int32_t worlds[sample_size];  // -2: the box takes no part
 };
 
-// The corners of some boxes together: lower ends negated, so that the greatest counts of all six.
+// Some boxes together.
 struct Reach {
-  float most[6];
+  float most[6];            // the corners: lower ends negated, so that the greatest counts of all
+  std::uint32_t worlds;     // the highest world, and one
+  std::uint32_t changes;    // boxes whose next one has another world
+  std::uint32_t looked_at;  // boxes
 };
 
 // What a grid must keep to.
@@ -38,77 +41,87 @@ struct GridLimits {
 };
 
 // Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
-constexpr float row_cost = 1.5f;         // looking up a row of cells
-constexpr float hash_row_cost = 3.0f;    // scattered over the table
-constexpr float hash_cell_cost = 1.5f;   // strangers met in a cell of a hashed row
-constexpr float class_cost = 1.0f;       // a class looked into
+constexpr float row_cost = 1.5f;        // looking up a row of cells
+constexpr float hash_row_cost = 3.0f;   // scattered over the table
+constexpr float hash_cell_cost = 1.5f;  // strangers met in a cell of a hashed row
+constexpr float class_cost = 1.0f;      // a class looked into
 
 class ClassPlanner {
  public:
   static constexpr std::uint32_t threads = 512;
-  static constexpr int phases = 6;
+  static constexpr int phases = 7;
   static constexpr std::uint32_t parts = threads / sample_size;
   static constexpr std::uint32_t sizes = 16, schemes = 3;
 
   struct Shared {
-    GridSample sample;
-    Reach reaches[threads];               // of all that a thread has seen, many more than the sample
+    GridSample loaded, sample;  // as looked up; the active ones alone
+    std::uint32_t count;        // of those
+    Reach reaches[threads];     // of all that a thread has seen, many more than the sample
     Reach range[threads / 32];
-    std::uint32_t rank[7][sample_size];   // of extents, and of centres
-    float extent[4][sample_size];         // sorted, per axis; the longest
-    float centre[3][sample_size];         // sorted
-    std::uint32_t near[256];              // pairs of the sample by the exponent of their distance
-    float reach[256];                     // neighbours of a box up to there
-    std::uint32_t near_in_world[256];     // those of one world
-    std::uint32_t same_world;             // how many these are
-    float low[3], length[3];              // the range that holds nearly all boxes
-    float unit;                           // at this distance a box has one neighbour
-    std::uint32_t base;                   // the least exponent that the sample resolves
-    float base_neighbours, growth;        // neighbours within it; how they grow from one to the next
-    float worlds;                         // about how many
+    std::uint32_t rank[7][sample_size];  // of extents, and of centres
+    float extent[4][sample_size];        // sorted, per axis; the longest
+    float centre[3][sample_size];        // sorted
+    std::uint32_t near[2][256];          // pairs by the exponent of their distance; of one world
+    std::uint32_t within[2][256];        // the same, up to there
+    std::uint32_t least[2];              // the least exponent within which there are some
+    const std::uint32_t* reach;          // one of these two
+    float scale;                         // neighbours of a box for each of its pairs
+    float low[3], length[3];             // the range that holds nearly all boxes
+    float unit;                          // at this distance a box has one neighbour
+    std::uint32_t base;                  // the least exponent that the sample resolves
+    float base_neighbours, shrink;       // neighbours within it; what is left of them at half of it
+    float worlds;                        // about how many
     float cost[sizes * schemes];
   };
 
-  // The sample is in place.
+  // `loaded` and `reaches` are in place.
   THRONG_HD static void run(int phase, std::uint32_t t, Shared& s, const GridLimits& limits,
                             ClassGrid& grid) noexcept {
-    if (phase == 0) clear(t, s);
+    if (phase == 0) gather(t, s);
     if (phase == 1) rank(t, s);
     if (phase == 2) scatter(t, s);
     if (phase == 3) summarise(t, s, limits);
-    if (phase == 4 && t < sizes * schemes) {
+    if (phase == 4 && t == 0) resolve(s, limits);
+    if (phase == 5 && t < sizes * schemes) {
       ClassGrid candidate;
-      s.cost[t] = s.sample.count ? build(t, s, limits, candidate) : 0;
+      s.cost[t] = s.count ? build(t, s, limits, candidate) : 0;
     }
-    if (phase == 5 && t == 0) {
+    if (phase == 6 && t == 0) {
       std::uint32_t best = 0;
       for (std::uint32_t c = 1; c < sizes * schemes; ++c)
         if (s.cost[c] < s.cost[best]) best = c;
-      if (s.sample.count)
+      if (s.count)
         build(best, s, limits, grid);
       else
         grid = ClassGrid{}, finish(grid, limits, 1);
     }
   }
 
- private:
-  // Where a box has to be seen for the range.
  public:
+  // What a thread has seen.
   THRONG_HD static Reach nothing() noexcept {
-    return {{-most, -most, -most, -most, -most, -most}};
+    return {{-most, -most, -most, -most, -most, -most}, 0, 0, 0};
   }
   THRONG_HD static Reach reach_of(const Box& b) noexcept {
     return {{-cut(b.lower.x), -cut(b.lower.y), -cut(b.lower.z), cut(b.upper.x), cut(b.upper.y),
-             cut(b.upper.z)}};
+             cut(b.upper.z)},
+            0,
+            0,
+            0};
   }
   THRONG_HD static void join(Reach& a, const Reach& b) noexcept {
     for (int k = 0; k < 6; ++k) a.most[k] = greater(a.most[k], b.most[k]);
+    a.worlds = a.worlds > b.worlds ? a.worlds : b.worlds;
+    a.changes += b.changes;
+    a.looked_at += b.looked_at;
   }
 
  private:
   static constexpr float most = 1e18f;  // products of three lengths stay finite
 
-  THRONG_HD static float at(const Vec3& v, int k) noexcept { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
+  THRONG_HD static float at(const Vec3& v, int k) noexcept {
+    return k == 0 ? v.x : k == 1 ? v.y : v.z;
+  }
   THRONG_HD static float cut(float x) noexcept { return x < -most ? -most : x > most ? most : x; }
   THRONG_HD static float lesser(float a, float b) noexcept { return a < b ? a : b; }
   THRONG_HD static float greater(float a, float b) noexcept { return a > b ? a : b; }
@@ -125,30 +138,23 @@ class ClassPlanner {
     return std::bit_cast<float>(exponent << 23);
   }
 
-  THRONG_HD static void clear(std::uint32_t t, Shared& s) noexcept {
-    if (t < 256) s.near[t] = s.near_in_world[t] = 0;
-    if (t == 0) s.same_world = 0;
-    if (t < sample_size)
-      for (int k = 0; k < 7; ++k) s.rank[k][t] = 0;
-    if (t < threads / 32) {
-      Reach all = s.reaches[32 * t];
-      for (std::uint32_t j = 1; j < 32; ++j) join(all, s.reaches[32 * t + j]);
-      s.range[t] = all;
-    }
-  }
-
   THRONG_HD static float sorted_value(const Box& b, int k) noexcept {
     return k < 3 ? extent_of(b, k) : k == 3 ? longest_of(b) : centre_of(b, k - 4);
   }
 
-  // Some threads a box: how many of a part of the boxes come before it, by extents and by centres, and
-  // how near those are.
+  // The active boxes together, the parts of the range, and zeros.
+  THRONG_HD static void gather(std::uint32_t t, Shared& s) noexcept;
+
+  // Some threads a box: how many of a part of the boxes come before it, by extents and by centres,
+  // and how near those are.
   THRONG_HD static void rank(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void scatter(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void summarise(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void resolve(Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void lay_out(std::uint32_t scheme, const float (&side)[3], float longest,
-                                const Shared& s, const GridLimits& limits, ClassGrid& grid) noexcept;
+                                const Shared& s, const GridLimits& limits,
+                                ClassGrid& grid) noexcept;
   THRONG_HD static void finish(ClassGrid& grid, const GridLimits& limits, float worlds) noexcept;
   THRONG_HD static float price(const Shared& s, const GridLimits& limits,
                                const ClassGrid& grid) noexcept;

@@ -10,7 +10,8 @@ namespace throng::core {
 struct Output {
   Pair* data = nullptr;
   std::size_t capacity = 0;
-  // Room for `count` pairs, contents lost; null where there is no memory. Null itself: does not grow.
+  // Room for `count` pairs, contents lost; null where there is no memory. Null itself: does not
+  // grow.
   Pair* (*grow)(void* context, std::size_t count) = nullptr;
   void* context = nullptr;
 };

@@ -15,35 +15,44 @@ using pipeline::Input;
 using pipeline::Pipeline;
 using pipeline::Workspace;
 
-bool on_device(const void* p) {
+// Throws `status` with the words for what the GPU could not read.
+void require_on_device(const void* p, std::size_t alignment, Status status,
+                       const char* in_host_memory, const char* misaligned) {
   cudaPointerAttributes attributes{};
   check(cudaPointerGetAttributes(&attributes, p));
-  return attributes.type != cudaMemoryTypeUnregistered;
+  if (attributes.type == cudaMemoryTypeUnregistered) throw Failure{status, 0, in_host_memory};
+  if (reinterpret_cast<std::uintptr_t>(p) % alignment != 0) throw Failure{status, 0, misaligned};
 }
 
 class Gpu final : public Engine {
  public:
   explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
+  ~Gpu() override {
+    if (!own_) return;
+    device().begin(nullptr, false);  // memory is given back on a stream that still is
+    (void)cudaStreamDestroy(own_);
+  }
 
   void find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
             const Consumer* consumer, Result& r) override {
     const Current current(device().ordinal());
-    device().begin(nullptr, options.measure_stages);
+    if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
+    device().begin(own_, options.measure_stages);
     const std::size_t bytes = Upload::bytes(a) + (b ? Upload::bytes(*b) : 0);
     char* to = boxes_.room(bytes + 256);
-    const Boxes first = upload_.send(a, to, nullptr);
-    const Boxes second = b ? upload_.send(*b, to, nullptr) : Boxes();
+    const Boxes first = upload_.send(a, to, own_);
+    const Boxes second = b ? upload_.send(*b, to, own_) : Boxes();
     engine_.find(first, b ? &second : nullptr, options, boxes_.bytes(), output, consumer, r);
   }
   bool nan_in_second_set() const noexcept override { return engine_.nan_in_second_set(); }
 
   void reserve(std::size_t boxes, std::size_t pairs, Stream stream) override {
     const Current current(device().ordinal());
+    require_own(stream);
     device().begin(stream, false);
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
     Workspace measured;
-    workspace_.room(
-        measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
+    workspace_.room(measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
     boxes_reserved_ = std::max(boxes_reserved_, boxes);
     if (pairs > pairs_reserved_) {
       unordered_.room(pairs * sizeof(Pair));
@@ -59,6 +68,7 @@ class Gpu final : public Engine {
     const std::size_t count = a.size() + (b ? b->size() : 0);
     r.plan.backend = Backend::cuda;
     r.plan.reason = "";
+    require_own(stream);
     if (count == 0) return;
     if (count > boxes_reserved_ || (in_order && capacity > pairs_reserved_))
       reserve(count, in_order ? capacity : 0, stream);
@@ -98,7 +108,10 @@ class Gpu final : public Engine {
     if (count > boxes_reserved_ || (in_order && capacity > pairs_reserved_))
       throw Failure{Status::not_reserved, count};
     const Current current(device().ordinal());
-    if (!report || !on_device(report)) throw Failure{Status::bad_option, 0, "report"};
+    require_own(stream);
+    if (!report) throw Failure{Status::bad_option, 0, "the report is null"};
+    require_on_device(report, alignof(Report), Status::bad_option, "the report lies in host memory",
+                      "the report is not aligned to 8 bytes");
     device().begin(stream, false);
     if (count == 0) return device().clear(report, sizeof(Report));
     Workspace w;
@@ -127,15 +140,28 @@ class Gpu final : public Engine {
   Device& device() noexcept { return engine_.device(); }
 
   void check_pointers(const Boxes& boxes) const {
-    for (int k = 0; k < 6 && boxes.size() != 0; ++k)
-      if (boxes.corner_data(k) && !on_device(boxes.corner_data(k)))
-        throw Failure{Status::bad_boxes, 0, "a coordinate array lies in host memory"};
+    if (boxes.size() == 0) return;
+    for (int k = 0; k < (boxes.packed_data() ? 1 : 6); ++k)
+      if (const char* p = boxes.corner_data(k))
+        require_on_device(p, alignof(float), Status::bad_boxes,
+                          "a coordinate array lies in host memory",
+                          "a coordinate array is not aligned to 4 bytes");
     const Filters& f = boxes.filters;
-    const void* filters[5] = {f.group.data, f.mask.data, f.owner.data, f.world.data,
-                              f.is_static.data};
-    for (const void* p : filters)
-      if (p && boxes.size() != 0 && !on_device(p))
-        throw Failure{Status::bad_filter, 0, "a filter lies in host memory"};
+    const void* words[4] = {f.group.data, f.mask.data, f.owner.data, f.world.data};
+    for (const void* p : words)
+      if (p)
+        require_on_device(p, 4, Status::bad_filter, in_host, "a filter is not aligned to 4 bytes");
+    if (f.is_static) require_on_device(f.is_static.data, 1, Status::bad_filter, in_host, "");
+  }
+  static constexpr const char* in_host = "a filter lies in host memory";
+
+  // What is put on a stream of another device would not find our memory.
+  void require_own(Stream stream) const {
+    if (!stream) return;
+    int of = 0;
+    check(cudaStreamGetDevice(stream, &of));
+    if (of != engine_.device().ordinal())
+      throw Failure{Status::bad_option, 0, "the stream is of another device than this Finder"};
   }
 
   // All of a frame, put on the stream. `report` null: the workspace's own.
@@ -143,8 +169,9 @@ class Gpu final : public Engine {
                 std::size_t capacity, Report* report, Workspace& w) {
     check_pointers(a);
     if (b) check_pointers(*b);
-    if (capacity != 0 && !on_device(out))
-      throw Failure{Status::bad_option, 0, "the output lies in host memory"};
+    if (capacity != 0)
+      require_on_device(out, alignof(Pair), Status::bad_option, "the output lies in host memory",
+                        "the output is not aligned to 4 bytes");
     const Input in = pipeline::make_input(a, b, options.margin);
     w.carve(static_cast<std::uint32_t>(boxes_reserved_), workspace_.as<char>(), Device::scan_bytes);
     if (report) w.report = report;
@@ -164,6 +191,7 @@ class Gpu final : public Engine {
   Memory memory_;
   pipeline::Engine<Device> engine_;  // of what lies in host memory; it owns the device
   Upload upload_;
+  cudaStream_t own_ = nullptr;  // for these
   pipeline::Block<Device> boxes_{engine_.device()}, workspace_{engine_.device()},
       unordered_{engine_.device()}, sorting_{engine_.device()};
   std::size_t boxes_reserved_ = 0, pairs_reserved_ = 0;

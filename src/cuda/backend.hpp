@@ -8,6 +8,7 @@
 #include <throng/options.hpp>
 
 #include "core/output.hpp"
+#include "core/update_boxes.hpp"
 
 namespace throng::cuda {
 
@@ -34,5 +35,8 @@ class Engine {
 // The device that is current. Failure: no_device, with what CUDA says; out_of_memory.
 Engine* create(const MemoryResource&);
 void check_available();
+
+// `report` may be null.
+void update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report, Stream);
 
 }  // namespace throng::cuda

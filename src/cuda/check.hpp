@@ -11,8 +11,8 @@
 
 namespace throng::cuda {
 
-// An error is taken off the device's books, so that the next call starts afresh; one that the device
-// does not recover from comes again.
+// An error is taken off the device's books, so that the next call starts afresh; one that the
+// device does not recover from comes again.
 inline void check(cudaError_t error) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();

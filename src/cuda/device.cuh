@@ -1,6 +1,6 @@
 // The Device that is a GPU: launches on one stream, scratch memory of its own, nothing waited for
-// except where it says so. The pipeline's function objects run in the kernels below; what is written
-// here is only what a block or a warp does together.
+// except where it says so. The pipeline's function objects run in the kernels below; what is
+// written here is only what a block or a warp does together.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,10 @@
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/check.hpp"
+#include "cuda/launch.cuh"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
-
-constexpr unsigned block_threads = 256;
-
-template <class F>
-__global__ void __launch_bounds__(block_threads) run_each(std::uint64_t count, F f) {
-  const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
-  for (std::uint64_t i = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x; i < count; i += step)
-    f(i);
-}
 
 // The phases of a function object for one block, with a barrier after each.
 template <class F>
@@ -31,7 +23,8 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f) {
   }
 }
 
-// One warp's hits on their way out: gathered in shared memory, one atomic addition for some hundred.
+// One warp's hits on their way out: gathered in shared memory, one atomic addition for some
+// hundred.
 class WarpStage {
  public:
   static constexpr unsigned room = 256;
@@ -71,7 +64,8 @@ class WarpStage {
 // A lane walks through the candidates of one box; a warp takes 32 boxes that stand together, which
 // look into nearly the same cells. The whole grid of blocks stays until all is done.
 template <class Search>
-__global__ void __launch_bounds__(block_threads) run_search(Search search, pipeline::PairSink sink) {
+__global__ void __launch_bounds__(block_threads)
+    run_search(Search search, pipeline::PairSink sink) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   const unsigned lane = threadIdx.x % 32;
   WarpStage stage(stages[threadIdx.x / 32], sink, lane);
@@ -96,8 +90,7 @@ __global__ void __launch_bounds__(block_threads) run_search(Search search, pipel
     if (i < count) comparisons += walk.comparisons();
   }
   stage.flush();
-  for (int half = 16; half > 0; half /= 2)
-    comparisons += __shfl_down_sync(~0u, comparisons, half);
+  for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
   if (lane == 0 && comparisons != 0) pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
@@ -203,11 +196,15 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
-    run_search<<<blocks(bound, 6), block_threads, 0, stream_>>>(search, sink);
+    int resident = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, run_search<Search>,
+                                                        block_threads, 0));
+    run_search<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(
+        search, sink);
     check(cudaGetLastError());
   }
-  // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`, with
-  // sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
+  // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
+  // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
   void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
@@ -219,8 +216,8 @@ class Device {
     std::size_t bytes = room_bytes - keys_bytes(count);
     // One bit more, which is set in what stands past the last pair.
     const int bits = first_bits + second_bits + 1 < 64 ? first_bits + second_bits + 1 : 64;
-    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes, buffers,
-                                         count, 0, bits, stream_));
+    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes,
+                                         buffers, count, 0, bits, stream_));
     launch(count, UnpackPairs{buffers.Current(), out, report, capacity, second_bits});
   }
 
@@ -278,11 +275,8 @@ class Device {
   static std::size_t keys_bytes(std::size_t count) noexcept {
     return (count * sizeof(std::uint64_t) + 255) / 256 * 256;
   }
-  // Enough to keep every processor busy, and no more than there is work for.
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
-    const std::uint64_t wanted = (count + block_threads - 1) / block_threads;
-    const std::uint64_t most = std::uint64_t{each} * static_cast<unsigned>(processors_);
-    return static_cast<unsigned>(wanted < most ? wanted : most);
+    return blocks_for(count, each, processors_);
   }
   static int bits_of(std::uint64_t count) noexcept {
     int bits = 1;

@@ -1,5 +1,5 @@
-// Boxes of host memory, whatever their layout, on their way to a device: gathered into pinned memory
-// a piece at a time, two pieces in flight, and packed there.
+// Boxes of host memory, whatever their layout, on their way to a device: gathered into pinned
+// memory a piece at a time, two pieces in flight, and packed there.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -34,8 +34,8 @@ class Upload {
     return sum + (f.is_static ? rounded(boxes.size()) : 0);
   }
 
-  // A view of the boxes as they will lie from `to` on, which moves past them. The host's arrays have
-  // been read when this returns.
+  // A view of the boxes as they will lie from `to` on, which moves past them. The host's arrays
+  // have been read when this returns.
   Boxes send(const Boxes& boxes, char*& to, cudaStream_t stream) {
     const std::size_t n = boxes.size();
     auto* packed = reinterpret_cast<Box*>(take(to, n * sizeof(Box)));
@@ -72,8 +72,8 @@ class Upload {
       prepare(turn_);
       T* pinned = reinterpret_cast<T*>(pinned_[turn_]);
       for (std::size_t i = 0; i < size; ++i) pinned[i] = value(begin + i);
-      check(cudaMemcpyAsync(to + begin * sizeof(T), pinned, size * sizeof(T), cudaMemcpyHostToDevice,
-                            stream));
+      check(cudaMemcpyAsync(to + begin * sizeof(T), pinned, size * sizeof(T),
+                            cudaMemcpyHostToDevice, stream));
       check(cudaEventRecord(sent_[turn_], stream));
       turn_ ^= 1;
     }

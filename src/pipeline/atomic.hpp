@@ -19,7 +19,8 @@ THRONG_HD inline std::uint32_t fetch_add(std::uint32_t* at, std::uint32_t value)
 THRONG_HD inline std::uint64_t fetch_add(std::uint64_t* at, std::uint64_t value) noexcept {
 #if defined(__CUDA_ARCH__)
   static_assert(sizeof(unsigned long long) == sizeof(std::uint64_t));
-  return atomicAdd(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
+  return atomicAdd(reinterpret_cast<unsigned long long*>(at),
+                   static_cast<unsigned long long>(value));
 #else
   return std::atomic_ref<std::uint64_t>(*at).fetch_add(value, std::memory_order_relaxed);
 #endif
@@ -34,10 +35,18 @@ THRONG_HD inline void fetch_max(std::uint32_t* at, std::uint32_t value) noexcept
   }
 #endif
 }
+THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
+#if defined(__CUDA_ARCH__)
+  atomicOr(at, bits);
+#else
+  std::atomic_ref<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
+#endif
+}
 // Sets a flag that many threads set: most only read it.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
-  if (*static_cast<volatile std::uint32_t*>(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;
+  if (*static_cast<volatile std::uint32_t*>(flag) == 0)
+    *static_cast<volatile std::uint32_t*>(flag) = 1;
 #else
   std::atomic_ref<std::uint32_t> cell(*flag);
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);

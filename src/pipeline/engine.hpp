@@ -55,14 +55,15 @@ class Engine {
   explicit Engine(Args&&... args) noexcept : device_(std::forward<Args>(args)...) {}
 
   Device& device() noexcept { return device_; }
+  const Device& device() const noexcept { return device_; }
   std::size_t held() const noexcept {
     return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes() +
            sorting_.bytes();
   }
   bool nan_in_second_set() const noexcept { return nan_in_second_; }
 
-  // The arguments are valid (see the hall), and so is the device's state. `already_held`: bytes that
-  // count towards a memory cap. b null: one set. Throws Failure, and what the consumer throws.
+  // The arguments are valid (see the hall), and so is the device's state. `already_held`: bytes
+  // that count towards a memory cap. b null: one set. Throws Failure, and what the consumer throws.
   void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
             core::Output* output, const Consumer* consumer, Result& r) {
     const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
@@ -77,7 +78,8 @@ class Engine {
                                : "cells by size classes, from a sample of the boxes";
     Workspace measured;
     const std::size_t bytes = measured.carve(call.in.count, nullptr, Device::scan_bytes);
-    std::size_t pairs_room = std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
+    std::size_t pairs_room =
+        std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
       pairs_room = room_under(options.memory_cap_bytes, already_held, bytes, call.in, in_order);
     if (bytes > workspace_.bytes()) workspace_.room(bytes);
@@ -122,7 +124,8 @@ class Engine {
   }
 
   // One search into device memory; tells what was found.
-  std::uint64_t search(Call& call, Pair* out, std::uint64_t capacity, const FirstRange& range = {}) {
+  std::uint64_t search(Call& call, Pair* out, std::uint64_t capacity,
+                       const FirstRange& range = {}) {
     device_.clear(&call.w.report->found, sizeof call.w.report->found);
     device_.clear(&call.w.report->comparisons, sizeof call.w.report->comparisons);
     Pipeline<Device>(device_).find(call.in, call.brute, call.w, {out, capacity, call.w.report},
@@ -152,7 +155,8 @@ class Engine {
       found_on_device(call, output.capacity);
       if (r.found > output.capacity && output.grow) grow(output, r.found);
       r.written = std::min<std::uint64_t>(r.found, output.capacity);
-      device_.read(unordered_.template as<Pair>(), output.data, static_cast<std::size_t>(r.written));
+      device_.read(unordered_.template as<Pair>(), output.data,
+                   static_cast<std::size_t>(r.written));
     }
     if (r.written < r.found) r.status = Status::buffer_too_small;
   }

@@ -1,6 +1,6 @@
-// A Device that is this processor: every launch a plain loop, shared out to an executor's threads. It
-// runs what a GPU thread runs, so that the pipeline is tested, under the sanitizers too, where there
-// is no GPU.
+// A Device that is this processor: every launch a plain loop, shared out to an executor's threads.
+// It runs what a GPU thread runs, so that the pipeline is tested, under the sanitizers too, where
+// there is no GPU.
 #pragma once
 
 #include <algorithm>

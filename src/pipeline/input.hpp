@@ -10,20 +10,12 @@
 
 #include "core/bounds.hpp"
 #include "core/class_grid.hpp"
+#include "core/column.hpp"
 #include "core/hd.hpp"
 
 namespace throng::pipeline {
 
-template <class T>
-struct Column {
-  const char* data = nullptr;
-  std::uint64_t stride = 0;
-
-  THRONG_HD explicit operator bool() const noexcept { return data != nullptr; }
-  THRONG_HD T operator[](std::uint64_t i) const noexcept {
-    return *reinterpret_cast<const T*>(data + i * stride);
-  }
-};
+using core::Column;
 
 // One set of boxes and its filters.
 struct Set {
@@ -96,15 +88,12 @@ inline Set make_set(const Boxes& boxes) noexcept {
   Set s;
   for (int k = 0; k < 6; ++k) s.corner[k] = boxes.corner_data(k);
   s.stride = boxes.stride_bytes();
-  const auto column = [](auto& to, const auto& from) {
-    to.data = reinterpret_cast<const char*>(from.data);
-    to.stride = from.stride_bytes;
-  };
-  column(s.group, boxes.filters.group);
-  column(s.mask, boxes.filters.mask);
-  column(s.owner, boxes.filters.owner);
-  column(s.world, boxes.filters.world);
-  column(s.is_static, boxes.filters.is_static);
+  const Filters& f = boxes.filters;
+  s.group = core::column(f.group);
+  s.mask = core::column(f.mask);
+  s.owner = core::column(f.owner);
+  s.world = core::column(f.world);
+  s.is_static = core::column(f.is_static);
   return s;
 }
 

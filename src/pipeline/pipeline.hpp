@@ -1,6 +1,6 @@
 // The device pipeline: from boxes to pairs in a fixed sequence of launches, on whatever Device runs
-// them (pipeline/host_device.hpp, cuda/device.cuh). Nothing here waits for the device, so the whole of
-// it can be recorded and replayed; the plan is made by the device and stays there.
+// them (pipeline/host_device.hpp, cuda/device.cuh). Nothing here waits for the device, so the whole
+// of it can be recorded and replayed; the plan is made by the device and stays there.
 //
 // A Device has
 //   launch(count, f)        f(i) for each i below count, in any order, at once
@@ -49,8 +49,8 @@ struct PlanGrid {
 
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
-  // One to load and one to gather, before the planner's own.
-  static constexpr int phases = 2 + core::ClassPlanner::phases;
+  // One to load, before the planner's own.
+  static constexpr int phases = 1 + core::ClassPlanner::phases;
 
   THRONG_HD void operator()(int phase, std::uint32_t t, Shared& s) const noexcept {
     if (phase == 0) {
@@ -63,32 +63,32 @@ struct PlanGrid {
         Box box{};
         const std::uint32_t at = look(t * looks + k, threads * looks, box, active);
         if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(box));
+        if (in.has_worlds) look_at_worlds(at, reach);
         const std::uint32_t keeper = t / core::ClassPlanner::parts;
         if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
-        s.sample.boxes[keeper] = box;
-        s.sample.worlds[keeper] = !active ? -2 : in.has_worlds ? in.world(at) : -1;
+        s.loaded.boxes[keeper] = box;
+        s.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? in.world(at) : -1;
       }
       s.reaches[t] = reach;
-    } else if (phase == 1) {
-      if (t != 0) return;
-      std::uint32_t count = 0;
-      for (std::uint32_t k = 0; k < core::sample_size; ++k) {
-        if (s.sample.worlds[k] == -2) continue;
-        s.sample.boxes[count] = s.sample.boxes[k];
-        s.sample.worlds[count++] = s.sample.worlds[k];
-      }
-      s.sample.count = count;
     } else {
-      core::ClassPlanner::run(phase - 2, t, s, limits, *grid);
+      core::ClassPlanner::run(phase - 1, t, s, limits, *grid);
     }
   }
 
  private:
-  // The k-th of `of` boxes spread over all.
+  THRONG_HD void look_at_worlds(std::uint32_t i, core::Reach& reach) const noexcept {
+    const auto world = static_cast<std::uint32_t>(in.world(i) + 1);
+    reach.worlds = reach.worlds > world ? reach.worlds : world;
+    reach.changes += i + 1 < in.count && in.world(i + 1) != in.world(i);
+    ++reach.looked_at;
+  }
+  // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
+  // regular series would be taken for all alike.
   THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of, Box& box,
                                bool& active) const noexcept {
-    const std::uint64_t n = in.count;
-    const auto i = static_cast<std::uint32_t>((2 * std::uint64_t{k} + 1) * n / (2 * std::uint64_t{of}));
+    const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
+    const std::uint64_t some = (end - begin) * core::mix(k) >> 32;
+    const auto i = static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
     bool nan;
     active = read_box(in, i, box, nan);
     return i;
@@ -109,8 +109,8 @@ struct Workspace {
 
   static constexpr std::size_t occupied_count = 8 * core::max_size_classes;
 
-  // Sets the pointers, from `base` on; tells the bytes. base null: only measures. `scan_bytes` tells
-  // the scratch that a scan of so many values takes.
+  // Sets the pointers, from `base` on; tells the bytes. base null: only measures. `scan_bytes`
+  // tells the scratch that a scan of so many values takes.
   template <class F>
   std::size_t carve(std::uint32_t count, char* base, F&& scan_bytes) {
     boxes = count;

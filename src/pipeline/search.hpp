@@ -1,6 +1,6 @@
-// What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step() tests
-// its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can gather its
-// hits, and a host thread write its own.
+// What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step()
+// tests its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can
+// gather its hits, and a host thread write its own.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ struct FirstRange {
   THRONG_HD bool holds(std::uint32_t first) const noexcept { return first - begin < count; }
 };
 
-// Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its partners.
+// Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its
+// partners.
 struct GridSearch {
   Input in;
   const core::ClassGrid* grid;
@@ -37,45 +38,21 @@ struct GridSearch {
       span_ = core::cells_of(*s_.grid, box_.box());
       class_ = core::class_of(*s_.grid, span_);
       bits_ = s_.grid->present ? s_.in.group_bits(box_.id) : 0;
+      if (s_.in.has_worlds && !(bits_ & core::everywhere_bit))
+        world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
       // The finest class has the most rows.
       alone_ = s_.grid->hashed || rows(span_.upper[1] - span_.lower[1] + 2,
                                        span_.upper[2] - span_.lower[2] + 2) > s_.report->active;
-      next_range();
     }
-    THRONG_HD bool over() const noexcept { return at_ == stop_; }
+    THRONG_HD bool over() const noexcept { return over_; }
     THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
 
-    // Tests the next candidate; true where it is a pair. Not when over.
+    // Tests the next candidate, if there is one; true where it is a pair. Not when over.
     THRONG_HD bool step(Pair& pair) noexcept {
-      const Record c = load(s_.records + at_++);
-      ++comparisons_;
-      bool hit = core::overlaps(box_.box(), c.box());
-      if (hit) {
-        hit = s_.in.allowed(box_.id, c.id) && (!alone_ || is_home_here(c));
-        pair = s_.in.pair(box_.id, c.id);
-        hit = hit && s_.range.holds(pair.first);
-      }
-      next_range();
-      return hit;
-    }
-
-   private:
-    // Rows are looked up some at a time, so that these loads do not wait for one another. One class
-    // has at most five. Where is_home_here must know which one it is, one at a time.
-    static constexpr int batch = 5;
-
-    THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
-      return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
-    }
-
-    // Where the present range is done: the next that holds something. None: the walk is over.
-    THRONG_HD void next_range() noexcept {
       while (at_ == stop_) {
-        if (left_ == 0) {
-          const int most = alone_ ? 1 : batch;
-          for (int k = 0; k < batch; ++k)
-            if (k < most && next_row(begin_[k], end_[k])) left_ = k + 1;
-          if (left_ == 0) return;
+        if (left_ == 0 && !look_up()) {
+          over_ = true;
+          return false;
         }
         at_ = begin_[0];
         stop_ = end_[0];
@@ -85,86 +62,123 @@ struct GridSearch {
         }
         --left_;
       }
+      const Record c = load(s_.records + at_++);
+      ++comparisons_;
+      if (!core::overlaps(box_.box(), c.box())) return false;
+      if (!s_.in.allowed(box_.id, c.id) || (alone_ && !is_home_here(c))) return false;
+      pair = s_.in.pair(box_.id, c.id);
+      return s_.range.holds(pair.first);
     }
 
-    // Where others may be stored in the same place. In one row each x has a place of its own.
-    THRONG_HD bool is_home_here(const Record& c) const noexcept {
-      const core::ClassGrid& grid = *s_.grid;
-      const core::CellSpan span = core::cells_of(grid, c.box());
-      const core::SizeClass& k = grid.classes[row_.size_class];
-      return core::class_of(grid, span) == row_.size_class &&
-             core::pack_group(grid.present, s_.in.group_bits(c.id)) == row_.group &&
-             (whole_ ||
-              (span.lower[1] >> k.shift[1] == row_.y - 1 && span.lower[2] >> k.shift[2] == row_.z));
+   private:
+    // Rows are looked up some at a time, so that these loads do not wait for one another; a class
+    // has five at most that look forward. Where is_home_here must know which one it is, one at a
+    // time.
+    static constexpr int batch = 5;
+
+    THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
+      return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
+    }
+
+    // The ranges of the next rows. False where there are none left.
+    THRONG_HD bool look_up() noexcept {
+      if (rows_left_ == 0 && !next_target()) return false;
+      for (int k = 0; k < batch; ++k) {
+        if (rows_left_ == 0 || (alone_ && k > 0)) break;
+        next_row(begin_[k], end_[k]);
+        left_ = k + 1;
+      }
+      return true;
+    }
+
+    THRONG_HD void next_row(std::uint32_t& begin, std::uint32_t& end) noexcept {
+      --rows_left_;
+      here_y_ = y_;
+      here_z_ = z_;
+      if (whole_) {
+        begin = 0;
+        end = s_.report->active;
+        return;
+      }
+      const std::uint32_t row = core::row_start(*s_.grid, part_, y_, z_);
+      begin = own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)];
+      end = s_.start[row + static_cast<std::uint32_t>(x_last_) + 1];
+      own_row_ = false;
+      if (y_++ == y_last_) {
+        y_ = y_first_;
+        ++z_;
+      }
     }
 
     // The next class and group to look into.
     THRONG_HD bool next_target() noexcept {
-      const core::ClassGrid& grid = *s_.grid;
-      const std::uint32_t all = grid.class_count * core::group_count(grid.present);
-      for (; number_ < all; ++number_) {
-        row_.group = number_ / grid.class_count;
-        row_.size_class = number_ % grid.class_count;
-        if (!s_.occupied[row_.group * core::max_size_classes + row_.size_class]) continue;
-        const std::uint32_t bits = core::unpack_group(grid.present, row_.group);
-        const core::Look how = core::look(grid.present, bits_, class_, bits, row_.size_class);
+      const core::ClassGrid& cells = *s_.grid;
+      const std::uint32_t groups = core::group_count(cells.present);
+      for (;;) {
+        const std::uint32_t size_class = next_class_, group = next_group_;
+        if (group == groups) return false;
+        if (++next_class_ == cells.class_count) {
+          next_class_ = 0;
+          ++next_group_;
+        }
+        if (!s_.occupied[group * core::max_size_classes + size_class]) continue;
+        const std::uint32_t bits = core::unpack_group(cells.present, group);
+        const core::Look how = core::look(cells.present, bits_, class_, bits, size_class);
         if (how == core::Look::no) continue;
-        row_.world = s_.in.has_worlds && !(bits & core::everywhere_bit)
-                         ? static_cast<std::uint32_t>(s_.in.world(box_.id))
-                         : 0;
-        const core::SizeClass& c = grid.classes[row_.size_class];
+        target_class_ = size_class;
+        target_group_ = group;
+        part_ = core::part_of(cells, bits & core::everywhere_bit ? 0 : world_, group, size_class);
+        const core::SizeClass& c = cells.classes[size_class];
         const std::int32_t x = span_.lower[0] >> c.shift[0], y = span_.lower[1] >> c.shift[1],
                            z = span_.lower[2] >> c.shift[2];
+        const std::int32_t z_last = span_.upper[2] >> c.shift[2];
         x_first_ = x > 0 ? x - 1 : 0;
         x_last_ = span_.upper[0] >> c.shift[0];
         y_first_ = y > 0 ? y - 1 : 0;
         y_last_ = span_.upper[1] >> c.shift[1];
-        z_last_ = span_.upper[2] >> c.shift[2];
         own_row_ = how == core::Look::forward;
-        row_.z = own_row_ || z == 0 ? z : z - 1;
-        row_.y = own_row_ ? y : y_first_;
-        ++number_;
+        z_ = own_row_ || z == 0 ? z : z - 1;
+        y_ = own_row_ ? y : y_first_;
+        // In the first slab those from y_ on, in the others all.
+        const std::uint64_t all =
+            rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
         // A large box may look into a fine class of another group: then there may be more rows than
         // boxes, and going through all of these costs less.
-        whole_ = rows(y_last_ - y_first_ + 1, z_last_ - row_.z + 1) > s_.report->active;
+        whole_ = all > s_.report->active;
+        rows_left_ = whole_ ? 1 : static_cast<std::uint32_t>(all);
         return true;
       }
-      return false;
     }
 
-    THRONG_HD bool next_row(std::uint32_t& begin, std::uint32_t& end) noexcept {
-      if (row_.y > y_last_) {
-        ++row_.z;
-        row_.y = y_first_;
-      }
-      if (row_.z > z_last_ && !next_target()) return false;
-      if (whole_) {
-        begin = 0;
-        end = s_.report->active;
-        row_.z = z_last_;
-        row_.y = y_last_ + 1;
-        return true;
-      }
-      const std::uint32_t row = core::row_start(*s_.grid, row_);
-      begin = own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)];
-      end = s_.start[row + static_cast<std::uint32_t>(x_last_) + 1];
-      own_row_ = false;
-      ++row_.y;
-      return true;
+    // Where others may be stored in the same place. In one row each x has a place of its own.
+    THRONG_HD bool is_home_here(const Record& c) const noexcept {
+      const core::ClassGrid& cells = *s_.grid;
+      const core::CellSpan span = core::cells_of(cells, c.box());
+      const core::SizeClass& k = cells.classes[target_class_];
+      return core::class_of(cells, span) == target_class_ &&
+             core::pack_group(cells.present, s_.in.group_bits(c.id)) == target_group_ &&
+             (whole_ ||
+              (span.lower[1] >> k.shift[1] == here_y_ && span.lower[2] >> k.shift[2] == here_z_));
     }
 
     const GridSearch& s_;
     std::uint32_t index_;
     Record box_;
     core::CellSpan span_;
-    std::uint32_t class_, bits_;
-    core::Row row_{0, 0, 0, 0, 0};
-    std::uint32_t number_ = 0;  // of the class and group to look into next
-    std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = -1, z_last_ = -1;
-    bool own_row_ = false, whole_ = false, alone_;
+    std::uint32_t class_, bits_, world_ = 0;
+    bool alone_, over_ = false;
+    // The class and group looked into, and the one after it.
+    std::uint32_t target_class_ = 0, target_group_ = 0, next_class_ = 0, next_group_ = 0;
+    core::Part part_{0, 0, 0};
+    std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = 0;
+    // The next row, and how many there are from it on; the last one looked up.
+    std::int32_t y_ = 0, z_ = 0, here_y_ = 0, here_z_ = 0;
+    std::uint32_t rows_left_ = 0;
+    bool own_row_ = false, whole_ = false;
+    // The present range of records, and those looked up after it.
     std::uint32_t at_ = 0, stop_ = 0, comparisons_ = 0;
     int left_ = 0;
-    std::uint32_t begin_[batch], end_[batch];
+    std::uint32_t begin_[batch] = {}, end_[batch] = {};
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };

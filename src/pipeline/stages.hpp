@@ -45,12 +45,12 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
   const std::uint32_t size_class = core::class_of(grid, span);
   const std::uint32_t bits = grid.present ? in.group_bits(i) : 0;
   const std::uint32_t group = core::pack_group(grid.present, bits);
-  const std::uint32_t world = in.has_worlds && !(bits & core::everywhere_bit)
-                                  ? static_cast<std::uint32_t>(in.world(i))
-                                  : 0;
+  const std::uint32_t world =
+      in.has_worlds && !(bits & core::everywhere_bit) ? static_cast<std::uint32_t>(in.world(i)) : 0;
   const core::SizeClass& c = grid.classes[size_class];
-  const std::uint32_t row = core::row_start(
-      grid, {world, group, size_class, span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]});
+  const std::uint32_t row =
+      core::row_start(grid, core::part_of(grid, world, group, size_class),
+                      span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]);
   return {row + static_cast<std::uint32_t>(span.lower[0] >> c.shift[0]),
           group * core::max_size_classes + size_class};
 }

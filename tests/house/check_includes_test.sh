@@ -8,13 +8,15 @@ cases=0
 
 sound_tree() {
   rm -rf "${tree:?}"/*
-  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/scene "$tree"/tests
+  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/scene "$tree"/paper "$tree"/tests
   echo '#include <cstddef>' > "$tree/include/throng/types.hpp"
   echo '#include <throng/types.hpp>' > "$tree/src/core/bounds.hpp"
   printf '#include <hwy/highway.h>\n#include "core/bounds.hpp"\n' > "$tree/src/cpu/grid.cpp"
   printf '#include <cstdio>\n#include "core/bounds.hpp"\nint n = snprintf(p, 1, "printf(");  // exit()\n' \
     > "$tree/src/find_pairs.cpp"
   echo '#include <throng/types.hpp>' > "$tree/scene/npy.hpp"
+  printf '#include "core/bounds.hpp"\n#include "scene/npy.hpp"\n' > "$tree/paper/search.hpp"
+  printf '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "paper/search.hpp"\n' > "$tree/paper/cuda.cu"
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
 
@@ -51,4 +53,9 @@ refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include
 refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
 refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
+refused scene/npy.hpp '#include "paper/search.hpp"' 'scene must not include paper'
+refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include paper'
+refused paper/search.hpp '#include "cpu/grid.cpp"' 'paper must not include cpu'
+refused paper/search.hpp '#include <cuda_runtime.h>' 'only a .cu file of paper may include CUDA'
+refused paper/search.hpp '#include <cub/cub.cuh>' 'only a .cu file of paper may include CUDA'
 echo "check_includes: $cases forbidden lines refused"

@@ -87,9 +87,9 @@ inline std::vector<Config> all_configs() {
       configs.push_back({Algorithm::automatic, Isa::automatic, threads, order});
   // What a GPU runs, on this processor.
   for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid})
-    for (const unsigned threads : {1u, 3u})
+    for (const unsigned threads : {0u, 1u, 3u})
       for (const Order order : {Order::any, Order::canonical})
-        if (!sanitized || threads == 3 || order == Order::any)
+        if (sanitized == (threads == 0))
           configs.push_back({algorithm, Isa::scalar, threads, order, Backend::emulated});
   // And on a GPU, where there is one.
   if (cuda::available().ok())

@@ -1,0 +1,88 @@
+// Device pointers in and out on a stream, and a frame that is recorded once and replayed.
+#include <throng/cuda.hpp>
+#include <throng/throng.hpp>
+
+#include <cuda_runtime_api.h>
+
+#include <cstdio>
+#include <vector>
+
+#include "check.hpp"
+
+namespace {
+
+// Two rows of boxes, each of which touches its neighbours.
+std::vector<throng::Box> make_boxes(int count, float pitch) {
+  std::vector<throng::Box> boxes;
+  for (int i = 0; i < count; ++i) {
+    const float x = static_cast<float>(i / 2) * pitch, y = static_cast<float>(i % 2) * 5;
+    boxes.push_back({{x, y, 0}, {x + 1, y + 1, 1}});
+  }
+  return boxes;
+}
+
+template <class T>
+T* on_device(std::size_t count) {
+  void* p = nullptr;
+  CHECK(cudaMalloc(&p, count * sizeof(T)) == cudaSuccess);
+  return static_cast<T*>(p);
+}
+
+}  // namespace
+
+int main() {
+  const throng::Result gpu = throng::cuda::available();
+  if (!gpu.ok()) {
+    std::printf("skipped: %s\n", gpu.message);
+    return 0;
+  }
+  constexpr std::size_t count = 20000, capacity = 4 * count;
+  const std::vector<throng::Box> apart = make_boxes(count, 1.5f), close = make_boxes(count, 1.0f);
+  auto* boxes = on_device<throng::Box>(count);
+  auto* pairs = on_device<throng::Pair>(capacity);
+  auto* report = on_device<throng::cuda::Report>(1);
+  cudaStream_t stream = nullptr;
+  CHECK(cudaStreamCreate(&stream) == cudaSuccess);
+  cudaMemcpy(boxes, close.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice);
+
+  {
+    // snippet-begin: device
+    throng::cuda::Finder finder;
+    const throng::Result result =
+        finder.find(throng::Boxes(boxes, count), pairs, capacity, stream);  // device pointers
+    if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
+    // snippet-end: device
+    CHECK(result.ok() && result.found == count - 2);
+  }
+
+  // snippet-begin: graph
+  throng::cuda::Finder finder;
+  finder.reserve(count, 0, stream);  // from here on no memory is taken
+
+  cudaGraph_t graph;
+  cudaGraphExec_t frame;
+  cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal);
+  finder.find_async(throng::Boxes(boxes, count), pairs, capacity, report, stream);
+  cudaStreamEndCapture(stream, &graph);
+  cudaGraphInstantiate(&frame, graph, 0);
+
+  cudaGraphLaunch(frame, stream);  // each frame, whatever boxes lie there then
+  // snippet-end: graph
+  throng::cuda::Report told;
+  cudaMemcpyAsync(&told, report, sizeof told, cudaMemcpyDeviceToHost, stream);
+  cudaStreamSynchronize(stream);
+  CHECK(told.found == count - 2);
+  cudaMemcpyAsync(boxes, apart.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice, stream);
+  cudaGraphLaunch(frame, stream);
+  cudaMemcpyAsync(&told, report, sizeof told, cudaMemcpyDeviceToHost, stream);
+  cudaStreamSynchronize(stream);
+  CHECK(told.found == 0);
+  std::printf("found %llu pairs, then %llu\n", static_cast<unsigned long long>(count - 2),
+              static_cast<unsigned long long>(told.found));
+  cudaGraphExecDestroy(frame);
+  cudaGraphDestroy(graph);
+  cudaStreamDestroy(stream);
+  cudaFree(boxes);
+  cudaFree(pairs);
+  cudaFree(report);
+}

@@ -1,0 +1,254 @@
+// The GPU as a device: thin launches of the functions that the host runs in loops, memory, events.
+// All of CUDA that this room has.
+#include <cuda_runtime.h>
+#include <cub/device/device_scan.cuh>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "paper/cuda.hpp"
+#include "paper/failure.hpp"
+#include "paper/root_timing.hpp"
+#include "paper/steps.hpp"
+
+namespace throng::paper {
+namespace {
+
+constexpr unsigned block_size = 256;
+constexpr unsigned lanes_per_warp = 32;
+// The most blocks of a launch; larger counts go round.
+constexpr std::uint64_t max_blocks = 0x7fffffff;
+
+void check(cudaError_t error, const std::string& what) {
+  if (error == cudaSuccess) return;
+  std::string message = what + ": CUDA says: " + cudaGetErrorString(error);
+  if (error == cudaErrorMemoryAllocation) {
+    message += "; use --output pairs or --grid X, or --device cpu";
+  }
+  throw Failure(message);
+}
+
+__device__ std::uint64_t thread_number() {
+  return std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
+}
+__device__ std::uint64_t thread_total() { return std::uint64_t{gridDim.x} * blockDim.x; }
+
+template <class F>
+__global__ void run_each(std::uint64_t count, F f) {
+  for (std::uint64_t t = thread_number(); t < count; t += thread_total()) f(t);
+}
+
+// Whole warps enter and leave each round together: the rounds are a multiple of a warp apart.
+template <class F>
+__global__ void run_ballots(std::uint64_t count, F test, std::uint32_t* words) {
+  for (std::uint64_t t = thread_number(); t / lanes_per_warp * lanes_per_warp < count;
+       t += thread_total()) {
+    const std::uint32_t votes = __ballot_sync(0xffffffffu, t < count && test(t));
+    if (t % lanes_per_warp == 0) words[t / bits_per_word] = votes;
+  }
+}
+
+// A warp is a team.
+template <class F>
+__global__ void run_teams(std::uint64_t count, F f) {
+  const std::uint32_t lane = threadIdx.x % lanes_per_warp;
+  const std::uint64_t teams = thread_total() / lanes_per_warp;
+  for (std::uint64_t team = thread_number() / lanes_per_warp; team < count; team += teams) {
+    f(team, lane, lanes_per_warp);
+  }
+}
+
+// Memory of the device, or of the host where the device reaches it fastest.
+template <class T, bool on_device>
+class Room {
+ public:
+  Room() = default;
+  ~Room() { release(); }
+  Room(const Room&) = delete;
+  Room& operator=(const Room&) = delete;
+
+  T* data() const noexcept { return data_; }
+  std::uint64_t size() const noexcept { return size_; }
+  void reserve(std::uint64_t size) {
+    if (size <= size_) return;
+    release();
+    const std::uint64_t bytes = size * sizeof(T);
+    void* memory = nullptr;
+    check(on_device ? cudaMalloc(&memory, bytes) : cudaMallocHost(&memory, bytes),
+          std::to_string(bytes) + " bytes of " + (on_device ? "GPU" : "pinned host") + " memory");
+    data_ = static_cast<T*>(memory);
+    size_ = size;
+  }
+
+ private:
+  void release() noexcept {
+    if (data_) on_device ? cudaFree(data_) : cudaFreeHost(data_);
+    data_ = nullptr;
+    size_ = 0;
+  }
+  T* data_ = nullptr;
+  std::uint64_t size_ = 0;
+};
+
+class CudaDevice {
+ public:
+  template <class T>
+  using Array = Room<T, true>;
+
+  explicit CudaDevice(unsigned = 1) { check(cudaStreamCreate(&stream_), "a stream"); }
+  ~CudaDevice() {
+    for (cudaEvent_t event : events_) cudaEventDestroy(event);
+    cudaStreamDestroy(stream_);
+  }
+  CudaDevice(const CudaDevice&) = delete;
+  CudaDevice& operator=(const CudaDevice&) = delete;
+
+  template <class T>
+  void zero(Array<T>& array, std::uint64_t count) {
+    if (count == 0) return;
+    check(cudaMemsetAsync(array.data(), 0, count * sizeof(T), stream_), "clearing memory");
+  }
+
+  template <class F>
+  void each(std::uint64_t count, const F& f) {
+    if (count == 0) return;
+    run_each<<<blocks(count), block_size, 0, stream_>>>(count, f);
+    check(cudaGetLastError(), "a launch");
+  }
+  template <class F>
+  void ballots(std::uint64_t count, const F& test, std::uint32_t* words) {
+    if (count == 0) return;
+    run_ballots<<<blocks(count), block_size, 0, stream_>>>(count, test, words);
+    check(cudaGetLastError(), "a launch");
+  }
+  // Warps go in step by themselves.
+  template <class F>
+  void in_step(std::uint64_t count, const F& f) {
+    each(count, f);
+  }
+  template <class F>
+  void teams(std::uint64_t count, const F& f) {
+    if (count == 0) return;
+    run_teams<<<blocks(count * lanes_per_warp), block_size, 0, stream_>>>(count, f);
+    check(cudaGetLastError(), "a launch");
+  }
+
+  // The initial value's type, 64 bits, is that of the sums.
+  void scan(const std::uint32_t* values, std::uint64_t* sums, std::uint64_t count) {
+    std::size_t bytes = 0;
+    const auto run = [&](void* room) {
+      check(cub::DeviceScan::ExclusiveScan(room, bytes, values, sums, cuda::std::plus<>{},
+                                           std::uint64_t{0}, count, stream_),
+            "a scan");
+    };
+    run(nullptr);
+    scan_room_.reserve(bytes);
+    run(scan_room_.data());
+  }
+
+  // Pinned memory is what a transfer is fastest from; copying there is not part of a step.
+  void hold(const Box* boxes, std::uint64_t n) {
+    held_.reserve(n);
+    given_.reserve(n);
+    if (n > 0) std::memcpy(held_.data(), boxes, n * sizeof(Box));
+  }
+  const Box* upload(const Box*, std::uint64_t n) {
+    if (n == 0) return given_.data();
+    check(cudaMemcpyAsync(given_.data(), held_.data(), n * sizeof(Box), cudaMemcpyHostToDevice,
+                          stream_),
+          "the transfer of the boxes");
+    return given_.data();
+  }
+  std::uint64_t read(const std::uint64_t* value) {
+    value_.reserve(1);
+    check(cudaMemcpyAsync(value_.data(), value, sizeof *value, cudaMemcpyDeviceToHost, stream_),
+          "the transfer of a count");
+    finish();
+    return *value_.data();
+  }
+  // Valid after finish(), until the next fetch.
+  template <class T>
+  const T* fetch(const Array<T>& array, std::uint64_t count) {
+    const std::uint64_t bytes = count * sizeof(T);
+    fetched_.reserve(bytes);
+    if (bytes == 0) return nullptr;
+    check(cudaMemcpyAsync(fetched_.data(), array.data(), bytes, cudaMemcpyDeviceToHost, stream_),
+          "the transfer of the output");
+    return reinterpret_cast<const T*>(fetched_.data());
+  }
+
+  void restart() {
+    finish();
+    used_ = 0;
+    mark();
+  }
+  void mark() {
+    if (used_ == events_.size()) {
+      cudaEvent_t event = nullptr;
+      check(cudaEventCreate(&event), "an event");
+      events_.push_back(event);
+    }
+    check(cudaEventRecord(events_[used_++], stream_), "an event");
+  }
+  void finish() { check(cudaStreamSynchronize(stream_), "a step"); }
+  double ms(std::size_t stage) const {
+    float elapsed = 0;
+    check(cudaEventElapsedTime(&elapsed, events_[stage], events_[stage + 1]), "an event");
+    return static_cast<double>(elapsed);
+  }
+
+ private:
+  static unsigned blocks(std::uint64_t threads) {
+    return static_cast<unsigned>(std::min((threads + block_size - 1) / block_size, max_blocks));
+  }
+
+  cudaStream_t stream_ = nullptr;
+  std::vector<cudaEvent_t> events_;
+  std::size_t used_ = 0;
+  Room<Box, false> held_;
+  Room<Box, true> given_;
+  Room<std::uint64_t, false> value_;
+  Room<unsigned char, false> fetched_;
+  Room<unsigned char, true> scan_room_;
+};
+
+void require_cuda() {
+  const std::string reason = why_no_cuda();
+  if (!reason.empty()) throw Failure(reason);
+}
+
+}  // namespace
+
+std::string why_no_cuda() {
+  int count = 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
+  if (error == cudaSuccess && count > 0) return {};
+  return std::string("found no GPU that can be used (") +
+         (error == cudaSuccess ? "none is installed" : cudaGetErrorString(error)) +
+         "); use --device cpu";
+}
+
+std::string cuda_device_name() {
+  require_cuda();
+  int device = 0;
+  cudaDeviceProp properties{};
+  check(cudaGetDevice(&device), "the GPU");
+  check(cudaGetDeviceProperties(&properties, device), "the GPU");
+  return properties.name;
+}
+
+std::unique_ptr<Stepper> make_cuda_stepper(const Job& job) {
+  require_cuda();
+  return make_stepper<CudaDevice>(job);
+}
+
+RootTime time_roots_on_cuda(RootKind kind, int steps, std::uint64_t count, int repeat) {
+  require_cuda();
+  CudaDevice device;
+  return time_roots(device, kind, steps, count, repeat);
+}
+
+}  // namespace throng::paper

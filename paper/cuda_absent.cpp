@@ -1,0 +1,18 @@
+#include "paper/cuda.hpp"
+#include "paper/failure.hpp"
+
+namespace throng::paper {
+
+std::string why_no_cuda() {
+  return "this build has no CUDA: no CUDA compiler was found, or THRONG_CUDA is OFF; put nvcc on "
+         "PATH "
+         "and build again, or use --device cpu";
+}
+
+std::string cuda_device_name() { return {}; }
+
+std::unique_ptr<Stepper> make_cuda_stepper(const Job&) { throw Failure(why_no_cuda()); }
+
+RootTime time_roots_on_cuda(RootKind, int, std::uint64_t, int) { throw Failure(why_no_cuda()); }
+
+}  // namespace throng::paper

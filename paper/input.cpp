@@ -1,0 +1,133 @@
+#include "paper/input.hpp"
+
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "core/bounds.hpp"
+#include "paper/cuda.hpp"
+#include "paper/failure.hpp"
+#include "report/format.hpp"
+#include "scene/checksum.hpp"
+#include "scene/npy.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::paper {
+namespace {
+
+std::uint64_t parse_scaled(const std::string& text, const std::string& option, double unit,
+                           const char* wanted) {
+  char* end = nullptr;
+  double value = std::strtod(text.c_str(), &end);
+  const std::string suffix = end;
+  double scale = 0;
+  if (suffix.empty()) scale = 1;
+  if (suffix == "K" || suffix == "k") scale = unit;
+  if (suffix == "M") scale = unit * unit;
+  if (suffix == "G") scale = unit * unit * unit;
+  value *= scale;
+  const bool number = !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
+  if (!number || scale == 0 || !(value < 0x1p53) || value != std::floor(value)) {
+    throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
+  }
+  return static_cast<std::uint64_t>(value);
+}
+
+void refuse_nan(const Boxes& boxes) {
+  std::size_t first = 0, count = 0;
+  for (std::size_t i = 0; i < boxes.boxes.size(); ++i) {
+    if (!core::has_nan(boxes.boxes[i])) continue;
+    if (count++ == 0) first = i;
+  }
+  if (count == 0) return;
+  throw Failure(
+      fmt::format("{}: found {} boxes with a NaN, the first at index {} of frame {}; give a box "
+                  "that is not there "
+                  "a lower corner above its upper corner",
+                  boxes.name, count, first % boxes.n, first / boxes.n));
+}
+
+}  // namespace
+
+std::uint64_t parse_count(const std::string& text, const std::string& option) {
+  return parse_scaled(text, option, 1000, "a count such as 100000, 100K or 1M");
+}
+
+std::uint64_t parse_bytes(const std::string& text, const std::string& option) {
+  return parse_scaled(text, option, 1024, "bytes such as 1000000, 64M or 2G");
+}
+
+Boxes read_file(const std::string& path) {
+  const scene::BoxFile file = scene::read_boxes(path);
+  Boxes boxes{path, file.count, file.frames, {}};
+  boxes.boxes.assign(file.boxes.get(), file.boxes.get() + file.count * file.frames);
+  refuse_nan(boxes);
+  return boxes;
+}
+
+Boxes make_scene(const std::string& name, std::size_t n, std::size_t frames, std::uint64_t seed) {
+  scene::Spec spec;
+  spec.name = name;
+  spec.objects = n;
+  spec.frames = frames;
+  spec.seed = seed;
+  try {
+    const scene::Scene made(spec);
+    Boxes boxes{name, n, frames, std::vector<Box>(n * frames)};
+    for (std::size_t f = 0; f < frames; ++f) made.frame(f, boxes.boxes.data() + f * n);
+    return boxes;
+  } catch (const std::invalid_argument& error) {
+    throw Failure(error.what());
+  }
+}
+
+std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Job& job) {
+  if (device == DeviceKind::cpu) return make_host_stepper(job);
+  const std::string reason = why_no_cuda();
+  if (!reason.empty()) throw Failure("--device cuda: " + reason);
+  return make_cuda_stepper(job);
+}
+
+Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_ms) {
+  stepper.step(boxes);  // cold: memory is touched, kernels are loaded
+  constexpr double Times::*stages[] = {&Times::upload, &Times::boxes,    &Times::grid,
+                                       &Times::search, &Times::download, &Times::decode};
+  std::vector<double> values[std::size(stages)];
+  Measured measured;
+  double spent = 0;
+  for (;;) {
+    const Step& step = stepper.step(boxes);
+    for (std::size_t s = 0; s < std::size(stages); ++s) {
+      values[s].push_back(step.times.*stages[s]);
+    }
+    spent += step.times.total() + step.times.decode;
+    if (static_cast<int>(values[0].size()) >= repeat || spent >= budget_ms) {
+      measured.step = step;
+      break;
+    }
+  }
+  for (std::size_t s = 0; s < std::size(stages); ++s) {
+    measured.step.times.*stages[s] = median(values[s]);
+  }
+  const std::vector<Pair>& pairs = measured.step.pairs;
+  measured.checksum = scene::pair_checksum(pairs.data(), pairs.size());
+  return measured;
+}
+
+void say(const std::string& text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
+  }
+}
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
+
+}  // namespace throng::paper

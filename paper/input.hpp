@@ -1,0 +1,49 @@
+// What the sub-commands share: numbers with a K or M behind them, boxes from a file or a scene,
+// devices, and text on standard output.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <throng/types.hpp>
+
+#include "paper/stepper.hpp"
+
+namespace throng::paper {
+
+// "100000", "100K", "1M": a count, in thousands. Failure that names `option`.
+std::uint64_t parse_count(const std::string& text, const std::string& option);
+// "1000000", "64M", "2G": bytes, in units of 1024.
+std::uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+// Frames of boxes. A box with a NaN is refused, by its index.
+struct Boxes {
+  std::string name;
+  std::size_t n = 0, frames = 0;
+  std::vector<Box> boxes;  // frame after frame
+
+  const Box* frame(std::size_t f) const noexcept { return boxes.data() + f * n; }
+};
+Boxes read_file(const std::string& path);
+Boxes make_scene(const std::string& name, std::size_t n, std::size_t frames, std::uint64_t seed);
+
+enum class DeviceKind { cpu, cuda };
+// Failure where there is no GPU.
+std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Job& job);
+
+// The median of each stage over `repeat` warmed steps of one frame, fewer (but one) where they take
+// longer than `budget_ms` together; pairs of the last.
+struct Measured {
+  Step step;
+  std::uint64_t checksum = 0;
+};
+Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_ms = 1e300);
+
+// Failure where standard output cannot be written.
+void say(const std::string& text);
+std::string hex(std::uint64_t value);
+
+}  // namespace throng::paper

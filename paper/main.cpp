@@ -1,0 +1,105 @@
+// throng-paper: the paper's own system, every part of it a choice on the command line.
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <throng/version.hpp>
+
+#include "paper/commands.hpp"
+#include "paper/cuda.hpp"
+#include "paper/failure.hpp"
+#include "paper/input.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::paper {
+namespace {
+
+const char* help_text =
+    R"(Examples:
+  throng-paper --list
+  throng-paper pairs --scene uniform --objects 5K --write racy --check
+  throng-paper pairs boxes.npy --mapping formula --root carmack --steps 2 --json
+  throng-paper pairs --scene uniform --objects 100K --grid 8 --device cuda --repeat 21
+  throng-paper roots --up-to 1M
+  throng-paper measure --quick --csv paper.csv
+'throng-paper COMMAND --help' tells the options of each.
+Exit status: 0 done, 1 --check found a difference, 2 bad input or what is not here.)";
+
+const char* variants_text =
+    R"(--mapping   how a thread knows its pair from its number
+  formula   formulas (1) and (2) with the square root that --root names
+  lazy      row t / n, column t % n; more than half of the threads have no pair
+  stored    a list of all pairs in memory, 8 bytes each
+  fold      the triangle folded into a rectangle: one division, no root; exact
+  exact     the formula with a root that an integer step corrects; the same as --root exact
+--root      in the formula
+  float32, float64   the hardware's
+  carmack, lomont    fast inverse root, constant 0x5f3759df or 0x5f375a86, --steps 1 to 4
+  exact              corrected in integers
+--repair, --no-repair   the paper's two repairs of a row that is off by one
+--radicand  integer: formed exactly; real: in the root's own floating point
+--output    bit or byte for each thread; pairs: a list through a counter
+--write     of bits
+  racy      read, OR, write, by eight threads on one byte, as in the paper: loses pairs
+  atomic    one atomic OR
+  ballot    a warp votes, one lane writes the word
+  owned     one thread tests the 32 pairs of a word
+--grid X    the density grid, X objects a cell, the mapping inside each cell; output is pairs
+--device    cpu or cuda
+)";
+
+int list() {
+  std::string text = variants_text;
+  const std::string reason = why_no_cuda();
+  text += "  cuda here: " + (reason.empty() ? cuda_device_name() : reason) + "\nscenes     ";
+  for (const std::string& scene : scene::names()) text += " " + scene;
+  say(text + "\n");
+  return exit_done;
+}
+
+int dispatch(int argc, char** argv) {
+  CLI::App app("throng-paper runs the system of Avril, Gouranton and Arnaldi (EGPGV 2012).",
+               "throng-paper");
+  app.footer(help_text);
+  app.set_version_flag("--version", "throng-paper " THRONG_VERSION);
+  bool listed = false;
+  app.add_flag("--list", listed, "tell all variants, and whether a GPU is here");
+  app.require_subcommand(0, 1);
+  std::vector<std::pair<std::string, Run>> runs;
+  runs.emplace_back("pairs", add_pairs(app));
+  runs.emplace_back("roots", add_roots(app));
+  runs.emplace_back("measure", add_measure(app));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_done : exit_bad;
+  }
+  if (listed) return list();
+  for (const auto& [name, run] : runs) {
+    if (app.got_subcommand(name)) return run();
+  }
+  throw Failure("found no command, wanted pairs, roots or measure, or --list; see --help");
+}
+
+int guarded(int argc, char** argv) {
+  std::string message = "out of memory";
+  try {
+    return dispatch(argc, argv);
+  } catch (const std::bad_alloc&) {
+    // No room for more than the plain words.
+  } catch (const std::exception& error) {
+    message = error.what();
+  }
+  std::fputs(("throng-paper: " + message + "\n").c_str(), stderr);
+  return exit_bad;
+}
+
+}  // namespace
+}  // namespace throng::paper
+
+int main(int argc, char** argv) { return throng::paper::guarded(argc, argv); }

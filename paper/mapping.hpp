@@ -1,0 +1,147 @@
+// How a thread knows its pair from nothing but its number: the ways of the paper, and exact ones.
+//
+// Each is a small object with
+//   threads(n)                how many threads n objects take
+//   operator()(t, n, pair)    thread t's pair, 0-based, first < second; false: it has none
+// The object's own number t is also where its answer lies in the output, so every way can be
+// combined with every form of output. n <= max_objects.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "core/hd.hpp"
+#include "core/pair_index.hpp"
+#include "paper/roots.hpp"
+
+namespace throng::paper {
+
+// The radicand of formula (1) is (2n - 1)^2 at k = 0: it fits 63 bits up to here, and no further.
+inline constexpr std::uint64_t max_objects = 1518500250;
+
+// Row a begins at this index, 1-based: the paper's S(a) = (a - 1)(2n - a)/2. Signed, and even
+// always: of a - 1 and 2n - a one is even. |a| <= 2n: the product stays below 2^63.
+THRONG_HD constexpr std::int64_t first_index(std::int64_t a, std::int64_t n) noexcept {
+  return (a - 1) * (2 * n - a) / 2;
+}
+
+// 4n^2 - 4n - 8k + 1, formed so that nothing in between exceeds the result: (2n - 1)^2 - 8k.
+THRONG_HD constexpr std::uint64_t exact_radicand(std::uint64_t k, std::uint64_t n) noexcept {
+  return (2 * n - 1) * (2 * n - 1) - 8 * k;
+}
+
+// Where the radicand is formed: in integers, or in the root's own floating point.
+enum class Radicand { integer, real };
+
+// Formulas (1) and (2) of the paper, for any root, with or without its two repairs.
+//
+// Why the repairs are exact for a row that is off by one, given exact integers in (2). Let (a, b)
+// be right, b = a + 1 + k - S(a), and S(a + 1) = S(a) + n - a.
+//   Row a - 1 was found: (2) gives a + k - S(a - 1) = a + k - S(a) + n - a + 1 = n + (b - a) > n.
+//     The first repair makes a of a - 1 and b of a + (n + b - a) - n.
+//   Row a + 1 was found: (2) gives a + 2 + k - S(a) - n + a = a + 1 + b - n <= a + 1, as b <= n.
+//     The second repair makes b of n - ((a + 1) - (a + 1 + b - n)) and a of a + 1.
+// A right pair has a < b <= n and is left alone. A row that is off by two or more stays wrong.
+template <class Root>
+struct Formula {
+  using Real = typename Root::Real;
+
+  Root root{};
+  bool repair = true;
+  Radicand radicand = Radicand::integer;
+
+  THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
+    return core::pair_count(n);
+  }
+
+  // Formula (1): the row, 1-based, as this root has it.
+  THRONG_HD std::int64_t row(std::uint64_t k, std::uint64_t n) const noexcept {
+    Real x;
+    if (radicand == Radicand::integer) {
+      x = static_cast<Real>(exact_radicand(k, n));
+    } else {
+      const Real m = static_cast<Real>(n);
+      x = Real{4} * m * m - Real{4} * m - Real{8} * static_cast<Real>(k) + Real{1};
+      x = x > Real{0} ? x : Real{0};  // cancellation can take it below, and a root of that is NaN
+    }
+    // Truncated, not floored: where a root is so wrong that the row is negative, both are wrong.
+    return static_cast<std::int64_t>((static_cast<Real>(2 * n + 1) - root(x)) / Real{2});
+  }
+
+  THRONG_HD bool operator()(std::uint64_t k, std::uint64_t n, Pair& pair) const noexcept {
+    const std::int64_t count = static_cast<std::int64_t>(n);
+    std::int64_t a = row(k, n);
+    std::int64_t b = a + 1 + (static_cast<std::int64_t>(k) - first_index(a, count));
+    if (repair) {
+      if (b > count) {
+        a = a + 1;
+        b = a + (b - count);
+      }
+      if (a >= b) {
+        b = count - (a - b);
+        a = a - 1;
+      }
+    }
+    // A wrong row can name an object that is not there, which no thread may read.
+    if (a < 1 || a >= b || b > count) return false;
+    pair = {static_cast<std::uint32_t>(a - 1), static_cast<std::uint32_t>(b - 1)};
+    return true;
+  }
+};
+
+// The paper's numbering by a root that an integer step corrects: right for every n.
+struct Exact {
+  THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
+    return core::pair_count(n);
+  }
+  THRONG_HD bool operator()(std::uint64_t k, std::uint64_t n, Pair& pair) const noexcept {
+    pair = core::pair_of_row_index(k, n);
+    return true;
+  }
+};
+
+// The lazy way: all combinations of a row below the last and a column, and more than half of the
+// threads have no pair.
+struct Lazy {
+  THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
+    return n == 0 ? 0 : n * (n - 1);
+  }
+  THRONG_HD bool operator()(std::uint64_t t, std::uint64_t n, Pair& pair) const noexcept {
+    const std::uint64_t a = t / n, b = t % n;
+    pair = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
+    return a < b;
+  }
+};
+
+// A list of all pairs in the paper's order, which takes 8 bytes a pair and the time to read them.
+struct Stored {
+  const Pair* list = nullptr;
+
+  THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
+    return core::pair_count(n);
+  }
+  THRONG_HD bool operator()(std::uint64_t k, std::uint64_t, Pair& pair) const noexcept {
+    pair = list[k];
+    return true;
+  }
+};
+
+// The triangle folded into a rectangle: no root. The pairs (i, j), i < j < n, are the cells
+// (i, j - 1), diagonal included, of a triangle of n - 1 rows. A launch in two dimensions would not
+// even divide.
+struct Fold {
+  THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
+    return core::pair_count(n);
+  }
+  THRONG_HD bool operator()(std::uint64_t t, std::uint64_t n, Pair& pair) const noexcept {
+    const core::TileFold fold{static_cast<std::uint32_t>(n - 1)};
+    const std::uint64_t width = fold.width(), row = t / width;
+    const core::TileFold::Cell tile =
+        fold.tile({static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(t - row * width)});
+    pair = {tile.row, tile.column + 1};
+    return true;
+  }
+};
+
+}  // namespace throng::paper

@@ -1,0 +1,37 @@
+#include "paper/stepper.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "paper/failure.hpp"
+#include "paper/host.hpp"
+#include "paper/root_timing.hpp"
+#include "paper/steps.hpp"
+#include "report/format.hpp"
+
+namespace throng::paper {
+
+void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string& what,
+                    const std::string& remedy) {
+  if (bytes <= limit) return;
+  throw Failure(fmt::format("{} takes {} bytes, and {} are allowed; {}", what,
+                            report::format_count(bytes), report::format_count(limit), remedy));
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+std::unique_ptr<Stepper> make_host_stepper(const Job& job) { return make_stepper<HostDevice>(job); }
+
+RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int repeat,
+                            unsigned threads) {
+  HostDevice device(threads);
+  return time_roots(device, kind, steps, count, repeat);
+}
+
+}  // namespace throng::paper

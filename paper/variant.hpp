@@ -1,0 +1,95 @@
+// The choices that make a variant of the paper's system, their names, and which go together.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "paper/mapping.hpp"
+#include "paper/roots.hpp"
+
+namespace throng::paper {
+
+enum class MappingKind { formula, lazy, stored, fold, exact };
+enum class RootKind { float32, float64, carmack, lomont, exact };
+enum class Output { bit, byte, pairs };
+enum class Write { racy, atomic, ballot, owned };
+
+// In the order of the enumerations.
+inline constexpr const char* mapping_names[] = {"formula", "lazy", "stored", "fold", "exact"};
+inline constexpr const char* root_names[] = {"float32", "float64", "carmack", "lomont", "exact"};
+inline constexpr const char* output_names[] = {"bit", "byte", "pairs"};
+inline constexpr const char* write_names[] = {"racy", "atomic", "ballot", "owned"};
+
+struct Variant {
+  MappingKind mapping = MappingKind::formula;
+  RootKind root = RootKind::float32;
+  int steps = 2;       // of Newton's method, for carmack and lomont
+  bool repair = true;  // the paper's two repairs of a wrong row
+  Radicand radicand = Radicand::integer;
+  Output output = Output::bit;
+  Write write = Write::ballot;  // for bits
+  double per_cell = 0;          // objects a cell of the grid; 0: no grid
+};
+
+inline const char* name(MappingKind kind) { return mapping_names[static_cast<int>(kind)]; }
+inline const char* name(RootKind kind) { return root_names[static_cast<int>(kind)]; }
+inline const char* name(Output kind) { return output_names[static_cast<int>(kind)]; }
+inline const char* name(Write kind) { return write_names[static_cast<int>(kind)]; }
+
+// One word for tables: "formula-carmack2-repaired bit/racy", "fold grid 8".
+std::string describe(const Variant& variant);
+
+// Calls use(mapping) with the object that does what the variant says. `stored` is the list of that
+// way, and may be null where the mapping is another.
+template <class Use>
+auto with_mapping(const Variant& variant, const Pair* stored, Use&& use) {
+  const auto fast = [&](std::uint32_t constant) {
+    return use(Formula<FastRoot<float>>{
+        {constant, variant.steps, LastOperation::product}, variant.repair, variant.radicand});
+  };
+  switch (variant.mapping) {
+    case MappingKind::lazy:
+      return use(Lazy{});
+    case MappingKind::stored:
+      return use(Stored{stored});
+    case MappingKind::fold:
+      return use(Fold{});
+    case MappingKind::exact:
+      return use(Exact{});
+    case MappingKind::formula:
+      break;
+  }
+  switch (variant.root) {
+    case RootKind::float32:
+      return use(Formula<HardwareRoot<float>>{{}, variant.repair, variant.radicand});
+    case RootKind::float64:
+      return use(Formula<HardwareRoot<double>>{{}, variant.repair, variant.radicand});
+    case RootKind::carmack:
+      return fast(carmack_constant);
+    case RootKind::lomont:
+      return fast(lomont_constant);
+    case RootKind::exact:
+      break;
+  }
+  return use(Exact{});
+}
+
+// The threads, and so the places of the output, that n objects take.
+std::uint64_t thread_count(const Variant& variant, std::uint64_t n);
+
+// The pair that a reader of the output takes place t for: the exact numbering of the variant, with
+// whatever root its threads work.
+bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair);
+
+// How far a mapping is from its numbering. A root that errs by rounding errs at the ends of rows,
+// so each row is walked inward from either end until an index is right, or `walk` were wrong: n
+// rows, not n^2 indices. With walk = 1 only the ends themselves are seen.
+struct Faults {
+  std::uint64_t indices = 0;      // wrong ones among the walked
+  std::uint64_t rows = 0;         // with a wrong first or last index
+  std::uint64_t first_index = 0;  // the lowest wrong one, where there is any
+};
+Faults count_faults(const Variant& variant, std::uint64_t n,
+                    std::uint64_t walk = ~std::uint64_t{0});
+
+}  // namespace throng::paper

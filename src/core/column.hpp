@@ -1,0 +1,30 @@
+// A caller's strided array in plain pointers, read alike by a host and a device thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/boxes.hpp>
+
+#include "core/hd.hpp"
+
+namespace throng::core {
+
+// Values `stride` bytes apart; null: absent.
+template <class T>
+struct Column {
+  const char* data = nullptr;
+  std::size_t stride = sizeof(T);
+
+  THRONG_HD explicit operator bool() const noexcept { return data != nullptr; }
+  THRONG_HD const T& operator[](std::size_t i) const noexcept {
+    return *reinterpret_cast<const T*>(data + i * stride);
+  }
+};
+
+template <class T>
+Column<T> column(const Strided<T>& array) noexcept {
+  return {reinterpret_cast<const char*>(array.data), array.stride_bytes};
+}
+
+}  // namespace throng::core

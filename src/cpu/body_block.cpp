@@ -1,0 +1,90 @@
+// The block of bodies, compiled once an instruction set: plain C++ that the compiler turns into
+// vectors. No instruction set changes a bit, as none contracts or reorders (-ffp-contract=off).
+#if defined(THRONG_HIGHWAY)
+// Built: SSE4, AVX2, AVX-512, as the kernels of pairs are. On ARM vectors are in the baseline.
+#define HWY_DISABLED_TARGETS                                                                     \
+  ((1LL << 12) | (1LL << 7) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
+   (1LL << 26) | (1LL << 27))
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/body_block.cpp"
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+#include <hwy/highway.h>
+#else
+#define HWY_BEFORE_NAMESPACE() static_assert(true)
+#define HWY_AFTER_NAMESPACE() static_assert(true)
+#define HWY_NAMESPACE plain
+#define HWY_ONCE 1
+#endif
+
+#include "core/world_box.hpp"
+#include "cpu/body_boxes.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+
+// All that is called must be inlined, or it would not be compiled for this instruction set.
+template <bool rotated, bool displaced>
+#if defined(__GNUC__)
+[[gnu::flatten]]
+#endif
+void place_block(BodyBlock& b, float margin) {
+  for (std::size_t i = 0; i < BodyBlock::size; ++i) {
+    const Vec3 center = {b.center[0][i], b.center[1][i], b.center[2][i]};
+    const Vec3 half = {b.half_extents[0][i], b.half_extents[1][i], b.half_extents[2][i]};
+    const double radius = static_cast<double>(b.radius[i]) + static_cast<double>(margin);
+    core::Extents extents;
+    if constexpr (rotated) {
+      extents =
+          core::extents_of({b.rotation[0][i], b.rotation[1][i], b.rotation[2][i], b.rotation[3][i]},
+                           center, half, radius);
+    } else {
+      extents = core::extents_of(center, half, radius);
+    }
+    const Vec3 position = {b.position[0][i], b.position[1][i], b.position[2][i]};
+    Box box;
+    if constexpr (displaced) {
+      box = core::place(
+          position, {b.displacement[0][i], b.displacement[1][i], b.displacement[2][i]}, extents);
+    } else {
+      box = core::place(position, extents);
+    }
+    b.lower[0][i] = box.lower.x;
+    b.lower[1][i] = box.lower.y;
+    b.lower[2][i] = box.lower.z;
+    b.upper[0][i] = box.upper.x;
+    b.upper[1][i] = box.upper.y;
+    b.upper[2][i] = box.upper.z;
+  }
+}
+
+inline PlaceBlock choose(bool rotated, bool displaced) {
+  return rotated     ? displaced ? &place_block<true, true> : &place_block<true, false>
+             : displaced ? &place_block<false, true>
+                     : &place_block<false, false>;
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace throng::cpu {
+
+// An instruction set that was not built for here, as the plain one, takes the baseline.
+PlaceBlock find_place_block(Isa isa, bool rotated, bool displaced) noexcept {
+#if defined(THRONG_HIGHWAY)
+#if HWY_TARGETS & HWY_AVX3
+  if (isa == Isa::avx512) return N_AVX3::choose(rotated, displaced);
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (isa == Isa::avx2) return N_AVX2::choose(rotated, displaced);
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (isa == Isa::sse4) return N_SSE4::choose(rotated, displaced);
+#endif
+#endif
+  (void)isa;
+  return HWY_NAMESPACE::choose(rotated, displaced);
+}
+
+}  // namespace throng::cpu
+#endif

@@ -1,0 +1,134 @@
+#include "cpu/body_boxes.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// What a task takes at a time: enough that taking costs nothing, little enough that convex bodies
+// in one place do not keep one task busy. A multiple of the block.
+constexpr std::size_t chunk = 4096;
+
+void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept {
+  to[0][lane] = v.x;
+  to[1][lane] = v.y;
+  to[2][lane] = v.z;
+}
+
+// What one task keeps: the block, and what of it stays from one to the next.
+class Task {
+ public:
+  Task(const core::UpdateBoxes& job, PlaceBlock place) noexcept : job_(job), place_(place) {
+    shared_ = !job.shape.data && job.one_shape;
+    if (!shared_) return;
+    alone_ = !is_block_shape(0);
+    if (alone_) return;
+    for (std::size_t k = 0; k < BodyBlock::size; ++k) put_shape(k, job.shapes[0]);
+  }
+
+  // Bodies first .. first + count - 1, count <= BodyBlock::size. Those that are no boxes, or
+  // faulty, are left to the form that takes one at a time.
+  void run(std::size_t first, std::size_t count) noexcept {
+    if (alone_) {
+      for (std::size_t i = first; i < first + count; ++i) run_alone(i);
+      return;
+    }
+    for (std::size_t k = 0; k < count; ++k) put(block_.position, k, job_.position[first + k]);
+    if (job_.rotation.data) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const Quaternion& q = job_.rotation[first + k];
+        block_.rotation[0][k] = q.x;
+        block_.rotation[1][k] = q.y;
+        block_.rotation[2][k] = q.z;
+        block_.rotation[3][k] = q.w;
+      }
+    }
+    if (job_.displacement.data) {
+      for (std::size_t k = 0; k < count; ++k)
+        put(block_.displacement, k, job_.displacement[first + k]);
+    }
+    std::uint64_t odd = 0;
+    if (!shared_) {
+      for (std::size_t k = 0; k < count; ++k) {
+        if (is_block_shape(first + k)) {
+          put_shape(k, job_.shapes[job_.shape_index(first + k)]);
+        } else {
+          odd |= std::uint64_t{1} << k;
+        }
+      }
+    }
+    place_(block_, job_.margin);
+    for (std::size_t k = 0; k < count; ++k) {
+      job_.box(first + k) = {{block_.lower[0][k], block_.lower[1][k], block_.lower[2][k]},
+                             {block_.upper[0][k], block_.upper[1][k], block_.upper[2][k]}};
+    }
+    for (std::size_t k = 0; odd != 0; ++k, odd >>= 1) {
+      if (odd & 1) run_alone(first + k);
+    }
+  }
+
+  const BodyReport& report() const noexcept { return report_; }
+
+ private:
+  bool is_block_shape(std::size_t i) const noexcept {
+    return job_.fault(i) == core::ShapeFault::none &&
+           job_.shapes[job_.shape_index(i)].kind == ShapeKind::box;
+  }
+  void put_shape(std::size_t lane, const Shape& s) noexcept {
+    put(block_.center, lane, s.center);
+    put(block_.half_extents, lane, s.half_extents);
+    block_.radius[lane] = s.radius;
+  }
+  void run_alone(std::size_t i) noexcept {
+    if (job_(i) == core::ShapeFault::none) return;
+    if (report_.invalid_count++ == 0) report_.first_invalid = i;
+  }
+
+  const core::UpdateBoxes& job_;
+  PlaceBlock place_;
+  bool shared_ = false;  // one shape for all, and it is in the block
+  bool alone_ = false;   // one shape for all, and it is none for the block
+  BodyReport report_;
+  BodyBlock block_{};
+};
+static_assert(BodyBlock::size == 64, "a bit a body");
+static_assert(chunk % BodyBlock::size == 0);
+
+}  // namespace
+
+BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
+                        const Executor& executor, unsigned tasks) noexcept {
+  const PlaceBlock place = find_place_block(isa, job.rotation.data, job.displacement.data);
+  const std::size_t chunks = count / chunk + (count % chunk != 0);
+  tasks = static_cast<unsigned>(std::min<std::size_t>(std::max(tasks, 1u), chunks));
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::uint64_t> first{count}, invalid{0};
+  auto body = [&](unsigned) {
+    Task task(job, place);
+    for (;;) {
+      const std::size_t k = next.fetch_add(1, std::memory_order_relaxed);
+      if (k >= chunks) break;
+      const std::size_t end = std::min(count, (k + 1) * chunk);
+      for (std::size_t i = k * chunk; i < end; i += BodyBlock::size)
+        task.run(i, std::min(BodyBlock::size, end - i));
+    }
+    const BodyReport& r = task.report();
+    if (r.invalid_count == 0) return;
+    invalid.fetch_add(r.invalid_count, std::memory_order_relaxed);
+    std::uint64_t seen = first.load(std::memory_order_relaxed);
+    while (r.first_invalid < seen && !first.compare_exchange_weak(seen, r.first_invalid)) {
+    }
+  };
+  try {
+    run_tasks(executor, tasks, body);
+  } catch (...) {
+    // An executor that could not start what it was given: what is left is the caller's.
+    run_tasks(executor, 1, body);
+  }
+  return {invalid ? first.load() : 0, invalid};
+}
+
+}  // namespace throng::cpu

@@ -1,0 +1,176 @@
+// The hall's second door: what is asked is checked, done by the CPU, and what was wrong put into
+// words.
+#include <throng/update_boxes.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "core/update_boxes.hpp"
+#include "cpu/body_boxes.hpp"
+#include "cpu/float_state.hpp"
+#include "cpu/kernels.hpp"
+#include "cpu/threads.hpp"
+#include "validate.hpp"
+
+namespace throng {
+namespace {
+
+using ull = unsigned long long;
+
+bool refuse(Result& r, Status status) noexcept {
+  r.status = status;
+  return false;
+}
+
+// From about here on a second thread pays: some 10 ns a body against some 20 us to wake it.
+constexpr std::size_t threads_pay_from = 8192;
+
+// An array that is there, with one value a body where `bodies` says so, and a stride that floats
+// can lie at.
+template <class T>
+bool valid(const Strided<T>& array, const char* name, const std::size_t* bodies,
+           Result& r) noexcept {
+  if (!array.data && array.count != 0) {
+    say(r, "the array '%s' has %llu values but is null; give its address, or count 0 for none",
+        name, ull{array.count});
+  } else if (array && bodies && array.count != *bodies) {
+    say(r, "the array '%s' has %llu values for %llu bodies; give one value a body", name,
+        ull{array.count}, ull{*bodies});
+  } else if (array.stride_bytes % alignof(float) != 0) {
+    say(r, "the stride of '%s' is %llu bytes; it must be a multiple of %llu", name,
+        ull{array.stride_bytes}, ull{alignof(float)});
+  } else {
+    return true;
+  }
+  return refuse(r, Status::bad_bodies);
+}
+
+bool valid(const Bodies& b, const Box* out, std::size_t stride, Result& r) noexcept {
+  const std::size_t n = b.size();
+  if (!valid(b.position, "position", nullptr, r) || !valid(b.rotation, "rotation", &n, r) ||
+      !valid(b.displacement, "displacement", &n, r) || !valid(b.shape, "shape", &n, r) ||
+      !valid(b.shapes, "shapes", nullptr, r) || !valid(b.points, "points", nullptr, r)) {
+    return false;
+  }
+  if (n == 0) return true;
+  if (!b.shape && b.shapes.count != n && b.shapes.count != 1) {
+    say(r,
+        "there are %llu shapes for %llu bodies; give one a body, one for all, or the array "
+        "'shape' that tells which is whose",
+        ull{b.shapes.count}, ull{n});
+    return refuse(r, Status::bad_bodies);
+  }
+  if (!out) {
+    say(r, "the array of boxes is null; give room for %llu boxes", ull{n});
+    return refuse(r, Status::bad_bodies);
+  }
+  if (stride % alignof(float) != 0 || stride < sizeof(Box)) {
+    say(r, "the stride of the boxes is %llu bytes; it must be a multiple of %llu, and %llu or more",
+        ull{stride}, ull{alignof(float)}, ull{sizeof(Box)});
+    return refuse(r, Status::bad_bodies);
+  }
+  return true;
+}
+
+void explain(Result& r, const core::UpdateBoxes& job) noexcept {
+  const auto i = static_cast<std::size_t>(r.first_invalid);
+  const ull count{r.invalid_count}, index{job.shape_index(i)};
+  const core::ShapeFault fault = job.fault(i);
+  if (fault == core::ShapeFault::index) {
+    say(r,
+        "%llu bodies have no good shape, the first is body %llu with shape %llu of %llu; use 0 "
+        "to one less than that",
+        count, ull{i}, index, ull{job.shape_count});
+    return;
+  }
+  const Shape& s = job.shapes[static_cast<std::size_t>(index)];
+  char what[112] = {};
+  const Vec3& h = s.half_extents;
+  switch (fault) {
+    case core::ShapeFault::radius:
+      std::snprintf(what, sizeof what, "radius %g; it must be 0 or more", double{s.radius});
+      break;
+    case core::ShapeFault::half_extents:
+      std::snprintf(what, sizeof what, "half extents %g %g %g; they must be 0 or more", double{h.x},
+                    double{h.y}, double{h.z});
+      break;
+    case core::ShapeFault::points:
+      std::snprintf(what, sizeof what, "points %lu to %llu of %llu; mend the range or give more",
+                    static_cast<unsigned long>(s.first_point),
+                    ull{s.first_point} + s.point_count - 1, ull{job.point_count});
+      break;
+    default:
+      std::snprintf(what, sizeof what, "kind %lu; it must be a ShapeKind",
+                    static_cast<unsigned long>(s.kind));
+      break;
+  }
+  say(r, "%llu bodies have no good shape, the first is body %llu: shape %llu has %s", count, ull{i},
+      index, what);
+}
+
+}  // namespace
+
+bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
+              std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept {
+  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
+    say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
+    return refuse(r, Status::bad_option);
+  }
+  if (!valid(bodies, out, stride_bytes, r)) return false;
+  job.position = core::column(bodies.position);
+  job.rotation = core::column(bodies.rotation);
+  job.displacement = core::column(bodies.displacement);
+  job.shape = core::column(bodies.shape);
+  job.shapes = core::column(bodies.shapes);
+  job.points = core::column(bodies.points);
+  job.shape_count = bodies.shapes.count;
+  job.point_count = bodies.points.count;
+  job.one_shape = bodies.shapes.count == 1;
+  job.margin = options.margin;
+  job.out = reinterpret_cast<char*>(out);
+  job.out_stride = stride_bytes;
+  return true;
+}
+
+Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options,
+                    std::size_t stride_bytes) noexcept {
+  const cpu::FloatState float_state;
+  const auto start = std::chrono::steady_clock::now();
+  Result r;
+  r.plan.reason = "one pass over the bodies";
+  const cpu::Kernels* kernels = cpu::find_kernels(options.isa);
+  if (!kernels) {
+    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
+        options.isa == Isa::automatic ? "named" : to_string(options.isa),
+        options.isa == Isa::automatic ? "THRONG_ISA" : "UpdateOptions::isa");
+    refuse(r, Status::unsupported_isa);
+    return r;
+  }
+  core::UpdateBoxes job;
+  if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
+
+  const std::size_t n = bodies.size();
+  const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
+  const unsigned threads = options.threads ? options.threads : executor.concurrency;
+  r.plan.isa = kernels->isa;
+  r.plan.threads = n < threads_pay_from ? 1 : std::max(threads, 1u);
+  if (n != 0) {
+    const cpu::BodyReport report =
+        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads);
+    r.first_invalid = report.first_invalid;
+    r.invalid_count = report.invalid_count;
+  }
+  r.written = n;
+  if (r.invalid_count != 0) {
+    r.status = Status::bad_shape;
+    explain(r, job);
+  }
+  r.times.total_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return r;
+}
+
+}  // namespace throng

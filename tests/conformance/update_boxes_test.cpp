@@ -1,0 +1,381 @@
+// Boxes of bodies through the door: exact for every shape, the same bits for every instruction set
+// and thread count, in every layout; and what is refused.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <thread>
+
+#include "support/body_scenes.hpp"
+#include "support/configs.hpp"
+#include "support/disturbed.hpp"
+
+namespace throng::tests {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
+
+bool same_bits(const std::vector<Box>& a, const std::vector<Box>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Box)) == 0);
+}
+
+TEST(UpdateBoxes, EveryShapeIsContainedTightly) {
+  const BodyScene scene = body_scene(20000, 1);
+  for (const float margin : {0.0f, 0.125f}) {
+    UpdateOptions options;
+    options.margin = margin;
+    const std::vector<Box> boxes = boxes_of(scene.view(), options);
+    Tightness seen;
+    std::size_t inactive = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const OneBody body = scene.body(i, margin);
+      if (body.shape.kind == ShapeKind::convex && body.shape.point_count == 0) {
+        EXPECT_EQ(boxes[i].lower.x, inf);
+        EXPECT_EQ(boxes[i].upper.x, -inf);
+        ++inactive;
+        continue;
+      }
+      expect_tight(boxes[i], exact_box(body, scene.points), seen);
+      if (HasFatalFailure()) FAIL() << "body " << i;
+    }
+    EXPECT_GT(inactive, 0u);
+    // Shapes of no size lie on floats, and there a step outward is not to be had for nothing.
+    EXPECT_GT(seen.tightest, seen.sides / 100 * 95);
+  }
+}
+
+TEST(UpdateBoxes, SameBitsEverywhere) {
+  for (const std::size_t count : {0, 1, 63, 64, 65, 4096, 20011}) {
+    const BodyScene scene = body_scene(count, 2 + count);
+    for (int form = 0; form < 6; ++form) {
+      Bodies bodies = scene.view();
+      if (form & 1) bodies.rotation = {};
+      if (form & 2) bodies.displacement = {};
+      if (form & 4) {
+        bodies.shape = {};
+        bodies.shapes = {&scene.shapes[form == 4 ? 1 : 4], 1};
+      }
+      // One body a call: the form that takes one at a time, or a block of one.
+      UpdateOptions plain;
+      plain.isa = Isa::scalar;
+      plain.threads = 1;
+      const std::vector<Box> want = boxes_of(bodies, plain);
+      for (std::size_t i = 0; i < count; i += 97) {
+        Bodies one = bodies;
+        one.position = {&bodies.position[i], 1};
+        if (one.rotation) one.rotation = {&bodies.rotation[i], 1};
+        if (one.displacement) one.displacement = {&bodies.displacement[i], 1};
+        if (one.shape) one.shape = {&bodies.shape[i], 1};
+        ASSERT_TRUE(same_bits(boxes_of(one, plain), {want[i]})) << i;
+      }
+      for (const Isa isa : supported_isas()) {
+        for (const unsigned threads : {1u, 2u, 5u}) {
+          UpdateOptions options;
+          options.isa = isa;
+          options.threads = threads;
+          EXPECT_TRUE(same_bits(boxes_of(bodies, options), want))
+              << count << " bodies, form " << form << ", " << to_string(isa) << ", " << threads;
+        }
+      }
+    }
+  }
+}
+
+// FNV-1a over the bits, as words.
+std::uint64_t checksum(const std::vector<Box>& boxes) {
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (const Box& b : boxes) {
+    std::uint32_t words[6];
+    std::memcpy(words, &b, sizeof words);
+    for (const std::uint32_t word : words) sum = (sum ^ word) * 0x100000001b3u;
+  }
+  return sum;
+}
+
+// For every compiler and processor, too: the number is that of GCC 12 on x86-64, without vectors.
+TEST(UpdateBoxes, SameBitsOnEveryMachine) {
+  EXPECT_EQ(checksum(boxes_of(body_scene(20000, 10).view())), 675090157258462416u);
+}
+
+TEST(UpdateBoxes, AnyLayout) {
+  const BodyScene scene = body_scene(9000, 3);
+  const std::vector<Box> want = boxes_of(scene.view());
+  struct Thing {
+    std::uint32_t before, shape;
+    Transform transform;
+    Vec3 displacement;
+    Box box;
+    float after;
+  };
+  std::vector<Thing> things(9000);
+  std::vector<Shape> own(9000);
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    things[i] = {7, scene.shape[i], scene.transforms[i], scene.displacements[i], {}, 8};
+    own[i] = scene.shapes[scene.shape[i]];
+  }
+  Bodies bodies(&things[0].transform, things.size(), scene.shapes.data(), scene.shapes.size(),
+                sizeof(Thing));
+  bodies.displacement = {&things[0].displacement, things.size(), sizeof(Thing)};
+  bodies.shape = {&things[0].shape, things.size(), sizeof(Thing)};
+  struct Padded {
+    Vec3 point;
+    float unused;
+  };
+  std::vector<Padded> points;
+  for (const Vec3& p : scene.points) points.push_back({p, quiet});
+  bodies.points = {&points[0].point, points.size(), sizeof(Padded)};
+  ASSERT_TRUE(update_boxes(bodies, &things[0].box, {}, sizeof(Thing)).ok());
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    ASSERT_EQ(std::memcmp(&things[i].box, &want[i], sizeof(Box)), 0) << i;
+    ASSERT_EQ(things[i].before, 7u);
+    ASSERT_EQ(things[i].shape, scene.shape[i]);
+    ASSERT_EQ(things[i].after, 8);
+  }
+  // A shape a body, without indices.
+  bodies.shape = {};
+  bodies.shapes = {own.data(), own.size()};
+  EXPECT_TRUE(same_bits(boxes_of(bodies), want));
+  // A stride of 0 repeats one value.
+  Bodies repeated = bodies;
+  repeated.position = {scene.view().position.data, 100, 0};
+  repeated.rotation = {scene.view().rotation.data, 100, 0};
+  repeated.displacement = {scene.displacements.data(), 100, 0};
+  repeated.shapes = {own.data(), 100, 0};
+  EXPECT_TRUE(same_bits(boxes_of(repeated), std::vector<Box>(100, want[0])));
+}
+
+TEST(UpdateBoxes, ConvexOfCornersIsTheBox) {
+  BodyScene scene = body_scene(500, 4);
+  scene.points.clear();
+  for (int k = 0; k < 8; ++k)
+    scene.points.push_back({k & 1 ? 1.f : -1.f, k & 2 ? 2.f : -2.f, k & 4 ? 3.f : -3.f});
+  scene.shapes = {Shape::box({1, 2, 3}), Shape::convex(0, 8), Shape::convex(3, 1),
+                  Shape::sphere(0, scene.points[3])};
+  const std::vector<std::uint32_t> box(500, 0), hull(500, 1), point(500, 2), sphere(500, 3);
+  std::vector<Box> boxes[4];
+  for (const auto* which : {&box, &hull, &point, &sphere}) {
+    scene.shape = *which;
+    boxes[(*which)[0]] = boxes_of(scene.view());
+  }
+  // The bound is larger for the hull by as much as |v| is counted twice: floats show none of it.
+  EXPECT_TRUE(same_bits(boxes[0], boxes[1]));
+  EXPECT_TRUE(same_bits(boxes[2], boxes[3]));
+}
+
+// A caller's rounding mode and flushing change nothing, and are as they were afterwards.
+TEST(UpdateBoxes, AnyFloatState) {
+  BodyScene scene = body_scene(10000, 5);
+  for (std::size_t i = 0; i < scene.transforms.size(); i += 2) {
+    Vec3& p = scene.transforms[i].position;  // denormal
+    p = {p.x * 1e-42f, p.y * 1e-42f, p.z * 1e-42f};
+  }
+  const std::vector<Box> want = boxes_of(scene.view());
+  for (const int rounding : {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO, FE_TONEAREST}) {
+    for (const bool flush : {true, false}) {
+      for (const unsigned threads : {1u, 3u}) {
+        std::vector<Box> got(want.size());
+        UpdateOptions options;
+        options.threads = threads;
+        bool unchanged = false;
+        UpdateOptions negative;
+        negative.margin = -1e-45f;
+        Result refused;
+        {
+          const Disturbed state(rounding, flush);
+          (void)update_boxes(scene.view(), got.data(), options);
+          refused = update_boxes(scene.view(), got.data(), negative);
+          unchanged = state.unchanged();
+        }
+        EXPECT_TRUE(unchanged);
+        EXPECT_EQ(refused.status, Status::bad_option);
+        EXPECT_TRUE(same_bits(got, want)) << rounding << flush << threads;
+      }
+    }
+  }
+}
+
+// What is not finite becomes a NaN, and find_pairs names the body.
+TEST(UpdateBoxes, NotFiniteIsSeen) {
+  for (const float bad : {quiet, inf, -inf}) {
+    for (int where = 0; where < 16; ++where) {
+      BodyScene scene = body_scene(100, 6);
+      scene.points = {{1, 2, 3}, {-1, -2, -3}, {3, 1, -2}};
+      scene.shapes = {Shape::sphere(0), Shape::sphere(1), Shape::box({1, 2, 3}, {1, 1, 1}),
+                      Shape::convex(0, 3)};
+      scene.shape.assign(100, 0);
+      for (std::uint32_t shape = 0; shape < 4; ++shape) {
+        BodyScene broken = scene;
+        broken.shape[70] = shape;
+        Transform& t = broken.transforms[70];
+        float* const place[16] = {&t.position.x,
+                                  &t.position.y,
+                                  &t.position.z,
+                                  &t.rotation.x,
+                                  &t.rotation.y,
+                                  &t.rotation.z,
+                                  &t.rotation.w,
+                                  &broken.displacements[70].x,
+                                  &broken.displacements[70].y,
+                                  &broken.displacements[70].z,
+                                  &broken.shapes[2].center.x,
+                                  &broken.shapes[2].center.y,
+                                  &broken.shapes[2].center.z,
+                                  &broken.points[0].x,
+                                  &broken.points[1].y,
+                                  &broken.points[2].z};
+        if ((where >= 13) != (shape == 3) && where >= 10) continue;
+        if (where >= 10 && where < 13 && shape != 2) continue;
+        *place[where] = bad;
+        const std::vector<Box> boxes = boxes_of(broken.view());
+        EXPECT_TRUE(has_nan(boxes[70])) << bad << " at " << where << ", shape " << shape;
+        Finder finder;
+        const Result r = finder.find(boxes);
+        EXPECT_EQ(r.status, Status::nan_box);
+        EXPECT_EQ(r.first_invalid, 70u);
+        EXPECT_EQ(r.invalid_count, 1u);
+      }
+    }
+  }
+}
+
+// A wrong shape costs its own body only.
+TEST(UpdateBoxes, WrongShapesAreNamed) {
+  const BodyScene scene = body_scene(20000, 7);
+  const std::vector<Box> want = boxes_of(scene.view());
+  struct Wrong {
+    Shape shape;
+    const char* said;
+  };
+  const auto some = static_cast<std::uint32_t>(scene.points.size());
+  Shape strange = Shape::sphere(1);
+  strange.kind = static_cast<ShapeKind>(9);
+  for (const Wrong& wrong : std::vector<Wrong>{
+           {Shape::sphere(-1), "radius -1; it must be 0 or more"},
+           {Shape::sphere(quiet), "radius nan"},
+           {Shape::convex(0, 1, -2), "radius -2"},
+           {Shape::box({1, -3, 1}), "half extents 1 -3 1; they must be 0 or more"},
+           {Shape::box({1, 1, quiet}), "half extents 1 1 nan"},
+           {Shape::convex(some, 1), "points 60 to 60 of 60; mend the range or give more"},
+           {Shape::convex(0xffffffffu, 2), "points 4294967295 to 4294967296 of 60"},
+           {strange, "kind 9; it must be a ShapeKind"}}) {
+    BodyScene broken = scene;
+    broken.shapes.push_back(wrong.shape);
+    const auto index = static_cast<std::uint32_t>(broken.shapes.size() - 1);
+    for (const std::size_t i : {19999, 12345, 4100}) broken.shape[i] = index;
+    for (const unsigned threads : {1u, 4u}) {
+      UpdateOptions options;
+      options.threads = threads;
+      std::vector<Box> boxes(want.size());
+      const Result r = update_boxes(broken.view(), boxes.data(), options);
+      EXPECT_EQ(r.status, Status::bad_shape);
+      EXPECT_EQ(r.first_invalid, 4100u);
+      EXPECT_EQ(r.invalid_count, 3u);
+      EXPECT_EQ(r.written, want.size());
+      EXPECT_NE(std::strstr(r.message, wrong.said), nullptr) << r.message;
+      EXPECT_NE(std::strstr(r.message, "3 bodies"), nullptr) << r.message;
+      EXPECT_NE(std::strstr(r.message, "body 4100: shape 100"), nullptr) << r.message;
+      for (std::size_t i = 0; i < want.size(); ++i) {
+        if (broken.shape[i] == index) {
+          const float all[6] = {boxes[i].lower.x, boxes[i].lower.y, boxes[i].lower.z,
+                                boxes[i].upper.x, boxes[i].upper.y, boxes[i].upper.z};
+          for (const float x : all) EXPECT_TRUE(std::isnan(x));
+        } else {
+          ASSERT_EQ(std::memcmp(&boxes[i], &want[i], sizeof(Box)), 0) << i;
+        }
+      }
+    }
+  }
+  BodyScene broken = scene;
+  broken.shape[3] = 100;
+  std::vector<Box> boxes(want.size());
+  Result r = update_boxes(broken.view(), boxes.data());
+  EXPECT_EQ(r.status, Status::bad_shape);
+  EXPECT_STREQ(r.message,
+               "1 bodies have no good shape, the first is body 3 with shape 100 of 100; use 0 to "
+               "one less than that");
+  // One for all, and it is wrong.
+  const Shape negative = Shape::sphere(-1);
+  r = update_boxes(Bodies(scene.transforms.data(), 100, &negative, 1), boxes.data());
+  EXPECT_EQ(r.status, Status::bad_shape);
+  EXPECT_EQ(r.invalid_count, 100u);
+  EXPECT_TRUE(has_nan(boxes[99]));
+}
+
+struct Refusal {
+  const char* name;
+  Status status;
+  const char* said;
+  void (*spoil)(Bodies&, Box*& out, UpdateOptions&, std::size_t& stride);
+};
+
+TEST(UpdateBoxes, Refusals) {
+  const BodyScene scene = body_scene(10, 8);
+  const std::vector<Refusal> refusals = {
+    {"null positions", Status::bad_bodies, "'position' has 10 values but is null",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.position.data = nullptr; }},
+    {"null rotations", Status::bad_bodies, "'rotation' has 10 values but is null",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.rotation.data = nullptr; }},
+    {"few rotations", Status::bad_bodies, "'rotation' has 9 values for 10 bodies",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.rotation.count = 9; }},
+    {"few displacements", Status::bad_bodies, "'displacement' has 1 values for 10 bodies",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.displacement.count = 1; }},
+    {"many indices", Status::bad_bodies, "'shape' has 11 values for 10 bodies",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shape.count = 11; }},
+    {"null shapes", Status::bad_bodies, "'shapes' has 100 values but is null",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shapes.data = nullptr; }},
+    {"null points", Status::bad_bodies, "'points' has 60 values but is null",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.points.data = nullptr; }},
+    {"odd stride", Status::bad_bodies, "the stride of 'points' is 13 bytes",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.points.stride_bytes = 13; }},
+    {"neither one nor all", Status::bad_bodies, "there are 100 shapes for 10 bodies",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shape = {}; }},
+    {"no shapes", Status::bad_bodies, "there are 0 shapes for 10 bodies",
+     [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shape = {}, b.shapes = {}; }},
+    {"null boxes", Status::bad_bodies, "give room for 10 boxes",
+     [](Bodies&, Box*& out, UpdateOptions&, std::size_t&) { out = nullptr; }},
+    {"narrow boxes", Status::bad_bodies, "the stride of the boxes is 20 bytes",
+     [](Bodies&, Box*&, UpdateOptions&, std::size_t& stride) { stride = 20; }},
+    {"odd boxes", Status::bad_bodies, "the stride of the boxes is 26 bytes",
+     [](Bodies&, Box*&, UpdateOptions&, std::size_t& stride) { stride = 26; }},
+    {"negative margin", Status::bad_option, "the margin is -1",
+     [](Bodies&, Box*&, UpdateOptions& o, std::size_t&) { o.margin = -1; }},
+    {"infinite margin", Status::bad_option, "the margin is inf",
+     [](Bodies&, Box*&, UpdateOptions& o, std::size_t&) { o.margin = inf; }},
+#if !defined(__aarch64__)
+    {"foreign instruction set", Status::unsupported_isa, "instruction set 'neon'",
+     [](Bodies&, Box*&, UpdateOptions& o, std::size_t&) { o.isa = Isa::neon; }},
+#endif
+  };
+  for (const Refusal& refusal : refusals) {
+    SCOPED_TRACE(refusal.name);
+    Bodies bodies = scene.view();
+    std::vector<Box> boxes(20, Box{{1, 2, 3}, {4, 5, 6}});
+    Box* out = boxes.data();
+    UpdateOptions options;
+    std::size_t stride = sizeof(Box);
+    refusal.spoil(bodies, out, options, stride);
+    const Result r = update_boxes(bodies, out, options, stride);
+    EXPECT_EQ(r.status, refusal.status);
+    EXPECT_NE(std::strstr(r.message, refusal.said), nullptr) << r.message;
+    EXPECT_EQ(r.written, 0u);
+    for (const Box& b : boxes) EXPECT_EQ(b.lower.x, 1) << "something was written";
+  }
+  EXPECT_TRUE(update_boxes(Bodies(), nullptr).ok());
+  EXPECT_STREQ(to_string(Status::bad_bodies), "bad bodies");
+  EXPECT_STREQ(to_string(Status::bad_shape), "bad shape");
+}
+
+// An executor that cannot start all that it is given: the caller does the rest.
+TEST(UpdateBoxes, ExecutorThatFails) {
+  const BodyScene scene = body_scene(30000, 9);
+  Executor executor;
+  executor.concurrency = 3;
+  executor.run = [](void*, unsigned, void (*)(void*, unsigned), void*) { throw std::bad_alloc(); };
+  UpdateOptions options;
+  options.executor = &executor;
+  EXPECT_TRUE(same_bits(boxes_of(scene.view(), options), boxes_of(scene.view())));
+}
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,139 @@
+// What the device's planner makes of scenes, hostile ones too: always a grid that is right, and on
+// what it is made for a good one.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "pipeline/pipeline.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::pipeline {
+namespace {
+
+using tests::BoxList;
+
+struct Planned {
+  core::ClassGrid grid;
+  core::GridLimits limits;
+  std::unique_ptr<PlanGrid::Shared> shared = std::make_unique<PlanGrid::Shared>();
+};
+
+Planned plan(const BoxList& boxes, std::uint32_t present = 0) {
+  Planned p;
+  Input in = make_input(Boxes(boxes), nullptr, 0);
+  in.present = present;
+  Report report;
+  p.limits = {boxes.size(), static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024), 8192, present,
+              false};
+  const PlanGrid planner{in, p.limits, &p.grid, &report};
+  for (int phase = 0; phase < PlanGrid::phases; ++phase)
+    for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) planner(phase, t, *p.shared);
+  return p;
+}
+
+void expect_sound(const Planned& p) {
+  const core::ClassGrid& grid = p.grid;
+  ASSERT_GE(grid.class_count, 1u);
+  ASSERT_LE(grid.class_count, core::max_size_classes);
+  std::uint64_t cells = 0;
+  for (std::uint32_t c = 0; c < grid.class_count; ++c) {
+    const core::SizeClass& k = grid.classes[c];
+    EXPECT_EQ(k.offset, grid.hashed ? k.offset : cells);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto finest = static_cast<std::uint32_t>(grid.last[axis]) + 1;
+      EXPECT_LE(finest, core::max_class_cells);
+      EXPECT_EQ(k.cells[axis], ((finest - 1) >> k.shift[axis]) + 1);
+      if (grid.hashed) {
+        EXPECT_LE(k.cells[axis], p.limits.row_cells);
+      }
+      if (c + 1 == grid.class_count) {
+        EXPECT_EQ(k.cells[axis], 1u) << "some box may fit nowhere";
+      }
+    }
+    cells += std::uint64_t{k.cells[0]} * k.cells[1] * k.cells[2];
+  }
+  EXPECT_LE(grid.table_cells, p.limits.table_cells);
+  if (!grid.hashed) {
+    EXPECT_EQ(grid.world_cells, cells);
+    EXPECT_GE(grid.world_slots, 1u);
+    EXPECT_LE(std::uint64_t{grid.world_slots} * grid.world_cells * core::group_count(grid.present),
+              grid.table_cells);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_TRUE(std::isfinite(grid.origin[axis]));
+    EXPECT_TRUE(std::isfinite(grid.scale[axis]));
+    EXPECT_GT(grid.scale[axis], 0);
+  }
+}
+
+TEST(Planning, IsSoundOnHardScenes) {
+  for (const auto& scene : tests::hard_scenes(3000)) {
+    SCOPED_TRACE(scene.name);
+    for (const std::uint32_t present : {0u, 1u, 7u}) expect_sound(plan(scene.boxes, present));
+  }
+  expect_sound(plan(BoxList(1, tests::cube(0, 0, 0, 1))));
+  expect_sound(plan(BoxList(50, {{1, 1, 1}, {0, 0, 0}})));  // none is active
+}
+
+// Equal cubes, as dense as in most uses: cells as large as a box, all boxes in the first class.
+TEST(Planning, EqualCubesGetCellsOfTheirSize) {
+  const BoxList boxes = tests::uniform_boxes(20000, 3);
+  const Planned p = plan(boxes);
+  EXPECT_FALSE(p.grid.hashed);
+  std::size_t first = 0;
+  for (const Box& b : boxes) first += core::class_of(p.grid, core::cells_of(p.grid, b)) == 0;
+  EXPECT_EQ(first, boxes.size());
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GE(1 / p.grid.scale[k], 1.0f);
+    EXPECT_LE(1 / p.grid.scale[k], 2.1f);
+  }
+}
+
+// Clusters in an empty world: a dense table would need more cells than there is room for.
+TEST(Planning, SparseWorldsAreHashed) {
+  BoxList boxes;
+  tests::Random r(4);
+  for (int cluster = 0; cluster < 50; ++cluster) {
+    const Vec3 at = r.point(-5000, 5000);
+    for (int k = 0; k < 400; ++k)
+      boxes.push_back(tests::cube(at.x + r.in(0, 12), at.y + r.in(0, 12), at.z + r.in(0, 12), 1));
+  }
+  const Planned p = plan(boxes);
+  EXPECT_TRUE(p.grid.hashed);
+  for (int k = 0; k < 3; ++k) EXPECT_LE(1 / p.grid.scale[k], 10.0f) << "cells as large as clusters";
+}
+
+TEST(Planning, OneFarBoxDoesNotStretchTheGrid) {
+  BoxList boxes = tests::uniform_boxes(20000, 3);
+  boxes[7] = tests::cube(1e30f, 1e30f, -1e30f, 1);
+  const Planned p = plan(boxes);
+  for (int k = 0; k < 3; ++k) EXPECT_LE(1 / p.grid.scale[k], 3.0f);
+}
+
+TEST(Workspace, PartsDoNotOverlap) {
+  for (const std::uint32_t count : {1u, 31u, 4097u, 1000000u}) {
+    Workspace w;
+    const auto scan_bytes = [](std::size_t) { return std::size_t{777}; };
+    const std::size_t bytes = w.carve(count, nullptr, scan_bytes);
+    char* base = reinterpret_cast<char*>(std::uintptr_t{1} << 40);  // never read
+    EXPECT_EQ(w.carve(count, base, scan_bytes), bytes);
+    const std::pair<const void*, std::size_t> parts[] = {
+        {w.report, sizeof(Report)},        {w.occupied, Workspace::occupied_count * 4},
+        {w.table, w.scanned() * 4},        {w.grid, sizeof(core::ClassGrid)},
+        {w.ranks, std::size_t{count} * 4}, {w.records, std::size_t{count} * sizeof(Record)},
+        {w.scratch, w.scratch_bytes}};
+    const char* end = base;
+    for (const auto& [at, size] : parts) {
+      const char* p = static_cast<const char*>(at);
+      EXPECT_GE(p, end);
+      EXPECT_EQ((p - base) % 256, 0);
+      end = p + size;
+    }
+    EXPECT_LE(end, base + bytes);
+    // What a box costs: 45 bytes, and a constant.
+    EXPECT_LE(bytes, std::size_t{count} * 45 + 60000);
+  }
+}
+
+}  // namespace
+}  // namespace throng::pipeline
