@@ -51,6 +51,8 @@ refused src/find_pairs.cpp 'void f() { std::cerr << 1; }' 'never prints, exits o
 refused scene/npy.hpp '#include "core/bounds.hpp"' 'scene must not include core'
 refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include tests'
 refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
+refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
+refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
 refused scene/npy.hpp '#include "paper/search.hpp"' 'scene must not include paper'
 refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include paper'
 refused paper/search.hpp '#include "cpu/grid.cpp"' 'paper must not include cpu'

@@ -1,0 +1,102 @@
+#include "bench/gpu/cases.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <thread>
+
+#include "scene/npy.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::bench::gpu {
+namespace {
+
+constexpr std::size_t K = 1000, M = 1000000;
+
+Case uniform(const char* experiment, std::size_t objects, bool canonical) {
+  // Different boxes in each frame, so that no frame finds its own answer in a cache; at 100M two of
+  // them are far beyond any.
+  return {experiment, "uniform, density 2",         "uniform", 2,
+          objects,    objects >= 100 * M ? 2u : 4u, canonical};
+}
+
+}  // namespace
+
+std::vector<Case> cases_of(const std::string& part, std::size_t most) {
+  std::vector<Case> all;
+  if (part == "scaling") {
+    for (const std::size_t n : {K, 10 * K, 100 * K, M, 10 * M, 100 * M})
+      all.push_back(uniform("scaling", n, true));
+  } else if (part == "stages") {
+    for (const std::size_t n : {100 * K, M, 10 * M, 100 * M})
+      all.push_back(uniform("stages", n, false));
+  } else if (part == "scenes") {
+    const auto add = [&](const char* name, std::size_t n) {
+      all.push_back({"scenes", name, name, 0, n, 2, false});
+    };
+    // Worlds first: 8192 of 64 boxes each.
+    add("worlds", 8192 * 64);
+    add("worlds", M);
+    for (const char* name : {"pile", "mixed", "clusters", "rods", "column", "line", "spheres"})
+      for (const std::size_t n : {100 * K, M}) add(name, n);
+    for (const char* name : {"pile", "mixed", "clusters"}) add(name, 10 * M);
+  } else {
+    throw std::invalid_argument("no part is called '" + part + "'");
+  }
+  all.erase(std::remove_if(all.begin(), all.end(), [&](const Case& c) { return c.objects > most; }),
+            all.end());
+  return all;
+}
+
+std::vector<Case> cases_of_files(const std::vector<std::string>& files) {
+  std::vector<Case> all;
+  for (const std::string& path : files) {
+    const scene::BoxFile file = scene::read_boxes(path);
+    all.push_back({"files", path, "", 0, file.count, file.frames, false});
+  }
+  return all;
+}
+
+struct FrameMaker::Source {
+  std::unique_ptr<scene::Scene> scene;
+  bool backwards = false;
+  scene::BoxFile file;
+};
+
+FrameMaker::FrameMaker(const Case& c) : source_(std::make_unique<Source>()), objects_(c.objects) {
+  if (c.scene.empty()) {
+    source_->file = scene::read_boxes(c.label);
+    return;
+  }
+  scene::Spec spec;
+  spec.name = c.scene;
+  spec.objects = c.objects;
+  spec.density = c.density;
+  spec.frames = 100;
+  source_->scene = std::make_unique<scene::Scene>(spec);
+  // The column is dense at the end of its fall; elsewhere any frames serve.
+  source_->backwards = c.scene == "column";
+  // Not cleared: each thread is the first to touch its part.
+  boxes_.reset(new Box[objects_]);
+  if (!source_->scene->has_worlds()) return;
+  worlds_.resize(objects_);
+  for (std::size_t i = 0; i < objects_; ++i) worlds_[i] = source_->scene->world(i);
+}
+
+FrameMaker::~FrameMaker() = default;
+
+const Box* FrameMaker::frame(std::size_t f) {
+  if (!source_->scene) return source_->file.frame(f);
+  const std::size_t at = source_->backwards ? 99 - f : f;
+  const std::size_t threads = std::clamp<std::size_t>(
+      objects_ / 20000, 1, std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<std::thread> crew;
+  for (std::size_t t = 0; t < threads; ++t)
+    crew.emplace_back([&, t] {
+      const std::size_t begin = objects_ * t / threads, end = objects_ * (t + 1) / threads;
+      source_->scene->boxes(at, begin, end, boxes_.get() + begin);
+    });
+  for (std::thread& t : crew) t.join();
+  return boxes_.get();
+}
+
+}  // namespace throng::bench::gpu

@@ -1,0 +1,48 @@
+// What the GPU benchmark measures: scenes at numbers of boxes, recorded files; and their frames,
+// made by all threads of the host, a part each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <throng/types.hpp>
+
+namespace throng::bench::gpu {
+
+struct Case {
+  std::string experiment;
+  std::string label;   // of the scene, or a file's path
+  std::string scene;   // empty: a file
+  double density = 0;  // pairs a box; 0: the scene's own
+  std::size_t objects = 0;
+  std::size_t frames = 1;  // different inputs, taken in turn
+  bool canonical = false;  // measured in that order, too
+};
+
+// "scaling", "scenes", "stages"; sizes above `most` are left out. Throws std::invalid_argument.
+std::vector<Case> cases_of(const std::string& part, std::size_t most);
+// One a file, all of its frames; throws scene::FileError.
+std::vector<Case> cases_of_files(const std::vector<std::string>& files);
+
+// Makes the frames of a case, one at a time.
+class FrameMaker {
+ public:
+  explicit FrameMaker(const Case& c);
+  ~FrameMaker();
+  // Frame f, good until the next call.
+  const Box* frame(std::size_t f);
+  // A world a box; empty: none.
+  const std::vector<std::int32_t>& worlds() const { return worlds_; }
+
+ private:
+  struct Source;
+  std::unique_ptr<Source> source_;
+  std::unique_ptr<Box[]> boxes_;
+  std::vector<std::int32_t> worlds_;
+  std::size_t objects_;
+};
+
+}  // namespace throng::bench::gpu

@@ -1,0 +1,253 @@
+#include "bench/gpu/search.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include <throng/cuda.hpp>
+
+#include "bench/gpu/gpu.hpp"
+#include "bench/gpu/timing.hpp"
+#include "scene/checksum.hpp"
+
+namespace throng::bench::gpu {
+namespace {
+
+// Above so many boxes pairs are summed up on the device only: downloading takes longer than all
+// else.
+constexpr std::size_t most_on_host = 10000000;
+
+void must(const Result& r, const std::string& what) {
+  if (!r.ok()) throw std::runtime_error(what + ": " + r.message);
+}
+
+// The frames of a case in device memory, and how many pairs each has.
+class Resident {
+ public:
+  explicit Resident(const Case& c) {
+    FrameMaker maker(c);
+    if (!maker.worlds().empty()) {
+      worlds_ = DeviceArray<std::int32_t>(c.objects);
+      worlds_.put(maker.worlds().data(), c.objects);
+    }
+    for (std::size_t f = 0; f < c.frames; ++f) {
+      frames_.emplace_back(c.objects);
+      frames_.back().put(maker.frame(f), c.objects);
+    }
+    cuda::Finder counter(counting());
+    for (std::size_t f = 0; f < c.frames; ++f) {
+      const Result r = counter.find(boxes(f), nullptr, 0, nullptr);
+      if (r.status != Status::buffer_too_small) must(r, c.label);
+      found_.push_back(r.found);
+    }
+  }
+  std::size_t size() const { return frames_.size(); }
+  Boxes boxes(std::size_t f) const {
+    Boxes b(frames_[f].data(), frames_[f].size());
+    if (worlds_.size()) b.filters.world = {worlds_.data(), worlds_.size()};
+    return b;
+  }
+  std::uint64_t found(std::size_t f) const { return found_[f]; }
+  std::size_t most_found() const {
+    return static_cast<std::size_t>(*std::max_element(found_.begin(), found_.end()));
+  }
+
+ private:
+  static Options counting() {
+    Options o;
+    o.nan = NanPolicy::inactive;
+    return o;
+  }
+  std::vector<DeviceArray<Box>> frames_;
+  DeviceArray<std::int32_t> worlds_;
+  std::vector<std::uint64_t> found_;
+};
+
+struct Summed {
+  Answer answer;
+  std::string by;
+};
+
+// Number and checksum of pairs that lie on the device. On the host where they are few enough, and
+// then the device's own sum must be the same.
+Summed sum_up(const Case& c, const DeviceArray<Pair>& pairs, std::size_t count, cudaStream_t stream,
+              Session& s) {
+  Summed sum{{count, device_checksum(pairs.data(), count, stream)}, "device"};
+  if (c.objects > most_on_host) return sum;
+  std::vector<Pair> host(count);
+  if (count) pairs.get(host.data(), count);
+  const std::uint64_t here = scene::pair_checksum(host.data(), count);
+  if (here != sum.answer.checksum)
+    s.wrong.push_back(c.label + ", " + std::to_string(c.objects) +
+                      ": the device's checksum of its pairs is " + hex(sum.answer.checksum) +
+                      ", the host's " + hex(here));
+  return {{count, here}, "host"};
+}
+
+void compare(const Case& c, std::size_t frame, const char* order, const Answer& got, Session& s) {
+  if (!s.expected) return;
+  const Answer* want = s.expected->find(c.label, c.objects, frame);
+  if (!want) {
+    ++s.unknown;
+    return;
+  }
+  ++s.checked;
+  if (*want == got) return;
+  s.wrong.push_back(c.label + ", " + std::to_string(c.objects) + " boxes, frame " +
+                    std::to_string(frame) + ", " + order + ": " + std::to_string(got.pairs) +
+                    " pairs of checksum " + hex(got.checksum) + "; expected " +
+                    std::to_string(want->pairs) + " of " + hex(want->checksum));
+}
+
+void measure_order(const Case& c, const Resident& frames, Order order, Session& s) {
+  const bool canonical = order == Order::canonical;
+  const char* order_name = canonical ? "canonical" : "any";
+  Options options;
+  options.order = order;
+  options.nan = NanPolicy::inactive;
+  options.measure_stages = false;
+  const OwnStream stream;
+  const std::size_t capacity = frames.most_found();
+  DeviceArray<Pair> pairs(std::max<std::size_t>(capacity, 1));  // there may be none
+  const DeviceArray<cuda::Report> report(1);
+  cuda::Finder finder(options);
+  const std::size_t before = device_bytes_in_use();
+  must(finder.reserve(c.objects, canonical ? capacity : 0, stream.get()), c.label);
+  const std::size_t taken = device_bytes_in_use() - before;
+  std::vector<std::unique_ptr<Graph>> graphs;
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    graphs.push_back(std::make_unique<Graph>(stream.get(), [&] {
+      must(finder.find_async(frames.boxes(f), pairs.data(), capacity, report.data(), stream.get()),
+           c.label);
+    }));
+  const bool file = c.scene.empty();
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    // What is not written must not pass for a pair.
+    need(cudaMemsetAsync(pairs.data(), 0xff, pairs.bytes(), stream.get()));
+    graphs[f]->launch(stream.get());
+    stream.wait();
+    cuda::Report told;
+    report.get(&told, 1);
+    const auto found = static_cast<std::size_t>(told.found);
+    if (found != frames.found(f) || found > capacity) {
+      s.wrong.push_back(c.label + ", frame " + std::to_string(f) + ": " + std::to_string(found) +
+                        " pairs in a replay, " + std::to_string(frames.found(f)) + " before");
+      continue;
+    }
+    const Summed sum = sum_up(c, pairs, found, stream.get(), s);
+    compare(c, f, order_name, sum.answer, s);
+    if (f > 0 && !file) continue;
+    Row row;
+    row.experiment = c.experiment;
+    row.what = file ? c.label.substr(c.label.find_last_of('/') + 1) : c.label;
+    row.objects = c.objects;
+    row.order = order_name;
+    row.pairs = sum.answer.pairs;
+    row.checksum = sum.answer.checksum;
+    row.checksum_by = sum.by;
+    const auto n = static_cast<double>(c.objects);
+    row.pairs_per_box = static_cast<double>(found) / n;
+    row.bytes_per_box = static_cast<double>(finder.memory_bytes()) / n;
+    row.device = s.device;
+    const double budget = file ? s.budget_ms / static_cast<double>(frames.size()) : s.budget_ms;
+    const Timing t = time_runs(stream.get(), budget, [&](std::size_t k) {
+      graphs[file ? f : k % graphs.size()]->launch(stream.get());
+    });
+    row.median_ms = t.median_ms;
+    row.min_ms = t.min_ms;
+    row.in_a_row_ms = t.in_a_row_ms;
+    row.runs = t.runs;
+    row.note = file ? "frame " + std::to_string(f)
+                    : std::to_string(frames.size()) + " frames in turn; " + std::to_string(taken) +
+                          " bytes taken by the driver's count";
+    s.rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+void measure_search(const Case& c, Session& s) {
+  if (c.objects == 0) return;
+  const Resident frames(c);
+  measure_order(c, frames, Order::any, s);
+  if (c.canonical) measure_order(c, frames, Order::canonical, s);
+}
+
+// ---- stages -------------------------------------------------------------------------------------
+
+namespace {
+
+// What each stage moves through device memory, by count. `random`: sectors of 32 bytes at random
+// places of the cell table, which cost nothing where the table lies in L2.
+struct Moved {
+  const char* stage;
+  double per_box, random_per_box, per_pair;
+  const char* reason;
+};
+constexpr Moved moved[] = {
+    {"plan", 0, 0, 0, "one block, some 4096 boxes: latency, no bandwidth"},
+    // The table has 9/4 cells of 4 bytes a box: 9 bytes.
+    {"bin", 9 + (24 + 4) + 2 * 9 + (24 + 4 + 32), 2 * 32 + 32, 0,
+     "clear 9; count: box 24, rank 4, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
+     "place: "
+     "box 24, rank 4, a sector of the table 32, record 32"},
+    {"find", 32 + 9, 0, 8,
+     "records 32 and table 9 once from memory, candidates again from the caches; 8 a pair"},
+};
+
+double stage_ms(const StageTimes& t, int stage) {
+  return stage == 0 ? t.plan_ms : stage == 1 ? t.bin_ms : t.find_ms;
+}
+
+}  // namespace
+
+void measure_stages(const Case& c, Session& s) {
+  if (s.copy_gbs == 0) s.copy_gbs = copy_bandwidth_gbs();
+  int l2_bytes = 0, ordinal = 0;
+  need(cudaGetDevice(&ordinal));
+  need(cudaDeviceGetAttribute(&l2_bytes, cudaDevAttrL2CacheSize, ordinal));
+  const Resident frames(c);
+  const OwnStream stream;
+  DeviceArray<Pair> pairs(std::max<std::size_t>(frames.most_found(), 1));
+  Options options;
+  options.measure_stages = true;
+  cuda::Finder finder(options);
+  std::vector<double> times[3];
+  double spent_ms = 0;
+  for (std::size_t k = 0; k < 12 || (spent_ms < s.budget_ms && k < 500); ++k) {
+    const Result r =
+        finder.find(frames.boxes(k % frames.size()), pairs.data(), pairs.size(), stream.get());
+    must(r, c.label);
+    spent_ms += r.times.total_ms;
+    if (k < 2) continue;  // warm-up
+    for (int stage = 0; stage < 3; ++stage) times[stage].push_back(stage_ms(r.times, stage));
+  }
+  const auto n = static_cast<double>(c.objects);
+  const bool in_l2 = 9 * n < 0.75 * static_cast<double>(l2_bytes);
+  for (int stage = 0; stage < 3; ++stage) {
+    const Moved& m = moved[stage];
+    Row row;
+    row.experiment = "stages";
+    row.what = c.label;
+    row.objects = c.objects;
+    row.order = m.stage;
+    row.pairs = frames.found(0);
+    row.pairs_per_box = static_cast<double>(row.pairs) / n;
+    row.device = s.device;
+    row.runs = times[stage].size();
+    row.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
+    row.median_ms = median_of(times[stage]);
+    const double bytes = n * (m.per_box + (in_l2 ? 0 : m.random_per_box)) +
+                         static_cast<double>(row.pairs) * m.per_pair;
+    row.note = m.reason;
+    if (bytes > 0 && row.median_ms > 0) {
+      row.bytes_per_box = bytes / n;
+      row.rate = 100 * bytes / (row.median_ms * 1e6) / s.copy_gbs;
+      row.rate_unit = "% of the copy";
+      row.note += in_l2 ? "; the table lies in L2" : "";
+    }
+    s.rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace throng::bench::gpu

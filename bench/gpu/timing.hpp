@@ -1,0 +1,64 @@
+// Times of device work: warmed up, an event before and behind each run, the median of many.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "bench/gpu/gpu.hpp"
+
+namespace throng::bench::gpu {
+
+struct Timing {
+  double median_ms = 0, min_ms = 0;
+  double in_a_row_ms = 0;  // a run, of many between two events only
+  std::size_t runs = 0;
+};
+
+inline double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// run(k) puts the k-th run on the stream. So many runs as `budget_ms` has room for, at least 10.
+template <class F>
+Timing time_runs(cudaStream_t stream, double budget_ms, const F& run) {
+  // Events a batch: the host then waits, so that its queue of launches stays short.
+  constexpr std::size_t batch = 64;
+  static const std::array<Event, batch> starts, ends;
+  std::size_t k = 0;
+  // Warm-up: three runs, the last of which tells how many there is time for.
+  for (; k < 3; ++k) {
+    starts[0].record(stream);
+    run(k);
+    ends[0].record(stream);
+  }
+  ends[0].wait();
+  const double once = std::max(ends[0].ms_since(starts[0]), 1e-3);
+  const auto wanted = static_cast<std::size_t>(std::clamp(budget_ms / 2 / once, 10.0, 4000.0));
+  Timing t;
+  std::vector<double> times;
+  while (times.size() < wanted) {
+    const std::size_t size = std::min(batch, wanted - times.size());
+    for (std::size_t j = 0; j < size; ++j) {
+      starts[j].record(stream);
+      run(k++);
+      ends[j].record(stream);
+    }
+    ends[size - 1].wait();
+    for (std::size_t j = 0; j < size; ++j) times.push_back(ends[j].ms_since(starts[j]));
+  }
+  starts[0].record(stream);
+  for (std::size_t j = 0; j < wanted; ++j) run(k++);
+  ends[0].record(stream);
+  ends[0].wait();
+  t.in_a_row_ms = ends[0].ms_since(starts[0]) / static_cast<double>(wanted);
+  t.min_ms = *std::min_element(times.begin(), times.end());
+  t.runs = times.size();
+  t.median_ms = median_of(std::move(times));
+  return t;
+}
+
+}  // namespace throng::bench::gpu

@@ -1,0 +1,108 @@
+// The caller's room for pairs on the device: nothing past its end, the exact total, and what stands
+// in it is valid.
+#include "cuda/device.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class GpuCapacity : public OnGpu {
+ protected:
+  // After a call with `room`: `found` as told there.
+  void expect_room(const PairRoom& room, std::uint64_t found, const Answer& answer) {
+    const std::size_t total = answer.pairs.size();
+    EXPECT_EQ(found, total);
+    std::size_t written = std::min(total, room.capacity());
+    if (canonical() && total > room.capacity()) written = 0;  // nothing at all is written
+    const std::vector<Pair> got = room.take(written);
+    if (written == total) {
+      if (canonical()) {
+        EXPECT_TRUE(got == answer.pairs);
+      }
+      EXPECT_TRUE(same_pairs(got, answer.pairs));
+      return;
+    }
+    std::vector<Pair> sorted = got;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_TRUE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) << "told twice";
+    EXPECT_TRUE(
+        std::includes(answer.pairs.begin(), answer.pairs.end(), sorted.begin(), sorted.end()))
+        << "a pair that should not be, or a place left unwritten";
+  }
+};
+
+std::vector<std::size_t> rooms_for(std::size_t found) {
+  return {0, 1, found / 2, found - (found > 0), found, found + 1, found + 1000};
+}
+
+TEST_P(GpuCapacity, EveryRoom) {
+  const BoxList scenes[] = {uniform_boxes(1500, 1),      identical_boxes(100, 2),
+                            snapped_boxes(700, 8, 1, 3), infinite_bounds(500, 4),
+                            uniform_boxes(9000, 5),      uniform_boxes(1, 1),
+                            uniform_boxes(2, 1),         identical_boxes(2, 1)};
+  cuda::Finder finder(options());
+  for (const BoxList& list : scenes) {
+    const Answer answer = reference_pairs(list);
+    const OnDevice<Box> boxes(list);
+    for (const std::size_t capacity : rooms_for(answer.pairs.size())) {
+      SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(answer.pairs.size()));
+      const PairRoom room(capacity);
+      const Result r = finder.find(view(boxes), room.out(), capacity, stream());
+      expect_room(room, r.found, answer);
+      const bool fits = answer.pairs.size() <= capacity;
+      EXPECT_EQ(r.status, fits ? Status::ok : Status::buffer_too_small) << r.message;
+      EXPECT_EQ(r.written, fits ? r.found : canonical() ? 0 : std::uint64_t{capacity});
+      EXPECT_EQ(std::string(r.message).find(std::to_string(r.found)) != std::string::npos, !fits)
+          << "the message names the room that is needed: " << r.message;
+    }
+  }
+}
+
+TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
+  const BoxList a = uniform_boxes(3000, 1), b = uniform_boxes(2500, 2);
+  const Answer answer = reference_pairs(a, b);
+  ASSERT_GT(answer.pairs.size(), 100u);
+  const OnDevice<Box> first(a), second(b);
+  const OnDevice<cuda::Report> report(1);
+  cuda::Finder finder(options());
+  ASSERT_TRUE(finder.reserve(a.size() + b.size(), answer.pairs.size() + 1000, stream()).ok());
+  for (const std::size_t capacity : rooms_for(answer.pairs.size())) {
+    SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(answer.pairs.size()));
+    const PairRoom room(capacity);
+    const Result r =
+        finder.find_async(view(first), view(second), room.out(), capacity, report.data(), stream());
+    ASSERT_TRUE(r.ok()) << r.message;
+    expect_room(room, report.get()[0].found, answer);
+  }
+}
+
+// With no room at all, null is a buffer.
+TEST_P(GpuCapacity, CountingOnly) {
+  const BoxList list = uniform_boxes(5000, 5);
+  const OnDevice<Box> boxes(list);
+  cuda::Finder finder(options());
+  const Result r = finder.find(view(boxes), nullptr, 0, stream());
+  EXPECT_EQ(r.status, Status::buffer_too_small);
+  EXPECT_EQ(r.found, reference_pairs(list).pairs.size());
+  EXPECT_EQ(r.written, 0u);
+  EXPECT_EQ(finder.find(Boxes(), nullptr, 0, stream()).status, Status::ok);
+}
+
+// Far more pairs than boxes: every flush of the search ends past the room.
+TEST_P(GpuCapacity, ManyPairsLittleRoom) {
+  const BoxList list = identical_boxes(1500, 3);
+  const Answer answer = reference_pairs(list);
+  ASSERT_GT(answer.pairs.size(), 1000000u);
+  const OnDevice<Box> boxes(list);
+  cuda::Finder finder(options());
+  for (const std::size_t capacity : {std::size_t{1000}, std::size_t{255}, answer.pairs.size()}) {
+    const PairRoom room(capacity);
+    const Result r = finder.find(view(boxes), room.out(), capacity, stream());
+    expect_room(room, r.found, answer);
+  }
+}
+
+THRONG_INSTANTIATE_GPU(GpuCapacity);
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,178 @@
+// What goes wrong on a device is told in words, and the Finder works afterwards.
+#include "cuda/device.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class GpuFaults : public OnGpu {
+ protected:
+  // The Finder still gives the right answer.
+  void expect_works(cuda::Finder& finder, int n = 1000) {
+    const BoxList list = uniform_boxes(n, 9);
+    const OnDevice<Box> boxes(list);
+    expect_answer(finder, view(boxes), nullptr, reference_pairs(list));
+  }
+  static void expect_says(const Result& r, Status status, const std::string& words) {
+    EXPECT_EQ(r.status, status) << r.message;
+    EXPECT_NE(std::string(r.message).find(words), std::string::npos) << r.message;
+    EXPECT_EQ(r.written, 0u);
+  }
+};
+
+TEST_P(GpuFaults, HostPointersAreTold) {
+  const BoxList list = uniform_boxes(500, 1);
+  const OnDevice<Box> boxes(list);
+  const PairRoom room(10000);
+  std::vector<Pair> host_pairs(10000);
+  const std::vector<std::int32_t> owners(500, 1);
+  cuda::Report host_report;
+  const OnDevice<cuda::Report> report(1);
+  cuda::Finder finder(options());
+  ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
+  expect_says(finder.find(list, room.out(), room.capacity(), stream()), Status::bad_boxes,
+              "host memory");
+  expect_says(finder.find(view(boxes), list, room.out(), room.capacity(), stream()),
+              Status::bad_boxes, "host memory");
+  expect_says(finder.find(view(boxes), host_pairs.data(), 10000, stream()), Status::bad_option,
+              "host memory");
+  Boxes filtered = view(boxes);
+  filtered.filters.owner = {owners.data(), owners.size()};
+  expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
+              "host memory");
+  expect_says(finder.find_async(list, room.out(), room.capacity(), report.data(), stream()),
+              Status::bad_boxes, "host memory");
+  expect_says(finder.find_async(view(boxes), room.out(), room.capacity(), &host_report, stream()),
+              Status::bad_option, "report");
+  expect_says(finder.find_async(view(boxes), room.out(), room.capacity(), nullptr, stream()),
+              Status::bad_option, "report");
+  room.take(0);
+  expect_works(finder);
+}
+
+constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
+
+TEST_P(GpuFaults, NanIsRefusedByIndexAndCount) {
+  cuda::Finder finder(options());
+  for (const int n : {1, 40, 6000}) {
+    SCOPED_TRACE(n);
+    const BoxList good = uniform_boxes(n, 1);
+    BoxList list = good;
+    const std::size_t first = list.size() / 2;
+    std::size_t count = 0;
+    for (std::size_t i = first; i < list.size(); i += 13, ++count)
+      (&list[i].lower.x)[count % 6] = count % 2 ? quiet : -quiet;
+    const OnDevice<Box> boxes(list), others(good);
+    const PairRoom room(100000);
+    const auto expect_refused = [&](const Result& r, const char* set) {
+      expect_says(r, Status::nan_box, std::to_string(first));
+      expect_says(r, Status::nan_box, set);
+      EXPECT_EQ(r.first_invalid, first);
+      EXPECT_EQ(r.invalid_count, count);
+    };
+    expect_refused(finder.find(view(boxes), room.out(), room.capacity(), stream()), "box");
+    expect_refused(finder.find(view(boxes), view(others), room.out(), room.capacity(), stream()),
+                   "first set");
+    expect_refused(finder.find(view(others), view(boxes), room.out(), room.capacity(), stream()),
+                   "second set");
+  }
+  expect_works(finder);
+}
+
+TEST_P(GpuFaults, NanAndInvertedAreInactiveWhereAsked) {
+  Options with = options();
+  with.nan = NanPolicy::inactive;
+  cuda::Finder finder(with);
+  for (const int n : {1, 33, 700, 6000}) {
+    SCOPED_TRACE(n);
+    BoxList list = with_inverted(n, 2);
+    for (std::size_t i = 0; i < list.size(); i += 5) (&list[i].lower.x)[i % 6] = quiet;
+    const OnDevice<Box> boxes(list);
+    expect_answer(finder, view(boxes), nullptr, reference_pairs(list));
+  }
+}
+
+TEST_P(GpuFaults, AWorldBelowMinusOneIsTold) {
+  const BoxList list = uniform_boxes(5000, 1);
+  std::vector<std::int32_t> worlds(list.size(), 3);
+  worlds[4000] = -2;
+  worlds[4711] = std::numeric_limits<std::int32_t>::min();
+  const OnDevice<Box> boxes(list);
+  OnDevice<std::int32_t> there(worlds);
+  Boxes filtered = view(boxes);
+  filtered.filters.world = {there.data(), worlds.size()};
+  const PairRoom room(100000);
+  cuda::Finder finder(options());
+  const Result r = finder.find(filtered, room.out(), room.capacity(), stream());
+  expect_says(r, Status::bad_filter, "4000");
+  EXPECT_EQ(r.first_invalid, 4000u);
+  EXPECT_EQ(r.invalid_count, 2u);
+  worlds[4000] = worlds[4711] = -1;
+  there.put(worlds);
+  Boxes host(list);
+  host.filters.world = {worlds.data(), worlds.size()};
+  expect_answer(finder, filtered, nullptr, reference_pairs(host));
+}
+
+// Each allocation in turn fails; what was there before still serves.
+TEST_P(GpuFaults, MemoryRunsShort) {
+  CountingDeviceMemory memory;
+  cuda::Finder finder(options(), memory.resource());
+  memory.limit(0);
+  Result r = finder.reserve(1000, 10000, stream());
+  expect_says(r, Status::out_of_memory, "bytes");
+  EXPECT_GT(r.bytes_needed, 0u);
+  memory.limit(~std::size_t{0});
+  ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
+  expect_works(finder);
+  // More boxes and more pairs than fit; each step lets one more block through.
+  for (const std::size_t more :
+       {std::size_t{0}, std::size_t{1} << 20, std::size_t{6} << 20, std::size_t{10} << 20}) {
+    SCOPED_TRACE(more);
+    memory.limit(memory.held() + more);
+    EXPECT_EQ(finder.reserve(1000000, 0, stream()).status, Status::out_of_memory);
+    EXPECT_EQ(finder.reserve(1000, 1000000, stream()).status, Status::out_of_memory);
+    memory.limit(~std::size_t{0});
+    expect_works(finder);
+    expect_works(finder, 900);
+  }
+  memory.limit(memory.held());
+  const BoxList list = uniform_boxes(200000, 3);
+  const OnDevice<Box> boxes(list);
+  const PairRoom room(10);
+  expect_says(finder.find(view(boxes), room.out(), 10, stream()), Status::out_of_memory, "bytes");
+  memory.limit(~std::size_t{0});
+  expect_works(finder);
+}
+
+TEST_P(GpuFaults, AFinderMoves) {
+  CountingDeviceMemory memory;
+  cuda::Finder one(options(), memory.resource());
+  expect_works(one);
+  const std::size_t bytes = one.memory_bytes();
+  EXPECT_GT(bytes, 0u);
+  cuda::Finder two(std::move(one));
+  EXPECT_EQ(two.memory_bytes(), bytes);
+  expect_works(two);
+  cuda::Finder three(options());
+  expect_works(three);
+  three = std::move(two);
+  expect_works(three);
+  EXPECT_EQ(memory.held(), three.memory_bytes());
+}
+
+// The device that was current stays current.
+TEST_P(GpuFaults, TheCurrentDeviceIsLeftAlone) {
+  int before = -1, after = -2;
+  need(cudaGetDevice(&before));
+  cuda::Finder finder(options());
+  expect_works(finder);
+  need(cudaGetDevice(&after));
+  EXPECT_EQ(before, after);
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "an error was left for the caller to find";
+}
+
+THRONG_INSTANTIATE_GPU(GpuFaults);
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,87 @@
+// Without a GPU every call of the door says so, with the remedy, and takes nothing.
+#include <cstdint>
+
+#include "cuda/device.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class NoDevice : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (cuda::available().ok()) GTEST_SKIP() << "there is a GPU";
+  }
+  // Where device memory would be; never read.
+  Box* const boxes_ = reinterpret_cast<Box*>(std::uintptr_t{0x1000});
+  Pair* const pairs_ = reinterpret_cast<Pair*>(std::uintptr_t{0x2000});
+  cuda::Report* const report_ = reinterpret_cast<cuda::Report*>(std::uintptr_t{0x3000});
+
+  static void expect_no_device(const Result& r) {
+    EXPECT_EQ(r.status, Status::no_device) << to_string(r.status);
+    EXPECT_NE(std::string(r.message).find("use Backend::cpu"), std::string::npos) << r.message;
+    EXPECT_EQ(r.found, 0u);
+    EXPECT_EQ(r.written, 0u);
+  }
+};
+
+TEST_F(NoDevice, AvailableSaysWhy) { expect_no_device(cuda::available()); }
+
+TEST_F(NoDevice, EveryCallSaysWhy) {
+  for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::all_pairs, Algorithm::grid}) {
+    Options options;
+    options.algorithm = algorithm;
+    cuda::Finder finder(options);
+    const Boxes a(boxes_, 100), b(boxes_, 7);
+    for (int again = 0; again < 2; ++again) {
+      expect_no_device(finder.reserve(100, 1000, nullptr));
+      expect_no_device(finder.find(a, pairs_, 10, nullptr));
+      expect_no_device(finder.find(a, b, pairs_, 10, nullptr));
+      expect_no_device(finder.find_async(a, pairs_, 10, report_, nullptr));
+      expect_no_device(finder.find_async(a, b, pairs_, 10, report_, nullptr));
+      EXPECT_EQ(finder.memory_bytes(), 0u);
+    }
+  }
+}
+
+// No memory is asked for, so the resource is not called.
+TEST_F(NoDevice, TheMemoryResourceIsLeftAlone) {
+  CountingDeviceMemory memory;
+  cuda::Finder finder({}, memory.resource());
+  expect_no_device(finder.reserve(1000, 1000, nullptr));
+  expect_no_device(finder.find(Boxes(boxes_, 100), pairs_, 10, nullptr));
+  EXPECT_EQ(memory.allocations() + memory.refusals(), 0u);
+}
+
+// A mistake that needs no GPU to be seen is told as such.
+TEST_F(NoDevice, BadArgumentsAreToldFirst) {
+  Options options;
+  options.margin = -1;
+  cuda::Finder bad_margin(options);
+  EXPECT_EQ(bad_margin.find(Boxes(boxes_, 5), pairs_, 10, nullptr).status, Status::bad_option);
+  cuda::Finder finder;
+  EXPECT_EQ(finder.find(Boxes(nullptr, 5), pairs_, 10, nullptr).status, Status::bad_boxes);
+  Boxes odd(boxes_, 5);
+  odd.filters.owner = {reinterpret_cast<const std::int32_t*>(boxes_), 4};
+  EXPECT_EQ(finder.find(odd, pairs_, 10, nullptr).status, Status::bad_filter);
+}
+
+TEST_F(NoDevice, MovesAndDiesQuietly) {
+  cuda::Finder one, two;
+  expect_no_device(one.find(Boxes(boxes_, 5), pairs_, 10, nullptr));
+  cuda::Finder three(std::move(one));
+  two = std::move(three);
+  expect_no_device(two.find(Boxes(boxes_, 5), pairs_, 10, nullptr));
+}
+
+// The hall, too: host arrays with Backend::cuda.
+TEST_F(NoDevice, TheOtherFinderSaysWhy) {
+  Options options;
+  options.backend = Backend::cuda;
+  Finder finder(options);
+  const BoxList boxes = uniform_boxes(10, 1);
+  expect_no_device(finder.find(boxes));
+}
+
+}  // namespace
+}  // namespace throng::tests
