@@ -209,6 +209,7 @@ void explain_failure(Result& r, Status status, unsigned long long bytes,
 }
 
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
+  if (r.message[0]) return;  // a device has said it
   const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
@@ -218,7 +219,6 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
           ull{r.invalid_count}, ull{r.first_invalid}, set);
       break;
     case Status::bad_filter:
-      if (r.message[0]) break;
       say(r,
           "%llu boxes have a world below -1, the first is box %llu; use -1 for every world, 0 and "
           "up for one",

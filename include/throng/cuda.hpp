@@ -61,12 +61,14 @@ class Finder {
   Finder& operator=(const Finder&) = delete;
 
   // Takes the memory that calls with up to so many boxes (of both sets) need: 45 bytes a box; under
-  // canonical order 16 bytes more for each of `pairs`. Waits for the stream.
+  // canonical order 16 bytes more for each of `pairs`. Waits for the stream. Asking for more than
+  // before moves that memory: graphs captured until then must be captured anew.
   Result reserve(std::size_t boxes, std::size_t pairs, Stream stream) noexcept;
 
   // Pairs into device memory, out[0 .. capacity-1]; waits for the stream. Where they do not fit:
   // status buffer_too_small, the exact total in `found`, the first `written` valid (canonical: none
-  // are written). Takes memory where reserve() has not.
+  // are written). Takes memory where reserve() has not. Where a NaN is refused, what stands
+  // in `out` is of no use.
   Result find(const Boxes& boxes, Pair* out, std::size_t capacity, Stream stream) noexcept;
   Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity,
               Stream stream) noexcept;

@@ -272,8 +272,8 @@ THRONG_HD inline float ClassPlanner::price(const Shared& s, const GridLimits& li
 }
 
 // Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each.
-THRONG_HD inline float ClassPlanner::build(std::uint32_t candidate, const Shared& s,
-                                           const GridLimits& limits, ClassGrid& grid) noexcept {
+THRONG_HD inline void ClassPlanner::build(std::uint32_t candidate, const Shared& s,
+                                          const GridLimits& limits, ClassGrid& grid) noexcept {
   const std::uint32_t n = s.count, scheme = candidate / sizes, size = candidate % sizes;
   const float low = s.extent[3][n / 10], middle = s.extent[3][n / 2],
               high = s.extent[3][n - 1 - n / 10];
@@ -302,7 +302,6 @@ THRONG_HD inline float ClassPlanner::build(std::uint32_t candidate, const Shared
       side[k] = greater(base * greater(s.extent[k][n / 2], typical * 0.01f) / typical, 1e-30f);
   }
   lay_out(scheme, side, high, s, limits, grid);
-  return price(s, limits, grid);
 }
 
 }  // namespace throng::core

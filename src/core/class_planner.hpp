@@ -84,7 +84,11 @@ class ClassPlanner {
     if (phase == 4 && t == 0) resolve(s, limits);
     if (phase == 5 && t < sizes * schemes) {
       ClassGrid candidate;
-      s.cost[t] = s.count ? build(t, s, limits, candidate) : 0;
+      s.cost[t] = 0;
+      if (s.count) {
+        build(t, s, limits, candidate);
+        s.cost[t] = price(s, limits, candidate);
+      }
     }
     if (phase == 6 && t == 0) {
       std::uint32_t best = 0;
@@ -158,8 +162,8 @@ class ClassPlanner {
   THRONG_HD static void finish(ClassGrid& grid, const GridLimits& limits, float worlds) noexcept;
   THRONG_HD static float price(const Shared& s, const GridLimits& limits,
                                const ClassGrid& grid) noexcept;
-  THRONG_HD static float build(std::uint32_t candidate, const Shared& s, const GridLimits& limits,
-                               ClassGrid& grid) noexcept;
+  THRONG_HD static void build(std::uint32_t candidate, const Shared& s, const GridLimits& limits,
+                              ClassGrid& grid) noexcept;
 };
 
 }  // namespace throng::core

@@ -43,18 +43,25 @@ class Gpu final : public Engine {
     const Boxes first = upload_.send(a, to, own_);
     const Boxes second = b ? upload_.send(*b, to, own_) : Boxes();
     engine_.find(first, b ? &second : nullptr, options, boxes_.bytes(), output, consumer, r);
+    second_ = engine_.nan_in_second_set();
   }
-  bool nan_in_second_set() const noexcept override { return engine_.nan_in_second_set(); }
+  bool nan_in_second_set() const noexcept override { return second_; }
 
   void reserve(std::size_t boxes, std::size_t pairs, Stream stream) override {
     const Current current(device().ordinal());
     require_own(stream);
     device().begin(stream, false);
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
-    Workspace measured;
-    workspace_.room(measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
-    boxes_reserved_ = std::max(boxes_reserved_, boxes);
+    // Where memory runs short in between, nothing counts as reserved.
+    if (boxes > boxes_reserved_) {
+      boxes_reserved_ = 0;
+      Workspace measured;
+      workspace_.room(
+          measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
+      boxes_reserved_ = boxes;
+    }
     if (pairs > pairs_reserved_) {
+      pairs_reserved_ = 0;
       unordered_.room(pairs * sizeof(Pair));
       sorting_.room(Device::sort_bytes(pairs));
       pairs_reserved_ = pairs;

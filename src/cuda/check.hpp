@@ -17,7 +17,9 @@ inline void check(cudaError_t error) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();
   const Status status = error == cudaErrorNoDevice || error == cudaErrorInsufficientDriver ||
-                                error == cudaErrorNoKernelImageForDevice
+                                error == cudaErrorNoKernelImageForDevice ||
+                                error == cudaErrorInvalidDeviceFunction ||
+                                error == cudaErrorStubLibrary
                             ? Status::no_device
                         : error == cudaErrorMemoryAllocation ? Status::out_of_memory
                                                              : Status::device_error;

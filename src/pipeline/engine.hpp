@@ -52,7 +52,7 @@ template <class Device>
 class Engine {
  public:
   template <class... Args>
-  explicit Engine(Args&&... args) noexcept : device_(std::forward<Args>(args)...) {}
+  explicit Engine(Args&&... args) : device_(std::forward<Args>(args)...) {}
 
   Device& device() noexcept { return device_; }
   const Device& device() const noexcept { return device_; }

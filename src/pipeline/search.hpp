@@ -144,7 +144,7 @@ struct GridSearch {
             rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
         // A large box may look into a fine class of another group: then there may be more rows than
         // boxes, and going through all of these costs less.
-        whole_ = all > s_.report->active;
+        whole_ = !own_row_ && all > s_.report->active;
         rows_left_ = whole_ ? 1 : static_cast<std::uint32_t>(all);
         return true;
       }

@@ -263,6 +263,22 @@ TEST_P(Exact, NothingBeyondTheLastBox) {
   }
 }
 
+// Sets smaller than any batch, tile, vector or row: in a grid, too, where that is asked for.
+TEST_P(Exact, TinySets) {
+  Random random(77);
+  for (int round = 0; round < 400; ++round) {
+    BoxList boxes;
+    const int n = random.between(2, 9);
+    for (int i = 0; i < n; ++i) boxes.push_back(cube(random.point(0, 3), random.in(0, 4)));
+    const std::size_t half = boxes.size() / 2;
+    SCOPED_TRACE(round);
+    expect_exact(boxes, config(), reference_pairs(boxes));
+    const Boxes a(boxes.data(), half), b(boxes.data() + half, boxes.size() - half);
+    expect_exact(a, b, config(), reference_pairs(a, b));
+    if (HasFailure()) return;
+  }
+}
+
 THRONG_INSTANTIATE(Exact, all_configs);
 
 }  // namespace

@@ -82,7 +82,8 @@ class Guest : public Conformance {};
 std::vector<Config> guest_configs() {
   std::vector<Config> configs;
   for (const Config& config : all_configs())
-    if (config.isa == Isa::automatic || config.backend == Backend::emulated ||
+    if (config.isa == Isa::automatic ||
+        (config.backend == Backend::emulated && config.algorithm == Algorithm::grid) ||
         (config.backend == Backend::cpu &&
          ((config.isa == supported_isas().back() && config.threads <= 3) ||
           (config.isa == Isa::scalar && config.threads == 3 &&
