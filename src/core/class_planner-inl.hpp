@@ -208,8 +208,11 @@ THRONG_HD inline void ClassPlanner::finish(ClassGrid& grid, const GridLimits& li
   for (std::uint32_t c = 0; c < grid.class_count; ++c) {
     const SizeClass& k = grid.classes[c];
     grid.classes[c].offset = static_cast<std::uint32_t>(sum);
-    const std::uint64_t cells = std::uint64_t{k.cells[0]} * k.cells[1] * k.cells[2];
-    sum = cells > 0xffffffffu || sum > 0xffffffffu ? std::uint64_t{1} << 40 : sum + cells;
+    // A layer may have 2^44 cells, and all of them 2^66: what no table holds is cut off in time.
+    constexpr std::uint64_t too_many = std::uint64_t{1} << 40;
+    const std::uint64_t layer = std::uint64_t{k.cells[0]} * k.cells[1];
+    const std::uint64_t cells = layer < too_many ? layer * k.cells[2] : too_many;
+    sum = sum + cells < too_many ? sum + cells : too_many;
   }
   const std::uint64_t all = sum * group_count(limits.present);
   // A world's table stands beside those of some others; half of them must find room.

@@ -2,6 +2,7 @@
 # scripts/gpu_check with programs that only pretend: what it makes of their endings.
 # gpu_check_test.sh scripts/gpu_check
 set -euo pipefail
+unset THRONG_DATA  # recorded scenes are given by an argument here
 check="$1"
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
