@@ -265,11 +265,18 @@ TEST_P(Exact, NothingBeyondTheLastBox) {
 
 // Sets smaller than any batch, tile, vector or row: in a grid, too, where that is asked for.
 TEST_P(Exact, TinySets) {
+  // Two boxes in a grid so fine that one of them looks into more rows than there are boxes.
+  const BoxList apart = {{{0, 3, 4}, {0.764f, 4.0536f, 4.9559f}},
+                         {{2.7906f, 0.4171f, 5.2914f}, {3.4139f, 2.2969f, 6.4506f}}};
+  expect_exact(apart, config(), reference_pairs(apart));
   Random random(77);
-  for (int round = 0; round < 400; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     BoxList boxes;
     const int n = random.between(2, 9);
-    for (int i = 0; i < n; ++i) boxes.push_back(cube(random.point(0, 3), random.in(0, 4)));
+    for (int i = 0; i < n; ++i) {
+      const Vec3 p = random.point(0, 5), q = random.point(0, round % 2 ? 5 : 1);
+      boxes.push_back({p, {p.x + q.x, p.y + q.y, p.z + q.z}});
+    }
     const std::size_t half = boxes.size() / 2;
     SCOPED_TRACE(round);
     expect_exact(boxes, config(), reference_pairs(boxes));
