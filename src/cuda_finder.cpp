@@ -18,7 +18,6 @@ namespace throng::cuda {
 struct Finder::State {
   ~State() { delete engine; }
   Engine* engine = nullptr;
-  bool second = false;
 };
 
 // What the public calls have in common.

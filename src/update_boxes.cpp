@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <limits>
 
@@ -19,11 +18,6 @@ namespace throng {
 namespace {
 
 using ull = unsigned long long;
-
-bool refuse(Result& r, Status status) noexcept {
-  r.status = status;
-  return false;
-}
 
 // From about here on a second thread pays: some 10 ns a body against some 20 us to wake it.
 constexpr std::size_t threads_pay_from = 8192;
@@ -115,11 +109,7 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
 
 bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
               std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept {
-  if (!(options.margin >= 0) || !std::isfinite(options.margin)) {
-    say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
-    return refuse(r, Status::bad_option);
-  }
-  if (!valid(bodies, out, stride_bytes, r)) return false;
+  if (!valid_margin(options.margin, r) || !valid(bodies, out, stride_bytes, r)) return false;
   job.position = core::column(bodies.position);
   job.rotation = core::column(bodies.rotation);
   job.displacement = core::column(bodies.displacement);
@@ -141,14 +131,8 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   const auto start = std::chrono::steady_clock::now();
   Result r;
   r.plan.reason = "one pass over the bodies";
-  const cpu::Kernels* kernels = cpu::find_kernels(options.isa);
-  if (!kernels) {
-    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
-        options.isa == Isa::automatic ? "named" : to_string(options.isa),
-        options.isa == Isa::automatic ? "THRONG_ISA" : "UpdateOptions::isa");
-    refuse(r, Status::unsupported_isa);
-    return r;
-  }
+  const cpu::Kernels* kernels = kernels_for(options.isa, "UpdateOptions::isa", r);
+  if (!kernels) return r;
   core::UpdateBoxes job;
   if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
 

@@ -83,11 +83,6 @@ void say(Result& r, const char* format, ...) noexcept {
 
 namespace {
 
-bool refuse(Result& r, Status status) noexcept {
-  r.status = status;
-  return false;
-}
-
 template <class T>
 bool valid_length(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,
                   Result& r) noexcept {
@@ -139,27 +134,32 @@ bool valid_worlds(const Boxes& boxes, const char* set, Result& r) noexcept {
   return refuse(r, Status::bad_filter);
 }
 
-bool valid_margin(const Options& options, Result& r) noexcept {
-  if (options.margin >= 0 && std::isfinite(options.margin)) return true;
-  say(r, "the margin is %g; it must be finite and not negative", double{options.margin});
+}  // namespace
+
+bool valid_margin(float margin, Result& r) noexcept {
+  if (margin >= 0 && std::isfinite(margin)) return true;
+  say(r, "the margin is %g; it must be finite and not negative", double{margin});
   return refuse(r, Status::bad_option);
 }
 
-}  // namespace
+const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
+  const cpu::Kernels* kernels = cpu::find_kernels(isa);
+  if (kernels) return kernels;
+  const bool named = isa == Isa::automatic;
+  say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
+      named ? "named" : to_string(isa), named ? "THRONG_ISA" : option);
+  refuse(r, Status::unsupported_isa);
+  return nullptr;
+}
 
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  return valid_margin(options, r) && valid_boxes(a, b ? "the first set" : "the set", r) &&
+  return valid_margin(options.margin, r) && valid_boxes(a, b ? "the first set" : "the set", r) &&
          (!b || valid_boxes(*b, "the second set", r));
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (!valid_margin(options, r)) return false;
-  if (!cpu::find_kernels(options.isa)) {
-    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
-        options.isa == Isa::automatic ? "named" : to_string(options.isa),
-        options.isa == Isa::automatic ? "THRONG_ISA" : "Options::isa");
-    return refuse(r, Status::unsupported_isa);
-  }
+  if (!valid_margin(options.margin, r) || !kernels_for(options.isa, "Options::isa", r))
+    return false;
   const char* first = b ? "the first set" : "the set";
   return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&
          (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));

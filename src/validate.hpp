@@ -7,6 +7,10 @@
 
 #include "core/update_boxes.hpp"
 
+namespace throng::cpu {
+struct Kernels;
+}
+
 namespace throng {
 
 // Into Result::message.
@@ -14,6 +18,14 @@ namespace throng {
 __attribute__((format(printf, 2, 3)))
 #endif
 void say(Result& r, const char* format, ...) noexcept;
+
+inline bool refuse(Result& r, Status status) noexcept {
+  r.status = status;
+  return false;
+}
+bool valid_margin(float margin, Result& r) noexcept;
+// Null, with status and message, where it is not to be had; `option` is what asked for it.
+const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept;
 
 // False, with status and message, where a backend could not take this. b null: one set.
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;

@@ -101,7 +101,6 @@ class ClassPlanner {
     }
   }
 
- public:
   // What a thread has seen.
   THRONG_HD static Reach nothing() noexcept {
     return {{-most, -most, -most, -most, -most, -most}, 0, 0, 0};

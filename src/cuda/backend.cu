@@ -53,12 +53,13 @@ class Gpu final : public Engine {
     device().begin(stream, false);
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
     // Where memory runs short in between, nothing counts as reserved.
-    if (boxes > boxes_reserved_) {
-      boxes_reserved_ = 0;
-      Workspace measured;
-      workspace_.room(
-          measured.carve(static_cast<std::uint32_t>(boxes), nullptr, Device::scan_bytes));
-      boxes_reserved_ = boxes;
+    if (boxes > reserved_.boxes) {
+      reserved_ = {};
+      const auto count = static_cast<std::uint32_t>(boxes);
+      Workspace w;
+      w.carve(count, workspace_.room(w.carve(count, nullptr, Device::scan_bytes)),
+              Device::scan_bytes);
+      reserved_ = w;
     }
     if (pairs > pairs_reserved_) {
       pairs_reserved_ = 0;
@@ -77,7 +78,7 @@ class Gpu final : public Engine {
     r.plan.reason = "";
     require_own(stream);
     if (count == 0) return;
-    if (count > boxes_reserved_ || (in_order && capacity > pairs_reserved_))
+    if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
       reserve(count, in_order ? capacity : 0, stream);
     const Current current(device().ordinal());
     device().begin(stream, options.measure_stages);
@@ -85,23 +86,16 @@ class Gpu final : public Engine {
     const Input in = enqueue(a, b, options, out, capacity, nullptr, w);
     const Report report = device().read(*w.report);
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
-    r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
-    r.plan.reason = brute ? "brute force by tiles: few boxes, or asked for"
-                          : "cells by size classes, from a sample of the boxes";
+    pipeline::tell_plan(brute, r);
     r.times = device().times();
     r.comparisons = report.comparisons;
-    r.inactive = report.inactive;
+    const bool accepted = pipeline::accept(report, in, options.nan, r, second_);
     if (report.bad_worlds) {
+      r.inactive = report.inactive;
       r.invalid_count = report.bad_worlds;
       r.first_invalid = in.local(report.first_bad_world());
       r.status = Status::bad_filter;
-    } else if (report.nan_count && options.nan == NanPolicy::refuse) {
-      r.inactive -= report.nan_count;
-      r.invalid_count = report.nan_count;
-      second_ = in.two_sets && in.in_second(report.first_nan());
-      r.first_invalid = in.local(report.first_nan());
-      r.status = Status::nan_box;
-    } else {
+    } else if (accepted) {
       r.found = report.found;
       r.written = in_order && r.found > capacity ? 0 : std::min<std::uint64_t>(r.found, capacity);
       if (r.found > capacity) r.status = Status::buffer_too_small;
@@ -112,7 +106,7 @@ class Gpu final : public Engine {
                   std::size_t capacity, Report* report, Stream stream) override {
     const std::size_t count = a.size() + (b ? b->size() : 0);
     const bool in_order = options.order == Order::canonical;
-    if (count > boxes_reserved_ || (in_order && capacity > pairs_reserved_))
+    if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
       throw Failure{Status::not_reserved, count};
     const Current current(device().ordinal());
     require_own(stream);
@@ -180,7 +174,7 @@ class Gpu final : public Engine {
       require_on_device(out, alignof(Pair), Status::bad_option, "the output lies in host memory",
                         "the output is not aligned to 4 bytes");
     const Input in = pipeline::make_input(a, b, options.margin);
-    w.carve(static_cast<std::uint32_t>(boxes_reserved_), workspace_.as<char>(), Device::scan_bytes);
+    w = reserved_;
     if (report) w.report = report;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
     const bool in_order = options.order == Order::canonical;
@@ -201,7 +195,8 @@ class Gpu final : public Engine {
   cudaStream_t own_ = nullptr;  // for these
   pipeline::Block<Device> boxes_{engine_.device()}, workspace_{engine_.device()},
       unordered_{engine_.device()}, sorting_{engine_.device()};
-  std::size_t boxes_reserved_ = 0, pairs_reserved_ = 0;
+  Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
+  std::size_t pairs_reserved_ = 0;
   bool second_ = false;
 };
 

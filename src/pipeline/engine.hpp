@@ -10,6 +10,7 @@
 
 #include "core/output.hpp"
 #include "pipeline/failure.hpp"
+#include "pipeline/outcome.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
@@ -73,17 +74,14 @@ class Engine {
     r.plan.reason = "";
     if (total == 0) return;
     call.brute = Pipeline<Device>::brute_force(call.in, options.algorithm);
-    r.plan.algorithm = call.brute ? Algorithm::all_pairs : Algorithm::grid;
-    r.plan.reason = call.brute ? "brute force by tiles: few boxes, or asked for"
-                               : "cells by size classes, from a sample of the boxes";
+    tell_plan(call.brute, r);
     Workspace measured;
     const std::size_t bytes = measured.carve(call.in.count, nullptr, Device::scan_bytes);
     std::size_t pairs_room =
         std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
       pairs_room = room_under(options.memory_cap_bytes, already_held, bytes, call.in, in_order);
-    if (bytes > workspace_.bytes()) workspace_.room(bytes);
-    call.w.carve(call.in.count, workspace_.template as<char>(), Device::scan_bytes);
+    call.w.carve(call.in.count, workspace_.room(bytes), Device::scan_bytes);
     const Pipeline<Device> pipeline(device_);
     pipeline.build(call.in, call.brute, call.w);
     if (!checked(call, options.nan)) return;
@@ -109,18 +107,11 @@ class Engine {
   bool checked(Call& call, NanPolicy policy) {
     const Report report = device_.read(*call.w.report);
     Result& r = *call.result;
-    r.inactive = report.inactive;
     if (!call.brute) {
       const core::ClassGrid grid = device_.read(*call.w.grid);
       std::copy(grid.classes[0].cells, grid.classes[0].cells + 3, r.plan.columns);
     }
-    if (policy != NanPolicy::refuse || report.nan_count == 0) return true;
-    r.inactive -= report.nan_count;
-    r.invalid_count = report.nan_count;
-    nan_in_second_ = call.in.two_sets && call.in.in_second(report.first_nan());
-    r.first_invalid = call.in.local(report.first_nan());
-    r.status = Status::nan_box;
-    return false;
+    return accept(report, call.in, policy, r, nan_in_second_);
   }
 
   // One search into device memory; tells what was found.

@@ -114,9 +114,7 @@ struct Workspace {
   template <class F>
   std::size_t carve(std::uint32_t count, char* base, F&& scan_bytes) {
     boxes = count;
-    // 9/4 cells a box: enough for one box in two cells at the sizes that are best (measured by
-    // comparisons a box), and a quarter for the coarser classes.
-    table_cells = static_cast<std::uint32_t>(std::uint64_t{count} * 9 / 4 + 1024);
+    table_cells = cells_for(count);
     std::size_t at = 0;
     const auto take = [&](auto*& p, std::size_t n) {
       using T = std::remove_reference_t<decltype(*p)>;
@@ -126,16 +124,23 @@ struct Workspace {
     take(report, 1);
     // What is cleared before each frame stands together.
     take(occupied, occupied_count);
-    take(table, scanned());
+    take(table, scanned(table_cells));
     take(grid, 1);
     take(ranks, count);
     take(records, count);
-    scratch_bytes = scan_bytes(scanned());
+    scratch_bytes = scan_bytes(scanned(table_cells));
     take(scratch, scratch_bytes);
     return at;
   }
   // Cells, with a row beyond for a hashed grid, and one more, which counts all.
-  std::size_t scanned() const noexcept { return std::size_t{table_cells} + row_cells + 1; }
+  static constexpr std::size_t scanned(std::uint32_t cells) noexcept {
+    return std::size_t{cells} + row_cells + 1;
+  }
+  // 9/4 cells a box: enough for one box in two cells at the sizes that are best (measured by
+  // comparisons a box), and a quarter for the coarser classes.
+  static constexpr std::uint32_t cells_for(std::uint32_t count) noexcept {
+    return static_cast<std::uint32_t>(std::uint64_t{count} * 9 / 4 + 1024);
+  }
 };
 
 template <class Device>
@@ -158,12 +163,11 @@ class Pipeline {
     }
     core::GridLimits limits;
     limits.boxes = in.count;
-    // No more than a smaller set needs.
-    limits.table_cells = static_cast<std::uint32_t>(std::uint64_t{in.count} * 9 / 4 + 1024);
+    limits.table_cells = Workspace::cells_for(in.count);  // no more than a smaller set needs
     limits.row_cells = Workspace::row_cells;
     limits.present = in.present;
     limits.has_worlds = in.has_worlds;
-    const std::size_t scanned = limits.table_cells + Workspace::row_cells + std::size_t{1};
+    const std::size_t scanned = Workspace::scanned(limits.table_cells);
     const auto* end = reinterpret_cast<const char*>(w.table + scanned);
     device_.use_scratch(w.scratch, w.scratch_bytes);
     device_.plan(PlanGrid{in, limits, w.grid, w.report});

@@ -2,7 +2,6 @@
 // is taken beside it, and a Finder that has seen a scene allocates nothing for the next.
 #include <atomic>
 #include <cstdlib>
-#include <filesystem>
 #include <set>
 #include <thread>
 
@@ -10,19 +9,10 @@
 #include "support/counting.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/heap_count.hpp"
+#include "support/thread_count.hpp"
 
 namespace throng::tests {
 namespace {
-
-// The threads of this process; 0 where there is no telling.
-std::size_t thread_count() {
-  std::error_code error;
-  std::size_t count = 0;
-  for (auto it = std::filesystem::directory_iterator("/proc/self/task", error);
-       !error && it != std::filesystem::directory_iterator(); it.increment(error))
-    ++count;
-  return count;
-}
 
 // Runs every task on the caller, the last first: nothing may wait for another task.
 struct InlineExecutor {

@@ -1,23 +1,13 @@
 // update_boxes as a guest: beside a given executor no thread is started, and nothing is allocated.
 // In the program of guest_test, before it, while the process has one thread.
-#include <filesystem>
 #include <thread>
 
 #include "support/body_scenes.hpp"
 #include "support/heap_count.hpp"
+#include "support/thread_count.hpp"
 
 namespace throng::tests {
 namespace {
-
-// The threads of this process; 0 where there is no telling.
-std::size_t thread_count() {
-  std::error_code error;
-  std::size_t count = 0;
-  for (auto it = std::filesystem::directory_iterator("/proc/self/task", error);
-       !error && it != std::filesystem::directory_iterator(); it.increment(error))
-    ++count;
-  return count;
-}
 
 struct Backwards {
   unsigned runs = 0, most_tasks = 0, strangers = 0;

@@ -130,9 +130,12 @@ TEST(Workspace, PartsDoNotOverlap) {
     char* base = reinterpret_cast<char*>(std::uintptr_t{1} << 40);  // never read
     EXPECT_EQ(w.carve(count, base, scan_bytes), bytes);
     const std::pair<const void*, std::size_t> parts[] = {
-        {w.report, sizeof(Report)},        {w.occupied, Workspace::occupied_count * 4},
-        {w.table, w.scanned() * 4},        {w.grid, sizeof(core::ClassGrid)},
-        {w.ranks, std::size_t{count} * 4}, {w.records, std::size_t{count} * sizeof(Record)},
+        {w.report, sizeof(Report)},
+        {w.occupied, Workspace::occupied_count * 4},
+        {w.table, Workspace::scanned(w.table_cells) * 4},
+        {w.grid, sizeof(core::ClassGrid)},
+        {w.ranks, std::size_t{count} * 4},
+        {w.records, std::size_t{count} * sizeof(Record)},
         {w.scratch, w.scratch_bytes}};
     const char* end = base;
     for (const auto& [at, size] : parts) {

@@ -1,0 +1,30 @@
+// What a search over a device says of itself, the same whether boxes lie on the host or the device.
+#pragma once
+
+#include <throng/options.hpp>
+
+#include "pipeline/input.hpp"
+
+namespace throng::pipeline {
+
+inline void tell_plan(bool brute, Result& r) noexcept {
+  r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
+  r.plan.reason = brute ? "brute force by tiles: few boxes, or asked for"
+                        : "cells by size classes, from a sample of the boxes";
+}
+
+// The report's inactive boxes; false, with status and index, where a NaN is refused.
+// `in_second_set`: whose index it is.
+inline bool accept(const Report& report, const Input& in, NanPolicy policy, Result& r,
+                   bool& in_second_set) noexcept {
+  r.inactive = report.inactive;
+  if (policy != NanPolicy::refuse || report.nan_count == 0) return true;
+  r.inactive -= report.nan_count;
+  r.invalid_count = report.nan_count;
+  in_second_set = in.two_sets && in.in_second(report.first_nan());
+  r.first_invalid = in.local(report.first_nan());
+  r.status = Status::nan_box;
+  return false;
+}
+
+}  // namespace throng::pipeline
