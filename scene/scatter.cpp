@@ -21,7 +21,7 @@ Place in_cube(double sx, double sy, double sz, double span, double speed) noexce
   return {{sx, sy, sz}, {low, low, low}, {span, span, span}, speed};
 }
 
-// `where(i)` is the scene; with a plane, that is box 0.
+// `where(i)` is the scene; what stands in it (a plane, say) comes first among the boxes.
 template <class Where>
 class Scatter : public Generator {
  public:
@@ -31,8 +31,8 @@ class Scatter : public Generator {
   void boxes(std::size_t f, std::size_t begin, std::size_t end, Box* out) const override {
     const double time = static_cast<double>(f);
     for (std::size_t i = begin; i < end; ++i, ++out) {
-      if (has_plane_ && i == 0) {
-        *out = plane_;
+      if (i < standing_.size()) {
+        *out = standing_[i];
         continue;
       }
       const std::uint64_t xy = random_.word(i, 0), z = random_.word(i, 1);
@@ -51,7 +51,7 @@ class Scatter : public Generator {
   }
 
   bool moves(std::size_t i) const noexcept override {
-    return !(has_plane_ && i == 0) && movers_(random_.word(i, 1));
+    return i >= standing_.size() && movers_(random_.word(i, 1));
   }
   double side() const noexcept override { return side_; }
   bool has_worlds() const noexcept override { return world_size_ > 0; }
@@ -59,7 +59,7 @@ class Scatter : public Generator {
     return world_size_ > 0 ? static_cast<std::int32_t>(i / world_size_) : -1;
   }
 
-  void add_plane(const Box& plane) { plane_ = plane, has_plane_ = true; }
+  void add_standing(const Box& box) { standing_.push_back(box); }
   void set_world_size(std::size_t size) { world_size_ = size; }
 
  private:
@@ -67,8 +67,7 @@ class Scatter : public Generator {
   Random random_;
   Movers movers_;
   double side_;
-  Box plane_{};
-  bool has_plane_ = false;
+  std::vector<Box> standing_;
   std::size_t world_size_ = 0;
 };
 
@@ -134,7 +133,7 @@ std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
       },
       span + 100);
   const float edge = static_cast<float>(span / 2 + 200);
-  made->add_plane({{-edge, -edge, -10}, {edge, edge, static_cast<float>(grounded * span)}});
+  made->add_standing({{-edge, -edge, -10}, {edge, edge, static_cast<float>(grounded * span)}});
   return made;
 }
 
@@ -229,16 +228,79 @@ std::unique_ptr<Generator> line(const Spec& spec, const Random& random) {
       span + 1);
 }
 
+std::unique_ptr<Generator> rectangles(const Spec& spec, const Random& random) {
+  constexpr double sides[3] = {4, 2, 1};
+  constexpr int ways[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  std::vector<SizeClass> classes;
+  for (const auto& way : ways) {
+    classes.push_back({{sides[way[0]], sides[way[1]], sides[way[2]]}, 1.0 / 6});
+  }
+  const double span = solve_span(classes, spec.objects, spec.density);
+  return scatter(
+      spec, random,
+      [span, classes](std::size_t i, const Random& r) {
+        const double* size = classes[static_cast<std::size_t>(r.even(i) * 6)].size;
+        return in_cube(size[0], size[1], size[2], span, kSpeed);
+      },
+      span + 4);
+}
+
+// Four cones of this size stand on the floor, each in the middle of a quadrant of it.
+constexpr std::size_t kCones = 4;
+constexpr double kConeSize = 4;
+
+// The pairs to expect of n boxes, the cones among them, spheres with lower corners anywhere in a
+// cube on the floor. Never rises with its side.
+double expected_with_cones(std::size_t n, double span) {
+  const double cones = static_cast<double>(std::min(n, kCones));
+  const double spheres = static_cast<double>(n) - cones;
+  const double pitch = (span + 1) / 2;  // from one cone's middle to the next
+  // Cones meet all at once; a cone meets what begins 1 before it and where it ends at the latest.
+  double pairs = pitch <= kConeSize ? cones * (cones - 1) / 2 : 0;
+  const double low = pitch / 2 - kConeSize / 2;
+  const double along = std::min(low + kConeSize, span) - std::max(low - 1, 0.0);
+  const double across = along < span ? along / span : 1;
+  pairs += cones * spheres * across * across * (kConeSize < span ? kConeSize / span : 1);
+  const double met = meeting_chance(1, 1, span);
+  return pairs + spheres * (spheres - 1) / 2 * met * met * met;
+}
+
+std::unique_ptr<Generator> nbody(const Spec& spec, const Random& random) {
+  const double n = static_cast<double>(std::max<std::size_t>(spec.objects, 1));
+  const double span = solve_falling(
+      [&](double s) { return expected_with_cones(spec.objects, s) / n; }, spec.density);
+  const double pitch = (span + 1) / 2;
+  auto made = scatter(
+      spec, random,
+      [span](std::size_t, const Random&) {
+        Place p = in_cube(1, 1, 1, span, kSpeed);
+        p.origin[0] -= 0.5, p.origin[1] -= 0.5;  // so that the middle of the floor is at 0, 0
+        p.origin[2] = 0;
+        return p;
+      },
+      std::max(span + 1, pitch + kConeSize));
+  for (std::size_t c = 0; c < kCones; ++c) {
+    const double x = c % 2 ? pitch / 2 : -pitch / 2, y = c / 2 ? pitch / 2 : -pitch / 2;
+    const double half = kConeSize / 2;
+    made->add_standing(box_at(x - half, y - half, 0, kConeSize, kConeSize, kConeSize));
+  }
+  return made;
+}
+
 struct Entry {
   const char* name;
   double density;
   std::unique_ptr<Generator> (*make)(const Spec&, const Random&);
 };
 
+// The place in this list seeds a scene's numbers: new ones go to the end.
 constexpr Entry kEntries[] = {
-    {"uniform", 0.5, uniform}, {"sparse", 0.001, uniform},  {"spheres", 1, spheres},
-    {"mixed", 4.7, mixed},     {"clusters", 0.5, clusters}, {"rods", 2.7, rods},
-    {"line", 1, line},         {"worlds", 0.5, worlds},     {"rods-any", 39, rods_any},
+    {"uniform", 0.5, uniform},   {"sparse", 0.001, uniform},
+    {"spheres", 1, spheres},     {"mixed", 4.7, mixed},
+    {"clusters", 0.5, clusters}, {"rods", 2.7, rods},
+    {"line", 1, line},           {"worlds", 0.5, worlds},
+    {"rods-any", 39, rods_any},  {"rectangles", 1, rectangles},
+    {"nbody", 1, nbody},
 };
 
 }  // namespace

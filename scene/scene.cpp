@@ -46,9 +46,9 @@ void check(const Spec& spec) {
 }  // namespace
 
 const std::vector<std::string>& names() {
-  static const std::vector<std::string> all = {"uniform", "pile",     "column",  "spheres",
-                                               "mixed",   "clusters", "rods",    "line",
-                                               "sparse",  "worlds",   "rods-any"};
+  static const std::vector<std::string> all = {
+      "uniform", "pile",   "column", "spheres",  "mixed",      "clusters", "rods",
+      "line",    "sparse", "worlds", "rods-any", "rectangles", "nbody"};
   return all;
 }
 

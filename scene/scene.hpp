@@ -35,6 +35,9 @@ struct Spec {
 // sparse    unit cubes at a very low density; 0.001
 // worlds    64 unit cubes a world, all worlds in one place; 0.5 within a world
 // rods-any  the boxes of rods of length 64 in any direction; 39
+// rectangles  4 x 2 x 1, the sides in any of the six orders along the axes; 1
+// nbody     boxes 0 to 3 are cones that stand still, 4 x 4 x 4, one in each quadrant of the floor;
+//           all others unit spheres that fly about above it; 1
 const std::vector<std::string>& names();
 
 class Generator;

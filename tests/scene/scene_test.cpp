@@ -85,6 +85,8 @@ constexpr Golden kGolden[] = {
     {"sparse", 0x2781e0964a813d35, 0x76f1d102bf5b06d8},
     {"worlds", 0x54e4600ab5afc29e, 0x29b3b6aa18bb8917},
     {"rods-any", 0xe6dccd9badc4529e, 0xd64ae1314cbb9b78},
+    {"rectangles", 0x6acb9a7b20e0331a, 0x3cd85145c074ff71},
+    {"nbody", 0x0dff260be7343e6b, 0x70688e464748b64b},
 };
 
 TEST(Scene, TheSameBitsEverywhere) {
@@ -219,6 +221,56 @@ TEST(Rods, AreLongAndOfAllDirections) {
     for (int k = 0; k < 3; ++k) mean[k] += s[k] / 10000;
   }
   for (double m : mean) EXPECT_NEAR(m, 32 + 3.14159 / 4, 0.8);
+}
+
+TEST(Rectangles, LieInSixWays) {
+  int ways[3][3] = {};
+  for (const Box& b : frame_of(Scene(spec_of("rectangles", 6000)), 60)) {
+    const float s[3] = {b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z};
+    int of[3];  // the axis of the sides 1, 2 and 4
+    for (int k = 0; k < 3; ++k) of[std::lround(s[k]) == 4 ? 2 : std::lround(s[k]) - 1] = k;
+    EXPECT_NEAR(s[of[0]], 1, 1e-3);
+    EXPECT_NEAR(s[of[1]], 2, 1e-3);
+    EXPECT_NEAR(s[of[2]], 4, 1e-3);
+    ++ways[of[2]][of[1]];
+  }
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) EXPECT_NEAR(ways[a][b], a == b ? 0 : 1000, 10) << a << b;
+  }
+}
+
+TEST(Nbody, FourConesStandUnderSpheres) {
+  for (std::size_t n : {1, 2, 3, 4, 5, 3000}) {
+    const Scene scene(spec_of("nbody", n));
+    const std::vector<Box> first = frame_of(scene, 0), later = frame_of(scene, 60);
+    bool quadrants[2][2] = {};
+    for (std::size_t i = 0; i < n; ++i) {
+      const Box& b = later[i];
+      const float size = i < 4 ? 4 : 1;
+      EXPECT_NEAR(b.upper.x - b.lower.x, size, 1e-4) << i;
+      EXPECT_NEAR(b.upper.y - b.lower.y, size, 1e-4) << i;
+      EXPECT_NEAR(b.upper.z - b.lower.z, size, 1e-4) << i;
+      EXPECT_GE(b.lower.z, 0) << i;
+      EXPECT_LE(std::max({b.upper.x, b.upper.y, -b.lower.x, -b.lower.y, b.upper.z / 2}),
+                scene.side() / 2 + 1e-4)
+          << i;
+      if (i >= 4) continue;
+      EXPECT_TRUE(same(first[i], b) && !scene.moves(i)) << i;
+      EXPECT_EQ(b.lower.z, 0) << i;
+      bool& quadrant = quadrants[b.lower.x + b.upper.x > 0][b.lower.y + b.upper.y > 0];
+      EXPECT_FALSE(quadrant) << "two cones in one quadrant";
+      quadrant = true;
+      EXPECT_TRUE(n < 1000 || b.lower.x * b.upper.x > 0) << "cones meet in the middle";
+    }
+  }
+  // The cones count: among few boxes they make a share of the pairs that is felt.
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Spec spec = spec_of("nbody", 200);
+    spec.seed = seed;
+    sum += pairs_a_box(Scene(spec), 0) / 40;
+  }
+  EXPECT_NEAR(sum, 1, 0.05);
 }
 
 TEST(Spheres, HaveThreeSizes) {
