@@ -1,7 +1,6 @@
 // What update_boxes costs beside a plain copy of as many bytes: ns a body, the median of 31 calls.
 #include <throng/throng.hpp>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -9,7 +8,10 @@
 #include <cstdio>
 #include <cstring>
 #include <random>
+#include <utility>
 #include <vector>
+
+#include "program/median.hpp"
 
 namespace {
 
@@ -25,8 +27,7 @@ double median_ns(F&& f) {
     times.push_back(
         std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
   }
-  std::nth_element(times.begin(), times.begin() + 15, times.end());
-  return times[15];
+  return program::median(std::move(times));
 }
 
 struct Scene {

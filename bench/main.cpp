@@ -19,6 +19,8 @@
 #include "bench/measure.hpp"
 #include "bench/rivals.hpp"
 #include "bench/tell.hpp"
+#include "program/failure.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 
 namespace throng::bench {
@@ -34,24 +36,13 @@ struct Arguments {
   int peak_of = -1;
 };
 
-// "1000", "100K", "1M", "2.5M".
-std::size_t parse_count(const std::string& text) {
-  std::size_t used = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = std::string::npos;
+std::size_t box_count(const std::string& text) {
+  const std::uint64_t count = program::parse_count(text, "--objects");
+  if (count < 1 || count > max_box_count) {
+    throw program::Failure(
+        fmt::format("--objects: found {}, wanted 1 to {}", count, max_box_count));
   }
-  double unit = 0;
-  if (used == text.size()) unit = 1;
-  if (used + 1 == text.size())
-    unit = text[used] == 'K' || text[used] == 'k' ? 1e3 : text[used] == 'M' ? 1e6 : 0;
-  if (unit == 0 || !(value * unit >= 1 && value * unit <= 4e9)) {
-    throw std::invalid_argument("'" + text +
-                                "' is no number of boxes: give 1000, 100K or 2.5M, say");
-  }
-  return static_cast<std::size_t>(value * unit + 0.5);
+  return static_cast<std::size_t>(count);
 }
 
 bool on_terminal(std::FILE* file) {
@@ -85,7 +76,7 @@ int run(const Arguments& a) {
   for (const std::string& s : a.scenes) scenes.push_back(find_scene(s));
   for (const std::string& s : a.files) scenes.push_back(find_scene(s));
   std::vector<std::size_t> sizes;
-  for (const std::string& n : a.objects) sizes.push_back(parse_count(n));
+  for (const std::string& n : a.objects) sizes.push_back(box_count(n));
   std::sort(sizes.begin(), sizes.end());
 
   if (a.peak_of >= 0) {  // the child that measures memory

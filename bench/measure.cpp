@@ -17,6 +17,7 @@
 #include "bench/library.hpp"
 #include "bench/machine.hpp"
 #include "bench/worlds.hpp"
+#include "program/median.hpp"
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
 
@@ -25,11 +26,6 @@ namespace {
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 std::string key(const Case& c, const Entry& e, unsigned threads = 0) {
   return c.scene.label + "|" + e.name + "|" + std::to_string(threads);
@@ -183,7 +179,7 @@ std::vector<Row> Bench::measure(const Case& c) {
     if (r.contender) {
       row.measured = true;
       row.samples = r.samples.size();
-      row.ms = median(r.samples);
+      row.ms = program::median(r.samples);
       row.best_ms = *std::min_element(r.samples.begin(), r.samples.end());
       if (const auto result = library_result(*r.contender); result && result->comparisons) {
         row.comparisons = double(result->comparisons) / (double(c.objects) + double(result->found));

@@ -3,8 +3,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -12,50 +10,12 @@
 #include "cli/interrupt.hpp"
 
 #ifdef _WIN32
-#define NOMINMAX
 #include <process.h>
-#include <windows.h>
 #else
 #include <unistd.h>
 #endif
-#ifdef __APPLE__
-#include <mach-o/dyld.h>
-#endif
 
 namespace throng::cli {
-namespace {
-
-namespace fs = std::filesystem;
-
-fs::path own_folder() {
-  std::error_code error;
-#if defined(_WIN32)
-  wchar_t name[32768];
-  const DWORD length = GetModuleFileNameW(nullptr, name, 32768);
-  return length ? fs::path(name, name + length).parent_path() : fs::path();
-#elif defined(__APPLE__)
-  char name[4096];
-  std::uint32_t size = sizeof name;
-  if (_NSGetExecutablePath(name, &size) != 0) return {};
-  return fs::canonical(name, error).parent_path();
-#else
-  return fs::read_symlink("/proc/self/exe", error).parent_path();
-#endif
-}
-
-}  // namespace
-
-std::string find_companion(const std::string& program) {
-  const fs::path folder = own_folder();
-  if (folder.empty()) return {};
-#ifdef _WIN32
-  const fs::path path = folder / (program + ".exe");
-#else
-  const fs::path path = folder / program;
-#endif
-  std::error_code error;
-  return fs::is_regular_file(path, error) ? path.string() : std::string();
-}
 
 int start_companion(const std::string& path, const std::vector<std::string>& arguments) {
   std::vector<char*> argv;

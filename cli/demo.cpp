@@ -15,13 +15,16 @@
 #include "cli/failure.hpp"
 #include "cli/heap.hpp"
 #include "cli/interrupt.hpp"
-#include "cli/search_options.hpp"
+#include "program/median.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "report/picture.hpp"
 #include "report/table.hpp"
 
 namespace throng::cli {
 namespace {
+
+using program::median;
 
 const char* help_text =
     R"(A column of boxes falls on a plane and becomes a heap. In every frame all pairs of overlapping
@@ -49,12 +52,6 @@ struct Measured {
   double first_ms = 0;
   Plan plan_of_last;
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
   Measured m;
@@ -147,7 +144,7 @@ void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::
 }
 
 int run(const Arguments& arguments) {
-  const std::uint64_t objects = parse_count(arguments.objects, "--objects");
+  const std::uint64_t objects = program::parse_count(arguments.objects, "--objects");
   if (objects < 1 || objects > max_box_count - 1) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count - 1));
   }

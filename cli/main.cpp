@@ -15,6 +15,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/interrupt.hpp"
+#include "program/companion.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::cli {
@@ -47,7 +48,7 @@ const Companion* companion_of(const std::string& command) {
 }
 
 int start(const Companion& companion, const std::vector<std::string>& arguments) {
-  const std::string path = find_companion(companion.program);
+  const std::string path = program::find_companion(companion.program);
   if (path.empty()) {
     throw Failure(
         fmt::format("throng {}: found no program {} beside this one, which it runs; build "
@@ -75,7 +76,8 @@ int dispatch(int argc, char** argv) {
   runs.emplace_back("check", add_check(app));
   for (const Companion& companion : companions) {
     // `bench` is named even where it is not built, so that one learns how to get it.
-    if (std::string(companion.command) == "bench" || !find_companion(companion.program).empty()) {
+    if (std::string(companion.command) == "bench" ||
+        !program::find_companion(companion.program).empty()) {
       app.add_subcommand(companion.command, companion.what);
     }
   }

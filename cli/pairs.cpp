@@ -8,6 +8,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/search.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 
 namespace throng::cli {
@@ -117,7 +118,7 @@ int run(const Arguments& arguments) {
   request.repeat = arguments.repeat;
   request.output = arguments.output;
   if (!arguments.memory.empty()) {
-    request.options.memory_cap_bytes = parse_bytes(arguments.memory, "--memory");
+    request.options.memory_cap_bytes = program::parse_bytes(arguments.memory, "--memory");
     if (request.options.memory_cap_bytes == 0) {
       throw Failure("--memory: found 0, wanted at least one byte");
     }

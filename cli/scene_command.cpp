@@ -12,7 +12,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/interrupt.hpp"
-#include "cli/search_options.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "scene/npy.hpp"
 #include "scene/scene.hpp"
@@ -73,7 +73,7 @@ void write_worlds(const scene::Scene& made, const std::string& path, std::size_t
 }
 
 int run(Arguments& arguments) {
-  const std::uint64_t objects = parse_count(arguments.objects, "--objects");
+  const std::uint64_t objects = program::parse_count(arguments.objects, "--objects");
   if (objects < 1 || objects > max_box_count) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count));
   }

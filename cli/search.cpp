@@ -8,17 +8,13 @@
 #include "cli/failure.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
+#include "program/median.hpp"
 #include "scene/checksum.hpp"
 
 namespace throng::cli {
 namespace {
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
+using program::median;
 
 class Runner {
  public:

@@ -1,9 +1,5 @@
 #include "cli/search_options.hpp"
 
-#include <cctype>
-#include <cmath>
-#include <cstdlib>
-
 #include <fmt/format.h>
 
 #include <throng/cuda.hpp>
@@ -24,32 +20,6 @@ void add_filters(CLI::App& app, FilterFiles& files, const std::string& suffix, c
   add("--owner", files.owner, "int32: equal owners never pair, -1 is nobody");
   add("--world", files.world, "int32: different worlds never pair, -1 meets every world");
   add("--static", files.is_static, "uint8: two nonzero never pair");
-}
-
-std::uint64_t parse_scaled(const std::string& text, const std::string& option, double unit,
-                           const char* wanted) {
-  const char* begin = text.c_str();
-  char* end = nullptr;
-  double value = std::strtod(begin, &end);
-  std::string suffix;
-  for (; *end; ++end) suffix += static_cast<char>(std::toupper(static_cast<unsigned char>(*end)));
-  double scale = 0;
-  if (suffix.empty() || (unit == 1024 && suffix == "B")) scale = 1;
-  if (suffix.size() > 1 && unit == 1024) {  // MB and MiB are taken as M
-    if (suffix.size() >= 2 && suffix.substr(1) != "B" && suffix.substr(1) != "IB") suffix = "?";
-    suffix.resize(1);
-  }
-  if (suffix == "K") scale = unit;
-  if (suffix == "M") scale = unit * unit;
-  if (suffix == "G") scale = unit * unit * unit;
-  if (suffix == "T") scale = unit * unit * unit * unit;
-  value *= scale;
-  // Above 2^53 a double no longer counts in ones; nobody has such an amount of either.
-  const bool number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0);
-  if (!number || scale == 0 || !(value < 9007199254740992.0) || value != std::floor(value)) {
-    throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
-  }
-  return static_cast<std::uint64_t>(value);
 }
 
 }  // namespace
@@ -119,14 +89,6 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
   options.margin = input.margin;
   options.threads = search.threads;
   return options;
-}
-
-std::uint64_t parse_count(const std::string& text, const std::string& option) {
-  return parse_scaled(text, option, 1000, "a count such as 100000, 100K or 1M");
-}
-
-std::uint64_t parse_bytes(const std::string& text, const std::string& option) {
-  return parse_scaled(text, option, 1024, "bytes such as 1000000, 64M or 2G");
 }
 
 }  // namespace throng::cli

@@ -1,7 +1,6 @@
 // The options that `pairs` and `check` share: which files, which filters, what counts as a pair.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -33,10 +32,5 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments);
 
 // Throws Failure for what this build cannot do.
 Options to_options(const InputArguments& input, const SearchArguments& search);
-
-// "100000", "100K", "1M", "2.5M": a count, in thousands. Throws Failure that names `option`.
-std::uint64_t parse_count(const std::string& text, const std::string& option);
-// "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024.
-std::uint64_t parse_bytes(const std::string& text, const std::string& option);
 
 }  // namespace throng::cli

@@ -1,19 +1,13 @@
-// What ends a command early: a message that names the value and the remedy, and an exit status.
+// What ends a command early: see program/failure.hpp.
 #pragma once
 
-#include <stdexcept>
-#include <string>
+#include "program/failure.hpp"
 
 namespace throng::paper {
 
-// 0: done. 1: a check found a difference. 2: bad input, bad usage, or something that is not here.
-inline constexpr int exit_done = 0;
-inline constexpr int exit_differs = 1;
-inline constexpr int exit_bad = 2;
-
-class Failure : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using program::exit_bad;
+using program::exit_differs;
+using program::exit_done;
+using program::Failure;
 
 }  // namespace throng::paper

@@ -1,10 +1,7 @@
 #include "paper/input.hpp"
 
-#include <cctype>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <iterator>
 #include <stdexcept>
@@ -14,6 +11,7 @@
 #include "core/bounds.hpp"
 #include "paper/cuda.hpp"
 #include "paper/failure.hpp"
+#include "program/median.hpp"
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
 #include "scene/npy.hpp"
@@ -21,24 +19,6 @@
 
 namespace throng::paper {
 namespace {
-
-std::uint64_t parse_scaled(const std::string& text, const std::string& option, double unit,
-                           const char* wanted) {
-  char* end = nullptr;
-  double value = std::strtod(text.c_str(), &end);
-  const std::string suffix = end;
-  double scale = 0;
-  if (suffix.empty()) scale = 1;
-  if (suffix == "K" || suffix == "k") scale = unit;
-  if (suffix == "M") scale = unit * unit;
-  if (suffix == "G") scale = unit * unit * unit;
-  value *= scale;
-  const bool number = !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
-  if (!number || scale == 0 || !(value < 0x1p53) || value != std::floor(value)) {
-    throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
-  }
-  return static_cast<std::uint64_t>(value);
-}
 
 void refuse_nan(const Boxes& boxes) {
   std::size_t first = 0, count = 0;
@@ -55,14 +35,6 @@ void refuse_nan(const Boxes& boxes) {
 }
 
 }  // namespace
-
-std::uint64_t parse_count(const std::string& text, const std::string& option) {
-  return parse_scaled(text, option, 1000, "a count such as 100000, 100K or 1M");
-}
-
-std::uint64_t parse_bytes(const std::string& text, const std::string& option) {
-  return parse_scaled(text, option, 1024, "bytes such as 1000000, 64M or 2G");
-}
 
 Boxes read_file(const std::string& path) {
   const scene::BoxFile file = scene::read_boxes(path);
@@ -114,7 +86,7 @@ Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_m
     }
   }
   for (std::size_t s = 0; s < std::size(stages); ++s) {
-    measured.step.times.*stages[s] = median(values[s]);
+    measured.step.times.*stages[s] = program::median(values[s]);
   }
   const std::vector<Pair>& pairs = measured.step.pairs;
   measured.checksum = scene::pair_checksum(pairs.data(), pairs.size());

@@ -1,5 +1,5 @@
-// What the sub-commands share: numbers with a K or M behind them, boxes from a file or a scene,
-// devices, and text on standard output.
+// What the sub-commands share: boxes from a file or a scene, devices, and text
+// on standard output.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,6 @@
 #include "paper/stepper.hpp"
 
 namespace throng::paper {
-
-// "100000", "100K", "1M": a count, in thousands. Failure that names `option`.
-std::uint64_t parse_count(const std::string& text, const std::string& option);
-// "1000000", "64M", "2G": bytes, in units of 1024.
-std::uint64_t parse_bytes(const std::string& text, const std::string& option);
 
 // Frames of boxes. A box with a NaN is refused, by its index.
 struct Boxes {

@@ -14,6 +14,7 @@
 #include "paper/failure.hpp"
 #include "paper/grid.hpp"
 #include "paper/input.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 
 namespace throng::paper {
@@ -67,8 +68,8 @@ class Experiments {
  public:
   Experiments(const Arguments& arguments, DeviceKind device, Csv& csv)
       : arguments_(arguments),
-        memory_bytes_(parse_bytes(arguments.memory, "--memory")),
-        up_to_(parse_count(arguments.up_to, "--up-to")),
+        memory_bytes_(program::parse_bytes(arguments.memory, "--memory")),
+        up_to_(program::parse_count(arguments.up_to, "--up-to")),
         device_(device),
         device_name_(device == DeviceKind::cuda ? cuda_device_name() : "cpu"),
         csv_(csv) {

@@ -15,6 +15,7 @@
 #include "paper/grid.hpp"
 #include "paper/input.hpp"
 #include "paper/pairs_report.hpp"
+#include "program/numbers.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::paper {
@@ -115,8 +116,8 @@ void compare(const Job& job, const Box* boxes, std::vector<Pair> found, Outcome&
 int run(Arguments a) {
   refuse_conflicts(a);
   if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
-  const std::uint64_t memory_bytes = parse_bytes(a.memory, "--memory");
-  const std::uint64_t objects = parse_count(a.objects, "--objects");
+  const std::uint64_t memory_bytes = program::parse_bytes(a.memory, "--memory");
+  const std::uint64_t objects = program::parse_count(a.objects, "--objects");
   if (a.file.empty() && objects > memory_bytes / sizeof(Box) / a.frames) {
     throw Failure(
         fmt::format("--objects {}: boxes of {} bytes, {} frames of them, are more than the {} "

@@ -7,6 +7,7 @@
 #include "core/hd.hpp"
 #include "paper/roots.hpp"
 #include "paper/stepper.hpp"
+#include "program/median.hpp"
 
 namespace throng::paper {
 
@@ -53,7 +54,7 @@ RootTime time_root(Device& device, const Root& root, std::uint64_t count, int re
     device.finish();
     times.push_back(device.ms(0));
   }
-  RootTime result{median(times), 0};
+  RootTime result{program::median(times), 0};
   const std::uint64_t* fetched = device.fetch(sums, threads);
   device.finish();
   for (std::uint64_t t = 0; t < threads; ++t) result.sum += fetched[t];

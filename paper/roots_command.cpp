@@ -11,6 +11,7 @@
 #include "paper/failure.hpp"
 #include "paper/input.hpp"
 #include "paper/root_shares.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 
 namespace throng::paper {
@@ -125,11 +126,11 @@ std::string times(const Arguments& a, const std::vector<std::uint64_t>& tests) {
 }
 
 int run(const Arguments& a) {
-  const std::uint64_t up_to = parse_count(a.up_to, "--up-to");
+  const std::uint64_t up_to = program::parse_count(a.up_to, "--up-to");
   if (up_to < 1000 || up_to >= std::uint64_t{1} << 32) {
     throw Failure(fmt::format("--up-to: found {}, wanted 1K to 4G", a.up_to));
   }
-  const std::uint64_t objects = parse_count(a.objects, "--objects");
+  const std::uint64_t objects = program::parse_count(a.objects, "--objects");
   if (objects < 2 || objects > 1000000) {
     throw Failure(fmt::format("--objects: found {}, wanted 2 to 1M", a.objects));
   }

@@ -1,7 +1,5 @@
 #include "paper/stepper.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "paper/failure.hpp"
@@ -17,13 +15,6 @@ void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string&
   if (bytes <= limit) return;
   throw Failure(fmt::format("{} takes {} bytes, and {} are allowed; {}", what,
                             report::format_count(bytes), report::format_count(limit), remedy));
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
 std::unique_ptr<Stepper> make_host_stepper(const Job& job) { return make_stepper<HostDevice>(job); }

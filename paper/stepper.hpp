@@ -62,6 +62,5 @@ RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int r
 // Failure that names the bytes and the remedy, where they are more than the limit.
 void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string& what,
                     const std::string& remedy);
-double median(std::vector<double> values);
 
 }  // namespace throng::paper

@@ -236,7 +236,7 @@ void measure_stages(const Case& c, Session& s) {
     row.device = s.device;
     row.runs = times[stage].size();
     row.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
-    row.median_ms = median_of(times[stage]);
+    row.median_ms = program::median(times[stage]);
     const double bytes = n * (m.per_box + (in_l2 ? 0 : m.random_per_box)) +
                          static_cast<double>(row.pairs) * m.per_pair;
     row.note = m.reason;

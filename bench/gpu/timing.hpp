@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/gpu/gpu.hpp"
+#include "program/median.hpp"
 
 namespace throng::bench::gpu {
 
@@ -14,13 +15,6 @@ struct Timing {
   double in_a_row_ms = 0;  // a run, of many between two events only
   std::size_t runs = 0;
 };
-
-inline double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // run(k) puts the k-th run on the stream. So many runs as `budget_ms` has room for, at least 10.
 template <class F>
@@ -57,7 +51,7 @@ Timing time_runs(cudaStream_t stream, double budget_ms, const F& run) {
   t.in_a_row_ms = ends[0].ms_since(starts[0]) / static_cast<double>(wanted);
   t.min_ms = *std::min_element(times.begin(), times.end());
   t.runs = times.size();
-  t.median_ms = median_of(std::move(times));
+  t.median_ms = program::median(std::move(times));
   return t;
 }
 

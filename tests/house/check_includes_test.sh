@@ -8,14 +8,15 @@ cases=0
 
 sound_tree() {
   rm -rf "${tree:?}"/*
-  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/scene "$tree"/paper "$tree"/tests
+  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/program "$tree"/scene "$tree"/paper "$tree"/tests
   echo '#include <cstddef>' > "$tree/include/throng/types.hpp"
   echo '#include <throng/types.hpp>' > "$tree/src/core/bounds.hpp"
   printf '#include <hwy/highway.h>\n#include "core/bounds.hpp"\n' > "$tree/src/cpu/grid.cpp"
   printf '#include <cstdio>\n#include "core/bounds.hpp"\nint n = snprintf(p, 1, "printf(");  // exit()\n' \
     > "$tree/src/find_pairs.cpp"
   echo '#include <throng/types.hpp>' > "$tree/scene/npy.hpp"
-  printf '#include "core/bounds.hpp"\n#include "scene/npy.hpp"\n' > "$tree/paper/search.hpp"
+  printf '#include <string>\n#include <sys/wait.h>\n#include <fmt/format.h>\n' > "$tree/program/child.hpp"
+  printf '#include "core/bounds.hpp"\n#include "program/child.hpp"\n#include "scene/npy.hpp"\n' > "$tree/paper/search.hpp"
   printf '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "paper/search.hpp"\n' > "$tree/paper/cuda.cu"
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
@@ -53,6 +54,9 @@ refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include
 refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
 refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
+refused program/child.hpp '#include <throng/types.hpp>' 'program must not include door'
+refused program/child.hpp '#include <CLI/CLI.hpp>' 'program includes the standard library, the operating system and fmt only'
+refused scene/npy.hpp '#include "program/child.hpp"' 'scene must not include program'
 refused scene/npy.hpp '#include "paper/search.hpp"' 'scene must not include paper'
 refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include paper'
 refused paper/search.hpp '#include "cpu/grid.cpp"' 'paper must not include cpu'

@@ -1,0 +1,14 @@
+// Numbers on the command line with a K or M behind them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace throng::program {
+
+// "100000", "100K", "1M", "2.5M": a count, in thousands. Throws Failure that names `option`.
+std::uint64_t parse_count(const std::string& text, const std::string& option);
+// "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024. Throws Failure likewise.
+std::uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+}  // namespace throng::program
