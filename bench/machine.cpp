@@ -3,34 +3,21 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <sstream>
-#include <thread>
 
 #include <throng/version.hpp>
 
 #include "bench/crew.hpp"
 #include "bench/rivals.hpp"
+#include "program/machine.hpp"
 
 namespace throng::bench {
 namespace {
 
-// The value of "key : value" in a file of /proc.
-std::string field(const char* file, const std::string& key) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    if (line.compare(0, key.size(), key) != 0) continue;
-    const std::size_t at = line.find(':');
-    const std::size_t from = at == std::string::npos ? at : line.find_first_not_of(" \t", at + 1);
-    if (from != std::string::npos) return line.substr(from);
-  }
-  return "";
-}
-
 std::uint64_t status_bytes(const char* key) {
-  std::istringstream text(field("/proc/self/status", key));
+  std::istringstream text(program::proc_field("/proc/self/status", key));
   std::uint64_t kib = 0;
   text >> kib;
   return kib * 1024;
@@ -38,47 +25,14 @@ std::uint64_t status_bytes(const char* key) {
 
 }  // namespace
 
-unsigned hardware_threads() { return std::max(1u, std::thread::hardware_concurrency()); }
-
 std::vector<std::pair<std::string, std::string>> machine_description() {
-  std::vector<std::pair<std::string, std::string>> d;
-  const std::string model = field("/proc/cpuinfo", "model name");
-  d.emplace_back("processor", model.empty() ? "unknown" : model);
-  d.emplace_back("hardware threads", std::to_string(hardware_threads()));
-  const std::string flags = field("/proc/cpuinfo", "flags");
-  std::string sets;
-  for (const char* set : {"sse4_1", "avx2", "avx512f", "avx512vbmi2"})
-    if ((" " + flags + " ").find(std::string(" ") + set + " ") != std::string::npos)
-      sets += (sets.empty() ? "" : ", ") + std::string(set);
-  if (!sets.empty()) d.emplace_back("instruction sets", sets);
-  d.emplace_back("memory", field("/proc/meminfo", "MemTotal"));
-  d.emplace_back("compiler",
-#if defined(__clang__)
-                 "clang " __clang_version__
-#elif defined(__GNUC__)
-                 "gcc " __VERSION__
-#else
-                 "unknown"
-#endif
-  );
-  std::ifstream release("/etc/os-release");
-  for (std::string line; std::getline(release, line);)
-    if (line.compare(0, 13, "PRETTY_NAME=\"") == 0)
-      d.emplace_back("system", line.substr(13, line.size() - 14));
+  auto d = program::machine_description();
   d.emplace_back("Throng", THRONG_VERSION);
   std::string versions, missing;
   for (const auto& v : rival_versions()) versions += (versions.empty() ? "" : ", ") + v;
   for (const auto& v : missing_rivals()) missing += (missing.empty() ? "" : ", ") + v;
   d.emplace_back("rivals", versions.empty() ? "none" : versions);
   if (!missing.empty()) d.emplace_back("rivals not found", missing);
-  std::ifstream load("/proc/loadavg");
-  std::string one;
-  load >> one;
-  if (!one.empty()) d.emplace_back("load when started", one);
-  char date[32];
-  const std::time_t now = std::time(nullptr);
-  std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
-  d.emplace_back("date", date);
   return d;
 }
 

@@ -9,8 +9,7 @@
 
 namespace throng::bench {
 
-unsigned hardware_threads();
-// ("processor", "..."), ("threads", "2"), ...
+// What the programs tell of a machine, and the versions of library and rivals.
 std::vector<std::pair<std::string, std::string>> machine_description();
 // Bytes read and bytes written, together, by copying blocks that no cache holds; GB/s.
 double copy_bandwidth(unsigned threads);

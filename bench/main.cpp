@@ -20,6 +20,7 @@
 #include "bench/rivals.hpp"
 #include "bench/tell.hpp"
 #include "program/failure.hpp"
+#include "program/machine.hpp"
 #include "program/numbers.hpp"
 #include "report/format.hpp"
 
@@ -93,7 +94,7 @@ int run(const Arguments& a) {
   settings.threads = a.threads;
   if (settings.threads.empty()) {
     settings.threads = {1};
-    if (hardware_threads() > 1) settings.threads.push_back(hardware_threads());
+    if (program::hardware_threads() > 1) settings.threads.push_back(program::hardware_threads());
   }
   settings.budget_seconds = a.budget;
   if (a.isa == "all") settings.entry_options += " --isa all";

@@ -1,4 +1,5 @@
-// The sub-commands of throng-paper. Each adds itself to the command line; what it returns runs it.
+// What throng-paper can be asked for. Each adds itself to the command line; what it returns runs
+// it.
 #pragma once
 
 #include <functional>
@@ -10,7 +11,7 @@ namespace throng::paper {
 using Run = std::function<int()>;  // gives the exit status
 
 Run add_pairs(CLI::App& program);
-Run add_roots(CLI::App& program);
-Run add_measure(CLI::App& program);
+// The options of the program itself: the evaluation.
+Run add_evaluate(CLI::App& program);
 
 }  // namespace throng::paper

@@ -9,10 +9,14 @@
 #include <string>
 #include <vector>
 
+#include <throng/cuda.hpp>
+
 #include "paper/cuda.hpp"
 #include "paper/failure.hpp"
+#include "paper/mapping_timing.hpp"
 #include "paper/root_timing.hpp"
 #include "paper/steps.hpp"
+#include "program/median.hpp"
 
 namespace throng::paper {
 namespace {
@@ -140,7 +144,7 @@ class CudaDevice {
   void scan(const std::uint32_t* values, std::uint64_t* sums, std::uint64_t count) {
     std::size_t bytes = 0;
     const auto run = [&](void* room) {
-      check(cub::DeviceScan::ExclusiveScan(room, bytes, values, sums, cuda::std::plus<>{},
+      check(cub::DeviceScan::ExclusiveScan(room, bytes, values, sums, ::cuda::std::plus<>{},
                                            std::uint64_t{0}, count, stream_),
             "a scan");
     };
@@ -194,6 +198,7 @@ class CudaDevice {
     check(cudaEventRecord(events_[used_++], stream_), "an event");
   }
   void finish() { check(cudaStreamSynchronize(stream_), "a step"); }
+  cudaStream_t stream() const noexcept { return stream_; }
   double ms(std::size_t stage) const {
     float elapsed = 0;
     check(cudaEventElapsedTime(&elapsed, events_[stage], events_[stage + 1]), "an event");
@@ -249,6 +254,39 @@ RootTime time_roots_on_cuda(RootKind kind, int steps, std::uint64_t count, int r
   require_cuda();
   CudaDevice device;
   return time_roots(device, kind, steps, count, repeat);
+}
+
+MappingTime time_mapping_on_cuda(const Variant& variant, std::uint64_t n, int repeat) {
+  require_cuda();
+  CudaDevice device;
+  return time_mapping(device, variant, n, repeat);
+}
+
+double time_bodies_on_cuda(const Transform* transforms, std::uint64_t count, const Shape& shape,
+                           int repeat) {
+  require_cuda();
+  CudaDevice device;
+  CudaDevice::Array<Transform> held;
+  CudaDevice::Array<Shape> shapes;
+  CudaDevice::Array<Box> boxes;
+  held.reserve(count);
+  shapes.reserve(1);
+  boxes.reserve(count);
+  check(cudaMemcpy(held.data(), transforms, count * sizeof(Transform), cudaMemcpyHostToDevice),
+        "the transfer of the bodies");
+  check(cudaMemcpy(shapes.data(), &shape, sizeof(Shape), cudaMemcpyHostToDevice),
+        "the transfer of a shape");
+  const Bodies bodies(held.data(), count, shapes.data(), 1);
+  std::vector<double> times;
+  for (int i = 0; i <= repeat; ++i) {  // the first is cold
+    device.restart();
+    const Result result = cuda::update_boxes(bodies, boxes.data(), nullptr, device.stream());
+    if (!result.ok()) throw Failure(result.message);
+    device.mark();
+    device.finish();
+    if (i > 0) times.push_back(device.ms(0));
+  }
+  return program::median(times);
 }
 
 }  // namespace throng::paper

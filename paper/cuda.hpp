@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include <throng/update_boxes.hpp>
+
 #include "paper/stepper.hpp"
 
 namespace throng::paper {
@@ -17,5 +19,9 @@ std::string cuda_device_name();
 // As on the host. Failure where there is no GPU, or it fails.
 std::unique_ptr<Stepper> make_cuda_stepper(const Job& job);
 RootTime time_roots_on_cuda(RootKind kind, int steps, std::uint64_t count, int repeat);
+MappingTime time_mapping_on_cuda(const Variant& variant, std::uint64_t n, int repeat);
+// ms of the update of so many bodies' boxes, all in the GPU's memory: the median.
+double time_bodies_on_cuda(const Transform* transforms, std::uint64_t count, const Shape& shape,
+                           int repeat);
 
 }  // namespace throng::paper

@@ -15,4 +15,12 @@ std::unique_ptr<Stepper> make_cuda_stepper(const Job&) { throw Failure(why_no_cu
 
 RootTime time_roots_on_cuda(RootKind, int, std::uint64_t, int) { throw Failure(why_no_cuda()); }
 
+MappingTime time_mapping_on_cuda(const Variant&, std::uint64_t, int) {
+  throw Failure(why_no_cuda());
+}
+
+double time_bodies_on_cuda(const Transform*, std::uint64_t, const Shape&, int) {
+  throw Failure(why_no_cuda());
+}
+
 }  // namespace throng::paper

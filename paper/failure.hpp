@@ -10,4 +10,10 @@ using program::exit_differs;
 using program::exit_done;
 using program::Failure;
 
+// A variant takes more memory than is allowed: one may leave it out and go on.
+class TooLarge : public Failure {
+ public:
+  using Failure::Failure;
+};
+
 }  // namespace throng::paper

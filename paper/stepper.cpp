@@ -4,6 +4,7 @@
 
 #include "paper/failure.hpp"
 #include "paper/host.hpp"
+#include "paper/mapping_timing.hpp"
 #include "paper/root_timing.hpp"
 #include "paper/steps.hpp"
 #include "report/format.hpp"
@@ -13,8 +14,8 @@ namespace throng::paper {
 void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string& what,
                     const std::string& remedy) {
   if (bytes <= limit) return;
-  throw Failure(fmt::format("{} takes {} bytes, and {} are allowed; {}", what,
-                            report::format_count(bytes), report::format_count(limit), remedy));
+  throw TooLarge(fmt::format("{} takes {} bytes, and {} are allowed; {}", what,
+                             report::format_count(bytes), report::format_count(limit), remedy));
 }
 
 std::unique_ptr<Stepper> make_host_stepper(const Job& job) { return make_stepper<HostDevice>(job); }
@@ -23,6 +24,12 @@ RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int r
                             unsigned threads) {
   HostDevice device(threads);
   return time_roots(device, kind, steps, count, repeat);
+}
+
+MappingTime time_mapping_on_host(const Variant& variant, std::uint64_t n, int repeat,
+                                 unsigned threads) {
+  HostDevice device(threads);
+  return time_mapping(device, variant, n, repeat);
 }
 
 }  // namespace throng::paper

@@ -47,7 +47,7 @@ class Stepper {
   virtual const Step& step(const Box* boxes) = 0;
 };
 
-// Failure where n, or the memory that the variant takes for n objects, is too large.
+// Failure where n, TooLarge where the memory that the variant takes for n objects, is too large.
 std::unique_ptr<Stepper> make_host_stepper(const Job& job);
 
 // Time of `count` square roots, of 0 .. count - 1: the median of `repeat` runs. `sum` is made of
@@ -59,7 +59,15 @@ struct RootTime {
 RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int repeat,
                             unsigned threads);
 
-// Failure that names the bytes and the remedy, where they are more than the limit.
+// Time of the way from thread to pair alone, for all pairs of n objects, likewise.
+struct MappingTime {
+  double ms = 0;
+  std::uint64_t sum = 0;
+};
+MappingTime time_mapping_on_host(const Variant& variant, std::uint64_t n, int repeat,
+                                 unsigned threads);
+
+// TooLarge that names the bytes and the remedy, where they are more than the limit.
 void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string& what,
                     const std::string& remedy);
 

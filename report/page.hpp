@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "report/plot.hpp"
 #include "report/table.hpp"
@@ -12,15 +13,20 @@ class Page {
  public:
   explicit Page(std::string title);
 
-  void heading(const std::string& text);
+  // With an id, it can be linked to, and stands in contents().
+  void heading(const std::string& text, const std::string& id = {});
+  // Here the links to all headings with an id, those that come later among them.
+  void contents();
   void paragraph(const std::string& text);
   void add(const Table& table);
   void add(const Plot& plot);
+  // Side by side, where there is room.
+  void add(const std::vector<Plot>& plots);
 
   std::string html() const;
 
  private:
-  std::string title_, body_;
+  std::string title_, body_, links_;
 };
 
 // Writes `text` under a temporary name beside `path` and renames it when it is complete. Throws

@@ -113,8 +113,11 @@ std::string Table::html() const {
   const auto line = [&](const std::vector<std::string>& cells, const char* tag) {
     out += "<tr>";
     for (std::size_t c = 0; c < cells.size(); ++c) {
-      out += std::string("<") + tag + (right[c] ? " class=\"n\">" : ">") + escape_html(cells[c]) +
-             "</" + tag + ">";
+      // Sentences are broken into lines, all else stands in one.
+      const char* kind = right[c]               ? " class=\"n\">"
+                         : width(cells[c]) > 48 ? " class=\"words\">"
+                                                : ">";
+      out += std::string("<") + tag + kind + escape_html(cells[c]) + "</" + tag + ">";
     }
     out += "</tr>\n";
   };

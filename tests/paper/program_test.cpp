@@ -107,8 +107,11 @@ TEST_F(Program, refuses_what_cannot_be) {
           {"62,440", "32,768"});
   refuses({"pairs", "--scene", "uniform", "--objects", "900G", "--grid", "8"},
           {"900G", "--memory"});
-  refuses({"roots", "--up-to", "5"}, {"--up-to", "5"});
-  refuses({"measure", "--csv", at("no/such/folder.csv")}, {"folder.csv"});
+  refuses({}, {"-o DIR", "pairs"});
+  refuses({"--quick", "--only", "table9", "-o", at("x")}, {"--only", "table9", "table7"});
+  refuses({"--quick", "--up-to", "many", "-o", at("x")}, {"--up-to", "many"});
+  spill(at("file"), "in the way");
+  refuses({"--only", "examples", "-o", at("file/paper")}, {"file/paper"});
   std::vector<Box> bad = tests::uniform_boxes(20, 4);
   std::memset(static_cast<void*>(&bad[7].lower.y), 0xff, sizeof(float));
   refuses({"pairs", file("nan.npy", bad)}, {"nan.npy", "NaN", "index 7"});
@@ -123,45 +126,24 @@ TEST_F(Program, cuda_is_refused_where_it_is_not) {
   }
   refuses({"pairs", "--scene", "uniform", "--objects", "10", "--device", "cuda"},
           {"--device cuda", "--device cpu"});
-  refuses({"measure", "--csv", at("x.csv"), "--device", "cuda"}, {"--device cuda"});
-  EXPECT_FALSE(exists("x.csv"));
+  refuses({"-o", at("x"), "--backend", "cuda"}, {"--backend cuda"});
+  EXPECT_FALSE(exists("x"));
 }
 
-TEST_F(Program, roots_tells_table_three) {
-  const Said said = run({"roots", "--up-to", "10K", "--objects", "500", "--repeat", "1"});
+// The page, a table a section, all rows once more; and only what was asked for.
+TEST_F(Program, evaluates_into_a_folder) {
+  const Said said = run({"--quick", "--up-to", "1000", "--backend", "cpu", "--threads", "2",
+                         "--only", "examples", "--only", "table5", "-o", at("deep/paper")});
   EXPECT_EQ(said.status, 0) << said.err;
-  for (const char* line : {"Carmack 2, double, x*y                2.9000    0.8900",
-                           "Lomont 3, double, 1/y                 0.7000    0.1200"})
-    EXPECT_NE(said.out.find(line), std::string::npos) << said.out;
-}
-
-// Rows of one experiment and n agree on the pairs, but for the racy ones.
-TEST_F(Program, measure_writes_rows_that_agree) {
-  const Said said = run({"measure", "--csv", at("rows.csv"), "--up-to", "1000", "--device", "cpu",
-                         "--repeat", "2", "--scene", "pile"});
-  EXPECT_EQ(said.status, 0) << said.err;
-  std::istringstream rows(slurp(at("rows.csv")));
-  std::string line;
-  std::getline(rows, line);
-  EXPECT_EQ(line, "experiment,variant,device,n,median_ms,pairs,checksum");
-  std::map<std::string, std::string> answers;
-  std::map<std::string, int> counts;
-  while (std::getline(rows, line)) {
-    std::vector<std::string> cells;
-    std::istringstream text(line);
-    for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
-    ASSERT_EQ(cells.size(), 7u) << line;
-    ++counts[cells[0]];
-    EXPECT_GE(std::stod(cells[4]), 0) << line;
-    if (cells[1].find("racy") != std::string::npos) continue;
-    const std::string answer = cells[5] + " " + cells[6];
-    EXPECT_EQ(answers.emplace(cells[3], answer).first->second, answer) << line;
-  }
-  EXPECT_EQ(answers.size(), 2u);  // n = 100 and 1000
-  EXPECT_EQ(counts["table2"], 8);
-  EXPECT_EQ(counts["table5"], 20);
-  EXPECT_EQ(counts["table6"], 24);
-  EXPECT_EQ(counts["table7"], 6);
+  for (const char* word : {"(75, 303)", "one bit, racy as printed", "The page: "})
+    EXPECT_NE(said.out.find(word), std::string::npos) << word;
+  EXPECT_NE(said.err.find("Table 5: one byte, 1000 objects"), std::string::npos) << "progress";
+  for (const char* name : {"index.html", "rows.csv", "examples.csv", "table5.csv"})
+    EXPECT_TRUE(exists(std::string("deep/paper/") + name)) << name;
+  EXPECT_FALSE(exists("deep/paper/table6.csv"));
+  const std::string page = slurp(at("deep/paper/index.html"));
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+  EXPECT_NE(page.find("data-series"), std::string::npos);
 }
 
 TEST_F(Program, lists_and_helps) {
@@ -169,10 +151,11 @@ TEST_F(Program, lists_and_helps) {
   EXPECT_EQ(list.status, 0) << list.err;
   for (const char* word : {"formula", "lazy", "stored", "fold", "lomont", "ballot", "cuda", "pile"})
     EXPECT_NE(list.out.find(word), std::string::npos) << word;
-  for (const char* command : {"pairs", "roots", "measure"}) {
-    const Said help = run({command, "--help"});
+  for (const std::vector<std::string>& asked :
+       {std::vector<std::string>{"--help"}, {"pairs", "--help"}}) {
+    const Said help = run(asked);
     EXPECT_EQ(help.status, 0);
-    EXPECT_NE(help.out.find("Example"), std::string::npos) << command;
+    EXPECT_NE(help.out.find("Example"), std::string::npos) << asked[0];
   }
 }
 

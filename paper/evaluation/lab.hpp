@@ -1,0 +1,79 @@
+// Where the experiments are run: devices, sizes, time allowed, and the measuring of one variant.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "paper/evaluation/section.hpp"
+#include "paper/input.hpp"
+#include "paper/stepper.hpp"
+
+namespace throng::paper {
+
+struct Setting {
+  bool quick = false;
+  std::vector<DeviceKind> devices = {DeviceKind::cpu};
+  unsigned threads = 1;                                             // of the CPU
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;              // for one output, list or grid
+  std::uint64_t up_to = std::numeric_limits<std::uint64_t>::max();  // larger n are left out
+  double limit_seconds = 60;                                        // for a frame of a rival
+  std::string rivals;  // the program that plays frames through them; empty: it is not here
+  std::function<void(const std::string&)> progress;  // may be empty
+};
+
+class Lab {
+ public:
+  explicit Lab(Setting setting);
+
+  const Setting& setting() const noexcept { return setting_; }
+  bool quick() const noexcept { return setting_.quick; }
+  const std::vector<DeviceKind>& devices() const noexcept { return setting_.devices; }
+  // "AMD EPYC 9654, 2 threads", "NVIDIA H200".
+  const std::string& name(DeviceKind device) const;
+  void say(const std::string& what) const;
+
+  // Without those that --up-to leaves out, and with --quick those above `quick_limit`.
+  std::vector<std::uint64_t> sizes(std::vector<std::uint64_t> all, std::uint64_t quick_limit) const;
+
+  struct Answer {
+    std::optional<Measured> measured;
+    std::string excuse;  // why there is none
+  };
+  // The median step of a variant; an excuse where it would take too much memory. `threads` 0: as
+  // many as the setting has.
+  Answer run(const Variant& variant, const Box* boxes, std::uint64_t n, DeviceKind device,
+             unsigned threads = 0) const;
+  // Time given to one variant at one size, beyond its first step.
+  double budget_ms() const noexcept { return quick() ? 250 : 3000; }
+  int repeat() const noexcept { return quick() ? 5 : 11; }
+
+  // A row on that device; a missing measurement leaves its excuse as what was found.
+  Row row(const std::string& what, std::uint64_t n, const std::string& quantity,
+          const std::string& unit, DeviceKind device) const;
+  // The same with pairs, checksum and number taken from an answer.
+  Row row(const std::string& what, std::uint64_t n, const std::string& quantity, DeviceKind device,
+          const Answer& answer, double Times::*stage) const;
+
+  // Throng's own time for the same boxes: the median of warmed calls. Failure where it is refused.
+  struct Library {
+    double ms = 0;
+    std::uint64_t pairs = 0, checksum = 0;
+    std::string plan;
+  };
+  Library library(const Box* boxes, std::uint64_t n, DeviceKind device, unsigned threads = 0,
+                  float cell_scale = 1) const;
+
+ private:
+  Setting setting_;
+  std::string names_[2];
+};
+
+double ms_of(const std::function<void()>& call);
+// The median of warmed calls, fewer where they take longer than the budget together.
+double median_ms(const std::function<void()>& call, int repeat, double budget_ms);
+
+}  // namespace throng::paper

@@ -1,0 +1,274 @@
+// Figures 5 and 6: the falling column, frame by frame, beside Bullet's two broad phases. A rival
+// runs in a process of its own, so that it can be stopped.
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "paper/evaluation/experiments.hpp"
+#include "paper/failure.hpp"
+#include "program/child.hpp"
+#include "program/median.hpp"
+#include "report/format.hpp"
+#include "scene/checksum.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::paper {
+namespace {
+
+constexpr std::size_t first_frame = 49;  // half of the column has landed
+const char* const rival_names[] = {"Bullet btDbvt, default", "Bullet btDbvt, deferred",
+                                   "Bullet bt32BitAxisSweep3"};
+
+struct Frames {
+  std::uint64_t n = 0;
+  double moving = 1;
+  std::size_t count = 3;  // after the first
+};
+
+struct Played {
+  std::vector<double> ms;
+  std::uint64_t pairs = 0;  // of the last frame
+  double insert_ms = 0;
+  std::string excuse;  // why there is no time
+  bool stopped = false;
+};
+
+// What the program that has the rivals tells of one of them.
+Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
+  Played played;
+  const std::vector<std::string> arguments = {"--rival",   rival,
+                                              "--scene",   "column",
+                                              "--objects", std::to_string(frames.n),
+                                              "--moving",  fmt::format("{}", frames.moving),
+                                              "--first",   std::to_string(first_frame),
+                                              "--frames",  std::to_string(frames.count)};
+  const program::ChildEnd ended = program::run_child(
+      lab.setting().rivals, arguments, lab.setting().limit_seconds, [&](const std::string& line) {
+        const std::size_t a = line.find(','), b = line.find(',', a + 1);
+        if (b == std::string::npos || line.compare(0, 5, "frame") == 0) return;
+        const double ms = std::stod(line.substr(a + 1, b - a - 1));
+        if (line.compare(0, a, "insert") == 0) {
+          played.insert_ms = ms;
+        } else {
+          played.ms.push_back(ms);
+          played.pairs = std::stoull(line.substr(b + 1));
+        }
+      });
+  if (ended.stopped) {
+    played.stopped = true;
+    played.excuse = fmt::format("stopped: {} took over {:g} s",
+                                played.insert_ms == 0 ? "adding the objects" : "a frame",
+                                lab.setting().limit_seconds);
+  } else if (ended.status != 0) {
+    played.excuse = fmt::format("its program ended with status {}", ended.status);
+  }
+  return played;
+}
+
+struct Ours {
+  double paper_ms = 0, library_ms = 0, library_one_ms = 0;
+  std::uint64_t pairs = 0;
+  std::string excuse;  // why the paper's grid has no time
+};
+
+// The same frames through the paper's grid and through the library, on one device.
+Ours ours(const Lab& lab, const Frames& frames, DeviceKind device) {
+  scene::Spec spec;
+  spec.name = "column";
+  spec.objects = frames.n;
+  spec.frames = first_frame + frames.count + 1;
+  spec.moving = frames.moving;
+  const scene::Scene scene(spec);
+  std::vector<Box> boxes(frames.n);
+  std::vector<double> paper, library, one;
+  Ours result;
+  Variant variant;
+  variant.per_cell = 4;
+  for (std::size_t f = 1; f <= frames.count; ++f) {
+    scene.frame(first_frame + f, boxes.data());
+    // The plane is no part of the environment that the density is taken of.
+    const Lab::Answer answer = lab.run(variant, boxes.data(), frames.n, device);
+    if (answer.measured) paper.push_back(answer.measured->step.times.total());
+    result.excuse = answer.excuse;
+    const Lab::Library found = lab.library(boxes.data(), frames.n, device);
+    library.push_back(found.ms);
+    if (device == DeviceKind::cpu) {
+      one.push_back(lab.library(boxes.data(), frames.n, device, 1).ms);
+    }
+    result.pairs = found.pairs;
+    if (answer.measured && answer.measured->checksum != found.checksum) {
+      throw Failure(
+          fmt::format("frame {} of {} objects: the paper's grid and the library found "
+                      "different pairs: please report this",
+                      first_frame + f, frames.n));
+    }
+  }
+  result.paper_ms = program::median(paper);
+  result.library_ms = program::median(library);
+  result.library_one_ms = program::median(one);
+  return result;
+}
+
+class Curves {
+ public:
+  explicit Curves(report::Plot plot) : plot_(std::move(plot)) {}
+  void add(const std::string& name, double x, double y, bool emphasis = false) {
+    if (y <= 0) return;
+    for (report::Series& line : plot_.series) {
+      if (line.name != name) continue;
+      line.x.push_back(x);
+      line.y.push_back(y);
+      return;
+    }
+    plot_.series.push_back({name, {x}, {y}, emphasis, false});
+  }
+  report::Plot plot_;
+};
+
+// One point of either figure: everybody on the same frames. Rivals in `out` have run out of time.
+// Gives Throng's share of the fastest rival's time: 0 where there is none.
+double point(const Lab& lab, Section& section, Curves& curves, const Frames& frames, double x,
+             std::map<std::string, std::string>& out) {
+  const auto add = [&](Row row) {
+    row.quantity = fmt::format("frame, {:g} % moving", 100 * frames.moving);
+    section.rows.push_back(std::move(row));
+  };
+  double library = 0, fastest = 0;
+  for (const DeviceKind device : lab.devices()) {
+    lab.say(fmt::format("{}: {} objects, {:g} % moving, {}", section.name,
+                        report::format_short(frames.n), 100 * frames.moving, lab.name(device)));
+    const Ours own = ours(lab, frames, device);
+    Row row = lab.row("the paper's grid, X = 4", frames.n, "", "ms", device);
+    if (own.paper_ms > 0) row.measured = own.paper_ms;
+    row.pairs = own.pairs;
+    row.found = own.excuse;
+    if (section.name == "figure5" && frames.n == 100000) {
+      row.paper = 25;
+      row.paper_text = "under 25";
+    }
+    curves.add("the paper's grid, " + lab.name(device), x, own.paper_ms);
+    add(row);
+    row = lab.row("Throng", frames.n, "", "ms", device);
+    row.measured = own.library_ms;
+    row.pairs = own.pairs;
+    curves.add("Throng, " + lab.name(device), x, own.library_ms, true);
+    add(row);
+    if (device == DeviceKind::cpu) {
+      library = own.library_ms;
+      row.device += ", only 1 used";
+      row.measured = own.library_one_ms;
+      add(row);
+    }
+  }
+  for (const char* const name : rival_names) {
+    Row row = lab.row(name, frames.n, "", "ms", DeviceKind::cpu);
+    row.device += ", only 1 used";
+    if (lab.setting().rivals.empty()) {
+      row.found = "not here: build with libbullet-dev installed (scripts/paper does)";
+    } else if (out.count(name) != 0) {
+      row.found = out[name];
+    } else {
+      lab.say(fmt::format("{}: {} objects, {:g} % moving, {}", section.name,
+                          report::format_short(frames.n), 100 * frames.moving, name));
+      const Played played = play(lab, name, frames);
+      row.found = played.excuse;
+      if (played.stopped) {
+        out[name] =
+            fmt::format("left out: already stopped at {} objects", report::format_count(frames.n));
+      }
+      if (!played.ms.empty()) {
+        row.measured = program::median(played.ms);
+        row.pairs = played.pairs;
+        row.found = fmt::format("{} Throng's time on all threads{}",
+                                report::format_ratio(*row.measured / library),
+                                played.excuse.empty() ? "" : "; " + played.excuse);
+        if (fastest == 0 || *row.measured < fastest) fastest = *row.measured;
+        curves.add(name, x, *row.measured);
+      }
+    }
+    add(row);
+  }
+  return fastest == 0 || library == 0 ? 0 : fastest / library;
+}
+
+std::string conditions() {
+  return fmt::format(
+      "The column falls; {} frames have gone by. Throng and the paper's grid search each frame "
+      "from "
+      "nothing. Bullet keeps its objects from frame to frame, gets all new boxes, and its exact "
+      "pairs "
+      "are picked out of its surplus outside the time, which favours it. Medians of the frames "
+      "that "
+      "follow.",
+      first_frame);
+}
+
+}  // namespace
+
+Section figure5(const Lab& lab) {
+  Section section("figure5", "Figure 5: 1K to 1M moving objects, beside Bullet");
+  Curves curves({"Figure 5", "objects", "ms a frame", true, true, {}});
+  std::map<std::string, std::string> out;
+  std::string gains;
+  for (const std::uint64_t n :
+       lab.sizes({1000, 3000, 10000, 30000, 100000, 300000, 1000000}, 30000)) {
+    const double gain = point(lab, section, curves, {n, 1, std::size_t{lab.quick() ? 2u : 3u}},
+                              static_cast<double>(n), out);
+    if (gain > 0) {
+      gains += fmt::format("{}{} at {}", gains.empty() ? "" : ", ", report::format_ratio(gain),
+                           report::format_short(n));
+    }
+  }
+  if (!gains.empty()) {
+    section.finding =
+        fmt::format("Throng on the processor is ahead of the faster of Bullet's two by {}.", gains);
+  } else {
+    section.finding =
+        "No time of Bullet's is here, so only the paper's system and Throng are compared.";
+  }
+  section.words = {
+      conditions(),
+      "The paper's figure has no numbers in its text; its headline says under 25 ms at "
+      "100,000 objects."};
+  section.plots.push_back(std::move(curves.plot_));
+  return section;
+}
+
+Section figure6(const Lab& lab) {
+  Section section("figure6", "Figure 6: 0 to 100 % of the objects moving, beside Bullet");
+  const std::uint64_t n =
+      std::min<std::uint64_t>(lab.quick() ? 10000 : 100000, lab.setting().up_to);
+  Curves curves({fmt::format("Figure 6, {} objects", report::format_count(n)),
+                 "% moving",
+                 "ms a frame",
+                 false,
+                 true,
+                 {}});
+  std::map<std::string, std::string> out;
+  const std::vector<double> shares = lab.quick() ? std::vector<double>{0, 0.5, 1}
+                                                 : std::vector<double>{0, 0.1, 0.25, 0.5, 0.75, 1};
+  for (const double share : shares) {
+    point(lab, section, curves, {n, share, std::size_t{lab.quick() ? 2u : 3u}}, 100 * share, out);
+  }
+  const auto spread = [&](const std::string& start) {
+    double least = 0, most = 0;
+    for (const report::Series& line : curves.plot_.series) {
+      if (line.name.compare(0, start.size(), start) != 0 || line.y.empty()) continue;
+      least = *std::min_element(line.y.begin(), line.y.end());
+      most = *std::max_element(line.y.begin(), line.y.end());
+      break;
+    }
+    return least > 0 ? report::format_ratio(most / least) : std::string("-");
+  };
+  section.finding = fmt::format(
+      "From the cheapest to the dearest share of movers, times change by {} for the paper's grid "
+      "(flat, says the paper), {} for Throng, {} for btDbvt and {} for the axis sweep.",
+      spread("the paper's"), spread("Throng"), spread(rival_names[0]), spread(rival_names[2]));
+  section.words = {conditions(), "The paper does not say how many objects its figure has."};
+  section.plots.push_back(std::move(curves.plot_));
+  return section;
+}
+
+}  // namespace throng::paper

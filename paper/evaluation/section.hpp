@@ -1,0 +1,62 @@
+// What one experiment of the evaluation has to tell: rows beside the paper's, plots and words; and
+// how that becomes a table, a CSV file and a stretch of a page.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/page.hpp"
+#include "report/plot.hpp"
+#include "report/table.hpp"
+
+namespace throng::paper {
+
+struct Row {
+  std::string what;      // which variant or scene
+  std::uint64_t n = 0;   // of objects or of roots; 0: there is none
+  std::string quantity;  // "kernel", "total"; may be empty
+  std::string unit;      // "ms", "%", "bytes"; empty for plain numbers and words
+  std::string device;    // empty: arithmetic, the same wherever it is run
+  std::optional<double> paper, measured;
+  std::string paper_text, measured_text;         // where a number does not say it
+  std::optional<std::uint64_t> pairs, checksum;  // what was found, for comparing runs
+  std::string found;                             // one sentence, made of the measurement
+
+  // measured / paper, where there are both.
+  std::optional<double> ratio() const;
+};
+
+// Of arithmetic, the same on every device.
+Row plain_row(std::string what, std::uint64_t n, std::string quantity, std::string unit);
+
+struct Section {
+  Section(std::string name_, std::string title_)
+      : name(std::move(name_)), title(std::move(title_)) {}
+
+  std::string name;     // for --only and file names
+  std::string title;    // for people
+  std::string finding;  // one or two sentences: what came out
+  std::vector<std::string> words;
+  std::vector<Row> rows;
+  std::vector<report::Plot> plots;
+  std::vector<report::Table> tables;  // beside the rows
+};
+
+// 0.23 of unit "ms" as the tables show it; "-" for nothing.
+std::string show(const std::optional<double>& value, const std::string& unit);
+
+// Columns what, n, quantity, unit, device, paper, measured, ratio, found; those that are empty in
+// all rows are left out.
+report::Table table_of(const Section& section);
+// All columns, numbers in full: experiment, what, n, quantity, unit, device, paper, measured,
+// ratio, pairs, checksum, found.
+report::Table csv_of(const std::vector<Section>& sections);
+void add_to(report::Page& page, const Section& section);
+
+// How many times faster or slower than the paper, as a sentence; empty without both numbers.
+std::string speed_sentence(const Row& row);
+
+}  // namespace throng::paper

@@ -1,0 +1,126 @@
+// What the paper calls for: how many objects a cell should have, and how large the library's cells
+// should be, over five scenes.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "paper/evaluation/experiments.hpp"
+#include "report/format.hpp"
+
+namespace throng::paper {
+namespace {
+
+struct Curve {
+  report::Series line;
+  double best_x = 0, best_ms = 0;
+
+  void add(double x, double ms) {
+    line.x.push_back(x);
+    line.y.push_back(ms);
+    if (best_ms == 0 || ms < best_ms) best_ms = ms, best_x = x;
+  }
+  // Time at x over the best; 0 where it was not measured.
+  double at(double x) const {
+    for (std::size_t i = 0; i < line.x.size(); ++i) {
+      if (line.x[i] == x) return line.y[i] / best_ms;
+    }
+    return 0;
+  }
+};
+
+}  // namespace
+
+Section cell_study(const Lab& lab) {
+  Section section("study", "What the paper left open: X, and the size of cells");
+  const std::uint64_t n =
+      std::min<std::uint64_t>(lab.quick() ? 10000 : 100000, lab.setting().up_to);
+  const char* const names[] = {"uniform", "pile", "spheres", "mixed", "clusters"};
+  const std::vector<double> per_cells =
+      lab.quick() ? std::vector<double>{0.5, 2, 8, 32}
+                  : std::vector<double>{0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};
+  const std::vector<double> scales =
+      lab.quick() ? std::vector<double>{0.5, 1, 2}
+                  : std::vector<double>{0.25, 0.35, 0.5, 0.7, 1, 1.4, 2, 2.8, 4};
+  for (const DeviceKind device : lab.devices()) {
+    report::Plot grids{
+        fmt::format("The paper's grid, {} objects, {}", report::format_short(n), lab.name(device)),
+        "objects a cell, X",
+        "ms",
+        true,
+        true,
+        {}};
+    report::Plot cells{
+        fmt::format("Throng, {} objects, {}", report::format_short(n), lab.name(device)),
+        "cells, times the planner's",
+        "ms",
+        true,
+        true,
+        {}};
+    double worst_plan = 1, least_x = 0, most_x = 0;
+    std::string worst_scene, bests;
+    for (const char* const name : names) {
+      const Boxes boxes = make_scene(name, n, 1, 1);
+      Curve curve{{name, {}, {}, false, false}};
+      std::string excuse;
+      for (const double per_cell : per_cells) {
+        lab.say(fmt::format("study: {}, X = {:g}, {}", name, per_cell, lab.name(device)));
+        Variant variant;
+        variant.per_cell = per_cell;
+        const Lab::Answer answer = lab.run(variant, boxes.frame(0), n, device);
+        if (answer.measured) {
+          curve.add(per_cell, answer.measured->step.times.total());
+        } else {
+          excuse += fmt::format("; X = {:g} {}", per_cell, answer.excuse);
+        }
+      }
+      Row row = lab.row(name, n, "best X of the paper's grid", "objects a cell", device);
+      if (curve.best_ms > 0) {
+        row.measured = curve.best_x;
+        row.found = fmt::format("{} ms there{}", report::format_ms(curve.best_ms), excuse);
+        for (const double x : {1.0, 2.0, 4.0, 8.0, 32.0}) {
+          if (curve.at(x) > 0) {
+            row.found += fmt::format("; X = {:g}: {}", x, report::format_ratio(curve.at(x)));
+          }
+        }
+        bests += fmt::format("{}{:g} for {}", bests.empty() ? "" : ", ", curve.best_x, name);
+        least_x = least_x == 0 ? curve.best_x : std::min(least_x, curve.best_x);
+        most_x = std::max(most_x, curve.best_x);
+        grids.series.push_back(curve.line);
+      } else {
+        row.found = excuse;
+      }
+      section.rows.push_back(row);
+
+      curve = {{name, {}, {}, false, false}};
+      for (const double scale : scales) {
+        lab.say(fmt::format("study: {}, cells {:g} times, {}", name, scale, lab.name(device)));
+        curve.add(scale, lab.library(boxes.frame(0), n, device, 1, static_cast<float>(scale)).ms);
+      }
+      row = lab.row(name, n, "best cell of Throng's, 1 thread", "times the planner's", device);
+      row.measured = curve.best_x;
+      const double loss = curve.at(1);
+      row.found =
+          fmt::format("the planner's choice takes {} of the best time", report::format_ratio(loss));
+      if (loss > worst_plan) worst_plan = loss, worst_scene = name;
+      section.rows.push_back(row);
+      cells.series.push_back(curve.line);
+    }
+    section.finding += fmt::format(
+        "On {} the best X is {}{}. The planner of Throng, which is given no X, is {}. ",
+        lab.name(device), bests, most_x > least_x ? ": no one value serves all" : "",
+        worst_scene.empty() ? std::string("at the best size of all tried in every scene")
+                            : fmt::format("at most {} of the best time away, in the scene {}",
+                                          report::format_ratio(worst_plan), worst_scene));
+    section.plots.push_back(std::move(grids));
+    section.plots.push_back(std::move(cells));
+  }
+  section.words = {
+      "X is the number of objects a cell that the paper leaves to be tuned. Throng takes no such "
+      "number: a planner looks at a sample of the boxes. Here its cells are made so many times as "
+      "long and wide, to see what its choice costs."};
+  return section;
+}
+
+}  // namespace throng::paper

@@ -1,0 +1,20 @@
+// The machine that a result belongs to.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace throng::program {
+
+unsigned hardware_threads();
+// "AMD EPYC 9654 96-Core Processor"; "unknown" where the system does not tell.
+std::string processor_name();
+// ("processor", "..."), ("hardware threads", "2"), ...: processor, memory, compiler, system, load,
+// date.
+std::vector<std::pair<std::string, std::string>> machine_description();
+
+// The value of "key : value" in a file of /proc; empty where there is none.
+std::string proc_field(const std::string& file, const std::string& key);
+
+}  // namespace throng::program
