@@ -142,6 +142,17 @@ bool valid_margin(float margin, Result& r) noexcept {
   return refuse(r, Status::bad_option);
 }
 
+namespace {
+
+bool valid_cell_scale(float scale, Result& r) noexcept {
+  if (scale >= 1 / 64.0f && scale <= 64) return true;
+  say(r, "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
+      double{scale});
+  return refuse(r, Status::bad_option);
+}
+
+}  // namespace
+
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
   if (kernels) return kernels;
@@ -153,12 +164,14 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
 }
 
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  return valid_margin(options.margin, r) && valid_boxes(a, b ? "the first set" : "the set", r) &&
+  return valid_margin(options.margin, r) && valid_cell_scale(options.cell_scale, r) &&
+         valid_boxes(a, b ? "the first set" : "the set", r) &&
          (!b || valid_boxes(*b, "the second set", r));
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (!valid_margin(options.margin, r) || !kernels_for(options.isa, "Options::isa", r))
+  if (!valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
+      !kernels_for(options.isa, "Options::isa", r))
     return false;
   const char* first = b ? "the first set" : "the set";
   return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&

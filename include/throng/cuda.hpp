@@ -48,8 +48,8 @@ struct MemoryResource {
 Result available() noexcept;
 
 // One Finder serves one GPU, that which is current at its first call, and one stream at a time.
-// Options: algorithm, order, nan, margin and measure_stages are heeded. 1.8e9 boxes at most, of
-// both sets together.
+// Options: algorithm, order, nan, margin, measure_stages and cell_scale are heeded. 1.8e9 boxes at
+// most, of both sets together.
 class Finder {
  public:
   explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept

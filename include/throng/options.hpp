@@ -95,6 +95,9 @@ struct Options {
   // Where memory comes from; null: std::pmr::new_delete_resource(). It must outlive the Finder.
   // Used from several threads only if it is a grid of many columns: give a synchronised one then.
   std::pmr::memory_resource* memory = nullptr;
+  // Cells so many times as long as the planner would make them, within 1/64 and 64 and as far as
+  // memory allows: for studies of the planner and for tests. The pairs are the same for any value.
+  float cell_scale = 1.0f;
 };
 
 // What the planner chose, and why.

@@ -274,8 +274,9 @@ THRONG_HD inline float ClassPlanner::price(const Shared& s, const GridLimits& li
   return sum;
 }
 
-// Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each.
-THRONG_HD inline void ClassPlanner::build(std::uint32_t candidate, const Shared& s,
+// Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each. Prices
+// are those of a scale of 1: else a size would be chosen that undoes the scale.
+THRONG_HD inline void ClassPlanner::build(std::uint32_t candidate, float scale, const Shared& s,
                                           const GridLimits& limits, ClassGrid& grid) noexcept {
   const std::uint32_t n = s.count, scheme = candidate / sizes, size = candidate % sizes;
   const float low = s.extent[3][n / 10], middle = s.extent[3][n / 2],
@@ -297,7 +298,7 @@ THRONG_HD inline void ClassPlanner::build(std::uint32_t candidate, const Shared&
                               3.17f * s.unit,
                               4 * s.unit,
                               8 * s.unit};
-  const float base = greater(bases[size] * 1.0001f, 1e-30f);
+  const float base = greater(bases[size] * 1.0001f * scale, 1e-30f);
   float side[3] = {base, base, base};
   if (scheme == 2) {  // the shape of the typical box
     const float typical = greater(middle, 1e-30f);

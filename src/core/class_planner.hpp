@@ -38,6 +38,7 @@ struct GridLimits {
   std::uint32_t row_cells = 1;    // the longest row of a hashed grid
   std::uint32_t present = 0;      // group bits
   bool has_worlds = false;
+  float cell_scale = 1;  // cells so many times as long as the cheapest
 };
 
 // Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
@@ -86,7 +87,7 @@ class ClassPlanner {
       ClassGrid candidate;
       s.cost[t] = 0;
       if (s.count) {
-        build(t, s, limits, candidate);
+        build(t, 1, s, limits, candidate);
         s.cost[t] = price(s, limits, candidate);
       }
     }
@@ -95,7 +96,7 @@ class ClassPlanner {
       for (std::uint32_t c = 1; c < sizes * schemes; ++c)
         if (s.cost[c] < s.cost[best]) best = c;
       if (s.count)
-        build(best, s, limits, grid);
+        build(best, limits.cell_scale, s, limits, grid);
       else
         grid = ClassGrid{}, finish(grid, limits, 1);
     }
@@ -161,8 +162,8 @@ class ClassPlanner {
   THRONG_HD static void finish(ClassGrid& grid, const GridLimits& limits, float worlds) noexcept;
   THRONG_HD static float price(const Shared& s, const GridLimits& limits,
                                const ClassGrid& grid) noexcept;
-  THRONG_HD static void build(std::uint32_t candidate, const Shared& s, const GridLimits& limits,
-                              ClassGrid& grid) noexcept;
+  THRONG_HD static void build(std::uint32_t candidate, float scale, const Shared& s,
+                              const GridLimits& limits, ClassGrid& grid) noexcept;
 };
 
 }  // namespace throng::core

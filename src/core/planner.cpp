@@ -137,7 +137,7 @@ Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
   return s;
 }
 
-GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
+GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced, float cell_scale) noexcept {
   GridPlan best;
   const double n = static_cast<double>(s.target_count);
   const double work = static_cast<double>(s.query_count);
@@ -157,54 +157,93 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced) noexcept {
     extents[k] = range > 0 ? s.extent[k] : length[k];
   }
   const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
-  std::uint32_t best_columns[3] = {1, 1, 1};
-  best.expected_ns = DBL_MAX;
-  for (std::uint32_t x = 0; x < 3; ++x) {
+  // Columns swept along x, as far as their number does not matter.
+  struct Sweep {
+    double share_x, share_y, share_z, share_yz, word_parts, most_parts;
+  };
+  const auto along = [&](std::uint32_t x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
-    const double share_x = std::min(1.0, extents[x] / length[x]);
-    const double share_y = extents[y] / length[y], share_z = extents[z] / length[z];
-    const double share_yz = s.product[x] / (length[y] * length[z]);
+    Sweep sweep;
+    sweep.share_x = std::min(1.0, extents[x] / length[x]);
+    sweep.share_y = extents[y] / length[y];
+    sweep.share_z = extents[z] / length[z];
+    sweep.share_yz = s.product[x] / (length[y] * length[z]);
     // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and
     // for an extent to be some words long, as equal words cost a look at the floats.
-    const double word_parts =
-        std::ceil(extent_words / (words_per_column * std::max(share_x, 1e-9)));
-    const double most_parts = std::min(4096.0, std::floor(0.125 / std::max(share_x, 1e-9)) + 1);
+    sweep.word_parts = std::ceil(extent_words / (words_per_column * std::max(sweep.share_x, 1e-9)));
+    sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
+    return sweep;
+  };
+  struct Price {
+    double parts, replicas, cost;
+  };
+  const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+    const double sections = static_cast<double>(cy) * cz;
+    // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
+    const double across_y = sweep.share_y * (cy - 1);
+    const double across_z = sweep.share_z * (cz - 1);
+    const double both = sweep.share_yz * (cy - 1) * (cz - 1);
+    const double replicas = 1 + across_y + across_z + both;
+    const double per_column = n * replicas * s.crowding / sections;
+    double parts = sweep.word_parts;
+    if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
+    if (parts > 1) {
+      parts = std::min({parts, sweep.most_parts, std::floor(most_columns / sections)});
+      parts = std::max(1.0, parts);
+    }
+    const double cut = 1 + sweep.share_x * (parts - 1);
+    // Windows end anywhere in a vector, and few of those go on that are far from it on average.
+    const double window = per_column * sweep.share_x / lanes;
+    const double second = std::min(1.0, std::max(0.1 * window, window - 0.5));
+    const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
+                          second_window_ns * second + window_ns * std::max(0.0, window - 1.5);
+    const double cost =
+        work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
+        column_ns * sections * parts;
+    return Price{parts, replicas * cut, cost};
+  };
+  std::uint32_t best_columns[3] = {1, 1, 1};
+  best.expected_ns = DBL_MAX;
+  const auto take = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz, const Price& p) {
+    best.expected_ns = p.cost;
+    best.replicas = p.replicas;
+    best.sweep_axis = x;
+    best_columns[x] = static_cast<std::uint32_t>(p.parts);
+    best_columns[(x + 1) % 3] = cy;
+    best_columns[(x + 2) % 3] = cz;
+  };
+  for (std::uint32_t x = 0; x < 3; ++x) {
+    const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
+    const Sweep sweep = along(x);
     for (const std::uint32_t cy : column_counts) {
       if (cy > most_columns || (cy > 1 && extents[y] >= length[y])) break;
-      // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
-      const double across_y = share_y * (cy - 1);
       for (const std::uint32_t cz : column_counts) {
-        const double sections = static_cast<double>(cy) * cz;
-        if (sections > most_columns || (cz > 1 && extents[z] >= length[z])) break;
-        const double across_z = share_z * (cz - 1);
-        const double both = share_yz * (cy - 1) * (cz - 1);
-        const double replicas = 1 + across_y + across_z + both;
-        const double per_column = n * replicas * s.crowding / sections;
-        double parts = word_parts;
-        if (per_column > cached_records)
-          parts = std::max(parts, std::ceil(per_column / part_records));
-        if (parts > 1) {
-          parts = std::min({parts, most_parts, std::floor(most_columns / sections)});
-          parts = std::max(1.0, parts);
-        }
-        const double cut = 1 + share_x * (parts - 1);
-        // Windows end anywhere in a vector, and few of those go on that are far from it on average.
-        const double window = per_column * share_x / lanes;
-        const double second = std::min(1.0, std::max(0.1 * window, window - 0.5));
-        const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
-                              second_window_ns * second + window_ns * std::max(0.0, window - 1.5);
-        const double cost =
-            work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
-            column_ns * sections * parts;
-        if (cost < best.expected_ns) {
-          best.expected_ns = cost;
-          best.replicas = replicas * cut;
-          best.sweep_axis = x;
-          best_columns[x] = static_cast<std::uint32_t>(parts);
-          best_columns[y] = cy;
-          best_columns[z] = cz;
-        }
+        if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z]))
+          break;
+        const Price p = price(sweep, cy, cz);
+        if (p.cost < best.expected_ns) take(x, cy, cz, p);
       }
+    }
+  }
+  if (cell_scale != 1) {
+    // Finer cells keep to what binds every plan, and a box to a few columns: as near to the scale
+    // that is asked for as that allows.
+    const std::uint32_t x = best.sweep_axis, y = (x + 1) % 3, z = (x + 2) % 3;
+    const std::uint32_t planned[2] = {best_columns[y], best_columns[z]};
+    const auto scaled = [&](std::uint32_t count, std::uint32_t axis, double scale) {
+      if (extents[axis] >= length[axis]) return 1u;
+      return static_cast<std::uint32_t>(
+          std::clamp(std::round(count / scale), 1.0, double{max_columns_per_axis}));
+    };
+    for (double scale = double{cell_scale};; scale *= 1.125) {
+      if (cell_scale < 1 && scale >= 1) break;  // the plan stands as it is
+      const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
+      const Price p = price(along(x), cy, cz);
+      const bool few =
+          static_cast<double>(cy) * cz <= most_columns && p.replicas <= most_scaled_replicas;
+      if (cell_scale < 1 && !few) continue;
+      take(x, cy, cz, p);
+      break;
     }
   }
   best.map = make_map(s, best_columns);

@@ -338,6 +338,7 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   search.b = b ? b : &a;
   search.two_sets = b != nullptr;
   search.margin = options.margin;
+  search.cell_scale = options.cell_scale;
   search.flat = a.is_flat() && search.b->is_flat();
   const auto given = [](const Filters& f) { return f.group || f.mask || f.owner; };
   search.pair_filters = given(a.filters) || given(search.b->filters);

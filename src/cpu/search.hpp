@@ -80,6 +80,7 @@ struct Search {
   const Boxes* b = nullptr;  // a itself where there is one set
   bool two_sets = false;
   float margin = 0;
+  float cell_scale = 1;
   bool flat = false;          // all boxes are 2-D
   bool pair_filters = false;  // group, mask or owner is given
   const Kernels* kernels = nullptr;

@@ -173,7 +173,7 @@ class Gpu final : public Engine {
     if (capacity != 0)
       require_on_device(out, alignof(Pair), Status::bad_option, "the output lies in host memory",
                         "the output is not aligned to 4 bytes");
-    const Input in = pipeline::make_input(a, b, options.margin);
+    const Input in = pipeline::make_input(a, b, options);
     w = reserved_;
     if (report) w.report = report;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);

@@ -69,7 +69,7 @@ class Engine {
             core::Output* output, const Consumer* consumer, Result& r) {
     const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
     if (total > max_pipeline_boxes) throw Failure{Status::too_many_boxes, total};
-    Call call{make_input(a, b, options.margin), false, &r};
+    Call call{make_input(a, b, options), false, &r};
     const bool in_order = options.order == Order::canonical;
     r.plan.reason = "";
     if (total == 0) return;

@@ -39,6 +39,7 @@ struct Input {
   Set sets[2];
   std::uint32_t first_count = 0, count = 0;
   float margin = 0;
+  float cell_scale = 1;
   bool two_sets = false;
   bool has_worlds = false, has_pair_filters = false;
   std::uint32_t present = 0;  // group bits that occur
@@ -97,14 +98,15 @@ inline Set make_set(const Boxes& boxes) noexcept {
   return s;
 }
 
-inline Input make_input(const Boxes& a, const Boxes* b, float margin) noexcept {
+inline Input make_input(const Boxes& a, const Boxes* b, const Options& options) noexcept {
   Input in;
   in.sets[0] = make_set(a);
   in.first_count = static_cast<std::uint32_t>(a.size());
   in.count = static_cast<std::uint32_t>(a.size() + (b ? b->size() : 0));
   in.two_sets = b != nullptr;
   if (b) in.sets[1] = make_set(*b);
-  in.margin = margin;
+  in.margin = options.margin;
+  in.cell_scale = options.cell_scale;
   for (const Set& s : in.sets) {
     in.has_worlds |= bool(s.world);
     in.has_pair_filters |= s.group || s.mask || s.owner;

@@ -167,6 +167,7 @@ class Pipeline {
     limits.row_cells = Workspace::row_cells;
     limits.present = in.present;
     limits.has_worlds = in.has_worlds;
+    limits.cell_scale = in.cell_scale;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
     const auto* end = reinterpret_cast<const char*>(w.table + scanned);
     device_.use_scratch(w.scratch, w.scratch_bytes);

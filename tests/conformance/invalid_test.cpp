@@ -123,6 +123,13 @@ TEST_P(Invalid, Options) {
     finder.set_options(options());
     EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
   }
+  for (const float scale : {0.0f, -1.0f, denormal, 0.0156f, 64.01f, infinity, -infinity, quiet}) {
+    throng::Options with = options();
+    with.cell_scale = scale;
+    const Result result = Finder(with).find(boxes);
+    EXPECT_EQ(result.status, Status::bad_option) << scale;
+    EXPECT_NE(std::string(result.message).find("within 1/64 and 64"), std::string::npos);
+  }
   throng::Options minus_zero = options();
   minus_zero.margin = -0.0f;
   EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());

@@ -157,6 +157,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   shared.nan = flags & 4 ? throng::NanPolicy::refuse : throng::NanPolicy::inactive;
   const float margins[] = {0.0f, 0.0f, 0.1f, 1.0f};
   shared.margin = margins[flags >> 3 & 3];
+  const float scales[] = {1.0f, 1.0f, 0.125f, 8.0f};
+  shared.cell_scale = scales[flags >> 5 & 3];
   const Answer answer = two_sets ? reference_pairs(a.view(which), b.view(which >> 1), shared.margin)
                                  : reference_pairs(a.view(which), shared.margin);
   // Four configurations an input: the input says which.
@@ -165,6 +167,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     throng::Options options = configs[at].options();
     options.nan = shared.nan;
     options.margin = shared.margin;
+    options.cell_scale = shared.cell_scale;
     check(finders[at], configs[at], options, a, b, which, two_sets, room, answer);
   }
   return 0;

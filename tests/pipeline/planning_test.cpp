@@ -18,13 +18,14 @@ struct Planned {
   std::unique_ptr<PlanGrid::Shared> shared = std::make_unique<PlanGrid::Shared>();
 };
 
-Planned plan(const BoxList& boxes, std::uint32_t present = 0) {
+Planned plan(const BoxList& boxes, std::uint32_t present = 0, float cell_scale = 1) {
   Planned p;
-  Input in = make_input(Boxes(boxes), nullptr, 0);
+  Input in = make_input(Boxes(boxes), nullptr, {});
   in.present = present;
   Report report;
-  p.limits = {boxes.size(), static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024), 8192, present,
-              false};
+  p.limits = {boxes.size(), static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
+              8192,         present,
+              false,        cell_scale};
   const PlanGrid planner{in, p.limits, &p.grid, &report};
   for (int phase = 0; phase < PlanGrid::phases; ++phase)
     for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) planner(phase, t, *p.shared);
@@ -72,6 +73,7 @@ TEST(Planning, IsSoundOnHardScenes) {
   for (const auto& scene : tests::hard_scenes(3000)) {
     SCOPED_TRACE(scene.name);
     for (const std::uint32_t present : {0u, 1u, 7u}) expect_sound(plan(scene.boxes, present));
+    for (const float scale : {1 / 64.0f, 0.3f, 64.0f}) expect_sound(plan(scene.boxes, 1, scale));
   }
   expect_sound(plan(BoxList(1, tests::cube(0, 0, 0, 1))));
   expect_sound(plan(BoxList(50, {{1, 1, 1}, {0, 0, 0}})));  // none is active

@@ -68,7 +68,9 @@ TEST(Property, SameAsTheDoubleLoop) {
     const Config config = any_config();
     Options options = config.options();
     options.margin = *rc::gen::element(0.0f, 0.0f, 0.1f, 1.0f, denormal);
-    RC_LOG() << config.name() << " margin " << options.margin << '\n';
+    options.cell_scale = *rc::gen::element(1.0f, 1.0f, 0.1f, 7.0f);
+    RC_LOG() << config.name() << " margin " << options.margin << " cells " << options.cell_scale
+             << '\n';
     assert_same(find_pairs(boxes, options), reference_pairs(boxes, options.margin).pairs);
   });
 }

@@ -1,0 +1,134 @@
+// Cells of any size find the same pairs: what the planner makes of the boxes decides how fast, never
+// what.
+#include <cmath>
+
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+constexpr float scales[] = {1 / 64.0f, 1 / 8.0f, 0.5f, 3, 64};
+
+class CellScale : public Conformance {
+ protected:
+  Options scaled(float scale) const {
+    Options with = options();
+    with.cell_scale = scale;
+    return with;
+  }
+};
+
+TEST_P(CellScale, HardBoxes) {
+  static std::vector<HardScene> scenes;
+  static std::vector<Answer> answers;
+  if (answers.empty()) {
+    scenes = hard_scenes(sanitized ? 200 : 400);
+    for (const HardScene& scene : scenes) answers.push_back(reference_pairs(scene.boxes));
+  }
+  for (const float scale : scales) {
+    Finder finder(scaled(scale));
+    for (std::size_t k = 0; k < scenes.size(); ++k) {
+      SCOPED_TRACE(scenes[k].name + ", cells " + std::to_string(scale));
+      const Result result = finder.find(scenes[k].boxes);
+      expect_pairs(result, config(), answers[k], to_vector(finder.pairs()),
+                   scenes[k].boxes.size());
+    }
+  }
+}
+
+TEST_P(CellScale, TwoSetsAndFilters) {
+  const BoxList a = sizes_to_10000(500, 5), b = snapped_boxes(700, 16, 0.1f, 6);
+  std::vector<std::int32_t> worlds;
+  for (int i = 0; i < 700; ++i) worlds.push_back(i % 5 - 1);
+  Boxes first = a, second = b;
+  static const Answer whole = reference_pairs(first, second);
+  first.filters.world = {worlds.data(), a.size()};
+  second.filters.world = {worlds.data(), b.size()};
+  static const Answer parted = reference_pairs(first, second);
+  for (const float scale : scales) {
+    SCOPED_TRACE(scale);
+    Finder finder(scaled(scale));
+    const Result result = finder.find(a, b);
+    expect_pairs(result, config(), whole, to_vector(finder.pairs()), 500);
+    const Result in_worlds = finder.find(first, second);
+    expect_pairs(in_worlds, config(), parted, to_vector(finder.pairs()), 0);
+  }
+}
+
+THRONG_INSTANTIATE(CellScale, all_configs);
+
+// What takes longer: of each algorithm and instruction set one.
+class CellScaleOfMany : public CellScale {};
+
+// Clusters in clusters, for which columns get grids of their own.
+TEST_P(CellScaleOfMany, GridsInGrids) {
+  static BoxList boxes;
+  static Answer answer;
+  if (boxes.empty()) {
+    Random random(4);
+    for (int k = 0; k < (sanitized ? 3000 : 9000); ++k) {
+      const Vec3 p = random.point(0, k % 3 == 0 ? 10000.0f : k % 3 == 1 ? 40.0f : 8.0f);
+      boxes.push_back(cube(p, random.unit()));
+    }
+    answer = reference_pairs(boxes);
+  }
+  for (const float scale : scales) {
+    SCOPED_TRACE(scale);
+    Finder finder(scaled(scale));
+    const Result result = finder.find(boxes);
+    expect_pairs(result, config(), answer, to_vector(finder.pairs()), boxes.size());
+  }
+}
+
+double cells(const Result& r) {
+  return double{1} * r.plan.columns[0] * r.plan.columns[1] * r.plan.columns[2];
+}
+
+TEST_P(CellScaleOfMany, MakesCellsSoLong) {
+  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no cells, or none that are told";
+  const BoxList boxes = uniform_boxes(40000, 3);
+  Finder finder(options());
+  const Result planned = finder.find(boxes);
+  ASSERT_TRUE(planned.ok()) << planned.message;
+  // A GPU's cells are scaled along all three axes, the CPU's columns along two.
+  const double axes = config().backend == Backend::cpu ? 2 : 3;
+  for (const float scale : {0.75f, 1.5f, 2.0f, 4.0f}) {
+    finder.set_options(scaled(scale));
+    const Result result = finder.find(boxes);
+    EXPECT_EQ(result.found, planned.found) << result.message;
+    const double wanted = std::pow(double{scale}, axes);
+    EXPECT_NEAR(cells(planned) / cells(result) / wanted, 1, 0.35) << scale;
+    if (scale > 1) {
+      EXPECT_GT(result.comparisons, planned.comparisons) << scale;
+    }
+  }
+  finder.set_options(scaled(1 / 64.0f));
+  const Result finest = finder.find(boxes);
+  EXPECT_EQ(finest.found, planned.found) << finest.message;
+  EXPECT_GT(cells(finest), 1.5 * cells(planned));
+  finder.set_options(scaled(64));
+  const Result coarsest = finder.find(boxes);
+  EXPECT_EQ(coarsest.found, planned.found) << coarsest.message;
+  EXPECT_LT(cells(coarsest), 0.01 * cells(planned) + 40);
+}
+
+// Boxes as large as many cells would be entered in each of them.
+TEST_P(CellScaleOfMany, LargeBoxesInSmallCells) {
+  BoxList boxes = uniform_boxes(3000, 8);
+  for (std::size_t i = 0; i < boxes.size(); i += 3) {
+    for (int k = 0; k < 3; ++k) (&boxes[i].upper.x)[k] += 9;
+  }
+  expect_exact(boxes, config(), reference_pairs(boxes));
+  Finder finder(scaled(1 / 64.0f));
+  const Result result = finder.find(boxes);
+  expect_pairs(result, config(), reference_pairs(boxes), to_vector(finder.pairs()), boxes.size());
+  if (config().backend == Backend::cpu) {
+    EXPECT_LT(finder.memory_bytes(), 200 * 16 * boxes.size() + 8 * result.found + (1 << 20));
+  }
+}
+
+THRONG_INSTANTIATE(CellScaleOfMany, single_configs);
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,61 @@
+// Scaled plans keep to what binds every plan, whatever the boxes are.
+#include <gtest/gtest.h>
+
+#include "core/planner.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::core {
+namespace {
+
+GridPlan plan_of(const tests::BoxList& boxes, std::uint64_t count, float cell_scale) {
+  std::vector<Box> sample;
+  for (const Box& b : boxes) {
+    const bool active = b.lower.x <= b.upper.x && b.lower.y <= b.upper.y && b.lower.z <= b.upper.z;
+    if (active && sample.size() < max_sample) sample.push_back(b);
+  }
+  const Stats stats = measure(sample.data(), static_cast<std::uint32_t>(sample.size()), count, count);
+  return plan(stats, 8, Algorithm::grid, cell_scale);
+}
+
+TEST(Planner, ScaledPlansAreWithinLimits) {
+  for (const auto& scene : tests::hard_scenes(600)) {
+    for (const std::uint64_t count : {std::uint64_t{2}, std::uint64_t{600}, std::uint64_t{100000},
+                                      max_box_count}) {
+      SCOPED_TRACE(scene.name + " " + std::to_string(count));
+      const GridPlan own = plan_of(scene.boxes, count, 1);
+      for (const float scale : {1 / 64.0f, 0.25f, 0.9f, 1.1f, 4.0f, 64.0f}) {
+        const GridPlan p = plan_of(scene.boxes, count, scale);
+        EXPECT_EQ(p.sweep_axis, own.sweep_axis);
+        std::uint64_t columns = 1;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          columns *= p.map.columns[k];
+          EXPECT_GE(p.map.columns[k], 1u);
+          EXPECT_LE(p.map.columns[k], max_columns_per_axis);
+          if (k == p.sweep_axis) continue;
+          if (scale < 1) {
+            EXPECT_GE(p.map.columns[k], own.map.columns[k]) << scale;
+          } else {
+            EXPECT_LE(p.map.columns[k], own.map.columns[k]) << scale;
+          }
+        }
+        EXPECT_LE(columns, std::max<std::uint64_t>(1, std::min(count / 48, std::uint64_t{1} << 17)));
+        EXPECT_LE(p.replicas, std::max(own.replicas, most_scaled_replicas)) << scale;
+        EXPECT_GT(p.expected_ns, 0);
+      }
+    }
+  }
+}
+
+// The plan is the cheapest: scaled, it is expected to cost more, and as much where nothing changed.
+TEST(Planner, ScaledPlansCostMore) {
+  const tests::BoxList boxes = tests::uniform_boxes(512, 3);
+  const GridPlan own = plan_of(boxes, 1000000, 1);
+  for (const float scale : {1 / 64.0f, 0.25f, 4.0f, 64.0f}) {
+    const GridPlan p = plan_of(boxes, 1000000, scale);
+    EXPECT_NE(p.map.column_count(), own.map.column_count());
+    EXPECT_GT(p.expected_ns, own.expected_ns) << scale;
+  }
+}
+
+}  // namespace
+}  // namespace throng::core
