@@ -83,7 +83,7 @@ Lab::Library Lab::library(const Box* boxes, std::uint64_t n, DeviceKind device, 
   Options options;
   options.backend = device == DeviceKind::cuda ? Backend::cuda : Backend::cpu;
   options.threads = threads == 0 ? setting_.threads : threads;
-  (void)cell_scale;
+  options.cell_scale = cell_scale;
   Finder finder(options);
   const throng::Boxes view(boxes, n);
   Result result;

@@ -115,6 +115,7 @@ Section table2(const Lab& lab) {
         if (g.n != n) continue;
         Row row = lab.row("lazy / mapping", n, "times", "", device);
         row.paper = g.lazy / g.mapping;
+        row.paper_text = report::format_ms(*row.paper);
         row.measured = ms[1] / ms[0];
         row.found = (*row.measured > 1) == (*row.paper > 1)
                         ? "agrees: the mapping is the faster one"

@@ -15,7 +15,8 @@ std::string full(const std::optional<double>& value) {
 }
 
 std::string paper_of(const Row& row) {
-  return row.paper_text.empty() ? show(row.paper, row.unit) : row.paper_text;
+  if (!row.paper_text.empty() || !row.paper) return row.paper_text;
+  return fmt::format("{:.7g}", *row.paper);  // as it is printed
 }
 
 std::string measured_of(const Row& row) {
