@@ -273,7 +273,8 @@ Section figure6(const Lab& lab) {
       spread("the paper's"), spread("Throng"), spread(rival_names[0]), spread(rival_names[2]));
   if (!behind.empty()) {
     section.finding += fmt::format(
-        " With {} moving one of Bullet's is ahead of a search from nothing, as it has next to nothing "
+        " With {} moving one of Bullet's is ahead of a search from nothing, as it has next to "
+        "nothing "
         "to do.",
         behind);
   }

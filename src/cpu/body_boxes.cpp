@@ -10,7 +10,7 @@ namespace {
 
 // What a task takes at a time: enough that taking costs nothing, little enough that convex bodies
 // in one place do not keep one task busy. A multiple of the block.
-constexpr std::size_t chunk = 4096;
+constexpr std::size_t chunk = 1024;
 
 void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept {
   to[0][lane] = v.x;
@@ -21,12 +21,16 @@ void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept
 // What one task keeps: the block, and what of it stays from one to the next.
 class Task {
  public:
-  Task(const core::UpdateBoxes& job, PlaceBlock place) noexcept : job_(job), place_(place) {
+  Task(const core::UpdateBoxes& job, PlaceBlock place, PlaceBlock unrotated) noexcept
+      : job_(job), place_(place), unrotated_(unrotated) {
     shared_ = !job.shape.data && job.one_shape;
     if (!shared_) return;
     alone_ = !is_block_shape(0);
     if (alone_) return;
-    for (std::size_t k = 0; k < BodyBlock::size; ++k) put_shape(k, job.shapes[0]);
+    const Shape& s = job.shapes[0];
+    ball_ = s.center.x == 0 && s.center.y == 0 && s.center.z == 0 && s.half_extents.x == 0 &&
+            s.half_extents.y == 0 && s.half_extents.z == 0;
+    for (std::size_t k = 0; k < BodyBlock::size; ++k) put_shape(k, s);
   }
 
   // Bodies first .. first + count - 1, count <= BodyBlock::size. Those that are no boxes, or
@@ -37,7 +41,8 @@ class Task {
       return;
     }
     for (std::size_t k = 0; k < count; ++k) put(block_.position, k, job_.position[first + k]);
-    if (job_.rotation.data) {
+    const bool rotated = job_.rotation.data && !(ball_ && rotations_finite(first, count));
+    if (rotated) {
       for (std::size_t k = 0; k < count; ++k) {
         const Quaternion& q = job_.rotation[first + k];
         block_.rotation[0][k] = q.x;
@@ -60,7 +65,7 @@ class Task {
         }
       }
     }
-    place_(block_, job_.margin);
+    (rotated ? place_ : unrotated_)(block_, job_.margin);
     for (std::size_t k = 0; k < count; ++k) {
       job_.box(first + k) = {{block_.lower[0][k], block_.lower[1][k], block_.lower[2][k]},
                              {block_.upper[0][k], block_.upper[1][k], block_.upper[2][k]}};
@@ -77,6 +82,16 @@ class Task {
     return job_.fault(i) == core::ShapeFault::none &&
            job_.shapes[job_.shape_index(i)].kind == ShapeKind::box;
   }
+  // A ball stays itself when it is turned, to the bit: each product of the matrix with 0 is 0 where
+  // the matrix is finite, which it is for every finite quaternion. Infinity - infinity is no 0.
+  bool rotations_finite(std::size_t first, std::size_t count) const noexcept {
+    float none = 0;
+    for (std::size_t k = first; k < first + count; ++k) {
+      const Quaternion& q = job_.rotation[k];
+      none += (q.x - q.x) + (q.y - q.y) + (q.z - q.z) + (q.w - q.w);
+    }
+    return none == 0;
+  }
   void put_shape(std::size_t lane, const Shape& s) noexcept {
     put(block_.center, lane, s.center);
     put(block_.half_extents, lane, s.half_extents);
@@ -88,7 +103,8 @@ class Task {
   }
 
   const core::UpdateBoxes& job_;
-  PlaceBlock place_;
+  PlaceBlock place_, unrotated_;
+  bool ball_ = false;    // one shape for all, which no rotation changes
   bool shared_ = false;  // one shape for all, and it is in the block
   bool alone_ = false;   // one shape for all, and it is none for the block
   BodyReport report_;
@@ -102,12 +118,13 @@ static_assert(chunk % BodyBlock::size == 0);
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
                         const Executor& executor, unsigned tasks) noexcept {
   const PlaceBlock place = find_place_block(isa, job.rotation.data, job.displacement.data);
+  const PlaceBlock unrotated = find_place_block(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
   tasks = static_cast<unsigned>(std::min<std::size_t>(std::max(tasks, 1u), chunks));
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> first{count}, invalid{0};
   auto body = [&](unsigned) {
-    Task task(job, place);
+    Task task(job, place, unrotated);
     for (;;) {
       const std::size_t k = next.fetch_add(1, std::memory_order_relaxed);
       if (k >= chunks) break;

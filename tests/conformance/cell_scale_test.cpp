@@ -1,5 +1,5 @@
-// Cells of any size find the same pairs: what the planner makes of the boxes decides how fast, never
-// what.
+// Cells of any size find the same pairs: what the planner makes of the boxes decides how fast,
+// never what.
 #include <cmath>
 
 #include "support/configs.hpp"
@@ -31,8 +31,7 @@ TEST_P(CellScale, HardBoxes) {
     for (std::size_t k = 0; k < scenes.size(); ++k) {
       SCOPED_TRACE(scenes[k].name + ", cells " + std::to_string(scale));
       const Result result = finder.find(scenes[k].boxes);
-      expect_pairs(result, config(), answers[k], to_vector(finder.pairs()),
-                   scenes[k].boxes.size());
+      expect_pairs(result, config(), answers[k], to_vector(finder.pairs()), scenes[k].boxes.size());
     }
   }
 }

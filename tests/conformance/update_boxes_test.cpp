@@ -2,6 +2,7 @@
 // and thread count, in every layout; and what is refused.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <thread>
 
@@ -235,6 +236,34 @@ TEST(UpdateBoxes, NotFiniteIsSeen) {
         EXPECT_EQ(r.first_invalid, 70u);
         EXPECT_EQ(r.invalid_count, 1u);
       }
+    }
+  }
+}
+
+// A ball that all bodies share takes a shorter way, on which no rotation is looked at but whether
+// it is finite: the bits are those of the long way, which a shape a body takes.
+TEST(UpdateBoxes, SharedBallsTakeTheSameBits) {
+  BodyScene scene = body_scene(1000, 9);
+  const std::vector<Shape> each(1000, Shape::sphere(0.75f));
+  float* const broken[4] = {&scene.transforms[70].rotation.x, &scene.transforms[333].rotation.y,
+                            &scene.transforms[512].rotation.z, &scene.transforms[999].rotation.w};
+  for (const float bad : {0.0f, quiet, inf, -inf, 3e38f}) {
+    for (float* const at : broken) *at = bad;
+    for (const bool displaced : {false, true}) {
+      Bodies own = scene.view();
+      own.shape = {};
+      if (!displaced) own.displacement = {};
+      Bodies shared = own;
+      own.shapes = {each.data(), each.size()};
+      shared.shapes = {each.data(), 1};
+      const std::vector<Box> want = boxes_of(own), got = boxes_of(shared);
+      for (std::size_t i = 0; i < want.size(); ++i) {
+        ASSERT_EQ(has_nan(want[i]), has_nan(got[i])) << i << " " << bad;
+        if (!has_nan(want[i])) {
+          ASSERT_EQ(std::memcmp(&want[i], &got[i], sizeof(Box)), 0) << i << " " << bad;
+        }
+      }
+      EXPECT_EQ(has_nan(got[333]), !std::isfinite(bad)) << bad;
     }
   }
 }

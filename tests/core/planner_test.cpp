@@ -13,14 +13,15 @@ GridPlan plan_of(const tests::BoxList& boxes, std::uint64_t count, float cell_sc
     const bool active = b.lower.x <= b.upper.x && b.lower.y <= b.upper.y && b.lower.z <= b.upper.z;
     if (active && sample.size() < max_sample) sample.push_back(b);
   }
-  const Stats stats = measure(sample.data(), static_cast<std::uint32_t>(sample.size()), count, count);
+  const Stats stats =
+      measure(sample.data(), static_cast<std::uint32_t>(sample.size()), count, count);
   return plan(stats, 8, Algorithm::grid, cell_scale);
 }
 
 TEST(Planner, ScaledPlansAreWithinLimits) {
   for (const auto& scene : tests::hard_scenes(600)) {
-    for (const std::uint64_t count : {std::uint64_t{2}, std::uint64_t{600}, std::uint64_t{100000},
-                                      max_box_count}) {
+    for (const std::uint64_t count :
+         {std::uint64_t{2}, std::uint64_t{600}, std::uint64_t{100000}, max_box_count}) {
       SCOPED_TRACE(scene.name + " " + std::to_string(count));
       const GridPlan own = plan_of(scene.boxes, count, 1);
       for (const float scale : {1 / 64.0f, 0.25f, 0.9f, 1.1f, 4.0f, 64.0f}) {
@@ -38,7 +39,8 @@ TEST(Planner, ScaledPlansAreWithinLimits) {
             EXPECT_LE(p.map.columns[k], own.map.columns[k]) << scale;
           }
         }
-        EXPECT_LE(columns, std::max<std::uint64_t>(1, std::min(count / 48, std::uint64_t{1} << 17)));
+        EXPECT_LE(columns,
+                  std::max<std::uint64_t>(1, std::min(count / 48, std::uint64_t{1} << 17)));
         EXPECT_LE(p.replicas, std::max(own.replicas, most_scaled_replicas)) << scale;
         EXPECT_GT(p.expected_ns, 0);
       }
