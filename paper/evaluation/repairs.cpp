@@ -133,7 +133,7 @@ Section repairs(const Lab& lab) {
                                   : lab.sizes({1000000, 10000000, 200000000}, 1000000).back();
   between(formula(RootKind::carmack, 2, true), 209992, limit);
   between(formula(RootKind::lomont, 2, true), 209934, limit);
-  between(formula(RootKind::float32, 2, true), 8388609, limit);
+  between(formula(RootKind::float32, 2, true), 8388611, limit);
   between(formula(RootKind::float64, 2, false, Radicand::real), 94906267, limit);
   between(formula(RootKind::float64, 2, false), 117440514, limit);
 
