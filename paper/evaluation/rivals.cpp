@@ -30,13 +30,19 @@ struct Frames {
 struct Played {
   std::vector<double> ms;
   std::uint64_t pairs = 0;  // of the last frame
-  double insert_ms = 0;
-  std::string excuse;  // why there is no time
-  bool stopped = false;
+  double insert_ms = 0;     // the time to add all objects; 0: it did not come to an end
+  std::string excuse;       // why there is no time
 };
+
+// A rival that adds objects one by one may need minutes before its first frame.
+double insert_limit(const Lab& lab) { return 5 * lab.setting().limit_seconds; }
+
+// Enough was seen of a rival.
+struct Slow {};
 
 // What the program that has the rivals tells of one of them.
 Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
+  const double limit = lab.setting().limit_seconds;
   Played played;
   const std::vector<std::string> arguments = {"--rival",   rival,
                                               "--scene",   "column",
@@ -44,28 +50,65 @@ Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
                                               "--moving",  fmt::format("{}", frames.moving),
                                               "--first",   std::to_string(first_frame),
                                               "--frames",  std::to_string(frames.count)};
-  const program::ChildEnd ended = program::run_child(
-      lab.setting().rivals, arguments, lab.setting().limit_seconds, [&](const std::string& line) {
-        const std::size_t a = line.find(','), b = line.find(',', a + 1);
-        if (b == std::string::npos || line.compare(0, 5, "frame") == 0) return;
-        const double ms = std::stod(line.substr(a + 1, b - a - 1));
-        if (line.compare(0, a, "insert") == 0) {
-          played.insert_ms = ms;
-        } else {
-          played.ms.push_back(ms);
-          played.pairs = std::stoull(line.substr(b + 1));
-        }
-      });
-  if (ended.stopped) {
-    played.stopped = true;
-    played.excuse = fmt::format("stopped: {} took over {:g} s",
-                                played.insert_ms == 0 ? "adding the objects" : "a frame",
-                                lab.setting().limit_seconds);
-  } else if (ended.status != 0) {
-    played.excuse = fmt::format("its program ended with status {}", ended.status);
+  const auto hear = [&](const std::string& line) {
+    const std::size_t a = line.find(','), b = line.find(',', a + 1);
+    if (b == std::string::npos || line.compare(0, 5, "frame") == 0) return;
+    const double ms = std::stod(line.substr(a + 1, b - a - 1));
+    if (line.compare(0, a, "insert") == 0) {
+      played.insert_ms = ms;
+      return;
+    }
+    played.ms.push_back(ms);
+    played.pairs = std::stoull(line.substr(b + 1));
+    if (ms > 1000 * limit) throw Slow{};
+  };
+  try {
+    const program::ChildEnd ended =
+        program::run_child(lab.setting().rivals, arguments, insert_limit(lab), hear);
+    if (ended.stopped) {
+      played.excuse =
+          fmt::format("stopped: {} took over {:g} s",
+                      played.insert_ms == 0 ? "adding the objects" : "a frame", insert_limit(lab));
+    } else if (ended.status != 0) {
+      played.excuse = fmt::format("its program ended with status {}", ended.status);
+    }
+  } catch (const Slow&) {
+    played.excuse = fmt::format("stopped: a frame took over {:g} s", limit);
   }
   return played;
 }
+
+// Why a rival is not asked again: it was stopped, or adding more objects would take too long.
+// Adding one to the axis sweep takes time in proportion to those that are there.
+class Tired {
+ public:
+  // Empty: it is asked.
+  std::string excuse(const Lab& lab, const std::string& rival, std::uint64_t n) const {
+    const auto found = past_.find(rival);
+    if (found == past_.end() || n < found->second.n) return {};
+    const Past& past = found->second;
+    if (past.stopped) {
+      return fmt::format("left out: already stopped at {} objects", report::format_count(past.n));
+    }
+    const double ratio = static_cast<double>(n) / static_cast<double>(past.n);
+    const double seconds = past.insert_ms / 1000 * ratio * ratio;
+    if (ratio <= 1 || past.insert_ms < 1000 || seconds <= insert_limit(lab)) return {};
+    return fmt::format(
+        "left out: adding {} objects took {:.0f} s, and so many would take some {:.0f}",
+        report::format_count(past.n), past.insert_ms / 1000, seconds);
+  }
+  void saw(const std::string& rival, std::uint64_t n, const Played& played) {
+    past_[rival] = {n, played.insert_ms, played.excuse.compare(0, 7, "stopped") == 0};
+  }
+
+ private:
+  struct Past {
+    std::uint64_t n = 0;
+    double insert_ms = 0;
+    bool stopped = false;
+  };
+  std::map<std::string, Past> past_;
+};
 
 struct Ours {
   double paper_ms = 0, library_ms = 0, library_one_ms = 0;
@@ -127,10 +170,10 @@ class Curves {
   report::Plot plot_;
 };
 
-// One point of either figure: everybody on the same frames. Rivals in `out` have run out of time.
+// One point of either figure: everybody on the same frames.
 // Gives Throng's share of the fastest rival's time: 0 where there is none.
 double point(const Lab& lab, Section& section, Curves& curves, const Frames& frames, double x,
-             std::map<std::string, std::string>& out) {
+             Tired& tired) {
   const auto add = [&](Row row) {
     row.quantity = fmt::format("frame, {:g} % moving", 100 * frames.moving);
     section.rows.push_back(std::move(row));
@@ -167,17 +210,14 @@ double point(const Lab& lab, Section& section, Curves& curves, const Frames& fra
     row.device += ", only 1 used";
     if (lab.setting().rivals.empty()) {
       row.found = "not here: build with libbullet-dev installed (scripts/paper does)";
-    } else if (out.count(name) != 0) {
-      row.found = out[name];
+    } else if (const std::string excuse = tired.excuse(lab, name, frames.n); !excuse.empty()) {
+      row.found = excuse;
     } else {
       lab.say(fmt::format("{}: {} objects, {:g} % moving, {}", section.name,
                           report::format_short(frames.n), 100 * frames.moving, name));
       const Played played = play(lab, name, frames);
       row.found = played.excuse;
-      if (played.stopped) {
-        out[name] =
-            fmt::format("left out: already stopped at {} objects", report::format_count(frames.n));
-      }
+      tired.saw(name, frames.n, played);
       if (!played.ms.empty()) {
         row.measured = program::median(played.ms);
         row.pairs = played.pairs;
@@ -210,12 +250,12 @@ std::string conditions() {
 Section figure5(const Lab& lab) {
   Section section("figure5", "Figure 5: 1K to 1M moving objects, beside Bullet");
   Curves curves({"Figure 5", "objects", "ms a frame", true, true, {}});
-  std::map<std::string, std::string> out;
+  Tired tired;
   std::string gains;
   for (const std::uint64_t n :
        lab.sizes({1000, 3000, 10000, 30000, 100000, 300000, 1000000}, 30000)) {
     const double gain = point(lab, section, curves, {n, 1, std::size_t{lab.quick() ? 2u : 3u}},
-                              static_cast<double>(n), out);
+                              static_cast<double>(n), tired);
     if (gain > 0) {
       gains += fmt::format("{}{} at {}", gains.empty() ? "" : ", ", report::format_ratio(gain),
                            report::format_short(n));
@@ -246,13 +286,13 @@ Section figure6(const Lab& lab) {
                  false,
                  true,
                  {}});
-  std::map<std::string, std::string> out;
+  Tired tired;
   const std::vector<double> shares = lab.quick() ? std::vector<double>{0, 0.5, 1}
                                                  : std::vector<double>{0, 0.1, 0.25, 0.5, 0.75, 1};
   std::string behind;
   for (const double share : shares) {
     const double gain = point(lab, section, curves, {n, share, std::size_t{lab.quick() ? 2u : 3u}},
-                              100 * share, out);
+                              100 * share, tired);
     if (gain > 0 && gain < 1) {
       behind += fmt::format("{}{:g} %", behind.empty() ? "" : ", ", 100 * share);
     }

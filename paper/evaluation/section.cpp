@@ -79,10 +79,12 @@ report::Table table_of(const Section& section) {
   std::erase_if(columns, [](const Column& column) { return !column.used; });
 
   std::vector<std::string> names;
+  names.reserve(columns.size());
   for (const Column& column : columns) names.push_back(column.name);
   report::Table table(section.title, names);
   for (std::size_t i = 0; i < section.rows.size(); ++i) {
     std::vector<std::string> cells;
+    cells.reserve(columns.size());
     for (const Column& column : columns) cells.push_back(column.cells[i]);
     table.add_row(cells);
   }

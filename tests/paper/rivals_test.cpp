@@ -19,7 +19,7 @@ class Rivals : public test::CliTest {
     Setting setting;
     setting.quick = true;
     setting.up_to = 3000;
-    setting.limit_seconds = 0.5;
+    setting.limit_seconds = 0.2;
     setting.rivals = path;
     return Lab(setting);
   }
@@ -48,17 +48,39 @@ TEST_F(Rivals, TimesOfItsFramesAreTold) {
 
 TEST_F(Rivals, ASlowOneIsStoppedAndLeftOutFromThenOn) {
   const Section section = figure5(with(
-      "case \"$2\" in *Sweep*) sleep 20;; *) echo insert,1,0; echo 50,5,1; echo 51,5,1;; esac\n"));
+      "case \"$2\" in *Sweep*) exec sleep 20;; *) echo insert,1,0; echo 50,5,1; echo 51,5,1;; esac\n"));
   std::size_t stopped = 0, left_out = 0;
   for (const Row& row : section.rows) {
     if (row.what != "Bullet bt32BitAxisSweep3") continue;
     EXPECT_FALSE(row.measured);
-    stopped += row.found.find("stopped: adding the objects took over 0.5 s") != std::string::npos;
+    stopped += row.found.find("stopped: adding the objects took over 1 s") != std::string::npos;
     left_out += row.found.find("already stopped at 1,000 objects") != std::string::npos;
   }
   EXPECT_EQ(stopped, 1u);
   EXPECT_EQ(left_out, 1u);
   EXPECT_TRUE(last_of(section, "Bullet btDbvt, default")->measured);
+}
+
+TEST_F(Rivals, ASlowFrameIsItsLast) {
+  const Section section = figure5(with("echo insert,1,0; echo 50,250,1; exec sleep 20\n"));
+  std::size_t stopped = 0, left_out = 0;
+  for (const Row& row : section.rows) {
+    if (row.what != "Bullet btDbvt, default") continue;
+    stopped +=
+        row.measured && row.found.find("stopped: a frame took over 0.2 s") != std::string::npos;
+    left_out += row.found.find("already stopped") != std::string::npos;
+  }
+  EXPECT_EQ(stopped, 1u);
+  EXPECT_EQ(left_out, 1u);
+}
+
+TEST_F(Rivals, OneThatWouldAddTooLongIsLeftOut) {
+  const Section section = figure5(with("echo insert,1500,0; echo 50,5,1\n"));
+  const Row* row = last_of(section, "Bullet bt32BitAxisSweep3");
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->n, 3000u);
+  EXPECT_FALSE(row->measured);
+  EXPECT_NE(row->found.find("some 14"), std::string::npos) << row->found;
 }
 
 TEST_F(Rivals, OneThatFailsIsTold) {
