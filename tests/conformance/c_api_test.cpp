@@ -1,0 +1,234 @@
+// The C door: the same pairs as the C++ one's, in every layout, and what it refuses.
+#include <throng/throng.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <throng/version.hpp>
+
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::tests {
+namespace {
+
+using Found = std::vector<Pair>;
+
+class CApi : public testing::Test {
+ protected:
+  void SetUp() override { throng_options_init(&options_); }
+  void TearDown() override { throng_finder_destroy(finder_); }
+
+  throng_finder* finder() {
+    options_.order = THRONG_ORDER_CANONICAL;
+    if (!finder_) finder_ = throng_finder_create(&options_);
+    return finder_;
+  }
+  Found pairs() {
+    size_t count = 0;
+    const throng_pair* p = throng_finder_pairs(finder_, &count);
+    Found found;
+    for (size_t i = 0; i < count; ++i) found.push_back({p[i].first, p[i].second});
+    return found;
+  }
+  std::string message() { return throng_finder_result(finder_)->message; }
+
+  std::vector<Box> boxes_ = snapped_boxes(400, 12, 0.25f, 3);
+  throng_boxes view_ =
+      throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes_.data()), boxes_.size());
+  throng_options options_;
+  throng_finder* finder_ = nullptr;
+};
+
+TEST_F(CApi, EveryLayoutGivesTheReferencesPairs) {
+  const Found want = reference_pairs(boxes_).pairs;
+  ASSERT_FALSE(want.empty());
+  ASSERT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+  EXPECT_EQ(throng_finder_result(finder_)->found, want.size());
+  EXPECT_STRNE(throng_finder_result(finder_)->plan, "");
+
+  std::vector<float> lower, upper;
+  for (const Box& b : boxes_) {
+    lower.insert(lower.end(), {b.lower.x, b.lower.y, b.lower.z});
+    upper.insert(upper.end(), {b.upper.x, b.upper.y, b.upper.z});
+  }
+  const throng_boxes split = throng_boxes_split(lower.data(), upper.data(), boxes_.size());
+  ASSERT_EQ(throng_find(finder(), &split, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+
+  // Further apart than a box is large, and without z.
+  struct Wide {
+    Box box;
+    float other[3];
+  };
+  std::vector<Wide> wide;
+  std::vector<Box> flat = boxes_;
+  for (const Box& b : boxes_) wide.push_back({b, {9, 9, 9}});
+  throng_boxes strided = view_;
+  for (int k = 0; k < 6; ++k) strided.corner[k] = &wide[0].box.lower.x + k;
+  strided.stride_bytes = sizeof(Wide);
+  ASSERT_EQ(throng_find(finder(), &strided, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+  strided.corner[2] = strided.corner[5] = nullptr;
+  for (Box& b : flat) b.lower.z = b.upper.z = 0;
+  ASSERT_EQ(throng_find(finder(), &strided, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), reference_pairs(flat).pairs);
+}
+
+TEST_F(CApi, TwoSetsFiltersAndMargin) {
+  std::vector<std::int32_t> owners;
+  for (std::size_t i = 0; i < boxes_.size(); ++i) owners.push_back(static_cast<std::int32_t>(i % 3));
+  const std::size_t half = boxes_.size() / 2;
+  throng_boxes a = view_, b = view_;
+  a.count = half;
+  for (const float*& corner : b.corner) corner += 6 * half;
+  b.count = boxes_.size() - half;
+  Found want;
+  for (const bool owned : {false, true}) {
+    want.clear();
+    for (const Pair p : reference_pairs(boxes_).pairs) {
+      if (p.first < half && p.second >= half && !(owned && owners[p.first] == owners[p.second])) {
+        want.push_back({p.first, static_cast<std::uint32_t>(p.second - half)});
+      }
+    }
+    if (owned) {
+      a.owner = {owners.data(), sizeof(std::int32_t)};
+      b.owner = {owners.data() + half, sizeof(std::int32_t)};
+    }
+    ASSERT_EQ(throng_find(finder(), &a, &b), THRONG_OK) << message();
+    EXPECT_EQ(pairs(), want) << owned;
+  }
+  throng_finder_destroy(finder_);
+  finder_ = nullptr;
+  options_.margin = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(throng_find(finder(), &a, &b), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("margin"), std::string::npos) << message();
+}
+
+TEST_F(CApi, CallersBufferAndConsumer) {
+  const Found want = reference_pairs(boxes_).pairs;
+  std::vector<throng_pair> room(want.size());
+  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, room.data(), room.size() - 1),
+            THRONG_BUFFER_TOO_SMALL);
+  EXPECT_EQ(throng_finder_result(finder_)->found, want.size());
+  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, room.data(), room.size()), THRONG_OK);
+  EXPECT_EQ(std::memcmp(room.data(), want.data(), room.size() * sizeof(throng_pair)), 0);
+
+  Found seen;
+  const auto take = [](void* context, const throng_pair* p, size_t count) -> int {
+    for (size_t i = 0; i < count; ++i) {
+      static_cast<Found*>(context)->push_back({p[i].first, p[i].second});
+    }
+    return 1;
+  };
+  EXPECT_EQ(throng_consume(finder(), &view_, nullptr, take, &seen), THRONG_OK) << message();
+  EXPECT_EQ(seen, want);
+  const auto stop = [](void*, const throng_pair*, size_t) -> int { return 0; };
+  EXPECT_EQ(throng_consume(finder(), &view_, nullptr, stop, nullptr), THRONG_STOPPED);
+}
+
+// All memory and all work through the caller's functions; and nothing is leaked.
+TEST_F(CApi, CallersMemoryAndThreads) {
+  struct Host {
+    std::map<void*, size_t> blocks;
+    size_t limit = std::numeric_limits<size_t>::max(), held = 0;
+    int runs = 0;
+  } host;
+  options_.memory_self = options_.run_self = &host;
+  options_.allocate = [](void* self, size_t bytes, size_t alignment) -> void* {
+    Host& h = *static_cast<Host*>(self);
+    if (h.held + bytes > h.limit) return nullptr;
+    void* p = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    h.blocks[p] = bytes;
+    h.held += bytes;
+    return p;
+  };
+  options_.deallocate = [](void* self, void* p, size_t bytes, size_t) {
+    Host& h = *static_cast<Host*>(self);
+    EXPECT_EQ(h.blocks[p], bytes);
+    h.blocks.erase(p);
+    h.held -= bytes;
+    std::free(p);
+  };
+  options_.concurrency = 2;
+  options_.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+    ++static_cast<Host*>(self)->runs;
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  boxes_ = uniform_boxes(20000, 5);
+  view_ = throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes_.data()), boxes_.size());
+  ASSERT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), reference_pairs(boxes_).pairs);
+  EXPECT_GT(host.held, 0u);
+  EXPECT_GT(host.runs, 0);
+  throng_finder_destroy(finder_);
+  finder_ = nullptr;
+  EXPECT_TRUE(host.blocks.empty());
+  host.limit = 1000;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OUT_OF_MEMORY);
+  EXPECT_GT(throng_finder_result(finder_)->bytes_needed, 1000u);
+}
+
+TEST_F(CApi, BadInputIsToldWithItsRemedy) {
+  EXPECT_EQ(throng_find(finder(), nullptr, nullptr), THRONG_BAD_BOXES);
+  EXPECT_NE(message().find("NULL"), std::string::npos);
+  boxes_[17].upper.y = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_NAN_BOX);
+  EXPECT_EQ(throng_finder_result(finder_)->first_invalid, 17u);
+  EXPECT_NE(message().find("17"), std::string::npos);
+  throng_boxes odd = view_;
+  odd.stride_bytes = 25;
+  EXPECT_EQ(throng_find(finder(), &odd, nullptr), THRONG_BAD_BOXES);
+  boxes_[17].upper.y = 0;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << "usable after";
+  EXPECT_EQ(message(), "");
+
+  throng_finder_destroy(finder_);
+  finder_ = nullptr;
+  options_.algorithm = 7;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("algorithm (7)"), std::string::npos) << message();
+  throng_finder_destroy(finder_);
+  options_ = {};
+  finder_ = nullptr;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("throng_options_init"), std::string::npos) << message();
+  throng_finder_destroy(nullptr);
+}
+
+// A caller that knows only the first fields, and one that knows more than there are.
+TEST_F(CApi, OtherVersionsOfTheOptions) {
+  EXPECT_EQ(throng_c_version(), static_cast<unsigned>(THRONG_C_VERSION));
+  EXPECT_STREQ(throng_version(), THRONG_VERSION);
+  EXPECT_STREQ(throng_status_text(THRONG_NAN_BOX), "NaN box");
+  struct {
+    throng_options known;
+    char unknown[64];
+  } newer;
+  std::memset(static_cast<void*>(&newer), 0xff, sizeof newer);
+  throng_options_init_sized(&newer.known, sizeof newer);
+  newer.known.order = THRONG_ORDER_CANONICAL;
+  finder_ = throng_finder_create(&newer.known);
+  EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << message();
+  const Found want = pairs();
+  throng_finder_destroy(finder_);
+
+  throng_options older;
+  std::memset(static_cast<void*>(&older), 0xff, sizeof older);
+  throng_options_init_sized(&older, offsetof(throng_options, threads));
+  EXPECT_EQ(older.threads, 0xffffffffu) << "what an older caller does not have is not written";
+  older.order = THRONG_ORDER_CANONICAL;
+  finder_ = throng_finder_create(&older);
+  EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+}
+
+}  // namespace
+}  // namespace throng::tests
