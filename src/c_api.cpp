@@ -97,7 +97,8 @@ struct throng_finder {
     choose(given.backend, THRONG_BACKEND_EMULATED, options.backend, "backend");
     choose(given.nan, THRONG_NAN_INACTIVE, options.nan, "nan");
     choose(given.struct_bytes == 0, 0, initialised, "struct_bytes missing");
-    choose(!given.allocate != !given.deallocate, 0, initialised, "one of allocate, deallocate missing");
+    choose(!given.allocate != !given.deallocate, 0, initialised,
+           "one of allocate, deallocate missing");
     options.margin = given.margin;
     options.threads = given.threads;
     options.memory_cap_bytes = given.memory_cap_bytes;
@@ -144,11 +145,13 @@ struct throng_finder {
 
   void refuse() noexcept {
     if (wrong) {
-      std::snprintf(last.message, sizeof last.message,
-                    "options: %s (%d); call throng_options_init first, then use the THRONG_ constants",
-                    wrong, wrong_value);
+      std::snprintf(
+          last.message, sizeof last.message,
+          "options: %s (%d); call throng_options_init first, then use the THRONG_ constants", wrong,
+          wrong_value);
     } else {
-      std::snprintf(last.message, sizeof last.message, "found no boxes (NULL); pass a throng_boxes");
+      std::snprintf(last.message, sizeof last.message,
+                    "found no boxes (NULL); pass a throng_boxes");
     }
   }
 

@@ -9,6 +9,7 @@
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
 #include "cpu/threads.hpp"
+#include "describe.hpp"
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
@@ -40,7 +41,7 @@ struct Finder::State {
       r = cpu.find(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
     }
-    explain(r, b != nullptr, nan_in_second);
+    throng::explain(r, b != nullptr, nan_in_second);
     return r;
   }
 
@@ -140,6 +141,23 @@ struct FinderAccess {
     if (output == &own && r.ok()) finder.pairs_ = {own.data, static_cast<std::size_t>(r.found)};
     return r;
   }
+
+  static Explanation explain(Finder& finder, const Boxes& a, const Boxes* b) {
+    const Options& options = finder.options_;
+    Result r;
+    if (options.backend == Backend::cuda || options.backend == Backend::emulated) {
+      r.status = Status::bad_option;
+      say(r, "backend %s: a search is explained on the CPU alone; set backend to cpu or automatic",
+          to_string(options.backend));
+      throw Error(r);
+    }
+    const Backend asked = options.backend;
+    finder.options_.backend = Backend::cpu;
+    r = run(finder, a, b, nullptr, nullptr);
+    finder.options_.backend = asked;
+    if (!r.ok()) throw Error(r);
+    return describe(a, b, options, r, finder.state_->cpu);
+  }
 };
 
 Finder::~Finder() {
@@ -179,6 +197,13 @@ Result Finder::consume(const Boxes& boxes, Consumer consumer) {
 }
 Result Finder::consume(const Boxes& a, const Boxes& b, Consumer consumer) {
   return FinderAccess::run(*this, a, &b, nullptr, &consumer);
+}
+
+Explanation Finder::explain(const Boxes& boxes) {
+  return FinderAccess::explain(*this, boxes, nullptr);
+}
+Explanation Finder::explain(const Boxes& a, const Boxes& b) {
+  return FinderAccess::explain(*this, a, &b);
 }
 
 namespace {

@@ -11,6 +11,8 @@
 
 namespace throng {
 
+struct Explanation;
+
 // A view of pairs that a Finder owns; good until its next call.
 struct Pairs {
   const Pair* data_ = nullptr;
@@ -75,6 +77,11 @@ class Finder {
   // throws comes through. It runs in the library's floating-point state: nearest, denormals kept.
   Result consume(const Boxes& boxes, Consumer consumer);
   Result consume(const Boxes& a, const Boxes& b, Consumer consumer);
+
+  // Finds the pairs as find() does, and tells why that costs what it does: see throng/explain.hpp.
+  // By the CPU alone. Takes some 100 times as long as find() for small sets; throws Error.
+  Explanation explain(const Boxes& boxes);
+  Explanation explain(const Boxes& a, const Boxes& b);
 
   // May be changed between calls; but not `memory` after the first call.
   const Options& options() const noexcept { return options_; }

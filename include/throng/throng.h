@@ -1,10 +1,11 @@
 /* throng.h: all pairs of overlapping boxes, for C and for languages that call C.
  *
- * Plain structs and opaque handles. Every call answers with a status; what went wrong, with the number
- * and the remedy, is in the handle's result. Nothing is printed, nothing is thrown. One handle serves one
- * thread at a time; different handles are independent. Strides are in bytes. What a struct points to
- * must outlive the call (of options: the handle). The rules of boxes and pairs are those of the C++ door:
- * boxes are closed, so touching counts; lower > upper on some axis makes a box overlap nothing. */
+ * Plain structs and opaque handles. Every call answers with a status; what went wrong, with the
+ * number and the remedy, is in the handle's result. Nothing is printed, nothing is thrown. One
+ * handle serves one thread at a time; different handles are independent. Strides are in bytes. What
+ * a struct points to must outlive the call (of options: the handle). The rules of boxes and pairs
+ * are those of the C++ door: boxes are closed, so touching counts; lower > upper on some axis makes
+ * a box overlap nothing. */
 #ifndef THRONG_THRONG_H
 #define THRONG_THRONG_H
 
@@ -28,14 +29,14 @@ typedef struct throng_pair {
 
 typedef enum throng_status {
   THRONG_OK = 0,
-  THRONG_BUFFER_TOO_SMALL,  /* `found` is exact: raise the capacity to it */
-  THRONG_STOPPED,           /* the consumer returned 0 */
-  THRONG_NAN_BOX,           /* see first_invalid, invalid_count */
-  THRONG_BAD_BOXES,         /* a coordinate is missing, or the stride is odd */
-  THRONG_BAD_FILTER,        /* its stride is odd, or a world is below -1 */
-  THRONG_BAD_OPTION,        /* also: options that throng_options_init has not seen */
-  THRONG_TOO_MANY_BOXES,    /* more than 2^32 - 1 in one set */
-  THRONG_OUT_OF_MEMORY,     /* see bytes_needed */
+  THRONG_BUFFER_TOO_SMALL, /* `found` is exact: raise the capacity to it */
+  THRONG_STOPPED,          /* the consumer returned 0 */
+  THRONG_NAN_BOX,          /* see first_invalid, invalid_count */
+  THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is odd */
+  THRONG_BAD_FILTER,       /* its stride is odd, or a world is below -1 */
+  THRONG_BAD_OPTION,       /* also: options that throng_options_init has not seen */
+  THRONG_TOO_MANY_BOXES,   /* more than 2^32 - 1 in one set */
+  THRONG_OUT_OF_MEMORY,    /* see bytes_needed */
   THRONG_MEMORY_CAP_TOO_SMALL,
   THRONG_UNSUPPORTED_ISA,
   THRONG_NO_DEVICE,
@@ -74,10 +75,11 @@ typedef struct throng_options {
   float margin;            /* boxes are compared as lower - margin, upper + margin; >= 0 */
   unsigned threads;        /* at most so many; 0: as many as the executor offers */
   size_t memory_cap_bytes; /* of throng_consume: all memory that may be taken; 0: no cap */
-  /* Where work runs; run NULL: the default. run(self, count, task, context) calls task(context, i) once
-   * for every i below count, on any threads, and returns when all have returned. */
+  /* Where work runs; run NULL: the default. run(self, count, task, context) calls task(context, i)
+   * once for every i below count, on any threads, and returns when all have returned. */
   unsigned concurrency;
-  void (*run)(void* self, unsigned count, void (*task)(void* context, unsigned index), void* context);
+  void (*run)(void* self, unsigned count, void (*task)(void* context, unsigned index),
+              void* context);
   void* run_self;
   /* Where memory comes from; NULL: the default. allocate returns NULL where there is none. */
   void* (*allocate)(void* self, size_t bytes, size_t alignment);
@@ -103,17 +105,19 @@ typedef struct throng_result {
 
 typedef struct throng_finder throng_finder;
 
-/* options NULL: the defaults. NULL where there is no memory. Wrong options are told by the first call. */
+/* options NULL: the defaults. NULL where there is no memory. Wrong options are told by the first
+ * call. */
 throng_finder* throng_finder_create(const throng_options* options);
 void throng_finder_destroy(throng_finder* finder); /* NULL is taken */
 
-/* Pairs of `a`, or with `b` not NULL of a box of `a` and one of `b`, into the finder's own memory. */
+/* Pairs of `a`, or with `b` not NULL of a box of `a` and one of `b`, into the finder's own memory.
+ */
 throng_status throng_find(throng_finder* finder, const throng_boxes* a, const throng_boxes* b);
 /* Those pairs: good until the finder's next call. `count` may be NULL. */
 const throng_pair* throng_finder_pairs(const throng_finder* finder, size_t* count);
 
-/* Pairs into out[0 .. capacity-1]. THRONG_BUFFER_TOO_SMALL: the first `written` are valid, and none under
- * canonical order. */
+/* Pairs into out[0 .. capacity-1]. THRONG_BUFFER_TOO_SMALL: the first `written` are valid, and none
+ * under canonical order. */
 throng_status throng_find_into(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
                                throng_pair* out, size_t capacity);
 
@@ -126,8 +130,8 @@ throng_status throng_consume(throng_finder* finder, const throng_boxes* a, const
 const throng_result* throng_finder_result(const throng_finder* finder);
 
 const char* throng_status_text(throng_status status); /* "nan_box" */
-const char* throng_version(void);                      /* "0.1.0" */
-unsigned throng_c_version(void);                       /* of the library; see THRONG_C_VERSION */
+const char* throng_version(void);                     /* "0.1.0" */
+unsigned throng_c_version(void);                      /* of the library; see THRONG_C_VERSION */
 
 #ifdef __cplusplus
 }

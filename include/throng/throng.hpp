@@ -2,6 +2,7 @@
 #pragma once
 
 #include <throng/boxes.hpp>
+#include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>

@@ -82,6 +82,7 @@ void Engine::prepare(Call& call) {
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   call.partitioned = Partition::needed(*search.a) || Partition::needed(*search.b);
   Result& r = call.result;
+  has_grid_ = false;
   if (call.partitioned) {
     partition_.split(search, report);
     r.times.plan_ms = call.clock.lap();
@@ -106,6 +107,8 @@ void Engine::prepare(Call& call) {
       load_all_pairs(search, call.whole, workers, report);
     else
       grid_.bin(search, call.whole, call.plan, workers, call.tasks, report);
+    has_grid_ = !call.plan.all_pairs;
+    grid_plan_ = call.plan;
   }
   r.times.bin_ms = call.clock.lap();
   r.inactive = report.inactive;

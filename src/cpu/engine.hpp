@@ -37,6 +37,19 @@ class Engine {
 
   Memory& memory() noexcept { return memory_; }
   Buffer<Pair>& pairs() noexcept { return pairs_; }
+  // The plan of the last call's one grid; null where there was none: brute force, or a problem a
+  // world.
+  const core::GridPlan* whole_plan() const noexcept { return has_grid_ ? &grid_plan_ : nullptr; }
+  // tell(what, bytes) of each part of what is held.
+  template <class Tell>
+  void tell_memory(const Tell& tell) const {
+    const std::size_t cells = grid_.held(), sorting = sorter_.held();
+    const std::size_t pairs = pairs_.bytes() + unordered_.bytes() + ordered_.bytes();
+    tell("boxes in cells", cells);
+    tell("pairs", pairs);
+    tell("sorting pairs", sorting);
+    tell("threads' own scratch, and the rest", memory_.held() - cells - sorting - pairs);
+  }
   // After a call with status nan_box: whether first_invalid is of the second set.
   bool nan_in_second_set() const noexcept { return nan_in_b_; }
 
@@ -58,6 +71,8 @@ class Engine {
   Partition partition_;
   PairSorter sorter_;
   Buffer<Pair> pairs_, unordered_, ordered_;
+  core::GridPlan grid_plan_;
+  bool has_grid_ = false;
   bool nan_in_b_ = false;
   Worker* workers_[max_workers] = {};
 };

@@ -26,6 +26,11 @@ class GridSpace {
             unsigned task_count, unsigned depth);
 
   void match(const GridSpace& other);
+  std::size_t held() const noexcept {
+    return pool_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() + wide_[0].bytes() +
+           wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
+           wide_labels_[0].bytes() + wide_labels_[1].bytes();
+  }
   // Records that the last binning asked room for, or more.
   std::size_t record_bound() const noexcept {
     return used_blocks_.load(std::memory_order_relaxed) * (block_bytes_ / sizeof(Record));

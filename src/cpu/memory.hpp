@@ -95,6 +95,7 @@ class Buffer {
   T* data() const noexcept { return data_; }
   T& operator[](std::size_t i) const noexcept { return data_[i]; }
   std::size_t capacity() const noexcept { return capacity_; }
+  std::size_t bytes() const noexcept { return capacity_ * sizeof(T); }
 
  private:
   Memory* memory_;

@@ -84,7 +84,8 @@ TEST_F(CApi, EveryLayoutGivesTheReferencesPairs) {
 
 TEST_F(CApi, TwoSetsFiltersAndMargin) {
   std::vector<std::int32_t> owners;
-  for (std::size_t i = 0; i < boxes_.size(); ++i) owners.push_back(static_cast<std::int32_t>(i % 3));
+  for (std::size_t i = 0; i < boxes_.size(); ++i)
+    owners.push_back(static_cast<std::int32_t>(i % 3));
   const std::size_t half = boxes_.size() / 2;
   throng_boxes a = view_, b = view_;
   a.count = half;

@@ -1,0 +1,154 @@
+// What a search tells of itself: held against plain counts of the same boxes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include <throng/throng.hpp>
+
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::tests {
+namespace {
+
+float extent(const Box& b) {
+  return std::max({b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z});
+}
+
+TEST(Explain, CountsAreThoseOfTheBoxes) {
+  BoxList boxes = uniform_boxes(5000, 3);
+  boxes[17] = {{0, 0, 0}, {90, 1, 1}};
+  boxes[4711] = {{-3, 1, 1}, {20, 30, 2}};
+  boxes[99] = {{1, 1, 1}, {0, 0, 0}};  // inactive
+  boxes[100] = {{1, 1, 1}, {1, 1, 1}};
+  Finder finder;
+  const Explanation e = finder.explain(boxes);
+  EXPECT_EQ(e.boxes, 5000u);
+  EXPECT_EQ(e.result.found, reference_pairs(boxes).pairs.size());
+  EXPECT_EQ(finder.pairs().size(), e.result.found) << "the pairs are there as after find";
+  EXPECT_EQ(e.result.inactive, 1u);
+
+  std::uint64_t in_classes = 0;
+  double entries = 0;
+  for (const Explanation::SizeClass& c : e.size_classes) {
+    std::uint64_t counted = 0;
+    for (const Box& b : boxes) {
+      if (b.lower.x > b.upper.x) continue;
+      counted += c.below == 0 ? extent(b) == 0 : extent(b) >= c.from && extent(b) < c.below;
+    }
+    EXPECT_EQ(c.boxes, counted) << c.from << " to " << c.below;
+    in_classes += c.boxes;
+    entries += c.cells_per_box * static_cast<double>(c.boxes);
+  }
+  EXPECT_EQ(in_classes, 4999u);
+  EXPECT_EQ(e.size_classes.front().below, 0) << "the point";
+  EXPECT_NEAR(entries, static_cast<double>(e.entries), 0.5);
+
+  ASSERT_EQ(e.largest.size(), 10u);
+  EXPECT_EQ(e.largest[0].index, 17u);
+  EXPECT_EQ(e.largest[0].extent, 90);
+  EXPECT_EQ(e.largest[1].index, 4711u);
+  EXPECT_TRUE(std::is_sorted(e.largest.begin(), e.largest.end(),
+                             [](const auto& p, const auto& q) { return p.extent > q.extent; }));
+  EXPECT_GT(e.largest[0].cells, 1u);
+
+  EXPECT_EQ(e.cells, e.result.plan.columns[0] * e.result.plan.columns[1] * e.result.plan.columns[2]);
+  EXPECT_LE(e.occupied, e.cells);
+  EXPECT_GE(e.entries, 4999u);
+  EXPECT_GT(e.memory_bytes, 0u);
+  EXPECT_EQ(e.memory_bytes, finder.memory_bytes());
+}
+
+// The boxes that a cell is told to hold are those that touch its bounds; on them ties are the
+// cell's beside it, so that a few may be told of neighbours.
+TEST(Explain, DensestCellsHoldTheirBoxes) {
+  BoxList boxes = uniform_boxes(20000, 4);
+  Random r(5);
+  for (int i = 0; i < 3000; ++i) boxes[static_cast<std::size_t>(i)] = cube(2, 2, 2, 0.01f);
+  Finder finder;
+  const Explanation e = finder.explain(boxes);
+  ASSERT_EQ(e.densest.size(), 10u);
+  EXPECT_GE(e.densest[0].boxes, 3000u);
+  std::uint64_t last = e.densest[0].boxes;
+  for (const Explanation::DenseCell& cell : e.densest) {
+    EXPECT_LE(cell.boxes, last);
+    last = cell.boxes;
+    std::uint64_t touching = 0;
+    Box inside = cell.bounds;
+    for (const Box& b : boxes) {
+      touching += b.lower.x <= inside.upper.x && inside.lower.x <= b.upper.x &&
+                  b.lower.y <= inside.upper.y && inside.lower.y <= b.upper.y &&
+                  b.lower.z <= inside.upper.z && inside.lower.z <= b.upper.z;
+    }
+    // The outermost cells hold what lies beyond them as well.
+    EXPECT_NEAR(static_cast<double>(touching), static_cast<double>(cell.boxes),
+                0.2 * static_cast<double>(cell.boxes) + 8);
+  }
+}
+
+TEST(Explain, AdviceFollowsWhatWasSeen) {
+  const auto says = [](const Explanation& e, const char* word) {
+    return std::any_of(e.advice.begin(), e.advice.end(), [&](const std::string& text) {
+      return text.find(word) != std::string::npos;
+    });
+  };
+  BoxList boxes = uniform_boxes(20000, 6);
+  Finder finder;
+  EXPECT_FALSE(says(finder.explain(boxes), "overlap nothing"));
+  for (std::size_t i = 0; i < 8000; ++i) boxes[i] = {{1, 1, 1}, {0, 0, 0}};
+  EXPECT_TRUE(says(finder.explain(boxes), "40 % of the boxes overlap nothing"));
+  EXPECT_TRUE(says(finder.explain(uniform_boxes(50, 1)), "are few"));
+  BoxList same = identical_boxes(3000, 2);
+  EXPECT_TRUE(says(finder.explain(same), "pairs a box fill"));
+  Options options;
+  options.order = Order::canonical;
+  EXPECT_TRUE(says(Finder(options).explain(same), "Order::any"));
+}
+
+TEST(Explain, TwoSetsWorldsAndFewBoxes) {
+  const BoxList a = uniform_boxes(3000, 7);
+  BoxList b = uniform_boxes(2000, 8);
+  b[5].upper.z += 100;
+  Finder finder;
+  const Explanation two = finder.explain(a, b);
+  EXPECT_EQ(two.boxes, 5000u);
+  EXPECT_EQ(two.result.found, find_pairs(a, b).size());
+  EXPECT_TRUE(two.largest[0].in_second_set);
+  EXPECT_EQ(two.largest[0].index, 5u);
+  std::vector<std::int32_t> worlds;
+  for (std::size_t i = 0; i < a.size(); ++i) worlds.push_back(static_cast<std::int32_t>(i % 40));
+  Boxes view = a;
+  view.filters.world = {worlds.data(), worlds.size()};
+  const Explanation apart = finder.explain(view);
+  EXPECT_EQ(apart.cells, 0u) << "a problem a world";
+  EXPECT_TRUE(apart.densest.empty());
+  EXPECT_FALSE(apart.size_classes.empty());
+  EXPECT_EQ(finder.explain(BoxList{}).boxes, 0u);
+  const Explanation few = finder.explain(uniform_boxes(20, 1));
+  EXPECT_EQ(few.cells, 0u) << "brute force";
+}
+
+TEST(Explain, RefusesWhatFindRefuses) {
+  BoxList boxes = uniform_boxes(100, 9);
+  boxes[40].lower.x = std::numeric_limits<float>::quiet_NaN();
+  Finder finder;
+  try {
+    finder.explain(boxes);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::nan_box);
+    EXPECT_EQ(error.result().first_invalid, 40u);
+  }
+  boxes[40].lower.x = -std::numeric_limits<float>::infinity();
+  boxes[41] = {{-std::numeric_limits<float>::infinity(), 0, 0}, {0, 0, 0}};
+  const Explanation e = finder.explain(boxes);
+  EXPECT_EQ(e.largest[0].extent, std::numeric_limits<float>::infinity());
+  Options options;
+  options.backend = Backend::emulated;
+  EXPECT_THROW(Finder(options).explain(boxes), Error);
+}
+
+}  // namespace
+}  // namespace throng::tests
