@@ -19,6 +19,7 @@
 #include "bench/measure.hpp"
 #include "bench/rivals.hpp"
 #include "bench/tell.hpp"
+#include "bench/validate.hpp"
 #include "program/failure.hpp"
 #include "program/machine.hpp"
 #include "program/numbers.hpp"
@@ -33,6 +34,7 @@ struct Arguments {
   std::string isa, csv, html;
   int rounds = 0;
   double budget = 780;
+  bool validate = false, golden = false;
   bool quick = false, no_rivals = false, no_memory = false, json = false;
   int peak_of = -1;
 };
@@ -73,6 +75,11 @@ std::size_t frames_for(std::size_t objects) {
 }
 
 int run(const Arguments& a) {
+  if (a.golden) {
+    print_golden();
+    return 0;
+  }
+  if (a.validate) return validate(a.quick ? 10000 : 1000000) == 0 ? 0 : 1;
   std::vector<SceneChoice> scenes;
   for (const std::string& s : a.scenes) scenes.push_back(find_scene(s));
   for (const std::string& s : a.files) scenes.push_back(find_scene(s));
@@ -198,6 +205,11 @@ int main(int argc, char** argv) {
   app.add_flag("--no-memory", a.no_memory, "Do not measure peak memory");
   app.add_option("--budget", a.budget, "Seconds after which slow rivals are left out")
       ->check(CLI::Range(1.0, 1e6));
+  app.add_flag(
+      "--validate", a.validate,
+      "No times: whether every thread count, instruction set and backend finds the very pairs of "
+      "a table that is kept (up to 10K boxes with --quick)");
+  app.add_flag("--golden", a.golden, "Print that table as it is here")->group("");
   app.add_option("--peak-of", a.peak_of)->group("");
   try {
     app.parse(argc, argv);

@@ -52,7 +52,9 @@ std::string place_text(const Box& b) {
 report::Table summary(const Explanation& e) {
   const Plan& plan = e.result.plan;
   report::Table table("What was done", {"", ""});
-  const auto row = [&](const char* what, const std::string& value) { table.add_row({what, value}); };
+  const auto row = [&](const char* what, const std::string& value) {
+    table.add_row({what, value});
+  };
   row("algorithm", fmt::format("{}, {}, {} thread{}", to_string(plan.algorithm),
                                to_string(plan.isa), plan.threads, plan.threads == 1 ? "" : "s"));
   row("because", plan.reason);
@@ -60,10 +62,10 @@ report::Table summary(const Explanation& e) {
   row("inactive", report::format_count(e.result.inactive));
   row("pairs", report::format_count(e.result.found));
   if (e.cells > 0) {
-    row("cells", fmt::format("{} ({} x {} x {}, swept along {}), {} with a box in them",
-                             report::format_count(e.cells), plan.columns[0], plan.columns[1],
-                             plan.columns[2], "xyz"[plan.sweep_axis],
-                             report::format_count(e.occupied)));
+    row("cells",
+        fmt::format("{} ({} x {} x {}, swept along {}), {} with a box in them",
+                    report::format_count(e.cells), plan.columns[0], plan.columns[1],
+                    plan.columns[2], "xyz"[plan.sweep_axis], report::format_count(e.occupied)));
     row("cells a box", fmt::format("{:.3g}", static_cast<double>(e.entries) /
                                                  static_cast<double>(e.boxes ? e.boxes : 1)));
   } else {
@@ -132,8 +134,10 @@ Json to_json(const Explanation& e) {
                        {"total", t.total_ms}};
   json["size_classes"] = Json::array();
   for (const auto& c : e.size_classes) {
-    json["size_classes"].push_back(
-        {{"from", c.from}, {"below", c.below}, {"boxes", c.boxes}, {"cells_per_box", c.cells_per_box}});
+    json["size_classes"].push_back({{"from", c.from},
+                                    {"below", c.below},
+                                    {"boxes", c.boxes},
+                                    {"cells_per_box", c.cells_per_box}});
   }
   json["largest"] = Json::array();
   for (const auto& l : e.largest) {
@@ -200,8 +204,8 @@ int run(const Arguments& arguments) {
 
 Run add_explain(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& app =
-      *program.add_subcommand("explain", "Tell why a search costs what it does, and what would help");
+  CLI::App& app = *program.add_subcommand(
+      "explain", "Tell why a search costs what it does, and what would help");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
   add_search_arguments(app, arguments->search);

@@ -28,8 +28,9 @@ int class_of(float extent) noexcept {
   return std::ilogb(extent) + 150;  // floats begin at 2^-149
 }
 float class_begin(int k) noexcept {
-  return k == 0 ? -1.0f : k == 279 ? std::numeric_limits<float>::infinity()
-                                   : std::ldexp(1.0f, k - 150);
+  return k == 0     ? -1.0f
+         : k == 279 ? std::numeric_limits<float>::infinity()
+                    : std::ldexp(1.0f, k - 150);
 }
 
 // How many boxes are in each cell of a grid, by differences: eight sums a box, however many cells
@@ -72,7 +73,8 @@ class Occupancy {
           if (e.densest.size() == listed && boxes <= e.densest.back().boxes) continue;
           const Explanation::DenseCell cell{bounds(x, y, z), boxes};
           const auto denser = [](const auto& p, const auto& q) { return p.boxes > q.boxes; };
-          e.densest.insert(std::upper_bound(e.densest.begin(), e.densest.end(), cell, denser), cell);
+          e.densest.insert(std::upper_bound(e.densest.begin(), e.densest.end(), cell, denser),
+                           cell);
           if (e.densest.size() > listed) e.densest.pop_back();
         }
     e.cells = map_.column_count();
@@ -141,13 +143,17 @@ void give_advice(Explanation& e, const Options& options) {
   const Result& r = e.result;
   const double boxes = static_cast<double>(e.boxes);
   if (static_cast<double>(r.inactive) > 0.25 * boxes && e.boxes > 1000) {
-    advise(e, "%.0f %% of the boxes overlap nothing (lower > upper, or NaN), and each costs a look: leave them out",
+    advise(e,
+           "%.0f %% of the boxes overlap nothing (lower > upper, or NaN), and each costs a look: "
+           "leave them out",
            100 * static_cast<double>(r.inactive) / boxes);
   }
   std::uint64_t in_large = 0;
   for (const Explanation::LargeBox& large : e.largest) in_large += large.cells;
   if (e.boxes > 1000 && static_cast<double>(in_large) > 0.2 * static_cast<double>(e.entries)) {
-    advise(e, "the %zu largest boxes are %.0f %% of all that is in the cells: if they need not pair with one another, "
+    advise(e,
+           "the %zu largest boxes are %.0f %% of all that is in the cells: if they need not pair "
+           "with one another, "
            "mark them static or give them as a second set",
            e.largest.size(), 100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
   }
@@ -155,13 +161,17 @@ void give_advice(Explanation& e, const Options& options) {
     const double mean = static_cast<double>(e.entries) / static_cast<double>(e.occupied);
     const double most = static_cast<double>(e.densest.front().boxes);
     if (most > 8 * mean && most > 1024) {
-      advise(e, "the densest cell holds %.0f boxes where cells with boxes hold %.0f on average; such a cell is searched by "
+      advise(e,
+             "the densest cell holds %.0f boxes where cells with boxes hold %.0f on average; such "
+             "a cell is searched by "
              "a grid of its own, which costs about twice as much a box",
              most, mean);
     }
   }
   if (e.tests_per_box > 100) {
-    advise(e, "%.0f tests a box, where 20 to 40 are usual: boxes are long or crowded; splitting long ones helps",
+    advise(e,
+           "%.0f tests a box, where 20 to 40 are usual: boxes are long or crowded; splitting long "
+           "ones helps",
            e.tests_per_box);
   }
   const unsigned offered =
@@ -170,15 +180,20 @@ void give_advice(Explanation& e, const Options& options) {
     advise(e, "one thread of %u was used: Options::threads = 0 takes all", offered);
   }
   if (r.times.order_ms > 0.3 * r.times.total_ms && r.times.total_ms > 0) {
-    advise(e, "putting the pairs into canonical order takes %.0f %% of the time: Order::any leaves it out",
+    advise(e,
+           "putting the pairs into canonical order takes %.0f %% of the time: Order::any leaves it "
+           "out",
            100 * r.times.order_ms / r.times.total_ms);
   }
   if (static_cast<double>(r.found) > 32 * boxes && r.found > 1000000) {
-    advise(e, "%.0f pairs a box fill %.0f MB: Finder::consume hands them on in blocks and stores none",
+    advise(e,
+           "%.0f pairs a box fill %.0f MB: Finder::consume hands them on in blocks and stores none",
            static_cast<double>(r.found) / boxes, static_cast<double>(r.found) * 8e-6);
   }
   if (e.boxes < 500) {
-    advise(e, "%llu boxes are few: planning and starting are most of it; several sets can be one call, each a world",
+    advise(e,
+           "%llu boxes are few: planning and starting are most of it; several sets can be one "
+           "call, each a world",
            static_cast<unsigned long long>(e.boxes));
   }
 }

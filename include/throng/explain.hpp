@@ -11,13 +11,13 @@
 namespace throng {
 
 struct Explanation {
-  Result result;                // of the search that is explained: plan, times, comparisons, pairs
-  std::uint64_t boxes = 0;      // of both sets, inactive ones included
-  std::uint64_t cells = 0;      // columns of the grid; 0: there is no one grid for all boxes
-  std::uint64_t entries = 0;    // boxes in cells: a box is in every cell that it touches
-  std::uint64_t occupied = 0;   // cells with a box in them
-  double tests_per_pair = 0;    // candidate pairs compared for each found; 0: none was found
-  double tests_per_box = 0;     // and for each box
+  Result result;               // of the search that is explained: plan, times, comparisons, pairs
+  std::uint64_t boxes = 0;     // of both sets, inactive ones included
+  std::uint64_t cells = 0;     // columns of the grid; 0: there is no one grid for all boxes
+  std::uint64_t entries = 0;   // boxes in cells: a box is in every cell that it touches
+  std::uint64_t occupied = 0;  // cells with a box in them
+  double tests_per_pair = 0;   // candidate pairs compared for each found; 0: none was found
+  double tests_per_box = 0;    // and for each box
   std::uint64_t memory_bytes = 0;
 
   // Boxes by their largest extent, a factor of two from class to class, the smallest first. Boxes

@@ -26,7 +26,8 @@ TEST_F(Explain, TellsTheSameAsTextAsJsonAndAsAPage) {
 
   const Said said = run({"explain", at("m.npy"), "--html", at("page.html"), "--threads", "1"});
   EXPECT_EQ(said.status, 0) << said.err;
-  for (const char* words : {"What was done", "The largest boxes", "The densest cells", "tests a pair", "Memory"}) {
+  for (const char* words :
+       {"What was done", "The largest boxes", "The densest cells", "tests a pair", "Memory"}) {
     EXPECT_NE(said.out.find(words), std::string::npos) << words;
   }
   const std::string page = slurp(at("page.html"));

@@ -54,7 +54,8 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
                              [](const auto& p, const auto& q) { return p.extent > q.extent; }));
   EXPECT_GT(e.largest[0].cells, 1u);
 
-  EXPECT_EQ(e.cells, e.result.plan.columns[0] * e.result.plan.columns[1] * e.result.plan.columns[2]);
+  EXPECT_EQ(e.cells,
+            e.result.plan.columns[0] * e.result.plan.columns[1] * e.result.plan.columns[2]);
   EXPECT_LE(e.occupied, e.cells);
   EXPECT_GE(e.entries, 4999u);
   EXPECT_GT(e.memory_bytes, 0u);

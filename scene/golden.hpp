@@ -1,0 +1,27 @@
+// What the scenes' pairs are, to the byte: made once, and the same ever since on every machine,
+// compiler, instruction set, thread count and backend.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <throng/types.hpp>
+
+namespace throng::scene {
+
+struct Golden {
+  const char* scene;  // seed 1, the scene's own density, all boxes moving; its worlds as filters
+  std::size_t frame, objects;
+  std::uint64_t pairs;
+  std::uint64_t checksum;   // pair_checksum
+  std::uint64_t canonical;  // sequence_checksum of the pairs in canonical order
+};
+
+// By scene, then by number of objects.
+const std::vector<Golden>& golden();
+
+// A checksum that another order of the same pairs does not have.
+std::uint64_t sequence_checksum(const Pair* pairs, std::size_t count) noexcept;
+
+}  // namespace throng::scene

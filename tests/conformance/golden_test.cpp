@@ -1,0 +1,105 @@
+// The pairs of the scenes are the very bytes that they always were: for every compiler, optimisation
+// and machine that runs this, every instruction set, 1 to 8 threads, brute force, and what a GPU runs.
+#include "scene/golden.hpp"
+
+#include "scene/checksum.hpp"
+#include "scene/scene.hpp"
+#include "support/configs.hpp"
+
+namespace throng::tests {
+namespace {
+
+struct Made {
+  std::vector<Box> boxes;
+  std::vector<std::int32_t> worlds;
+
+  explicit Made(const scene::Golden& golden) {
+    scene::Spec spec;
+    spec.name = golden.scene;
+    spec.objects = golden.objects;
+    spec.frames = golden.frame + 1;
+    const scene::Scene scene(spec);
+    boxes.resize(golden.objects);
+    scene.frame(golden.frame, boxes.data());
+    for (std::size_t i = 0; i < boxes.size() && scene.has_worlds(); ++i)
+      worlds.push_back(scene.world(i));
+  }
+  Boxes view() const {
+    Boxes view = boxes;
+    if (!worlds.empty()) view.filters.world = {worlds.data(), worlds.size()};
+    return view;
+  }
+};
+
+void expect_golden(const scene::Golden& want, const Made& made, const Config& config) {
+  SCOPED_TRACE(std::string(want.scene) + " " + std::to_string(want.objects) + " " + config.name());
+  Finder finder(config.options());
+  const Result result = finder.find(made.view());
+  ASSERT_TRUE(result.ok()) << result.message;
+  const Pairs pairs = finder.pairs();
+  EXPECT_EQ(pairs.size(), want.pairs);
+  EXPECT_EQ(scene::pair_checksum(pairs.data(), pairs.size()), want.checksum);
+  if (config.order == Order::canonical) {
+    EXPECT_EQ(scene::sequence_checksum(pairs.data(), pairs.size()), want.canonical);
+  }
+}
+
+class Golden : public testing::TestWithParam<scene::Golden> {};
+
+TEST_P(Golden, EveryWayGivesTheSameBytes) {
+  const scene::Golden& want = GetParam();
+  const Made made(want);
+  for (const Isa isa : supported_isas())
+    for (unsigned threads = 1; threads <= 8; threads += sanitized ? 3 : 1)
+      expect_golden(want, made, {Algorithm::grid, isa, threads, Order::canonical});
+  expect_golden(want, made, {Algorithm::grid, Isa::automatic, 0, Order::any});
+  if (want.objects <= 1000)
+    for (const Isa isa : supported_isas())
+      expect_golden(want, made, {Algorithm::all_pairs, isa, 2, Order::canonical});
+  expect_golden(want, made, {Algorithm::grid, Isa::scalar, 2, Order::canonical, Backend::emulated});
+  if (cuda::available().ok())
+    expect_golden(want, made, {Algorithm::grid, Isa::scalar, 0, Order::canonical, Backend::cuda});
+}
+
+std::vector<scene::Golden> small_ones() {
+  std::vector<scene::Golden> small;
+  for (const scene::Golden& golden : scene::golden()) {
+    if (golden.objects <= (sanitized ? 1000u : 10000u)) small.push_back(golden);
+  }
+  return small;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Golden, testing::ValuesIn(small_ones()), [](const auto& which) {
+  std::string name = which.param.scene + std::string("_") + std::to_string(which.param.objects);
+  for (char& c : name) {
+    if (c == '-') c = '_';
+  }
+  return name;
+});
+
+// Each scene is there, and the table's own checksums differ from one another.
+TEST(GoldenTable, HasEveryScene) {
+  std::vector<std::uint64_t> seen;
+  for (const std::string& name : scene::names()) {
+    std::size_t rows = 0;
+    for (const scene::Golden& golden : scene::golden()) {
+      if (name != golden.scene) continue;
+      ++rows;
+      seen.push_back(golden.canonical);
+    }
+    EXPECT_EQ(rows, 4u) << name;
+  }
+  std::sort(seen.begin(), seen.end());
+  EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end());
+}
+
+// Another order, or another pair, has another sum.
+TEST(GoldenTable, SequencesAreTold) {
+  const Pair pairs[3] = {{0, 1}, {0, 2}, {1, 2}}, other[3] = {{0, 2}, {0, 1}, {1, 2}};
+  EXPECT_NE(scene::sequence_checksum(pairs, 3), scene::sequence_checksum(other, 3));
+  EXPECT_EQ(scene::pair_checksum(pairs, 3), scene::pair_checksum(other, 3));
+  EXPECT_NE(scene::sequence_checksum(pairs, 3), scene::sequence_checksum(pairs, 2));
+}
+
+}  // namespace
+}  // namespace throng::tests
