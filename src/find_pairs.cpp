@@ -1,5 +1,6 @@
 // The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
 #include <algorithm>
+#include <memory>
 #include <new>
 #include <utility>
 
@@ -9,13 +10,11 @@
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
 #include "cpu/threads.hpp"
+#include "cuda/backend.hpp"
 #include "describe.hpp"
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
-#if defined(THRONG_CUDA)
-#include "cuda/backend.hpp"
-#endif
 
 namespace throng {
 
@@ -57,41 +56,30 @@ struct Finder::State {
     try {
       emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure.status, failure.bytes, failure.text);
+      explain_failure(r, failure);
     }
   }
 
   // Tells whether a NaN was seen in the second set.
-  bool find_on_gpu([[maybe_unused]] const Boxes& a, [[maybe_unused]] const Boxes* b,
-                   [[maybe_unused]] const Options& options, [[maybe_unused]] core::Output* output,
-                   [[maybe_unused]] const Consumer* consumer, Result& r) {
-#if defined(THRONG_CUDA)
+  bool find_on_gpu(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
+                   const Consumer* consumer, Result& r) {
     r.plan.backend = Backend::cuda;
     r.plan.isa = Isa::scalar;
     cpu.memory().set_cap(0);
     try {
-      if (!gpu) gpu = cuda::create({});
+      if (!gpu) gpu.reset(cuda::create({}));
       gpu->find(a, b, options, output, consumer, r);
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure.status, failure.bytes, failure.text);
+      explain_failure(r, failure);
     }
-#else
-    explain_failure(r, Status::no_device, 0, nullptr);
-#endif
     return false;
   }
 
   std::pmr::memory_resource* resource;
   cpu::Engine cpu;
   pipeline::Engine<pipeline::HostDevice> emulated;
-#if defined(THRONG_CUDA)
-  ~State() { delete gpu; }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
-  cuda::Engine* gpu = nullptr;
-#endif
+  std::unique_ptr<cuda::Engine> gpu;
 };
 
 // What the public calls have in common.
@@ -120,7 +108,7 @@ struct FinderAccess {
       } catch (...) {
       }
       if (!room) {
-        explain_failure(r, Status::out_of_memory, sizeof(Finder::State), nullptr);
+        explain_failure(r, {Status::out_of_memory, sizeof(Finder::State)});
         return r;
       }
       finder.state_ = new (room) Finder::State(memory);

@@ -47,7 +47,7 @@ enum class Status : std::uint8_t {
   stopped,               // the consumer returned false
   nan_box,               // see first_invalid, invalid_count
   bad_boxes,             // a coordinate array is missing, or the stride is odd
-  bad_filter,            // wrong length, or a world below -1; see first_invalid
+  bad_filter,            // wrong length, odd stride, or a world below -1; see first_invalid
   bad_option,            // e.g. a negative margin
   too_many_boxes,        // more than max_box_count in one set
   out_of_memory,         // see bytes_needed

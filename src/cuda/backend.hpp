@@ -26,6 +26,8 @@ class Engine {
   virtual void reserve(std::size_t boxes, std::size_t pairs, Stream) = 0;
   virtual void find_on_device(const Boxes& a, const Boxes* b, const Options&, Pair* out,
                               std::size_t capacity, Stream, Result&) = 0;
+  // Into memory of its own, which grows.
+  virtual Pairs find_growing(const Boxes& a, const Boxes* b, const Options&, Stream, Result&) = 0;
   virtual void find_async(const Boxes& a, const Boxes* b, const Options&, Pair* out,
                           std::size_t capacity, Report* report, Stream) = 0;
 
@@ -37,6 +39,10 @@ Engine* create(const MemoryResource&);
 void check_available();
 
 // `report` may be null.
-void update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report, Stream);
+void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+                        Stream);
+// Waits; what stands in *report then.
+BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+                        Stream);
 
 }  // namespace throng::cuda

@@ -76,6 +76,51 @@ TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
   }
 }
 
+// Into memory of the Finder's own: it grows, is taken once, and holds what was found last.
+TEST_P(GpuCapacity, Growing) {
+  CountingDeviceMemory memory;
+  cuda::Finder finder(options(), memory.resource());
+  const auto pairs_of = [&] {
+    need(cudaDeviceSynchronize());
+    std::vector<Pair> got(finder.pairs().size());
+    if (!got.empty())
+      need(cudaMemcpy(got.data(), finder.pairs().data(), got.size() * sizeof(Pair),
+                      cudaMemcpyDeviceToHost));
+    return got;
+  };
+  const auto expect_found = [&](const Result& r, const Answer& answer) {
+    EXPECT_TRUE(r.ok()) << r.message;
+    EXPECT_EQ(r.found, answer.pairs.size());
+    EXPECT_EQ(r.written, answer.pairs.size());
+    const std::vector<Pair> got = pairs_of();
+    if (canonical()) {
+      EXPECT_TRUE(got == answer.pairs);
+    }
+    EXPECT_TRUE(same_pairs(got, answer.pairs));
+  };
+  // Far more pairs than the first guess, then fewer.
+  for (const BoxList& list : {uniform_boxes(3000, 1), identical_boxes(900, 2), BoxList{},
+                              uniform_boxes(2000, 4), uniform_boxes(1, 1)}) {
+    const OnDevice<Box> boxes(list);
+    const Answer answer = reference_pairs(list);
+    expect_found(finder.find(view(boxes), stream()), answer);
+    const std::size_t before = memory.allocations();
+    expect_found(finder.find(view(boxes), stream()), answer);
+    EXPECT_EQ(memory.allocations(), before) << "the second of its size takes no memory";
+    EXPECT_EQ(memory.held(), finder.memory_bytes());
+  }
+  const BoxList a = uniform_boxes(1100, 1), b = uniform_boxes(900, 2);
+  const OnDevice<Box> first(a), second(b);
+  expect_found(finder.find(view(first), view(second), stream()), reference_pairs(a, b));
+  const std::size_t found = finder.pairs().size();
+  cuda::Finder moved(std::move(finder));
+  EXPECT_EQ(moved.pairs().size(), found);
+  EXPECT_EQ(finder.pairs().size(), 0u);
+  // What fails shows nothing.
+  EXPECT_EQ(moved.find(a, stream()).status, Status::bad_boxes);
+  EXPECT_EQ(moved.pairs().size(), 0u);
+}
+
 // With no room at all, null is a buffer.
 TEST_P(GpuCapacity, CountingOnly) {
   const BoxList list = uniform_boxes(5000, 5);
