@@ -25,7 +25,9 @@ struct Finder::State {
         cpu(memory, sizeof(State)),
         emulated(memory, pipeline::HostDevice::Run{cpu::run_tasks}) {}
 
-  std::size_t held() noexcept { return cpu.memory().held() + emulated.held(); }
+  std::size_t held() noexcept {
+    return cpu.memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
+  }
 
   Result find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
               const Consumer* consumer) {
@@ -68,7 +70,7 @@ struct Finder::State {
     cpu.memory().set_cap(0);
     try {
       if (!gpu) gpu.reset(cuda::create({}));
-      gpu->find(a, b, options, output, consumer, r);
+      gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
       explain_failure(r, failure);

@@ -84,7 +84,8 @@ struct Options {
   float margin = 0.0f;
   // At most so many threads; 0: as many as the executor offers.
   unsigned threads = 0;
-  // The consumer form: all memory that the library may take, in bytes; 0: no cap.
+  // The consumer form: all memory that the library may take, in bytes, a device's and pinned memory
+  // included; 0: no cap.
   std::size_t memory_cap_bytes = 0;
   // The consumer form: let several threads call the consumer at once.
   bool concurrent_consumer = false;

@@ -5,7 +5,6 @@
 
 #include "cuda/device.cuh"
 #include "cuda/guard.hpp"
-#include "cuda/upload.hpp"
 #include "pipeline/engine.hpp"
 
 namespace throng::cuda {
@@ -25,16 +24,12 @@ class Gpu final : public Engine {
     (void)cudaStreamDestroy(own_);
   }
 
-  void find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
-            const Consumer* consumer, Result& r) override {
+  void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
+            core::Output* output, const Consumer* consumer, Result& r) override {
     const Current current(device().ordinal());
     if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
     device().begin(own_, options.measure_stages);
-    const std::size_t bytes = Upload::bytes(a) + (b ? Upload::bytes(*b) : 0);
-    char* to = boxes_.room(bytes + 256);
-    const Boxes first = upload_.send(a, to, own_);
-    const Boxes second = b ? upload_.send(*b, to, own_) : Boxes();
-    engine_.find(first, b ? &second : nullptr, options, boxes_.bytes(), output, consumer, r);
+    engine_.find(a, b, options, already_held, output, consumer, r);
     second_ = engine_.nan_in_second_set();
   }
   bool nan_in_second_set() const noexcept override { return second_; }
@@ -128,8 +123,8 @@ class Gpu final : public Engine {
   }
 
   std::size_t held() const noexcept override {
-    return engine_.held() + boxes_.bytes() + workspace_.bytes() + unordered_.bytes() +
-           sorting_.bytes() + found_.bytes();
+    return engine_.held() + workspace_.bytes() + unordered_.bytes() + sorting_.bytes() +
+           found_.bytes();
   }
 
  private:
@@ -185,10 +180,9 @@ class Gpu final : public Engine {
 
   Memory memory_;
   pipeline::Engine<Device> engine_;  // of what lies in host memory; it owns the device
-  Upload upload_;
-  cudaStream_t own_ = nullptr;  // for these
-  pipeline::Block<Device> boxes_{engine_.device()}, workspace_{engine_.device()},
-      unordered_{engine_.device()}, sorting_{engine_.device()}, found_{engine_.device()};
+  cudaStream_t own_ = nullptr;       // for these
+  pipeline::Block<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
+      sorting_{engine_.device()}, found_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
   std::size_t pairs_reserved_ = 0;
   bool second_ = false;

@@ -17,9 +17,9 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  // Boxes and pairs in host memory.
-  virtual void find(const Boxes& a, const Boxes* b, const Options&, core::Output*, const Consumer*,
-                    Result&) = 0;
+  // Boxes and pairs in host memory. `already_held`: bytes that count towards a memory cap.
+  virtual void find(const Boxes& a, const Boxes* b, const Options&, std::size_t already_held,
+                    core::Output*, const Consumer*, Result&) = 0;
   virtual bool nan_in_second_set() const noexcept = 0;
 
   // Boxes and pairs in device memory.
