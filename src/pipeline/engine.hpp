@@ -169,7 +169,7 @@ class Engine {
       }
       r.written = std::min<std::uint64_t>(r.found, output.capacity);
     } else {
-      found_on_device(call, output.capacity);
+      found_on_device(call, output);
       if (r.found > output.capacity && output.grow) grow(output, r.found);
       r.written = std::min<std::uint64_t>(r.found, output.capacity);
       device_.read(unordered_.template as<Pair>(), output.data,
@@ -178,18 +178,21 @@ class Engine {
     if (r.written < r.found) r.status = Status::buffer_too_small;
   }
 
-  // All pairs, in unordered_.
-  void found_on_device(Call& call, std::size_t expected) {
+  // All pairs, in unordered_; at least so many as fit where the output cannot grow.
+  void found_on_device(Call& call, const core::Output& output) {
     Result& r = *call.result;
     if (unordered_.bytes() == 0) {
-      const std::size_t guess = std::min<std::size_t>(expected, std::size_t{4} * call.in.count);
+      const std::size_t guess =
+          std::min<std::size_t>(output.capacity, std::size_t{4} * call.in.count);
       unordered_.room((guess + 512) * sizeof(Pair));
     }
     for (;;) {
       const std::uint64_t room = unordered_.bytes() / sizeof(Pair);
       r.found = search(call, unordered_.template as<Pair>(), room);
-      if (r.found <= room) return;
-      unordered_.room(static_cast<std::size_t>(r.found + r.found / 64 + 512) * sizeof(Pair));
+      if (r.found <= room || (!output.grow && output.capacity <= room)) return;
+      const std::uint64_t wanted =
+          output.grow ? r.found : std::min<std::uint64_t>(r.found, output.capacity);
+      unordered_.room(static_cast<std::size_t>(wanted + wanted / 64 + 512) * sizeof(Pair));
     }
   }
 
@@ -202,7 +205,7 @@ class Engine {
   // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
   void find_in_order(Call& call, core::Output& output) {
     Result& r = *call.result;
-    found_on_device(call, output.capacity);
+    found_on_device(call, output);
     if (r.found > output.capacity) {
       if (!output.grow) {
         r.status = Status::buffer_too_small;

@@ -147,6 +147,21 @@ TEST_P(GpuCapacity, ManyPairsLittleRoom) {
   }
 }
 
+// More pairs than 32 bits can count.
+TEST_P(GpuCapacity, MoreThan32Bits) {
+  constexpr std::uint64_t n = 100000;
+  const OnDevice<Box> boxes(identical_boxes(static_cast<int>(n), 3));
+  cuda::Finder finder(options());
+  const PairRoom room(1000);
+  const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+  EXPECT_EQ(r.status, Status::buffer_too_small);
+  EXPECT_EQ(r.found, n * (n - 1) / 2);
+  EXPECT_GE(r.comparisons, r.found);
+  EXPECT_NE(std::string(r.message).find(std::to_string(n * (n - 1) / 2)), std::string::npos)
+      << r.message;
+  room.take(canonical() ? 0 : room.capacity());
+}
+
 THRONG_INSTANTIATE_GPU(GpuCapacity);
 
 }  // namespace

@@ -185,6 +185,30 @@ TEST_P(GpuFaults, MemoryRunsShort) {
   expect_works(finder);
 }
 
+// Short by one byte of what a call takes, and not short.
+TEST_P(GpuFaults, MemoryShortByAByte) {
+  const BoxList list = uniform_boxes(3000, 4);
+  const OnDevice<Box> boxes(list);
+  const Answer answer = reference_pairs(list);
+  const PairRoom room(answer.pairs.size());
+  const auto call = [&](cuda::Finder& finder) {
+    return finder.find(view(boxes), room.out(), room.capacity(), stream());
+  };
+  std::size_t taken = 0;
+  {
+    cuda::Finder finder(options());
+    ASSERT_TRUE(call(finder).ok());
+    taken = finder.memory_bytes();
+  }
+  CountingDeviceMemory memory;
+  memory.limit(taken - 1);
+  cuda::Finder finder(options(), memory.resource());
+  expect_says(call(finder), Status::out_of_memory, "bytes were asked for in vain");
+  memory.limit(taken);
+  expect_answer(finder, view(boxes), nullptr, answer);
+  EXPECT_EQ(memory.held(), taken);
+}
+
 // What cudaMalloc says of a block that no device has.
 TEST_P(GpuFaults, TheDevicesWordsComeThrough) {
   cuda::Finder finder(options());

@@ -148,6 +148,28 @@ TEST(FarEngine, TheCapHoldsToTheByte) {
   }
 }
 
+// Where the caller's room is too small for the pairs, no room is made for them all.
+TEST(FarEngine, LittleRoomForManyPairs) {
+  const BoxList boxes = tests::identical_boxes(1500, 1);
+  for (const Options& o : all_options()) {
+    CountingResource memory;
+    FarEngine engine(&memory);
+    for (const std::size_t room : {0, 1, 700, 5000}) {
+      std::vector<Pair> out(room + 1);
+      core::Output output{out.data(), room, nullptr, nullptr};
+      Result r;
+      engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
+      EXPECT_EQ(r.status, Status::buffer_too_small);
+      EXPECT_EQ(r.found, 1500u * 1499 / 2);
+      EXPECT_EQ(r.written, o.order == Order::canonical ? 0 : room);
+      EXPECT_EQ(out[room], (Pair{}));
+      if (room <= 700) {
+        EXPECT_LT(memory.held(), 300000u);
+      }
+    }
+  }
+}
+
 // What larger calls have left is given back, and only then.
 TEST(FarEngine, ACapAfterLargerCalls) {
   const BoxList large = tests::uniform_boxes(20000, 1), small = tests::identical_boxes(500, 2);
