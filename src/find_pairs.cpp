@@ -6,6 +6,7 @@
 
 #include <throng/throng.hpp>
 
+#include "automatic.hpp"
 #include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
@@ -33,14 +34,24 @@ struct Finder::State {
               const Consumer* consumer) {
     Result r;
     bool nan_in_second = false;
+    const std::size_t boxes = a.size() + (b ? b->size() : 0);
     if (options.backend == Backend::emulated) {
       find_emulated(a, b, options, output, consumer, r);
       nan_in_second = emulated.nan_in_second_set();
-    } else if (options.backend == Backend::cuda) {
+    } else if (options.backend == Backend::cuda ||
+               (cuda::is_built() && automatic.wants_gpu(boxes, options))) {
       nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
-    } else {
+    }
+    // The CPU, too, where an automatic choice fell on a GPU that cannot: as long as nobody has been
+    // given pairs.
+    const bool tried = r.plan.backend != Backend::cpu;
+    if (!tried ||
+        (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
+      if (tried) gpu.reset();
       r = cpu.find(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
+      if (options.backend == Backend::automatic && automatic.reason(boxes))
+        r.plan.reason = automatic.reason(boxes);
     }
     throng::explain(r, b != nullptr, nan_in_second);
     return r;
@@ -68,11 +79,13 @@ struct Finder::State {
     r.plan.backend = Backend::cuda;
     r.plan.isa = Isa::scalar;
     cpu.memory().set_cap(0);
+    delivered = false;
     try {
       if (!gpu) gpu.reset(cuda::create({}));
       gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
+      delivered = consumer && r.written != 0;
       explain_failure(r, failure);
     }
     return false;
@@ -82,6 +95,8 @@ struct Finder::State {
   cpu::Engine cpu;
   pipeline::Engine<pipeline::HostDevice> emulated;
   std::unique_ptr<cuda::Engine> gpu;
+  bool delivered = false;  // a call that failed on the GPU had handed out pairs
+  Automatic automatic;
 };
 
 // What the public calls have in common.

@@ -21,7 +21,11 @@ enum class Algorithm : std::uint8_t {
 };
 
 enum class Backend : std::uint8_t {
-  automatic,  // the CPU for boxes in host memory
+  // The CPU; or a GPU, from a Finder's second call with 500,000 boxes or more on, where there is
+  // one
+  // and the CPU has six threads or fewer for this: an estimate of where it pays. Never where
+  // executor, memory or isa are set. If the GPU cannot, the CPU answers, and plan.reason says so.
+  automatic,
   cpu,
   cuda,      // a GPU; boxes in host memory are copied to it
   emulated,  // what a GPU would run, run by this processor: slow, for tests and for finding faults

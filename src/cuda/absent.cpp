@@ -4,6 +4,8 @@
 
 namespace throng::cuda {
 
+bool is_built() noexcept { return false; }
+
 void check_available() { throw pipeline::Failure{Status::no_device}; }
 
 Engine* create(const MemoryResource&) { throw pipeline::Failure{Status::no_device}; }

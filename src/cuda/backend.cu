@@ -190,6 +190,8 @@ class Gpu final : public Engine {
 
 }  // namespace
 
+bool is_built() noexcept { return true; }
+
 void check_available() {
   int count = 0;
   check(cudaGetDeviceCount(&count));

@@ -34,6 +34,8 @@ class Engine {
   virtual std::size_t held() const noexcept = 0;
 };
 
+// Whether this build has the backend at all.
+bool is_built() noexcept;
 // The device that is current. Failure: no_device, with what CUDA says; out_of_memory.
 Engine* create(const MemoryResource&);
 void check_available();
