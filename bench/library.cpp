@@ -51,6 +51,7 @@ Entry entry(const std::string& name, const std::string& note, Options options,
             Form form = Form::warmed) {
   return {name, note, "", Kind::library, true, [options, form](unsigned threads) {
             Options o = options;
+            o.backend = Backend::cpu;  // its rivals run there
             o.threads = threads;
             return std::make_unique<Library>(o, form);
           }};

@@ -56,7 +56,8 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
         ->type_name(type);
   };
   add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
-      "where to search; auto: the CPU; emulated: what a GPU runs, on the CPU");
+      "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, on "
+      "the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
       "auto chooses by what it measures of the boxes");
   add("--order", arguments.order, {"any", "canonical"},
@@ -70,7 +71,8 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
   Options options;
   options.backend = search.backend == "cuda"       ? Backend::cuda
                     : search.backend == "emulated" ? Backend::emulated
-                                                   : Backend::cpu;
+                    : search.backend == "cpu"      ? Backend::cpu
+                                                   : Backend::automatic;
   if (options.backend == Backend::cuda) {
     const Result result = cuda::available();
     if (!result.ok()) throw Failure(fmt::format("--backend cuda: {}", result.message));

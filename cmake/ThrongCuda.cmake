@@ -17,11 +17,23 @@ if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
     set(CMAKE_CUDA_RUNTIME_LIBRARY Static)
   endif()
   include(CheckLanguage)
+  include(ThrongCudaVersion)
   check_language(CUDA)
+  set(throng_too_old "")
   if(CMAKE_CUDA_COMPILER)
+    throng_cuda_too_old("${CMAKE_CUDA_COMPILER}" throng_too_old)
+  endif()
+  if(CMAKE_CUDA_COMPILER AND NOT throng_too_old)
     enable_language(CUDA)
     find_package(CUDAToolkit REQUIRED)
     set(THRONG_CUDA_FOUND ON)
+  elseif(throng_too_old AND NOT THRONG_CUDA STREQUAL "AUTO")
+    message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but ${CMAKE_CUDA_COMPILER} is of CUDA ${throng_too_old}; "
+                        "${THRONG_CUDA_OLDEST} or newer is needed. Set CMAKE_CUDA_COMPILER to such a one, or "
+                        "THRONG_CUDA=OFF.")
+  elseif(throng_too_old)
+    message(STATUS "throng: ${CMAKE_CUDA_COMPILER} is of CUDA ${throng_too_old}, ${THRONG_CUDA_OLDEST} or newer is "
+                   "needed; the GPU backend is left out")
   elseif(NOT THRONG_CUDA STREQUAL "AUTO")
     message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but no CUDA compiler was found. Put nvcc on PATH, "
                         "or set CMAKE_CUDA_COMPILER, or THRONG_CUDA=OFF.")

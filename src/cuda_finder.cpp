@@ -2,22 +2,19 @@
 // one.
 #include <throng/cuda.hpp>
 
+#include <memory>
 #include <new>
 #include <utility>
 
+#include "cuda/backend.hpp"
 #include "pipeline/failure.hpp"
 #include "pipeline/pipeline.hpp"
 #include "validate.hpp"
-#if defined(THRONG_CUDA)
-#include "cuda/backend.hpp"
-#endif
 
 namespace throng::cuda {
 
-#if defined(THRONG_CUDA)
 struct Finder::State {
-  ~State() { delete engine; }
-  Engine* engine = nullptr;
+  std::unique_ptr<Engine> engine;
 };
 
 // What the public calls have in common.
@@ -30,10 +27,10 @@ struct FinderAccess {
     try {
       if (!finder.state_) finder.state_ = new (std::nothrow) Finder::State;
       if (!finder.state_) throw pipeline::Failure{Status::out_of_memory, sizeof(Finder::State)};
-      if (!finder.state_->engine) finder.state_->engine = create(finder.memory_);
+      if (!finder.state_->engine) finder.state_->engine.reset(create(finder.memory_));
       f(*finder.state_->engine, r);
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure.status, failure.bytes, failure.text);
+      explain_failure(r, failure);
     }
     return r;
   }
@@ -54,6 +51,16 @@ struct FinderAccess {
       engine.find_on_device(a, b, finder.options_, out, out ? capacity : 0, stream, r);
     });
   }
+  static Result find_growing(Finder& finder, const Boxes& a, const Boxes* b,
+                             Stream stream) noexcept {
+    Pairs pairs;
+    finder.pairs_ = {};
+    const Result r = run(finder, a, b, [&](Engine& engine, Result& told) {
+      pairs = engine.find_growing(a, b, finder.options_, stream, told);
+    });
+    if (r.ok()) finder.pairs_ = pairs;
+    return r;
+  }
   static Result find_async(Finder& finder, const Boxes& a, const Boxes* b, Pair* out,
                            std::size_t capacity, Report* report, Stream stream) noexcept {
     return run(finder, a, b, [&](Engine& engine, Result&) {
@@ -61,60 +68,35 @@ struct FinderAccess {
     });
   }
 };
-#else
-struct Finder::State {};
-
-struct FinderAccess {
-  static Result none() noexcept {
-    Result r;
-    explain_failure(r, Status::no_device, 0, nullptr);
-    return r;
-  }
-  static Result find(Finder&, const Boxes&, const Boxes*, Pair*, std::size_t, Stream) noexcept {
-    return none();
-  }
-  static Result find_async(Finder&, const Boxes&, const Boxes*, Pair*, std::size_t, Report*,
-                           Stream) noexcept {
-    return none();
-  }
-};
-#endif
 
 Result available() noexcept {
-#if defined(THRONG_CUDA)
   Result r;
   r.plan.backend = Backend::cuda;
   try {
     check_available();
   } catch (const pipeline::Failure& failure) {
-    explain_failure(r, failure.status, failure.bytes, failure.text);
+    explain_failure(r, failure);
   }
   return r;
-#else
-  return FinderAccess::none();
-#endif
 }
 
 Finder::~Finder() { delete state_; }
 Finder::Finder(Finder&& other) noexcept
     : state_(std::exchange(other.state_, nullptr)),
       options_(other.options_),
-      memory_(other.memory_) {}
+      memory_(other.memory_),
+      pairs_(std::exchange(other.pairs_, {})) {}
 Finder& Finder::operator=(Finder&& other) noexcept {
   std::swap(state_, other.state_);
   std::swap(options_, other.options_);
   std::swap(memory_, other.memory_);
+  std::swap(pairs_, other.pairs_);
   return *this;
 }
 
-Result Finder::reserve([[maybe_unused]] std::size_t boxes, [[maybe_unused]] std::size_t pairs,
-                       [[maybe_unused]] Stream stream) noexcept {
-#if defined(THRONG_CUDA)
+Result Finder::reserve(std::size_t boxes, std::size_t pairs, Stream stream) noexcept {
   return FinderAccess::run(*this,
                            [&](Engine& engine, Result&) { engine.reserve(boxes, pairs, stream); });
-#else
-  return FinderAccess::none();
-#endif
 }
 Result Finder::find(const Boxes& boxes, Pair* out, std::size_t capacity, Stream stream) noexcept {
   return FinderAccess::find(*this, boxes, nullptr, out, capacity, stream);
@@ -122,6 +104,12 @@ Result Finder::find(const Boxes& boxes, Pair* out, std::size_t capacity, Stream 
 Result Finder::find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity,
                     Stream stream) noexcept {
   return FinderAccess::find(*this, a, &b, out, capacity, stream);
+}
+Result Finder::find(const Boxes& boxes, Stream stream) noexcept {
+  return FinderAccess::find_growing(*this, boxes, nullptr, stream);
+}
+Result Finder::find(const Boxes& a, const Boxes& b, Stream stream) noexcept {
+  return FinderAccess::find_growing(*this, a, &b, stream);
 }
 Result Finder::find_async(const Boxes& boxes, Pair* out, std::size_t capacity, Report* report,
                           Stream stream) noexcept {
@@ -132,35 +120,50 @@ Result Finder::find_async(const Boxes& a, const Boxes& b, Pair* out, std::size_t
   return FinderAccess::find_async(*this, a, &b, out, capacity, report, stream);
 }
 std::size_t Finder::memory_bytes() const noexcept {
-#if defined(THRONG_CUDA)
   return state_ && state_->engine ? state_->engine->held() : 0;
-#else
-  return 0;
-#endif
 }
 
-Result update_boxes(const Bodies& bodies, Box* out, [[maybe_unused]] BodyReport* report,
-                    [[maybe_unused]] Stream stream, const UpdateOptions& options,
-                    std::size_t stride_bytes) noexcept {
+namespace {
+
+// put(job, result) has the boxes made; what both forms have in common.
+template <class F>
+Result update(const Bodies& bodies, Box* out, const UpdateOptions& options,
+              std::size_t stride_bytes, const F& put) noexcept {
   Result r;
   core::UpdateBoxes job;
   if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
   r.plan.backend = Backend::cuda;
   r.plan.reason = "one pass over the bodies";
-#if defined(THRONG_CUDA)
   try {
     check_available();
     if (bodies.size() > max_box_count)
       throw pipeline::Failure{Status::too_many_boxes, bodies.size()};
-    update_boxes(job, bodies.size(), report, stream);
+    put(job, r);
     r.written = bodies.size();
   } catch (const pipeline::Failure& failure) {
-    explain_failure(r, failure.status, failure.bytes, failure.text);
+    explain_failure(r, failure);
   }
   return r;
-#else
-  return FinderAccess::none();
-#endif
+}
+
+}  // namespace
+
+Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                    const UpdateOptions& options, std::size_t stride_bytes) noexcept {
+  return update(bodies, out, options, stride_bytes, [&](const core::UpdateBoxes& job, Result& r) {
+    const BodyReport told = update_boxes(job, bodies.size(), report, stream);
+    if (told.bad_shapes == 0) return;
+    r.status = Status::bad_shape;
+    r.invalid_count = told.bad_shapes;
+    r.first_invalid = told.first_bad_shape();
+    explain(r, false, false);
+  });
+}
+Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                          const UpdateOptions& options, std::size_t stride_bytes) noexcept {
+  return update(bodies, out, options, stride_bytes, [&](const core::UpdateBoxes& job, Result&) {
+    update_boxes_async(job, bodies.size(), report, stream);
+  });
 }
 
 }  // namespace throng::cuda

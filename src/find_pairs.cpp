@@ -1,21 +1,21 @@
 // The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
 #include <algorithm>
+#include <memory>
 #include <new>
 #include <utility>
 
 #include <throng/throng.hpp>
 
+#include "automatic.hpp"
 #include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
 #include "cpu/threads.hpp"
+#include "cuda/backend.hpp"
 #include "describe.hpp"
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
-#if defined(THRONG_CUDA)
-#include "cuda/backend.hpp"
-#endif
 
 namespace throng {
 
@@ -26,20 +26,32 @@ struct Finder::State {
         cpu(memory, sizeof(State)),
         emulated(memory, pipeline::HostDevice::Run{cpu::run_tasks}) {}
 
-  std::size_t held() noexcept { return cpu.memory().held() + emulated.held(); }
+  std::size_t held() noexcept {
+    return cpu.memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
+  }
 
   Result find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
               const Consumer* consumer) {
     Result r;
     bool nan_in_second = false;
+    const std::size_t boxes = a.size() + (b ? b->size() : 0);
     if (options.backend == Backend::emulated) {
       find_emulated(a, b, options, output, consumer, r);
       nan_in_second = emulated.nan_in_second_set();
-    } else if (options.backend == Backend::cuda) {
+    } else if (options.backend == Backend::cuda ||
+               (cuda::is_built() && automatic.wants_gpu(boxes, options))) {
       nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
-    } else {
+    }
+    // The CPU, too, where an automatic choice fell on a GPU that cannot: as long as nobody has been
+    // given pairs.
+    const bool tried = r.plan.backend != Backend::cpu;
+    if (!tried ||
+        (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
+      if (tried) gpu.reset();
       r = cpu.find(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
+      if (options.backend == Backend::automatic && automatic.reason(boxes))
+        r.plan.reason = automatic.reason(boxes);
     }
     throng::explain(r, b != nullptr, nan_in_second);
     return r;
@@ -57,41 +69,34 @@ struct Finder::State {
     try {
       emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure.status, failure.bytes, failure.text);
+      explain_failure(r, failure);
     }
   }
 
   // Tells whether a NaN was seen in the second set.
-  bool find_on_gpu([[maybe_unused]] const Boxes& a, [[maybe_unused]] const Boxes* b,
-                   [[maybe_unused]] const Options& options, [[maybe_unused]] core::Output* output,
-                   [[maybe_unused]] const Consumer* consumer, Result& r) {
-#if defined(THRONG_CUDA)
+  bool find_on_gpu(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
+                   const Consumer* consumer, Result& r) {
     r.plan.backend = Backend::cuda;
     r.plan.isa = Isa::scalar;
     cpu.memory().set_cap(0);
+    delivered = false;
     try {
-      if (!gpu) gpu = cuda::create({});
-      gpu->find(a, b, options, output, consumer, r);
+      if (!gpu) gpu.reset(cuda::create({}));
+      gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure.status, failure.bytes, failure.text);
+      delivered = consumer && r.written != 0;
+      explain_failure(r, failure);
     }
-#else
-    explain_failure(r, Status::no_device, 0, nullptr);
-#endif
     return false;
   }
 
   std::pmr::memory_resource* resource;
   cpu::Engine cpu;
   pipeline::Engine<pipeline::HostDevice> emulated;
-#if defined(THRONG_CUDA)
-  ~State() { delete gpu; }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
-  cuda::Engine* gpu = nullptr;
-#endif
+  std::unique_ptr<cuda::Engine> gpu;
+  bool delivered = false;  // a call that failed on the GPU had handed out pairs
+  Automatic automatic;
 };
 
 // What the public calls have in common.
@@ -120,7 +125,7 @@ struct FinderAccess {
       } catch (...) {
       }
       if (!room) {
-        explain_failure(r, Status::out_of_memory, sizeof(Finder::State), nullptr);
+        explain_failure(r, {Status::out_of_memory, sizeof(Finder::State)});
         return r;
       }
       finder.state_ = new (room) Finder::State(memory);

@@ -84,11 +84,18 @@ void say(Result& r, const char* format, ...) noexcept {
 namespace {
 
 template <class T>
-bool valid_length(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,
+bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,
                   Result& r) noexcept {
-  if (!filter || filter.count == boxes) return true;
-  say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value a box", name, set,
-      ull{filter.count}, ull{boxes});
+  if (!filter) return true;
+  if (filter.count != boxes) {
+    say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value a box", name, set,
+        ull{filter.count}, ull{boxes});
+  } else if (filter.stride_bytes % alignof(T) != 0) {
+    say(r, "the stride of filter '%s' of %s is %llu bytes; it must be a multiple of %llu", name,
+        set, ull{filter.stride_bytes}, ull{alignof(T)});
+  } else {
+    return true;
+  }
   return refuse(r, Status::bad_filter);
 }
 
@@ -110,9 +117,9 @@ bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
   }
   const Filters& f = boxes.filters;
   const std::size_t n = boxes.size();
-  if (!valid_length(f.group, n, "group", set, r) || !valid_length(f.mask, n, "mask", set, r) ||
-      !valid_length(f.owner, n, "owner", set, r) || !valid_length(f.world, n, "world", set, r) ||
-      !valid_length(f.is_static, n, "static", set, r)) {
+  if (!valid_filter(f.group, n, "group", set, r) || !valid_filter(f.mask, n, "mask", set, r) ||
+      !valid_filter(f.owner, n, "owner", set, r) || !valid_filter(f.world, n, "world", set, r) ||
+      !valid_filter(f.is_static, n, "static", set, r)) {
     return false;
   }
   return true;
@@ -178,43 +185,58 @@ bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) no
          (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
 }
 
-void explain_failure(Result& r, Status status, unsigned long long bytes,
-                     const char* text) noexcept {
-  r.status = status;
-  r.bytes_needed = bytes;
-  r.found = r.written = 0;
-  const char* what = text ? text : "";
-  switch (status) {
+void explain_failure(Result& r, const pipeline::Failure& failure) noexcept {
+  r.status = failure.status;
+  r.found = r.written = r.bytes_needed = 0;
+  const char* text = failure.text ? failure.text : "";
+  const char* what = failure.what ? failure.what : "";
+  const ull number{failure.bytes};
+  switch (failure.status) {
     case Status::no_device:
-      if (text)
-        say(r, "no GPU can be used: %s; use Backend::cpu", what);
+      if (failure.text)
+        say(r, "no GPU can be used: %s; use Backend::cpu", text);
       else
         say(r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
       break;
     case Status::device_error:
-      say(r, "the GPU failed: %s; what it held may be lost, so make a new Finder", what);
+      say(r,
+          "the GPU failed: %s; what it held may be lost: make a new Finder, and where that fails, "
+          "too, a new process",
+          text);
       break;
     case Status::not_reserved:
-      r.bytes_needed = 0;
       say(r,
           "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
           "reserve() first",
-          bytes);
+          number);
       break;
     case Status::too_many_boxes:
-      r.bytes_needed = 0;
-      say(r, "%llu boxes are more than a device takes, of both sets together; split them", bytes);
+      say(r, "%llu boxes are more than a device takes, of both sets together; split them", number);
       break;
     case Status::bad_boxes:
     case Status::bad_filter:
     case Status::bad_option:
-      say(r, "%s; give aligned device memory of the Finder's device, or use throng::Finder", what);
+      say(r, "%s %s; give aligned device memory of the Finder's device, or use throng::Finder",
+          what, text);
+      break;
+    case Status::bad_bodies:
+      say(r,
+          "%s %s; give aligned device memory of the stream's device, or use throng::update_boxes",
+          what, text);
       break;
     case Status::out_of_memory:
-      if (text)
-        say(r, "no device memory: %s; free some, or split the boxes", what);
+      r.bytes_needed = number;
+      if (!failure.text) return explain(r, false, false);
+      if (number)
+        say(r,
+            "no device memory: %llu bytes were asked for in vain (%s); free some, or split the "
+            "boxes",
+            number, text);
       else
-        say(r, "no memory: %llu bytes were asked for in vain", bytes);
+        say(r, "no device memory: %s; free some, or split the boxes", text);
+      break;
+    case Status::memory_cap_too_small:
+      r.bytes_needed = number;
       break;
     default:
       break;
@@ -241,7 +263,13 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
       say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
       break;
     case Status::out_of_memory:
-      say(r, "no memory: %llu bytes were asked for in vain", ull{r.bytes_needed});
+      say(r,
+          "no memory: %llu bytes were asked for in vain; take pairs in blocks, or split the boxes",
+          ull{r.bytes_needed});
+      break;
+    case Status::bad_shape:
+      say(r, "%llu bodies have no good shape, the first is body %llu; mend it",
+          ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::memory_cap_too_small:
       say(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",

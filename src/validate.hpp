@@ -6,6 +6,7 @@
 #include <throng/update_boxes.hpp>
 
 #include "core/update_boxes.hpp"
+#include "pipeline/failure.hpp"
 
 namespace throng::cpu {
 struct Kernels;
@@ -38,8 +39,8 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
 bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
               std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept;
 
-// Status and message for a device that failed; `text`: what it says, or null.
-void explain_failure(Result& r, Status status, unsigned long long bytes, const char* text) noexcept;
+// Status and message for a device that failed.
+void explain_failure(Result& r, const pipeline::Failure&) noexcept;
 
 // The message for what a backend found wrong.
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;

@@ -1,3 +1,4 @@
+#include "bench/cases.hpp"
 #include "bench/gpu/cases.hpp"
 
 #include <algorithm>
@@ -30,15 +31,24 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
     for (const std::size_t n : {100 * K, M, 10 * M, 100 * M})
       all.push_back(uniform("stages", n, false));
   } else if (part == "scenes") {
-    const auto add = [&](const char* name, std::size_t n) {
-      all.push_back({"scenes", name, name, 0, n, 2, false});
+    const auto add = [&](const SceneChoice& s, std::size_t n) {
+      all.push_back({"scenes", s.label, s.name, s.density, n, 2, false});
     };
-    // Worlds first: 8192 of 64 boxes each.
-    add("worlds", 8192 * 64);
-    add("worlds", M);
-    for (const char* name : {"pile", "mixed", "clusters", "rods", "column", "line", "spheres"})
-      for (const std::size_t n : {100 * K, M}) add(name, n);
-    for (const char* name : {"pile", "mixed", "clusters"}) add(name, 10 * M);
+    // Worlds first: 8192 of 64 boxes each. Then what there is a goal for.
+    add(find_scene("worlds"), 8192 * 64);
+    for (const char* name : {"pile", "mixed", "clusters"})
+      for (const std::size_t n : {100 * K, M, 10 * M}) add(find_scene(name), n);
+    for (const SceneChoice& s : all_scenes()) {
+      const auto seen = [&](const Case& c) { return c.label == s.label && c.objects == M; };
+      if (s.label == "uniform, density 2" || std::any_of(all.begin(), all.end(), seen)) continue;
+      for (const std::size_t n : {100 * K, M}) add(s, n);
+    }
+  } else if (part == "crossover") {
+    for (const std::size_t n : {K, 2 * K, 4 * K, 8 * K, 16 * K})
+      for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid}) {
+        all.push_back(uniform("crossover", n, false));
+        all.back().algorithm = algorithm;
+      }
   } else {
     throw std::invalid_argument("no part is called '" + part + "'");
   }

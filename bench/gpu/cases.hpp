@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <throng/options.hpp>
 #include <throng/types.hpp>
 
 namespace throng::bench::gpu {
@@ -20,9 +21,11 @@ struct Case {
   std::size_t objects = 0;
   std::size_t frames = 1;  // different inputs, taken in turn
   bool canonical = false;  // measured in that order, too
+  Algorithm algorithm = Algorithm::automatic;
 };
 
-// "scaling", "scenes", "stages"; sizes above `most` are left out. Throws std::invalid_argument.
+// "scaling", "scenes", "stages", "crossover"; sizes above `most` are left out. Throws
+// std::invalid_argument.
 std::vector<Case> cases_of(const std::string& part, std::size_t most);
 // One a file, all of its frames; throws scene::FileError.
 std::vector<Case> cases_of_files(const std::vector<std::string>& files);

@@ -25,7 +25,10 @@ struct Arguments {
   bool device = false;
 };
 
-const std::vector<std::string> all_parts = {"scaling", "scenes", "stages", "machine"};
+const std::vector<std::string> all_parts = {"scaling",   "scenes", "stages",
+                                            "crossover", "bodies", "machine"};
+// Those without scenes.
+bool is_bare(const std::string& part) { return part == "machine" || part == "bodies"; }
 
 std::string describe_device() {
   int ordinal = 0, driver = 0;
@@ -52,7 +55,7 @@ std::vector<Case> cases_for(const Arguments& a) {
   std::vector<Case> all = cases_of_files(a.files);
   bool scaling = false;
   for (const std::string& part : a.parts) {
-    if (part == "machine") continue;
+    if (is_bare(part)) continue;
     scaling = scaling || part == "scaling";
     for (const Case& c : cases_of(part, a.most)) all.push_back(c);
     // What the scenes are held against.
@@ -113,7 +116,7 @@ int answer(const Arguments& a, const Answers* expected) {
 int run(Arguments a) {
   if (a.parts.empty() && a.files.empty()) a.parts = all_parts;
   for (const std::string& part : a.parts)
-    if (part != "machine") (void)cases_of(part, 0);  // is there such a part?
+    if (!is_bare(part)) (void)cases_of(part, 0);  // is there such a part?
   Answers expected;
   if (!a.expect.empty()) expected = Answers::read(a.expect);
   if (!a.cpu_answers.empty()) return answer(a, a.expect.empty() ? nullptr : &expected);
@@ -144,11 +147,17 @@ int run(Arguments a) {
     }
     if (s.rows.size() > from) tell(what, from);
   };
-  for (const std::string& part : a.parts)
+  for (const std::string& part : a.parts) {
     if (part == "machine") guarded("machine", [&] { measure_machine(s, a.most); });
-  for (const Case& c : cases_for(a))
+    if (part == "bodies") guarded("bodies", [&] { measure_bodies(s, a.most); });
+  }
+  for (const Case& c : cases_for(a)) {
+    // Of a recording that is not in the file, what the CPU finds here and now.
+    if (s.expected && c.scene.empty() && !expected.find(c.label, c.objects, 0))
+      guarded(c.label + ", by the CPU", [&] { answer_by_cpu(c, a.threads, expected); });
     guarded(c.experiment + ": " + c.label + ", " + std::to_string(c.objects),
             [&] { c.experiment == "stages" ? measure_stages(c, s) : measure_search(c, s); });
+  }
   std::printf("%s\n", summary(s.rows).text().c_str());
   return report_wrong(s, s.expected != nullptr);
 }
@@ -168,18 +177,22 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 answers differ, 2 bad usage, a bad file, or no GPU.",
       "throng-bench-gpu"};
   Arguments a;
-  app.add_option("--part", a.parts,
-                 "scaling, scenes, stages or machine; all by default. May be given again");
+  app.add_option(
+      "--part", a.parts,
+      "scaling, scenes, stages, crossover, bodies or machine; all by default. May be given "
+      "again");
   app.add_option("--files", a.files, "Recorded boxes in .npy files, each frame");
   app.add_option("--least", a.least, "Leave out what has fewer boxes");
   app.add_option("--most", a.most, "Leave out what has more boxes");
   app.add_option("--budget", a.budget, "Seconds of replays a row")->check(CLI::PositiveNumber);
   app.add_option("--csv", a.csv, "Write all rows to this file");
-  app.add_option("--expect", a.expect, "Hold numbers and checksums of pairs against this file");
+  app.add_option("--expect", a.expect,
+                 "Hold numbers and checksums of pairs against this file; recorded boxes that are "
+                 "not in it, against what the CPU finds");
   app.add_option("--cpu-answers", a.cpu_answers,
                  "Make such a file, by the CPU; nothing is measured");
   app.add_flag("--device", a.device, "Only tell which GPU there is");
-  app.add_option("--threads", a.threads, "Threads for --cpu-answers; all by default");
+  app.add_option("--threads", a.threads, "Threads of the CPU; all by default");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -45,12 +45,13 @@ report::Table table(const std::string& title, const std::vector<Row>& rows) {
 std::string csv(const std::vector<Row>& rows) {
   report::Table t("", {"experiment", "what", "objects", "order", "pairs", "checksum", "checksum_by",
                        "median_ms", "min_ms", "in_a_row_ms", "pairs_per_box", "bytes_per_box",
-                       "rate", "rate_unit", "runs", "device", "note"});
+                       "driver_bytes_per_box", "rate", "rate_unit", "runs", "device", "note"});
   for (const Row& r : rows)
     t.add_row({r.experiment, r.what, std::to_string(r.objects), r.order, std::to_string(r.pairs),
                sum_of(r), r.checksum_by, number(r.median_ms), number(r.min_ms),
                number(r.in_a_row_ms), number(r.pairs_per_box), number(r.bytes_per_box),
-               number(r.rate), r.rate_unit, count(r.runs), r.device, r.note});
+               number(r.driver_bytes_per_box), number(r.rate), r.rate_unit, count(r.runs), r.device,
+               r.note});
   return t.csv();
 }
 

@@ -20,6 +20,7 @@ struct Row {
   double median_ms = 0, min_ms = 0;
   double in_a_row_ms = 0;  // a run, of many in a row
   double pairs_per_box = 0, bytes_per_box = 0;
+  double driver_bytes_per_box = 0;  // taken, as cudaMemGetInfo sees it
   double rate = 0;
   std::string rate_unit;
   std::uint64_t runs = 0;
@@ -30,7 +31,7 @@ struct Row {
 report::Table table(const std::string& title, const std::vector<Row>& rows);
 // All columns, numbers in full.
 std::string csv(const std::vector<Row>& rows);
-// The goals (docs/benchmarks.md) that these rows have something to say of.
+// The goals (bench/results/h200/PENDING.md) that these rows have something to say of.
 report::Table summary(const std::vector<Row>& rows);
 
 // Number and checksum of the pairs of a frame, by whoever found them.

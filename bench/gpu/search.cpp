@@ -103,6 +103,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
   const bool canonical = order == Order::canonical;
   const char* order_name = canonical ? "canonical" : "any";
   Options options;
+  options.algorithm = c.algorithm;
   options.order = order;
   options.nan = NanPolicy::inactive;
   options.measure_stages = false;
@@ -140,6 +141,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     Row row;
     row.experiment = c.experiment;
     row.what = file ? c.label.substr(c.label.find_last_of('/') + 1) : c.label;
+    if (c.algorithm != Algorithm::automatic) row.what += std::string(", ") + to_string(c.algorithm);
     row.objects = c.objects;
     row.order = order_name;
     row.pairs = sum.answer.pairs;
@@ -148,6 +150,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     const auto n = static_cast<double>(c.objects);
     row.pairs_per_box = static_cast<double>(found) / n;
     row.bytes_per_box = static_cast<double>(finder.memory_bytes()) / n;
+    row.driver_bytes_per_box = static_cast<double>(taken) / n;
     row.device = s.device;
     const double budget = file ? s.budget_ms / static_cast<double>(frames.size()) : s.budget_ms;
     const Timing t = time_runs(stream.get(), budget, [&](std::size_t k) {
@@ -157,9 +160,8 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     row.min_ms = t.min_ms;
     row.in_a_row_ms = t.in_a_row_ms;
     row.runs = t.runs;
-    row.note = file ? "frame " + std::to_string(f)
-                    : std::to_string(frames.size()) + " frames in turn; " + std::to_string(taken) +
-                          " bytes taken by the driver's count";
+    row.note =
+        file ? "frame " + std::to_string(f) : std::to_string(frames.size()) + " frames in turn";
     s.rows.push_back(std::move(row));
   }
 }

@@ -23,6 +23,8 @@ struct Session {
 void measure_search(const Case& c, Session& s);
 // A row a stage, with the bytes that it moves by count.
 void measure_stages(const Case& c, Session& s);
+// update_boxes: a row a kind of shapes, every box held against the host's.
+void measure_bodies(Session& s, std::size_t most);
 // Launches, copies, sorts, scans, atomics, gathers: what the machine does. Sets copy_gbs.
 void measure_machine(Session& s, std::size_t most);
 // Large copies alone.

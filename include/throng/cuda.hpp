@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include <throng/boxes.hpp>
+#include <throng/finder.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 #include <throng/update_boxes.hpp>
@@ -49,7 +50,8 @@ Result available() noexcept;
 
 // One Finder serves one GPU, that which is current at its first call, and one stream at a time.
 // Options: algorithm, order, nan, margin, measure_stages and cell_scale are heeded. 1.8e9 boxes at
-// most, of both sets together.
+// most, of both sets together. There is no consumer form: on a device who takes pairs is a kernel,
+// which can follow on the stream.
 class Finder {
  public:
   explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept
@@ -73,12 +75,20 @@ class Finder {
   Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity,
               Stream stream) noexcept;
 
-  // The same, only put on the stream: nothing is waited for and no memory is taken, so it can be
-  // captured into a graph, and a replay is right for whatever boxes then lie there. What was found
-  // stands in *report, in device memory; the status is that of putting it there, not_reserved where
-  // reserve() was not called for so many boxes (and, under canonical order, for `capacity` pairs).
-  // A box with a NaN counts as inactive: see Report::nan_count. Under canonical order all of
-  // `capacity` is sorted, so give no more than is needed.
+  // Pairs into device memory of the Finder's own, which grows: see pairs(). Waits for the stream.
+  // The first call takes 32 bytes a box for them; where there are more, room is made and they are
+  // found once more.
+  Result find(const Boxes& boxes, Stream stream) noexcept;
+  Result find(const Boxes& a, const Boxes& b, Stream stream) noexcept;
+  // In device memory; good until the next call.
+  Pairs pairs() const noexcept { return pairs_; }
+
+  // As find() into `out`, only put on the stream: nothing is waited for and no memory is taken, so
+  // it can be captured into a graph, and a replay is right for whatever boxes then lie there. What
+  // was found stands in *report, in device memory; the status is that of putting it there,
+  // not_reserved where reserve() was not called for so many boxes (and, under canonical order, for
+  // `capacity` pairs). A box with a NaN counts as inactive: see Report::nan_count. Under canonical
+  // order all of `capacity` is sorted, so give no more than is needed.
   Result find_async(const Boxes& boxes, Pair* out, std::size_t capacity, Report* report,
                     Stream stream) noexcept;
   Result find_async(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity, Report* report,
@@ -93,9 +103,10 @@ class Finder {
   State* state_ = nullptr;
   Options options_;
   MemoryResource memory_;
+  Pairs pairs_;
 };
 
-// What update_boxes tells in device memory.
+// What update_boxes tells in device memory, when the work before it on the stream is done.
 struct BodyReport {
   std::uint64_t bad_shapes = 0;  // bodies whose shape is wrong; their boxes are NaN
   std::uint32_t bad_shape_mark = 0;
@@ -103,11 +114,18 @@ struct BodyReport {
   constexpr std::uint32_t first_bad_shape() const noexcept { return ~bad_shape_mark; }
 };
 
-// throng::update_boxes (see there) on bodies and boxes in device memory: the same bits. Put on the
-// stream, not waited for; takes no memory, and can be captured into a graph. `report` may be null.
-// Of the options the margin is heeded. At most max_box_count bodies.
+// throng::update_boxes (see there) on bodies, boxes and report in the memory of the stream's
+// device: the same bits, but for those of a NaN. Takes no memory. Of the options the margin is
+// heeded. At most max_box_count bodies. This one waits for the stream, and its Result tells of bad
+// shapes.
 Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
                     const UpdateOptions& options = {},
                     std::size_t stride_bytes = sizeof(Box)) noexcept;
+
+// The same, only put on the stream, so that it can be captured into a graph. Of bad shapes the
+// report alone tells; it may be null.
+Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                          const UpdateOptions& options = {},
+                          std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 }  // namespace throng::cuda

@@ -87,7 +87,7 @@ class Finder {
   const Options& options() const noexcept { return options_; }
   void set_options(const Options& options) noexcept { options_ = options; }
 
-  // Bytes that the Finder holds now.
+  // Bytes that the Finder holds now, those of a device and pinned ones included.
   std::size_t memory_bytes() const noexcept;
 
  private:

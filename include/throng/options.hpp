@@ -21,7 +21,11 @@ enum class Algorithm : std::uint8_t {
 };
 
 enum class Backend : std::uint8_t {
-  automatic,  // the CPU for boxes in host memory
+  // The CPU; or a GPU, from a Finder's second call with 500,000 boxes or more on, where there is
+  // one
+  // and the CPU has six threads or fewer for this: an estimate of where it pays. Never where
+  // executor, memory or isa are set. If the GPU cannot, the CPU answers, and plan.reason says so.
+  automatic,
   cpu,
   cuda,      // a GPU; boxes in host memory are copied to it
   emulated,  // what a GPU would run, run by this processor: slow, for tests and for finding faults
@@ -47,7 +51,7 @@ enum class Status : std::uint8_t {
   stopped,               // the consumer returned false
   nan_box,               // see first_invalid, invalid_count
   bad_boxes,             // a coordinate array is missing, or the stride is odd
-  bad_filter,            // wrong length, or a world below -1; see first_invalid
+  bad_filter,            // wrong length, odd stride, or a world below -1; see first_invalid
   bad_option,            // e.g. a negative margin
   too_many_boxes,        // more than max_box_count in one set
   out_of_memory,         // see bytes_needed
@@ -84,7 +88,8 @@ struct Options {
   float margin = 0.0f;
   // At most so many threads; 0: as many as the executor offers.
   unsigned threads = 0;
-  // The consumer form: all memory that the library may take, in bytes; 0: no cap.
+  // The consumer form: all memory that the library may take, in bytes, a device's and pinned memory
+  // included; 0: no cap.
   std::size_t memory_cap_bytes = 0;
   // The consumer form: let several threads call the consumer at once.
   bool concurrent_consumer = false;

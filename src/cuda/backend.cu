@@ -4,7 +4,7 @@
 #include <new>
 
 #include "cuda/device.cuh"
-#include "cuda/upload.hpp"
+#include "cuda/guard.hpp"
 #include "pipeline/engine.hpp"
 
 namespace throng::cuda {
@@ -15,15 +15,6 @@ using pipeline::Input;
 using pipeline::Pipeline;
 using pipeline::Workspace;
 
-// Throws `status` with the words for what the GPU could not read.
-void require_on_device(const void* p, std::size_t alignment, Status status,
-                       const char* in_host_memory, const char* misaligned) {
-  cudaPointerAttributes attributes{};
-  check(cudaPointerGetAttributes(&attributes, p));
-  if (attributes.type == cudaMemoryTypeUnregistered) throw Failure{status, 0, in_host_memory};
-  if (reinterpret_cast<std::uintptr_t>(p) % alignment != 0) throw Failure{status, 0, misaligned};
-}
-
 class Gpu final : public Engine {
  public:
   explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
@@ -33,16 +24,12 @@ class Gpu final : public Engine {
     (void)cudaStreamDestroy(own_);
   }
 
-  void find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
-            const Consumer* consumer, Result& r) override {
+  void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
+            core::Output* output, const Consumer* consumer, Result& r) override {
     const Current current(device().ordinal());
     if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
     device().begin(own_, options.measure_stages);
-    const std::size_t bytes = Upload::bytes(a) + (b ? Upload::bytes(*b) : 0);
-    char* to = boxes_.room(bytes + 256);
-    const Boxes first = upload_.send(a, to, own_);
-    const Boxes second = b ? upload_.send(*b, to, own_) : Boxes();
-    engine_.find(first, b ? &second : nullptr, options, boxes_.bytes(), output, consumer, r);
+    engine_.find(a, b, options, already_held, output, consumer, r);
     second_ = engine_.nan_in_second_set();
   }
   bool nan_in_second_set() const noexcept override { return second_; }
@@ -51,7 +38,7 @@ class Gpu final : public Engine {
     const Current current(device().ordinal());
     require_own(stream);
     device().begin(stream, false);
-    if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
+    require_few(boxes);
     // Where memory runs short in between, nothing counts as reserved.
     if (boxes > reserved_.boxes) {
       reserved_ = {};
@@ -102,6 +89,24 @@ class Gpu final : public Engine {
     }
   }
 
+  Pairs find_growing(const Boxes& a, const Boxes* b, const Options& options, Stream stream,
+                     Result& r) override {
+    const Current current(device().ordinal());
+    require_own(stream);
+    const std::size_t count = a.size() + (b ? b->size() : 0);
+    require_few(count);
+    std::size_t wanted = 4 * count;
+    for (const Result fresh = r;; r = fresh) {
+      device().begin(stream, false);
+      if (wanted > found_.bytes() / sizeof(Pair)) found_.room(wanted * sizeof(Pair));
+      const std::size_t room = found_.bytes() / sizeof(Pair);
+      find_on_device(a, b, options, found_.as<Pair>(), room, stream, r);
+      if (r.status != Status::buffer_too_small)
+        return {found_.as<Pair>(), static_cast<std::size_t>(r.written)};
+      wanted = static_cast<std::size_t>(r.found + r.found / 64 + 512);
+    }
+  }
+
   void find_async(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                   std::size_t capacity, Report* report, Stream stream) override {
     const std::size_t count = a.size() + (b ? b->size() : 0);
@@ -110,9 +115,7 @@ class Gpu final : public Engine {
       throw Failure{Status::not_reserved, count};
     const Current current(device().ordinal());
     require_own(stream);
-    if (!report) throw Failure{Status::bad_option, 0, "the report is null"};
-    require_on_device(report, alignof(Report), Status::bad_option, "the report lies in host memory",
-                      "the report is not aligned to 8 bytes");
+    Reach(device().ordinal(), Status::bad_option).require(report, alignof(Report), "the report");
     device().begin(stream, false);
     if (count == 0) return device().clear(report, sizeof(Report));
     Workspace w;
@@ -120,60 +123,46 @@ class Gpu final : public Engine {
   }
 
   std::size_t held() const noexcept override {
-    return engine_.held() + boxes_.bytes() + workspace_.bytes() + unordered_.bytes() +
-           sorting_.bytes();
+    return engine_.held() + workspace_.bytes() + unordered_.bytes() + sorting_.bytes() +
+           found_.bytes();
   }
 
  private:
-  // The device that this belongs to is current as long as this lives.
-  class Current {
-   public:
-    explicit Current(int device) {
-      check(cudaGetDevice(&before_));
-      if (before_ != device) check(cudaSetDevice(device));
-    }
-    ~Current() { (void)cudaSetDevice(before_); }
-
-   private:
-    int before_ = 0;
-  };
-
   Device& device() noexcept { return engine_.device(); }
 
-  void check_pointers(const Boxes& boxes) const {
-    if (boxes.size() == 0) return;
-    for (int k = 0; k < (boxes.packed_data() ? 1 : 6); ++k)
-      if (const char* p = boxes.corner_data(k))
-        require_on_device(p, alignof(float), Status::bad_boxes,
-                          "a coordinate array lies in host memory",
-                          "a coordinate array is not aligned to 4 bytes");
-    const Filters& f = boxes.filters;
-    const void* words[4] = {f.group.data, f.mask.data, f.owner.data, f.world.data};
-    for (const void* p : words)
-      if (p)
-        require_on_device(p, 4, Status::bad_filter, in_host, "a filter is not aligned to 4 bytes");
-    if (f.is_static) require_on_device(f.is_static.data, 1, Status::bad_filter, in_host, "");
+  void check_pointers(const pipeline::Set& set, std::size_t count) const {
+    if (count == 0) return;
+    const Reach boxes(engine_.device().ordinal(), Status::bad_boxes);
+    for (int k = 0; k < 6; ++k) {
+      const char* p = set.corner[k];
+      const bool packed = p == set.corner[0] + k * sizeof(float);  // seen already
+      if (p && (k == 0 || !packed)) boxes.require(p, alignof(float), "a coordinate array");
+    }
+    const Reach filters(engine_.device().ordinal(), Status::bad_filter);
+    filters.require(set.group, "filter 'group'");
+    filters.require(set.mask, "filter 'mask'");
+    filters.require(set.owner, "filter 'owner'");
+    filters.require(set.world, "filter 'world'");
+    filters.require(set.is_static, "filter 'static'");
   }
-  static constexpr const char* in_host = "a filter lies in host memory";
 
+  static void require_few(std::size_t boxes) {
+    if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
+  }
   // What is put on a stream of another device would not find our memory.
   void require_own(Stream stream) const {
-    if (!stream) return;
-    int of = 0;
-    check(cudaStreamGetDevice(stream, &of));
-    if (of != engine_.device().ordinal())
-      throw Failure{Status::bad_option, 0, "the stream is of another device than this Finder"};
+    if (stream && device_of(stream) != engine_.device().ordinal())
+      throw Failure{Status::bad_option, 0, "is of another device than this Finder", "the stream"};
   }
 
   // All of a frame, put on the stream. `report` null: the workspace's own.
   Input enqueue(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                 std::size_t capacity, Report* report, Workspace& w) {
-    check_pointers(a);
-    if (b) check_pointers(*b);
-    if (capacity != 0)
-      require_on_device(out, alignof(Pair), Status::bad_option, "the output lies in host memory",
-                        "the output is not aligned to 4 bytes");
     const Input in = pipeline::make_input(a, b, options);
+    check_pointers(in.sets[0], a.size());
+    if (b) check_pointers(in.sets[1], b->size());
+    if (capacity != 0)
+      Reach(device().ordinal(), Status::bad_option).require(out, alignof(Pair), "the output");
     w = reserved_;
     if (report) w.report = report;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
@@ -191,16 +180,17 @@ class Gpu final : public Engine {
 
   Memory memory_;
   pipeline::Engine<Device> engine_;  // of what lies in host memory; it owns the device
-  Upload upload_;
-  cudaStream_t own_ = nullptr;  // for these
-  pipeline::Block<Device> boxes_{engine_.device()}, workspace_{engine_.device()},
-      unordered_{engine_.device()}, sorting_{engine_.device()};
+  cudaStream_t own_ = nullptr;       // for these
+  pipeline::Block<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
+      sorting_{engine_.device()}, found_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
   std::size_t pairs_reserved_ = 0;
   bool second_ = false;
 };
 
 }  // namespace
+
+bool is_built() noexcept { return true; }
 
 void check_available() {
   int count = 0;

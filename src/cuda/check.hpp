@@ -34,11 +34,15 @@ class Memory {
   // Failure: out_of_memory.
   void* allocate(std::size_t bytes, cudaStream_t stream) const {
     void* p = nullptr;
-    if (resource_.allocate)
+    const char* text = "by the MemoryResource";
+    if (resource_.allocate) {
       p = resource_.allocate(resource_.self, bytes, stream);
-    else if (cudaMalloc(&p, bytes) != cudaSuccess)
+    } else if (const cudaError_t error = cudaMalloc(&p, bytes); error != cudaSuccess) {
+      if (error != cudaErrorMemoryAllocation) check(error);
       (void)cudaGetLastError();
-    if (!p) throw pipeline::Failure{Status::out_of_memory, bytes};
+      text = cudaGetErrorString(error);
+    }
+    if (!p) throw pipeline::Failure{Status::out_of_memory, bytes, text};
     return p;
   }
   void release(void* p, std::size_t bytes, cudaStream_t stream) const noexcept {

@@ -3,12 +3,15 @@
 // written here is only what a block or a warp does together.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/check.hpp"
 #include "cuda/launch.cuh"
+#include "cuda/upload.hpp"
+#include "pipeline/order.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
@@ -94,36 +97,6 @@ __global__ void __launch_bounds__(block_threads)
   if (lane == 0 && comparisons != 0) pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
-// Pairs as numbers in their order, the fewest bits that will do; past the last one the greatest.
-struct PackPairs {
-  const Pair* pairs;
-  std::uint64_t* keys;  // may be the same memory
-  const Report* report;
-  std::uint64_t capacity;
-  int second_bits;
-
-  __device__ void operator()(std::uint64_t i) const {
-    const Pair p = pairs[i];
-    keys[i] = i < report->found && report->found <= capacity
-                  ? std::uint64_t{p.first} << second_bits | p.second
-                  : ~std::uint64_t{0};
-  }
-};
-struct UnpackPairs {
-  const std::uint64_t* keys;
-  Pair* pairs;
-  const Report* report;
-  std::uint64_t capacity;
-  int second_bits;
-
-  __device__ void operator()(std::uint64_t i) const {
-    if (i >= report->found || report->found > capacity) return;
-    const std::uint64_t key = keys[i];
-    pairs[i] = {static_cast<std::uint32_t>(key >> second_bits),
-                static_cast<std::uint32_t>(key & ((std::uint64_t{1} << second_bits) - 1))};
-  }
-};
-
 class Device {
  public:
   // What launches need to know of the GPU. Failure: no_device.
@@ -135,8 +108,7 @@ class Device {
   ~Device() {
     for (const cudaEvent_t event : events_)
       if (event) (void)cudaEventDestroy(event);
-    for (void* p : pinned_)
-      if (p) (void)cudaFreeHost(p);
+    give_back();
   }
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -158,6 +130,17 @@ class Device {
   void release(void* p, std::size_t bytes) const noexcept { memory_.release(p, bytes, stream_); }
 
   static constexpr bool reaches_host_memory = false;
+  // Boxes of host memory on their way here; see cuda/upload.hpp.
+  static std::size_t boxes_bytes(const Boxes& boxes) noexcept { return bytes_on_device(boxes); }
+  Boxes bring(const Boxes& boxes, char*& to) { return upload(boxes, to, staging_, stream_); }
+  static constexpr std::size_t staging_bytes = Staging::total_bytes;
+  std::size_t held() const noexcept { return staging_.held() + copy_bytes_; }
+  // What can be had again.
+  void give_back() noexcept {
+    if (copy_) (void)cudaFreeHost(copy_);
+    copy_ = nullptr;
+    copy_bytes_ = 0;
+  }
 
   template <class F>
   void launch(std::uint64_t count, const F& f) const {
@@ -208,44 +191,48 @@ class Device {
   void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
-    const int first_bits = bits_of(in.first_count);
-    const int second_bits = bits_of(in.two_sets ? in.count - in.first_count : in.count);
+    const auto shape = pipeline::PairKeys::of(in);
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
-    launch(count, PackPairs{pairs, keys, report, capacity, second_bits});
+    launch(count, pipeline::PackPairs{pairs, keys, report, capacity, shape});
     cub::DoubleBuffer<std::uint64_t> buffers(keys, static_cast<std::uint64_t*>(room));
     std::size_t bytes = room_bytes - keys_bytes(count);
-    // One bit more, which is set in what stands past the last pair.
-    const int bits = first_bits + second_bits + 1 < 64 ? first_bits + second_bits + 1 : 64;
     check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes,
-                                         buffers, count, 0, bits, stream_));
-    launch(count, UnpackPairs{buffers.Current(), out, report, capacity, second_bits});
+                                         buffers, count, 0, shape.bits(), stream_));
+    launch(count, pipeline::UnpackPairs{buffers.Current(), out, report, capacity, shape});
   }
 
   // These wait.
   template <class T>
   T read(const T& value) const {
     T copy;
-    read(&value, &copy, 1);
+    check(cudaMemcpyAsync(&copy, &value, sizeof copy, cudaMemcpyDeviceToHost, stream_));
+    check(cudaStreamSynchronize(stream_));
     return copy;
   }
   template <class T>
-  void read(const T* from, T* to, std::size_t count) const {
-    if (count == 0) return;
-    check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
-    check(cudaStreamSynchronize(stream_));
+  void read(const T* from, T* to, std::size_t count) {
+    (void)in_pieces(from, count, [&](const T* values, std::size_t n) {
+      to = std::copy_n(values, n, to);
+      return true;
+    });
   }
-  // A copy in host memory of its own, one a slot, good until the next of that slot.
-  template <int slot, class T>
-  T* to_host(const T* values, std::size_t count) {
-    if (count * sizeof(T) > pinned_bytes_[slot]) {
-      if (pinned_[slot]) check(cudaFreeHost(pinned_[slot]));
-      pinned_[slot] = nullptr;
-      pinned_bytes_[slot] = 0;
-      check(cudaMallocHost(&pinned_[slot], count * sizeof(T)));
-      pinned_bytes_[slot] = count * sizeof(T);
+  // take(values, n) of all in turn, each in host memory until it returns; false stops, and is told.
+  template <class T, class F>
+  bool in_pieces(const T* values, std::size_t count, const F& take) {
+    return staging_.receive(values, count, stream_, take);
+  }
+  // A copy in host memory of its own, good until the next.
+  template <class T>
+  const T* host_copy(const T* values, std::size_t count) {
+    const std::size_t bytes = count * sizeof(T);
+    if (bytes > copy_bytes_) {
+      give_back();
+      check(cudaMallocHost(&copy_, bytes));
+      copy_bytes_ = bytes;
     }
-    read(values, static_cast<T*>(pinned_[slot]), count);
-    return static_cast<T*>(pinned_[slot]);
+    check(cudaMemcpyAsync(copy_, values, bytes, cudaMemcpyDeviceToHost, stream_));
+    check(cudaStreamSynchronize(stream_));
+    return static_cast<const T*>(copy_);
   }
 
   void mark(pipeline::Stage stage) {
@@ -273,17 +260,11 @@ class Device {
 
  private:
   static std::size_t keys_bytes(std::size_t count) noexcept {
-    return (count * sizeof(std::uint64_t) + 255) / 256 * 256;
+    return rounded(count * sizeof(std::uint64_t));
   }
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
     return blocks_for(count, each, processors_);
   }
-  static int bits_of(std::uint64_t count) noexcept {
-    int bits = 1;
-    while (bits < 32 && count > std::uint64_t{1} << bits) ++bits;
-    return bits;
-  }
-
   const Memory& memory_;
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
@@ -292,8 +273,9 @@ class Device {
   bool measuring_ = false;
   unsigned seen_ = 0;
   cudaEvent_t events_[5] = {};
-  void* pinned_[2] = {};
-  std::size_t pinned_bytes_[2] = {};
+  Staging staging_;
+  void* copy_ = nullptr;
+  std::size_t copy_bytes_ = 0;
 };
 
 }  // namespace throng::cuda

@@ -1,9 +1,22 @@
 // One call over a device: memory kept between calls, the forms of the result, order. Waits for the
 // device; what must not wait is pipeline/pipeline.hpp.
+//
+// Beside what a pipeline asks for, a Device has here
+//   allocate, release             its memory
+//   reaches_host_memory           whether it reads and writes the caller's arrays; if not:
+//   boxes_bytes, bring(boxes, to) what a copy of boxes takes, and the copying
+//   read(value), read(from, to, n), in_pieces(from, n, f), host_copy(from, n)
+//                                 the ways back: all at once, piece by piece, a copy of its own
+//   staging_bytes, held(), give_back()
+//                                 what these take at most beside that copy, and now; the copy freed
+//   scan_bytes, sort_bytes        scratch of the scan and of the sort of so many
+//   sort(...)                     pairs into canonical order
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <numeric>
 
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
@@ -32,6 +45,10 @@ class Block {
     }
     return data_;
   }
+  // Gives it all back where it is more than so many bytes.
+  void trim(std::size_t bytes) noexcept {
+    if (bytes_ > bytes) release();
+  }
   void release() noexcept {
     if (data_) device_.release(data_, bytes_);
     data_ = nullptr;
@@ -58,8 +75,9 @@ class Engine {
   Device& device() noexcept { return device_; }
   const Device& device() const noexcept { return device_; }
   std::size_t held() const noexcept {
-    return workspace_.bytes() + unordered_.bytes() + counts_.bytes() + ordered_.bytes() +
-           sorting_.bytes();
+    std::size_t sum = device_.held();
+    for (const Block<Device>* block : blocks_) sum += block->bytes();
+    return sum;
   }
   bool nan_in_second_set() const noexcept { return nan_in_second_; }
 
@@ -69,18 +87,26 @@ class Engine {
             core::Output* output, const Consumer* consumer, Result& r) {
     const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
     if (total > max_pipeline_boxes) throw Failure{Status::too_many_boxes, total};
-    Call call{make_input(a, b, options), false, &r};
     const bool in_order = options.order == Order::canonical;
     r.plan.reason = "";
     if (total == 0) return;
+    Call call{make_input(a, b, options), false, &r};
     call.brute = Pipeline<Device>::brute_force(call.in, options.algorithm);
     tell_plan(call.brute, r);
-    Workspace measured;
-    const std::size_t bytes = measured.carve(call.in.count, nullptr, Device::scan_bytes);
+    // What it will take is known before anything is taken.
+    const std::size_t boxes_bytes = Device::boxes_bytes(a) + (b ? Device::boxes_bytes(*b) : 0);
+    const std::size_t bytes = call.w.carve(call.in.count, nullptr, Device::scan_bytes);
     std::size_t pairs_room =
         std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
-      pairs_room = room_under(options.memory_cap_bytes, already_held, bytes, call.in, in_order);
+      pairs_room = room_under(options.memory_cap_bytes, already_held, call.in, in_order,
+                              {boxes_bytes, bytes});
+    if constexpr (!Device::reaches_host_memory) {
+      char* to = boxes_.room(boxes_bytes);
+      const Boxes first = device_.bring(a, to);
+      const Boxes second = b ? device_.bring(*b, to) : Boxes();
+      call.in = make_input(first, b ? &second : nullptr, options);
+    }
     call.w.carve(call.in.count, workspace_.room(bytes), Device::scan_bytes);
     const Pipeline<Device> pipeline(device_);
     pipeline.build(call.in, call.brute, call.w);
@@ -143,7 +169,7 @@ class Engine {
       }
       r.written = std::min<std::uint64_t>(r.found, output.capacity);
     } else {
-      found_on_device(call, output.capacity);
+      found_on_device(call, output);
       if (r.found > output.capacity && output.grow) grow(output, r.found);
       r.written = std::min<std::uint64_t>(r.found, output.capacity);
       device_.read(unordered_.template as<Pair>(), output.data,
@@ -152,18 +178,21 @@ class Engine {
     if (r.written < r.found) r.status = Status::buffer_too_small;
   }
 
-  // All pairs, in unordered_.
-  void found_on_device(Call& call, std::size_t expected) {
+  // All pairs, in unordered_; at least so many as fit where the output cannot grow.
+  void found_on_device(Call& call, const core::Output& output) {
     Result& r = *call.result;
     if (unordered_.bytes() == 0) {
-      const std::size_t guess = std::min<std::size_t>(expected, std::size_t{4} * call.in.count);
+      const std::size_t guess =
+          std::min<std::size_t>(output.capacity, std::size_t{4} * call.in.count);
       unordered_.room((guess + 512) * sizeof(Pair));
     }
     for (;;) {
       const std::uint64_t room = unordered_.bytes() / sizeof(Pair);
       r.found = search(call, unordered_.template as<Pair>(), room);
-      if (r.found <= room) return;
-      unordered_.room(static_cast<std::size_t>(r.found + r.found / 64 + 512) * sizeof(Pair));
+      if (r.found <= room || (!output.grow && output.capacity <= room)) return;
+      const std::uint64_t wanted =
+          output.grow ? r.found : std::min<std::uint64_t>(r.found, output.capacity);
+      unordered_.room(static_cast<std::size_t>(wanted + wanted / 64 + 512) * sizeof(Pair));
     }
   }
 
@@ -176,7 +205,7 @@ class Engine {
   // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
   void find_in_order(Call& call, core::Output& output) {
     Result& r = *call.result;
-    found_on_device(call, output.capacity);
+    found_on_device(call, output);
     if (r.found > output.capacity) {
       if (!output.grow) {
         r.status = Status::buffer_too_small;
@@ -198,6 +227,19 @@ class Engine {
 
   // ---- the consumer -----------------------------------------------------------------------------
 
+  // What a call takes of each of blocks_.
+  using Needs = std::array<std::size_t, 6>;
+  static Needs needs(const Input& in, bool in_order, const std::array<std::size_t, 2>& fixed,
+                     std::size_t pairs_room) {
+    const std::size_t pairs = pairs_room * sizeof(Pair);
+    return {fixed[0],
+            fixed[1],
+            firsts_bytes(in),
+            pairs,
+            in_order ? pairs : 0,
+            in_order ? Device::sort_bytes(pairs_room) : 0};
+  }
+
   // Pairs of one first index there may be: a block must hold them.
   static std::size_t most_of_one(const Input& in) noexcept {
     return in.two_sets ? in.count - in.first_count : in.count;
@@ -205,23 +247,33 @@ class Engine {
   static std::size_t firsts_bytes(const Input& in) noexcept {
     return std::size_t{in.first_count} * sizeof(std::uint32_t);
   }
-  // Pairs a block may hold under a cap. Failure: memory_cap_too_small, with what would do.
-  std::size_t room_under(std::size_t cap, std::size_t already_held, std::size_t workspace_bytes,
-                         const Input& in, bool in_order) {
-    // Memory of other calls may be given back.
-    if (held() + already_held > cap) {
-      workspace_.release();
-      unordered_.release();
-      ordered_.release();
-      counts_.release();
-      sorting_.release();
-    }
-    const std::size_t copies = in_order ? 2 : 1;
-    const std::size_t fixed = already_held + workspace_bytes + firsts_bytes(in) * 2 + 256;
+  // Pairs a block may hold under a cap. Failure: memory_cap_too_small, with what would do. `fixed`:
+  // bytes of the boxes' copy and of the workspace.
+  std::size_t room_under(std::size_t cap, std::size_t already_held, const Input& in, bool in_order,
+                         const std::array<std::size_t, 2>& fixed) {
+    // Of the counts the host may need a copy.
+    const std::size_t beside =
+        already_held + Device::staging_bytes + (Device::reaches_host_memory ? 0 : firsts_bytes(in));
+    const auto total = [&](std::size_t room) {
+      const Needs each = needs(in, in_order, fixed, room);
+      return std::accumulate(each.begin(), each.end(), beside);
+    };
     const std::size_t least = most_of_one(in) + 1;
-    if (cap < fixed + least * copies * sizeof(Pair))
-      throw Failure{Status::memory_cap_too_small, fixed + least * copies * sizeof(Pair)};
-    return std::min(usual_room, (cap - fixed) / (copies * sizeof(Pair)));
+    if (total(least) > cap) throw Failure{Status::memory_cap_too_small, total(least)};
+    std::size_t room = least, above = std::max(least, usual_room) + 1;
+    while (above - room > 1) {
+      const std::size_t middle = room + (above - room) / 2;
+      (total(middle) <= cap ? room : above) = middle;
+    }
+    // Memory of other calls is given back where it would be too much.
+    const Needs each = needs(in, in_order, fixed, room);
+    std::size_t most = already_held + std::max(device_.held(), beside - already_held);
+    for (std::size_t k = 0; k < each.size(); ++k) most += std::max(each[k], blocks_[k]->bytes());
+    if (most > cap) {
+      device_.give_back();
+      for (std::size_t k = 0; k < each.size(); ++k) blocks_[k]->trim(each[k]);
+    }
+    return room;
   }
 
   // In blocks: ranges of first indices whose pairs fit. Each is found by itself, and sorted where
@@ -230,13 +282,16 @@ class Engine {
     Result& r = *call.result;
     room = std::max(room, most_of_one(call.in) + 1);
     auto* pairs = reinterpret_cast<Pair*>(unordered_.room(room * sizeof(Pair)));
+    if (in_order) sorting_.room(Device::sort_bytes(room));
     auto* sorted = in_order ? reinterpret_cast<Pair*>(ordered_.room(room * sizeof(Pair))) : nullptr;
     const auto deliver = [&](std::uint64_t count) {
-      if (count == 0) return true;
       const auto block = static_cast<std::size_t>(count);
       if (in_order) sort(call, pairs, sorted, block);
-      r.written += count;
-      return consumer(device_.template to_host<0>(in_order ? sorted : pairs, block), block);
+      return device_.in_pieces(in_order ? sorted : pairs, block,
+                               [&](const Pair* piece, std::size_t size) {
+                                 r.written += size;
+                                 return consumer(piece, size);
+                               });
     };
     r.found = search(call, pairs, room);
     if (r.found <= room) {
@@ -266,12 +321,14 @@ class Engine {
         call.in, call.brute, call.w, {}, [&](std::uint64_t bound, const auto& search) {
           device_.launch(bound, CountFirsts<std::decay_t<decltype(search)>>{search, counts});
         });
-    return device_.template to_host<1>(counts, call.in.first_count);
+    return device_.host_copy(counts, call.in.first_count);
   }
 
   Device device_;
-  Block<Device> workspace_{device_}, unordered_{device_}, ordered_{device_}, counts_{device_},
-      sorting_{device_};
+  Block<Device> boxes_{device_}, workspace_{device_}, counts_{device_}, unordered_{device_},
+      ordered_{device_}, sorting_{device_};
+  const std::array<Block<Device>*, 6> blocks_{&boxes_,     &workspace_, &counts_,
+                                              &unordered_, &ordered_,   &sorting_};
   bool nan_in_second_ = false;
 };
 

@@ -11,6 +11,7 @@ struct Failure {
   Status status;
   std::size_t bytes = 0;       // asked for in vain, or needed
   const char* text = nullptr;  // what a device says of it
+  const char* what = nullptr;  // the array that it is said of
 };
 
 }  // namespace throng::pipeline

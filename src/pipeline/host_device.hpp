@@ -12,6 +12,7 @@
 #include <throng/options.hpp>
 
 #include "pipeline/failure.hpp"
+#include "pipeline/order.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
@@ -45,8 +46,17 @@ class HostDevice {
 
   // Whether pairs can be written to the caller's memory.
   static constexpr bool reaches_host_memory = true;
-  template <int slot, class T>
-  T* to_host(T* values, std::size_t) const noexcept {
+  static std::size_t boxes_bytes(const Boxes&) noexcept { return 0; }
+  static Boxes bring(const Boxes& boxes, char*&) noexcept { return boxes; }
+  static constexpr std::size_t staging_bytes = 0;
+  static std::size_t held() noexcept { return 0; }
+  static void give_back() noexcept {}
+  template <class T, class F>
+  static bool in_pieces(const T* values, std::size_t count, const F& take) {
+    return count == 0 || take(values, count);
+  }
+  template <class T>
+  static const T* host_copy(const T* values, std::size_t) noexcept {
     return values;
   }
   static std::size_t scan_bytes(std::size_t) noexcept { return 0; }
@@ -98,19 +108,24 @@ class HostDevice {
       fetch_add(&sink.report->comparisons, comparisons);
     });
   }
-  static std::size_t sort_bytes(std::size_t) noexcept { return 0; }
-  void sort(const Pair* pairs, void*, std::size_t, Pair* out, std::uint64_t, std::uint64_t count,
-            const Report*, const Input&) const {
+  static std::size_t sort_bytes(std::size_t count) noexcept {
+    return count * sizeof(std::uint64_t);
+  }
+  void sort(const Pair* pairs, void* room, std::size_t, Pair* out, std::uint64_t capacity,
+            std::uint64_t count, const Report* report, const Input& in) const {
     if (count == 0) return;
-    std::copy_n(pairs, count, out);
-    std::sort(out, out + count);
+    const PairKeys shape = PairKeys::of(in);
+    auto* keys = static_cast<std::uint64_t*>(room);
+    launch(count, PackPairs{pairs, keys, report, capacity, shape});
+    // No bit above those is looked at, as by a radix sort.
+    const std::uint64_t mask = ~std::uint64_t{0} >> (64 - shape.bits());
+    std::sort(keys, keys + count,
+              [mask](std::uint64_t a, std::uint64_t b) { return (a & mask) < (b & mask); });
+    launch(count, UnpackPairs{keys, out, report, capacity, shape});
   }
 
   Report read(const Report& report) const noexcept { return report; }
   core::ClassGrid read(const core::ClassGrid& grid) const noexcept { return grid; }
-  void read(const std::uint32_t* from, std::uint32_t* to, std::size_t count) const noexcept {
-    std::copy_n(from, count, to);
-  }
 
   void mark(Stage stage) noexcept {
     const Clock::time_point now = Clock::now();

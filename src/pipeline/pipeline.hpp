@@ -25,7 +25,7 @@
 namespace throng::pipeline {
 
 // Below so many boxes brute force is expected to be faster than a grid on a device: two launches in
-// place of six. An estimate.
+// place of six. An estimate, which throng-bench-gpu --part crossover measures.
 constexpr std::uint64_t tile_search_limit = 4096;
 
 // Indices run through both sets, and a table of 9/4 cells a box is counted in 32 bits.

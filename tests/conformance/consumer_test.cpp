@@ -155,6 +155,17 @@ TEST_P(Consume, MemoryCap) {
         EXPECT_LE(memory.peak(), cap);
         needed = result.bytes_needed;
       }
+      if (config().backend != Backend::cpu) {  // whose estimate is less close
+        with.memory_cap_bytes = static_cast<std::size_t>(needed - 1);
+        CountingResource counted;
+        with.memory = &counted;
+        Finder finder(with);
+        Collector taken;
+        const Result result = finder.consume(boxes, taken);
+        EXPECT_EQ(result.status, Status::memory_cap_too_small) << "one byte short of what it names";
+        EXPECT_EQ(result.bytes_needed, needed);
+        EXPECT_LE(counted.peak(), needed - 1);
+      }
       for (const std::uint64_t enough : {needed, needed + needed / 7, 16 * needed}) {
         SCOPED_TRACE("a cap of " + std::to_string(enough) + " bytes");
         with.memory_cap_bytes = enough;
@@ -164,6 +175,7 @@ TEST_P(Consume, MemoryCap) {
         Collector taken;
         expect_collected(finder.consume(boxes, taken), taken, config(), answer);
         EXPECT_LE(counted.peak(), enough) << "more taken than the cap allows";
+        EXPECT_LE(finder.memory_bytes(), enough) << "more held, a device's memory included";
       }
     }
   }

@@ -174,6 +174,34 @@ TEST_P(Filter, WrongLengthIsRefused) {
   EXPECT_TRUE(finder.find(boxes).ok()) << "and the Finder is as good as before";
 }
 
+// Words that lie at odd addresses: a fault on a device, undefined here.
+TEST_P(Filter, OddStrideIsRefused) {
+  const BoxList boxes = uniform_boxes(20, 1);
+  const Labels labels(60, 1);
+  Finder finder(options());
+  for (int bit = 1; bit < 16; bit *= 2) {
+    for (const std::size_t stride : {1, 2, 6, 29}) {
+      Boxes view = boxes;
+      view.filters = labels.view(bit);
+      Filters& f = view.filters;
+      f.group.count = f.mask.count = f.owner.count = f.world.count = boxes.size();
+      f.group.stride_bytes = f.mask.stride_bytes = f.owner.stride_bytes = f.world.stride_bytes =
+          stride;
+      const Result one = finder.find(view);
+      const std::string what =
+          "is " + std::to_string(stride) + " bytes; it must be a multiple of 4";
+      expect_bad_filter(one, what.c_str());
+      EXPECT_NE(std::string(one.message).find(what), std::string::npos) << one.message;
+      expect_bad_filter(finder.find(view, boxes), what.c_str());
+      expect_bad_filter(finder.find(boxes, view), what.c_str());
+    }
+  }
+  std::vector<std::uint8_t> still(60, 1);
+  Boxes view = boxes;
+  view.filters.is_static = {still.data(), boxes.size(), 3};  // bytes may lie anywhere
+  expect_exact(view, config(), reference_pairs(view));
+}
+
 TEST_P(Filter, WorldBelowMinusOneIsRefused) {
   const BoxList boxes = uniform_boxes(3000, 1);
   Labels labels(boxes.size(), 1);

@@ -261,8 +261,9 @@ TEST_P(Guest, OutOfMemoryIsTold) {
       needed = memory.peak();
     }
     int told = 0;
-    for (int step = 0; step < 40; ++step) {
-      memory.limit(needed * static_cast<std::size_t>(step) / 40);
+    for (int step = 0; step <= 40; ++step) {
+      // The last is short by one byte.
+      memory.limit(step < 40 ? needed * static_cast<std::size_t>(step) / 40 : needed - 1);
       Finder finder(with);
       const Result result = finder.find(boxes);
       if (result.ok()) {

@@ -167,6 +167,22 @@ TEST_P(Invalid, TooManyBoxes) {
   }
 }
 
+// A device takes fewer, and says so before it takes memory for them.
+TEST_P(Invalid, TooManyBoxesForADevice) {
+  if (config().backend == Backend::cpu) GTEST_SKIP() << "a processor takes them";
+  const Box box = cube(0, 0, 0, 1);
+  Finder finder(options());
+  constexpr std::size_t most = 1800000000;
+  const BoxList one{box};
+  for (const Result& result :
+       {finder.find(Boxes(&box, most + 1, 0)), finder.find(Boxes(&box, max_box_count, 0)),
+        finder.find(Boxes(&box, most, 0), one), finder.find(one, Boxes(&box, most, 0))}) {
+    EXPECT_EQ(result.status, Status::too_many_boxes);
+    EXPECT_NE(std::string(result.message).find("split them"), std::string::npos) << result.message;
+  }
+  EXPECT_TRUE(finder.find(one).ok());
+}
+
 TEST_P(Invalid, ShortFormThrows) {
   BoxList boxes = uniform_boxes(20, 1);
   boxes[11].upper.y = quiet;

@@ -162,6 +162,32 @@ TEST_P(LargeLattices, WideAmongMany) {
 
 INSTANTIATE_TEST_SUITE_P(All, LargeLattices, testing::ValuesIn(grid_configs()), config_name);
 
+// More pairs than 32 bits can count, none of which is kept.
+class Totals : public Conformance {};
+
+TEST_P(Totals, MoreThan32Bits) {
+  constexpr std::uint64_t n = 93000, pairs = n * (n - 1) / 2;
+  static_assert(pairs > std::uint64_t{1} << 32);
+  const BoxList boxes = identical_boxes(n, 1);
+  Finder finder(options());
+  const Result r = finder.find(boxes, nullptr, 0);
+  EXPECT_EQ(r.status, Status::buffer_too_small);
+  EXPECT_EQ(r.found, pairs);
+  EXPECT_EQ(r.written, 0u);
+  EXPECT_GE(r.comparisons, pairs);
+  EXPECT_NE(std::string(r.message).find(std::to_string(pairs)), std::string::npos) << r.message;
+}
+
+std::vector<Config> total_configs() {
+  std::vector<Config> configs = {{Algorithm::automatic, Isa::automatic, 0, Order::any},
+                                 {Algorithm::all_pairs, Isa::automatic, 0, Order::any},
+                                 {Algorithm::grid, Isa::scalar, 0, Order::any, Backend::emulated}};
+  if (cuda::available().ok())
+    configs.push_back({Algorithm::all_pairs, Isa::scalar, 1, Order::any, Backend::cuda});
+  return configs;
+}
+INSTANTIATE_TEST_SUITE_P(All, Totals, testing::ValuesIn(total_configs()), config_name);
+
 // What is tested above is worth the name: this many pairs meet face to face.
 TEST(LatticeCount, MoreThanTenMillionTouch) {
   std::uint64_t touches = 0, boxes = 0, narrow = 0;

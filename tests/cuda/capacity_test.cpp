@@ -76,6 +76,51 @@ TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
   }
 }
 
+// Into memory of the Finder's own: it grows, is taken once, and holds what was found last.
+TEST_P(GpuCapacity, Growing) {
+  CountingDeviceMemory memory;
+  cuda::Finder finder(options(), memory.resource());
+  const auto pairs_of = [&] {
+    need(cudaDeviceSynchronize());
+    std::vector<Pair> got(finder.pairs().size());
+    if (!got.empty())
+      need(cudaMemcpy(got.data(), finder.pairs().data(), got.size() * sizeof(Pair),
+                      cudaMemcpyDeviceToHost));
+    return got;
+  };
+  const auto expect_found = [&](const Result& r, const Answer& answer) {
+    EXPECT_TRUE(r.ok()) << r.message;
+    EXPECT_EQ(r.found, answer.pairs.size());
+    EXPECT_EQ(r.written, answer.pairs.size());
+    const std::vector<Pair> got = pairs_of();
+    if (canonical()) {
+      EXPECT_TRUE(got == answer.pairs);
+    }
+    EXPECT_TRUE(same_pairs(got, answer.pairs));
+  };
+  // Far more pairs than the first guess, then fewer.
+  for (const BoxList& list : {uniform_boxes(3000, 1), identical_boxes(900, 2), BoxList{},
+                              uniform_boxes(2000, 4), uniform_boxes(1, 1)}) {
+    const OnDevice<Box> boxes(list);
+    const Answer answer = reference_pairs(list);
+    expect_found(finder.find(view(boxes), stream()), answer);
+    const std::size_t before = memory.allocations();
+    expect_found(finder.find(view(boxes), stream()), answer);
+    EXPECT_EQ(memory.allocations(), before) << "the second of its size takes no memory";
+    EXPECT_EQ(memory.held(), finder.memory_bytes());
+  }
+  const BoxList a = uniform_boxes(1100, 1), b = uniform_boxes(900, 2);
+  const OnDevice<Box> first(a), second(b);
+  expect_found(finder.find(view(first), view(second), stream()), reference_pairs(a, b));
+  const std::size_t found = finder.pairs().size();
+  cuda::Finder moved(std::move(finder));
+  EXPECT_EQ(moved.pairs().size(), found);
+  EXPECT_EQ(finder.pairs().size(), 0u);
+  // What fails shows nothing.
+  EXPECT_EQ(moved.find(a, stream()).status, Status::bad_boxes);
+  EXPECT_EQ(moved.pairs().size(), 0u);
+}
+
 // With no room at all, null is a buffer.
 TEST_P(GpuCapacity, CountingOnly) {
   const BoxList list = uniform_boxes(5000, 5);
@@ -100,6 +145,21 @@ TEST_P(GpuCapacity, ManyPairsLittleRoom) {
     const Result r = finder.find(view(boxes), room.out(), capacity, stream());
     expect_room(room, r.found, answer);
   }
+}
+
+// More pairs than 32 bits can count.
+TEST_P(GpuCapacity, MoreThan32Bits) {
+  constexpr std::uint64_t n = 100000;
+  const OnDevice<Box> boxes(identical_boxes(static_cast<int>(n), 3));
+  cuda::Finder finder(options());
+  const PairRoom room(1000);
+  const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+  EXPECT_EQ(r.status, Status::buffer_too_small);
+  EXPECT_EQ(r.found, n * (n - 1) / 2);
+  EXPECT_GE(r.comparisons, r.found);
+  EXPECT_NE(std::string(r.message).find(std::to_string(n * (n - 1) / 2)), std::string::npos)
+      << r.message;
+  room.take(canonical() ? 0 : room.capacity());
 }
 
 THRONG_INSTANTIATE_GPU(GpuCapacity);

@@ -50,6 +50,46 @@ TEST_P(GpuFaults, HostPointersAreTold) {
   expect_works(finder);
 }
 
+// Memory of the device, but where no float or number of 64 bits can lie.
+TEST_P(GpuFaults, MisalignedPointersAreTold) {
+  const BoxList list = uniform_boxes(500, 1);
+  const OnDevice<Box> boxes(501);
+  const OnDevice<std::int32_t> owners(501);
+  const OnDevice<cuda::Report> report(2);
+  const PairRoom room(10000);
+  const auto odd = [](auto* p, std::size_t bytes) {
+    return reinterpret_cast<decltype(p)>(reinterpret_cast<std::uintptr_t>(p) + bytes);
+  };
+  cuda::Finder finder(options());
+  ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
+  const Boxes good(boxes.data(), 500);
+  for (const std::size_t bytes : {1, 2, 3}) {
+    const Boxes shifted(odd(boxes.data(), bytes), 500);
+    expect_says(finder.find(shifted, room.out(), room.capacity(), stream()), Status::bad_boxes,
+                "a coordinate array is not aligned");
+    expect_says(finder.find(good, shifted, room.out(), room.capacity(), stream()),
+                Status::bad_boxes, "not aligned");
+    const auto* p = reinterpret_cast<const float*>(boxes.data());
+    const Boxes one_of_six = Boxes::arrays(p, p, p, p, p, odd(p, bytes), 500);
+    expect_says(finder.find(one_of_six, room.out(), room.capacity(), stream()), Status::bad_boxes,
+                "not aligned");
+    Boxes filtered = good;
+    filtered.filters.owner = {odd(owners.data(), bytes), 500};
+    expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
+                "filter 'owner' is not aligned");
+    expect_says(finder.find(good, odd(room.out(), bytes), 9000, stream()), Status::bad_option,
+                "the output is not aligned");
+  }
+  Boxes filtered = good;
+  filtered.filters.owner = {owners.data(), 500, 6};
+  expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
+              "the stride of filter 'owner'");
+  expect_says(finder.find_async(good, room.out(), 9000, odd(report.data(), 4), stream()),
+              Status::bad_option, "the report is not aligned");
+  room.take(0);
+  expect_works(finder);
+}
+
 constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
 
 TEST_P(GpuFaults, NanIsRefusedByIndexAndCount) {
@@ -120,7 +160,7 @@ TEST_P(GpuFaults, MemoryRunsShort) {
   cuda::Finder finder(options(), memory.resource());
   memory.limit(0);
   Result r = finder.reserve(1000, 10000, stream());
-  expect_says(r, Status::out_of_memory, "bytes");
+  expect_says(r, Status::out_of_memory, "bytes were asked for in vain (by the MemoryResource)");
   EXPECT_GT(r.bytes_needed, 0u);
   memory.limit(~std::size_t{0});
   ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
@@ -142,6 +182,40 @@ TEST_P(GpuFaults, MemoryRunsShort) {
   const PairRoom room(10);
   expect_says(finder.find(view(boxes), room.out(), 10, stream()), Status::out_of_memory, "bytes");
   memory.limit(~std::size_t{0});
+  expect_works(finder);
+}
+
+// Short by one byte of what a call takes, and not short.
+TEST_P(GpuFaults, MemoryShortByAByte) {
+  const BoxList list = uniform_boxes(3000, 4);
+  const OnDevice<Box> boxes(list);
+  const Answer answer = reference_pairs(list);
+  const PairRoom room(answer.pairs.size());
+  const auto call = [&](cuda::Finder& finder) {
+    return finder.find(view(boxes), room.out(), room.capacity(), stream());
+  };
+  std::size_t taken = 0;
+  {
+    cuda::Finder finder(options());
+    ASSERT_TRUE(call(finder).ok());
+    taken = finder.memory_bytes();
+  }
+  CountingDeviceMemory memory;
+  memory.limit(taken - 1);
+  cuda::Finder finder(options(), memory.resource());
+  expect_says(call(finder), Status::out_of_memory, "bytes were asked for in vain");
+  memory.limit(taken);
+  expect_answer(finder, view(boxes), nullptr, answer);
+  EXPECT_EQ(memory.held(), taken);
+}
+
+// What cudaMalloc says of a block that no device has.
+TEST_P(GpuFaults, TheDevicesWordsComeThrough) {
+  cuda::Finder finder(options());
+  const Result r = finder.reserve(1000, std::size_t{1} << 45, stream());
+  expect_says(r, Status::out_of_memory, "bytes were asked for in vain (out of memory); free some");
+  EXPECT_GT(r.bytes_needed, std::size_t{1} << 45);
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "an error was left for the caller to find";
   expect_works(finder);
 }
 

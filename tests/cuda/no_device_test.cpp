@@ -39,6 +39,9 @@ TEST_F(NoDevice, EveryCallSaysWhy) {
       expect_no_device(finder.find(a, b, pairs_, 10, nullptr));
       expect_no_device(finder.find_async(a, pairs_, 10, report_, nullptr));
       expect_no_device(finder.find_async(a, b, pairs_, 10, report_, nullptr));
+      expect_no_device(finder.find(a, nullptr));
+      expect_no_device(finder.find(a, b, nullptr));
+      EXPECT_EQ(finder.pairs().size(), 0u);
       EXPECT_EQ(finder.memory_bytes(), 0u);
     }
   }
@@ -51,6 +54,22 @@ TEST_F(NoDevice, TheMemoryResourceIsLeftAlone) {
   expect_no_device(finder.reserve(1000, 1000, nullptr));
   expect_no_device(finder.find(Boxes(boxes_, 100), pairs_, 10, nullptr));
   EXPECT_EQ(memory.allocations() + memory.refusals(), 0u);
+}
+
+TEST_F(NoDevice, BoxesOfBodies) {
+  const auto* transforms = reinterpret_cast<const Transform*>(boxes_);
+  const auto* shapes = reinterpret_cast<const Shape*>(boxes_);
+  auto* report = reinterpret_cast<cuda::BodyReport*>(report_);
+  Bodies bodies(transforms, 100, shapes, 1);
+  expect_no_device(cuda::update_boxes(bodies, boxes_, report, nullptr));
+  expect_no_device(cuda::update_boxes_async(bodies, boxes_, report, nullptr));
+  expect_no_device(cuda::update_boxes_async(bodies, boxes_, nullptr, nullptr));
+  bodies.points = {nullptr, 7};
+  for (const Result& r : {cuda::update_boxes(bodies, boxes_, report, nullptr),
+                          cuda::update_boxes_async(bodies, boxes_, report, nullptr)}) {
+    EXPECT_EQ(r.status, Status::bad_bodies);
+    EXPECT_NE(std::string(r.message).find("'points'"), std::string::npos) << r.message;
+  }
 }
 
 // A mistake that needs no GPU to be seen is told as such.

@@ -7,7 +7,8 @@ check="$1"
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 bin="$folder/bin" out="$folder/out"
-mkdir "$bin"
+mkdir "$folder/tools"
+PATH="$folder/tools:$PATH"
 cases=0
 
 # program NAME BODY
@@ -16,12 +17,17 @@ program() {
   chmod +x "$bin/$1"
 }
 # shellcheck disable=SC2016  # for the programs to expand
+listing='case "$*" in *--gtest_list_tests*) echo "All/Suite."; echo "  Test/cuda_grid"; exit;; esac'
+# shellcheck disable=SC2016
 sound_programs() {
-  local test='case "$*" in *--gtest_list_tests*) echo "All/Suite."; echo "  Test/cuda_grid";; esac'
   local name
-  rm -f "$bin"/*
-  for name in conformance_test cuda_test guest_test lattice_test; do program "$name" "$test"; done
+  rm -rf "$bin" "$out"
+  mkdir "$bin"
+  for name in conformance_test cuda_test guest_test lattice_test paper_test; do
+    program "$name" "$listing; echo '[  PASSED  ] 3 tests.'"
+  done
   program throng-bench-gpu '
+if [ "$*" = --device ]; then echo "NVIDIA H200 NVL: 132 multiprocessors"; exit; fi
 while [ "$#" -gt 0 ]; do
   [ "$1" = --csv ] && printf "experiment,what\n%s,row\n" "${part:-files}" > "$2"
   [ "$1" = --part ] && part="$2"
@@ -30,6 +36,13 @@ done
 echo "goal: 0.1 reached"'
   program throng 'exit 0'
   echo 'scene,objects,frame,pairs,checksum' > "$bin/answers.csv"
+  echo 'abc1234-dirty' > "$bin/stamp"
+}
+# A compute-sanitizer that says nothing and does what BODY says before it runs its program.
+tool() {
+  printf '#!/usr/bin/env bash\n%s\n%s\n' "$1" 'while [[ "$1" == --* ]]; do case "$1" in --tool | --error-exitcode) shift;; esac; shift; done; exec "$@"' \
+    > "$folder/tools/compute-sanitizer"
+  chmod +x "$folder/tools/compute-sanitizer"
 }
 # expect STATUS WORDS ARGUMENT...
 expect() {
@@ -43,40 +56,82 @@ expect() {
     exit 1
   fi
 }
-# Neither of these needs a GPU's tools.
-steps=(conformance door guest check scaling scenes stages machine files paper)
+# None of these needs a GPU's tools.
+steps=(conformance door guest check scaling scenes stages bodies crossover machine files paper-tests paper)
+rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
-expect 0 'all that must hold does' "${steps[@]}"
+expect 0 'all that ran and must hold does' "${steps[@]}"
+grep -q ', 20 of 22 checks ran' "$folder/said"
 [ -s "$out/gpu_check.log" ]
-[ "$(wc -l < "$out/bench.csv")" -eq 5 ]  # the columns once, a row a part
-grep -q 'skipped: no throng-paper' "$out/gpu_check.log"
+[ "$(rows | wc -l)" -eq 7 ]  # the columns once, a row a part
+grep -q 'skipped: no throng-paper' "$folder/said"
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
+# A part by itself adds to what is there, data beside the programs are taken.
+mkdir "$bin/data" && touch "$bin/data/boxes.npy"
+expect 0 '1 of 1 checks ran' files
+[ "$(rows | wc -l)" -eq 8 ]
+[ "$(grep -c '^####' "$out/gpu_check.log")" -eq 2 ]
 
+sound_programs
 mkdir "$folder/data" && touch "$folder/data/boxes.npy"
 expect 0 'bench files' --data "$folder/data" files
-grep -q '^files,row' "$out/bench.csv"
+rows | grep -q '^files,row'
 
 program throng-bench-gpu 'echo "no GPU can be used"; exit 2'
 expect 2 'no GPU to check' "${steps[@]}"
 sound_programs
 expect 2 "no step 'nothing'" nothing
-# shellcheck disable=SC2016
-for broken in conformance_test cuda_test lattice_test; do
+expect 2 'is no number' --limit soon
+for broken in conformance_test cuda_test lattice_test paper_test; do
   sound_programs
-  program "$broken" 'case "$*" in *--gtest_list_tests*) echo "  Test/cuda_grid"; exit;; esac; echo "[  FAILED  ] one"; exit 1'
+  program "$broken" "$listing; echo '[  FAILED  ] one'; exit 1"
   expect 1 'FAILED: status 1' "${steps[@]}"
+  # What cannot be loaded, has no such tests, skips all of them, or is not there, has shown nothing.
+  program "$broken" 'echo "error while loading shared libraries" >&2; exit 127'
+  expect 1 'FAILED: it cannot be started' "${steps[@]}"
+  program "$broken" 'true'
+  expect 1 'FAILED: no such tests' "${steps[@]}"
+  program "$broken" "$listing; echo '[  PASSED  ] 0 tests.'; echo '[  SKIPPED ] 3 tests.'"
+  expect 1 'FAILED: every test was skipped' "${steps[@]}"
+  rm "$bin/$broken"
+  expect 1 "FAILED: there is no $broken" "${steps[@]}"
 done
 sound_programs
 program throng 'exit 1'
 expect 1 'throng check uniform' "${steps[@]}"
+rm "$bin/throng"
+expect 1 'FAILED: there is no throng' "${steps[@]}"
 sound_programs
 program throng-paper 'echo failed; exit 3'
 expect 1 'FAILED: status 3' "${steps[@]}"
+
+# The sanitizer: one that works, one that finds something, one that takes no device at all.
 sound_programs
-rm "$bin/lattice_test" "$bin/throng"
-expect 0 'skipped: no lattice_test' "${steps[@]}"
+tool ''
+expect 0 'racecheck cuda_test' memcheck racecheck synccheck
+tool '[[ "$*" != *racecheck* ]] || exit 9'
+expect 1 'FAILED: status 9' memcheck racecheck synccheck
+tool 'echo "Device not supported"; exit 1'
+expect 0 'skipped: it refuses this device' check memcheck racecheck
+program cuda_test "$listing; echo '[  PASSED  ] 0 tests.'"
+tool ''
+expect 1 'FAILED: every test was skipped' memcheck
+
+# Time runs out, or somebody ends it: what there is, is told.
 sound_programs
-program guest_test 'true'
-expect 0 'skipped: no such tests' guest
+expect 1 'nothing ran' --limit 0 check
+program throng 'case "$1" in check) sleep 30;; esac'
+expect 0 'skipped: over 3 s in all' --limit 3 conformance check machine
+grep -q 'conformance  *ok' "$folder/said"
+grep -qE 'of 5 checks ran' "$folder/said"
+program throng 'case "$1" in check) touch '"$folder"'/begun; sleep 30;; esac'
+"$check" --bin "$bin" --out "$out" conformance check > "$folder/said" 2>&1 &
+pid="$!" status=0
+for _ in {1..100}; do [ -e "$folder/begun" ] || sleep 0.1; done
+kill -TERM "$pid"
+wait "$pid" || status=$?
+[ "$status" -eq 1 ]
+grep -q 'ended from outside' "$folder/said"
+grep -q '1 of 1 checks ran' "$folder/said"
 echo "gpu_check: $cases runs"

@@ -1,0 +1,65 @@
+// Backend::automatic for boxes in host memory: when a GPU is tried, and what is said when it fails.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include <throng/options.hpp>
+
+#include "cpu/threads.hpp"
+
+namespace throng {
+
+// Estimates, until a GPU has been measured. For boxes in host memory one thread gathers 24 bytes a
+// box and scatters the pairs again, some 10 ns a box; the CPU's own search takes some 70 ns a box
+// and thread (bench/results, uniform, density 2). Below so many boxes the search is over before a
+// launch and two copies have paid.
+constexpr std::size_t gpu_pays_from = 500000;
+constexpr unsigned gpu_pays_up_to_threads = 6;
+
+// A Finder's choice. The first large call never takes a GPU: to wake one costs more than a search.
+class Automatic {
+ public:
+  // Whether this call is to try one. A caller who gives an executor or memory is promised that
+  // nothing is started or taken beside these, one who names an instruction set wants the CPU.
+  bool wants_gpu(std::size_t boxes, const Options& options) noexcept {
+    if (options.backend != Backend::automatic || options.executor || options.memory ||
+        options.isa != Isa::automatic || boxes < gpu_pays_from || reason_) {
+      return false;
+    }
+    const unsigned threads =
+        options.threads ? options.threads : cpu::default_executor().concurrency;
+    return threads <= gpu_pays_up_to_threads && std::exchange(seen_one_, true);
+  }
+
+  // Whether the CPU is to answer instead; then this Finder stays with it.
+  bool falls_back(const Result& r) noexcept {
+    switch (r.status) {
+      case Status::no_device:
+        reason_ = "on the CPU: no GPU can be used, cuda::available() says why";
+        return true;
+      case Status::out_of_memory:
+      case Status::memory_cap_too_small:
+        reason_ = "on the CPU: too little memory for a GPU's search";
+        return true;
+      case Status::device_error:
+        reason_ = "on the CPU: the GPU failed";
+        return true;
+      case Status::too_many_boxes:
+        reason_ = "on the CPU: more boxes than a GPU takes";
+        return true;
+      default:
+        return false;
+    }
+  }
+  // Why the CPU answers though so many boxes are a GPU's; null: they are not, or none was tried.
+  const char* reason(std::size_t boxes) const noexcept {
+    return boxes < gpu_pays_from ? nullptr : reason_;
+  }
+
+ private:
+  bool seen_one_ = false;
+  const char* reason_ = nullptr;
+};
+
+}  // namespace throng

@@ -1,0 +1,67 @@
+// What is looked at before a device is: whose stream it is, and where the caller's arrays lie.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/column.hpp"
+#include "cuda/check.hpp"
+
+namespace throng::cuda {
+
+// A device is current as long as this lives.
+class Current {
+ public:
+  explicit Current(int device) : device_(device) {
+    check(cudaGetDevice(&before_));
+    if (before_ != device) check(cudaSetDevice(device));
+  }
+  ~Current() {
+    if (before_ != device_) (void)cudaSetDevice(before_);
+  }
+  Current(const Current&) = delete;
+  Current& operator=(const Current&) = delete;
+
+ private:
+  int device_, before_ = 0;
+};
+
+// Of the default stream it is the one that is current.
+inline int device_of(cudaStream_t stream) {
+  int device = 0;
+  check(stream ? cudaStreamGetDevice(stream, &device) : cudaGetDevice(&device));
+  return device;
+}
+
+// Refuses arrays that a device could not read or write; what it did to such would end the process's
+// use of it. Managed memory and pinned host memory serve.
+class Reach {
+ public:
+  Reach(int device, Status status) noexcept : device_(device), status_(status) {}
+
+  void require(const void* p, std::size_t alignment, const char* what) const {
+    if (!p) refuse(what, "is null");
+    cudaPointerAttributes attributes{};
+    check(cudaPointerGetAttributes(&attributes, p));
+    if (attributes.type == cudaMemoryTypeUnregistered) refuse(what, "lies in host memory");
+    if (attributes.type == cudaMemoryTypeDevice && attributes.device != device_)
+      refuse(what, "lies on another device");
+    if (reinterpret_cast<std::uintptr_t>(p) % alignment != 0) refuse(what, "is not aligned");
+  }
+  // An array that may be absent.
+  template <class T>
+  void require(const core::Column<T>& column, const char* what) const {
+    if (column) require(column.data, alignof(T), what);
+  }
+
+ private:
+  [[noreturn]] void refuse(const char* what, const char* text) const {
+    throw pipeline::Failure{status_, 0, text, what};
+  }
+  int device_;
+  Status status_;
+};
+
+}  // namespace throng::cuda

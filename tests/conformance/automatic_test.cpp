@@ -1,0 +1,106 @@
+// Backend::automatic: with or without a GPU the answer is right, and the plan says who gave it.
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+// So few pairs that the boxes are what it is about.
+const BoxList& many_boxes() {
+  static const BoxList boxes = [] {
+    BoxList all;
+    Random r(1);
+    for (int k = 0; k < 500000; ++k) all.push_back(cube(r.point(0, 1000), 2));
+    return all;
+  }();
+  return boxes;
+}
+
+Options automatic(unsigned threads) {
+  Options o;
+  o.threads = threads;
+  o.order = Order::canonical;
+  return o;
+}
+
+std::vector<Pair> by_the_cpu() {
+  Options o = automatic(0);
+  o.backend = Backend::cpu;
+  return find_pairs(many_boxes(), o);
+}
+
+// What a GPU that cannot be used is told of; empty where there is one, or this build has none.
+bool says_why(const Result& r) { return std::string(r.plan.reason).find("on the CPU: ") == 0; }
+
+TEST(Automatic, ALargeSetComesBackRight) {
+  const Result available = cuda::available();
+  const bool gpu = available.ok();
+  // A build without the backend never had the choice.
+  const bool told = !gpu && std::string(available.message).find("this build") == std::string::npos;
+  const std::vector<Pair> want = by_the_cpu();
+  ASSERT_GT(want.size(), 1000u);
+  Finder finder(automatic(1));
+  for (int frame = 0; frame < 3; ++frame) {
+    const Result r = finder.find(many_boxes());
+    ASSERT_TRUE(r.ok()) << r.message;
+    EXPECT_STREQ(r.message, "");
+    EXPECT_TRUE(to_vector(finder.pairs()) == want);
+    EXPECT_EQ(r.plan.backend, gpu && frame > 0 ? Backend::cuda : Backend::cpu);
+    EXPECT_EQ(says_why(r), told && frame > 0) << r.plan.reason;
+    if (told && frame > 0) {
+      EXPECT_STREQ(r.plan.reason, "on the CPU: no GPU can be used, cuda::available() says why");
+      EXPECT_NE(r.plan.isa, Isa::automatic) << "the rest of the plan is the CPU's";
+    }
+  }
+  // In the other forms, and in two sets.
+  std::vector<Pair> out(want.size());
+  EXPECT_TRUE(finder.find(many_boxes(), out.data(), out.size()).ok());
+  EXPECT_TRUE(out == want);
+  std::vector<Pair> blocks;
+  const auto take = [&](const Pair* pairs, std::size_t count) {
+    blocks.insert(blocks.end(), pairs, pairs + count);
+    return true;
+  };
+  EXPECT_TRUE(finder.consume(many_boxes(), take).ok());
+  EXPECT_TRUE(blocks == want);
+  const Boxes half(many_boxes().data(), 250000), rest(many_boxes().data() + 250000, 250000);
+  const Result two = finder.find(half, rest);
+  EXPECT_TRUE(two.ok());
+  EXPECT_GT(two.found, 0u);
+  EXPECT_EQ(says_why(two), told);
+  EXPECT_FALSE(says_why(finder.find(half))) << "so few are the CPU's";
+}
+
+// Whoever brings threads or memory, names an instruction set, has many threads or few boxes: the
+// CPU, without a word of a GPU.
+TEST(Automatic, NotWhereTheCallerWantsTheCpu) {
+  std::pmr::synchronized_pool_resource memory;
+  Executor executor;
+  executor.run = [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  std::vector<Options> all(5, automatic(1));
+  all[0].memory = &memory;
+  all[1].executor = &executor;
+  all[2].isa = Isa::scalar;
+  all[3].backend = Backend::cpu;
+  all[4].threads = 7;
+  for (const Options& o : all) {
+    Finder finder(o);
+    for (int frame = 0; frame < 2; ++frame) {
+      const Result r = finder.find(many_boxes());
+      ASSERT_TRUE(r.ok()) << r.message;
+      EXPECT_EQ(r.plan.backend, Backend::cpu);
+      EXPECT_FALSE(says_why(r)) << r.plan.reason;
+    }
+  }
+  Finder finder(automatic(1));
+  for (int frame = 0; frame < 3; ++frame) {
+    const Result r = finder.find(Boxes(many_boxes().data(), 499999));
+    EXPECT_EQ(r.plan.backend, Backend::cpu);
+    EXPECT_FALSE(says_why(r)) << r.plan.reason;
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,13 @@
+# A toolkit that is too old is taken for none, and an nvcc that only pretends shows it.
+include(${ROOT}/cmake/ThrongCudaVersion.cmake)
+foreach(case "11.8=11.8" "12.4=12.4" "12.7=12.7" "12.8=" "12.10=" "13.0=" "strange=")
+  string(REGEX MATCH "^([^=]*)=(.*)$" _ "${case}")
+  set(said "${CMAKE_MATCH_1}")
+  set(want "${CMAKE_MATCH_2}")
+  file(WRITE ${WORK}/nvcc "#!/bin/sh\necho 'Cuda compilation tools, release ${said}, V${said}.1'\n")
+  file(CHMOD ${WORK}/nvcc PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+  throng_cuda_too_old(${WORK}/nvcc got)
+  if(NOT "${got}" STREQUAL "${want}")
+    message(FATAL_ERROR "release ${said}: '${got}' instead of '${want}'")
+  endif()
+endforeach()

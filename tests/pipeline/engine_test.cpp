@@ -1,0 +1,297 @@
+// The engine over a device whose memory the host cannot reach: every form of the result, and that
+// it takes no byte more than a memory cap allows, on the device and beside it.
+#include "pipeline/engine.hpp"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/far_device.hpp"
+#include "support/counting.hpp"
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::pipeline {
+namespace {
+
+using tests::Answer;
+using tests::BoxList;
+using tests::CountingResource;
+
+using FarEngine = Engine<FarDevice>;
+
+Options options_of(Order order, Algorithm algorithm) {
+  Options o;
+  o.order = order;
+  o.algorithm = algorithm;
+  return o;
+}
+std::vector<Options> all_options() {
+  std::vector<Options> all;
+  for (const Order order : {Order::any, Order::canonical})
+    for (const Algorithm a : {Algorithm::grid, Algorithm::all_pairs})
+      all.push_back(options_of(order, a));
+  return all;
+}
+
+core::Output growing(std::vector<Pair>& out) {
+  return {out.data(), out.size(),
+          [](void* context, std::size_t count) {
+            auto& v = *static_cast<std::vector<Pair>*>(context);
+            v.resize(count);
+            return v.data();
+          },
+          &out};
+}
+
+void expect_answer(const Options& o, const Answer& answer, const std::vector<Pair>& got) {
+  if (o.order == Order::canonical) {
+    EXPECT_TRUE(got == answer.pairs);
+  }
+  EXPECT_TRUE(tests::same_pairs(got, answer.pairs));
+}
+
+struct Collected {
+  std::vector<Pair> pairs;
+  std::size_t largest = 0;
+  bool operator()(const Pair* block, std::size_t count) {
+    pairs.insert(pairs.end(), block, block + count);
+    largest = std::max(largest, count);
+    return true;
+  }
+};
+
+TEST(FarEngine, EveryFormOfTheResult) {
+  const BoxList a = tests::uniform_boxes(3000, 1), b = tests::uniform_boxes(2000, 2),
+                many = tests::identical_boxes(300, 3);
+  std::vector<std::int32_t> worlds;
+  for (std::size_t i = 0; i < a.size(); ++i) worlds.push_back(static_cast<int>(i % 5) - 1);
+  Boxes with_worlds = a;
+  with_worlds.filters.world = {worlds.data(), worlds.size()};
+  CountingResource memory;
+  for (const Options& o : all_options()) {
+    FarEngine engine(&memory);
+    const auto check = [&](const Boxes& first, const Boxes* second, const Answer& answer) {
+      std::vector<Pair> out;
+      core::Output output = growing(out);
+      Result r;
+      engine.find(first, second, o, 0, &output, nullptr, r);
+      EXPECT_TRUE(r.ok());
+      EXPECT_EQ(r.found, answer.pairs.size());
+      out.resize(r.found);
+      expect_answer(o, answer, out);
+      // One place too few.
+      std::vector<Pair> small(out.size() - 1);
+      core::Output fixed{small.data(), small.size(), nullptr, nullptr};
+      r = {};
+      engine.find(first, second, o, 0, &fixed, nullptr, r);
+      EXPECT_EQ(r.status, Status::buffer_too_small);
+      EXPECT_EQ(r.found, answer.pairs.size());
+      EXPECT_EQ(r.written, o.order == Order::canonical ? 0 : small.size());
+      Collected taken;
+      r = {};
+      const Consumer consumer(taken);
+      engine.find(first, second, o, 0, nullptr, &consumer, r);
+      EXPECT_EQ(r.written, answer.pairs.size());
+      EXPECT_LE(taken.largest, FarDevice::piece);
+      expect_answer(o, answer, taken.pairs);
+      EXPECT_EQ(engine.held(), memory.held());
+    };
+    const Boxes view_b = b;
+    check(a, nullptr, tests::reference_pairs(a));
+    check(many, nullptr, tests::reference_pairs(many));
+    check(with_worlds, nullptr, tests::reference_pairs(with_worlds));
+    check(a, &view_b, tests::reference_pairs(a, b));
+  }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+std::size_t bytes_needed(FarEngine& engine, const Boxes& boxes, Options o, std::size_t cap,
+                         std::size_t already_held) {
+  o.memory_cap_bytes = cap;
+  Collected taken;
+  const Consumer consumer(taken);
+  Result r;
+  try {
+    engine.find(boxes, nullptr, o, already_held, nullptr, &consumer, r);
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.status, Status::memory_cap_too_small);
+    return failure.bytes;
+  }
+  return 0;
+}
+
+// What is named will do, to the byte; one less will not, and then nothing at all is taken.
+TEST(FarEngine, TheCapHoldsToTheByte) {
+  const BoxList boxes = tests::identical_boxes(250, 1);
+  const Answer answer = tests::reference_pairs(boxes);
+  for (const Options& base : all_options()) {
+    for (const std::size_t already_held : {std::size_t{0}, std::size_t{12345}}) {
+      CountingResource memory;
+      FarEngine engine(&memory);
+      const std::size_t needed = bytes_needed(engine, boxes, base, 1, already_held);
+      EXPECT_LT(needed, answer.pairs.size() * sizeof(Pair)) << "blocks, not all pairs";
+      EXPECT_EQ(bytes_needed(engine, boxes, base, needed - 1, already_held), needed);
+      EXPECT_EQ(memory.allocations(), 0u) << "something was taken before the cap was looked at";
+      for (const std::size_t cap : {needed, needed + 4567, 3 * needed}) {
+        CountingResource counted;
+        FarEngine capped(&counted);
+        Options o = base;
+        o.memory_cap_bytes = cap;
+        Collected taken;
+        const Consumer consumer(taken);
+        Result r;
+        capped.find(boxes, nullptr, o, already_held, nullptr, &consumer, r);
+        expect_answer(o, answer, taken.pairs);
+        EXPECT_LE(counted.peak() + already_held, cap);
+        EXPECT_EQ(capped.held(), counted.held());
+      }
+    }
+  }
+}
+
+// Where the caller's room is too small for the pairs, no room is made for them all.
+TEST(FarEngine, LittleRoomForManyPairs) {
+  const BoxList boxes = tests::identical_boxes(1500, 1);
+  for (const Options& o : all_options()) {
+    CountingResource memory;
+    FarEngine engine(&memory);
+    for (const std::size_t room : {0, 1, 700, 5000}) {
+      std::vector<Pair> out(room + 1);
+      core::Output output{out.data(), room, nullptr, nullptr};
+      Result r;
+      engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
+      EXPECT_EQ(r.status, Status::buffer_too_small);
+      EXPECT_EQ(r.found, 1500u * 1499 / 2);
+      EXPECT_EQ(r.written, o.order == Order::canonical ? 0 : room);
+      EXPECT_EQ(out[room], (Pair{}));
+      if (room <= 700) {
+        EXPECT_LT(memory.held(), 300000u);
+      }
+    }
+  }
+}
+
+// What larger calls have left is given back, and only then.
+TEST(FarEngine, ACapAfterLargerCalls) {
+  const BoxList large = tests::uniform_boxes(20000, 1), small = tests::identical_boxes(500, 2);
+  const Answer answer = tests::reference_pairs(small);
+  for (const Options& base : all_options()) {
+    CountingResource memory;
+    FarEngine engine(&memory);
+    std::vector<Pair> out;
+    core::Output output = growing(out);
+    Result r;
+    engine.find(large, nullptr, options_of(base.order, Algorithm::grid), 0, &output, nullptr, r);
+    Options o = base;
+    o.memory_cap_bytes = 600000;
+    ASSERT_GT(engine.held(), o.memory_cap_bytes);
+    std::size_t allocations = 0;
+    for (int frame = 0; frame < 3; ++frame) {
+      Collected taken;
+      const Consumer consumer(taken);
+      engine.find(small, nullptr, o, 0, nullptr, &consumer, r);
+      expect_answer(o, answer, taken.pairs);
+      EXPECT_LE(memory.held(), o.memory_cap_bytes);
+      EXPECT_EQ(memory.held(), engine.held());
+      if (frame > 0) {
+        EXPECT_EQ(memory.allocations(), allocations) << "taken anew in each frame";
+      }
+      allocations = memory.allocations();
+    }
+  }
+}
+
+// Refused by their number alone: none is read, no memory is taken.
+TEST(FarEngine, TooManyBoxes) {
+  const Box box = tests::cube(0, 0, 0, 1);
+  CountingResource memory;
+  FarEngine engine(&memory);
+  const Boxes most(&box, max_pipeline_boxes, 0), one(&box, 1, 0);
+  const Boxes more(&box, max_pipeline_boxes + 1, 0), all(&box, 0xffffffffu, 0);
+  for (const auto& [a, b] : {std::pair<const Boxes*, const Boxes*>{&more, nullptr},
+                             {&all, nullptr},
+                             {&most, &one},
+                             {&all, &all}}) {
+    Result r;
+    std::vector<Pair> out;
+    core::Output output = growing(out);
+    try {
+      engine.find(*a, b, {}, 0, &output, nullptr, r);
+      FAIL() << "taken for few enough";
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.status, Status::too_many_boxes);
+      EXPECT_EQ(failure.bytes, a->size() + (b ? b->size() : 0));
+    }
+  }
+  EXPECT_EQ(memory.allocations(), 0u);
+}
+
+TEST(FarEngine, AConsumerStopsOrThrows) {
+  const BoxList boxes = tests::identical_boxes(400, 1);
+  CountingResource memory;
+  FarEngine engine(&memory);
+  std::size_t taken = 0;
+  const auto stop = [&](const Pair*, std::size_t count) {
+    taken += count;
+    return taken < 250;
+  };
+  const Consumer stopper(stop);
+  Result r;
+  engine.find(boxes, nullptr, {}, 0, nullptr, &stopper, r);
+  EXPECT_EQ(r.status, Status::stopped);
+  EXPECT_EQ(r.written, taken);
+  EXPECT_EQ(taken, 3 * FarDevice::piece);
+  const auto thrower = [](const Pair*, std::size_t) -> bool { throw 4711; };
+  const Consumer throwing(thrower);
+  EXPECT_THROW(engine.find(boxes, nullptr, {}, 0, nullptr, &throwing, r), int);
+  Collected all;
+  const Consumer collecting(all);
+  r = {};
+  engine.find(boxes, nullptr, {}, 0, nullptr, &collecting, r);
+  EXPECT_EQ(all.pairs.size(), 400u * 399 / 2);
+}
+
+// Each allocation in turn fails; the engine is as good as before afterwards.
+TEST(FarEngine, MemoryRunsShort) {
+  const BoxList boxes = tests::uniform_boxes(2000, 1);
+  const Answer answer = tests::reference_pairs(boxes);
+  for (const Options& o : all_options()) {
+    CountingResource full;
+    {
+      FarEngine engine(&full);
+      std::vector<Pair> out;
+      core::Output output = growing(out);
+      Result r;
+      engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
+    }
+    std::size_t refused = 0;
+    // One byte less than each sum that there is on the way; the last is one short of the peak.
+    std::vector<std::size_t> limits = {0, full.peak() - 1};
+    for (std::size_t k = 1; k < 20; ++k) limits.push_back(full.peak() * k / 20);
+    for (const std::size_t limit : limits) {
+      CountingResource memory;
+      memory.limit(limit);
+      FarEngine engine(&memory);
+      std::vector<Pair> out;
+      core::Output output = growing(out);
+      Result r;
+      try {
+        engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
+      } catch (const Failure& failure) {
+        ++refused;
+        EXPECT_EQ(failure.status, Status::out_of_memory);
+        EXPECT_GT(failure.bytes, 0u);
+      }
+      EXPECT_LE(memory.peak(), limit);
+      memory.limit(full.peak() * 2);
+      output = growing(out);
+      r = {};
+      engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
+      out.resize(r.found);
+      expect_answer(o, answer, out);
+    }
+    EXPECT_EQ(refused, limits.size());
+  }
+}
+
+}  // namespace
+}  // namespace throng::pipeline

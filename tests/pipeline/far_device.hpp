@@ -1,0 +1,90 @@
+// A Device whose memory the host cannot reach, as a GPU's: threads of the host, but boxes are
+// copied there, pairs are fetched in pieces, and all that it takes is counted by a memory resource.
+#pragma once
+
+#include <algorithm>
+
+#include "cpu/threads.hpp"
+#include "pipeline/host_device.hpp"
+
+namespace throng::pipeline {
+
+class FarDevice : public HostDevice {
+ public:
+  explicit FarDevice(std::pmr::memory_resource* memory)
+      : HostDevice(memory, HostDevice::Run{cpu::run_tasks}) {
+    begin(cpu::default_executor(), 2);
+  }
+  ~FarDevice() {
+    give_back();
+    if (staging_) release(staging_, staging_bytes);
+  }
+  FarDevice(const FarDevice&) = delete;
+  FarDevice& operator=(const FarDevice&) = delete;
+
+  static constexpr bool reaches_host_memory = false;
+  static constexpr std::size_t piece = 100;
+  static constexpr std::size_t staging_bytes = piece * sizeof(Pair);
+
+  static std::size_t scan_bytes(std::size_t count) { return 300 + count / 100; }
+  // A radix sort needs more than its keys.
+  static std::size_t sort_bytes(std::size_t count) {
+    return count == 0 ? 0 : HostDevice::sort_bytes(count) + 1000 + count / 64;
+  }
+  static std::size_t boxes_bytes(const Boxes& boxes) {
+    return boxes.size() * (sizeof(Box) + (boxes.filters.world ? sizeof(std::int32_t) : 0));
+  }
+  Boxes bring(const Boxes& boxes, char*& to) {
+    auto* there = reinterpret_cast<Box*>(to);
+    for (std::size_t i = 0; i < boxes.size(); ++i) there[i] = boxes[i];
+    Boxes view(there, boxes.size());
+    to += boxes.size() * sizeof(Box);
+    if (!boxes.filters.world) return view;
+    auto* worlds = reinterpret_cast<std::int32_t*>(to);
+    for (std::size_t i = 0; i < boxes.size(); ++i) worlds[i] = boxes.filters.world[i];
+    view.filters.world = {worlds, boxes.size()};
+    to += boxes.size() * sizeof(std::int32_t);
+    return view;
+  }
+  std::size_t held() const { return (staging_ ? staging_bytes : 0) + copy_bytes_; }
+  void give_back() {
+    if (copy_) release(copy_, copy_bytes_);
+    copy_ = nullptr;
+    copy_bytes_ = 0;
+  }
+  template <class T, class F>
+  bool in_pieces(const T* values, std::size_t count, const F& take) {
+    if (!staging_) staging_ = allocate(staging_bytes);
+    T* here = static_cast<T*>(staging_);
+    for (std::size_t begin = 0; begin < count; begin += piece) {
+      const std::size_t size = std::min(piece, count - begin);
+      std::copy_n(values + begin, size, here);
+      if (!take(here, size)) return false;
+    }
+    return true;
+  }
+  using HostDevice::read;
+  template <class T>
+  void read(const T* from, T* to, std::size_t count) {
+    in_pieces(from, count, [&](const T* values, std::size_t n) {
+      to = std::copy_n(values, n, to);
+      return true;
+    });
+  }
+  template <class T>
+  const T* host_copy(const T* values, std::size_t count) {
+    if (count * sizeof(T) > copy_bytes_) {
+      give_back();
+      copy_ = allocate(count * sizeof(T));
+      copy_bytes_ = count * sizeof(T);
+    }
+    return std::copy_n(values, count, static_cast<T*>(copy_)) - count;
+  }
+
+ private:
+  void* staging_ = nullptr;
+  void* copy_ = nullptr;
+  std::size_t copy_bytes_ = 0;
+};
+
+}  // namespace throng::pipeline
