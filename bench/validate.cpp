@@ -31,7 +31,8 @@ struct Made {
     const scene::Scene scene(spec);
     boxes.resize(objects);
     scene.frame(frame, boxes.data());
-    for (std::size_t i = 0; i < objects && scene.has_worlds(); ++i) worlds.push_back(scene.world(i));
+    for (std::size_t i = 0; i < objects && scene.has_worlds(); ++i)
+      worlds.push_back(scene.world(i));
   }
   Boxes view() const {
     Boxes view = boxes;
@@ -45,7 +46,8 @@ struct Way {
   Options options;
 };
 
-// Every instruction set that this processor has on 1 to 8 threads, the pipeline of a GPU, and a GPU.
+// Every instruction set that this processor has on 1 to 8 threads, the pipeline of a GPU, and a
+// GPU.
 std::vector<Way> ways(std::size_t objects) {
   std::vector<Way> all;
   Options options;
@@ -94,9 +96,9 @@ int validate(std::size_t most_objects) {
       const Pairs pairs = finder.pairs();
       const std::uint64_t canonical = scene::sequence_checksum(pairs.data(), pairs.size());
       if (result.found == want.pairs && canonical == want.canonical) continue;
-      fmt::print("DIFFERENT: {} of {} boxes by {}: {} pairs, canonical {:016x}; wanted {}, {:016x}\n",
-                 want.scene, want.objects, way.name, result.found, canonical, want.pairs,
-                 want.canonical);
+      fmt::print(
+          "DIFFERENT: {} of {} boxes by {}: {} pairs, canonical {:016x}; wanted {}, {:016x}\n",
+          want.scene, want.objects, way.name, result.found, canonical, want.pairs, want.canonical);
       ++wrong;
     }
     fmt::print("{:<11} {:>9} boxes {:>9} pairs  canonical {:016x}  {} ways: {}\n", want.scene,

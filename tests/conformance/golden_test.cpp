@@ -1,5 +1,6 @@
-// The pairs of the scenes are the very bytes that they always were: for every compiler, optimisation
-// and machine that runs this, every instruction set, 1 to 8 threads, brute force, and what a GPU runs.
+// The pairs of the scenes are the very bytes that they always were: for every compiler,
+// optimisation and machine that runs this, every instruction set, 1 to 8 threads, brute force, and
+// what a GPU runs.
 #include "scene/golden.hpp"
 
 #include "scene/checksum.hpp"
