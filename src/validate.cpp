@@ -68,6 +68,10 @@ const char* to_string(Status status) noexcept {
       return "bad bodies";
     case Status::bad_shape:
       return "bad shape";
+    case Status::bad_id:
+      return "bad id";
+    case Status::busy:
+      return "busy";
   }
   return "unknown";
 }

@@ -62,6 +62,8 @@ enum class Status : std::uint8_t {
   not_reserved,          // see cuda::Finder::reserve
   bad_bodies,            // an array is missing, or has a wrong length or stride
   bad_shape,             // of a body; see first_invalid, invalid_count
+  bad_id,                // not alive, or twice in one list; see first_invalid, invalid_count
+  busy,                  // another thread is in a call on the same object
 };
 
 const char* to_string(Algorithm) noexcept;

@@ -92,6 +92,11 @@ class Buffer {
     data_ = nullptr;
     capacity_ = 0;
   }
+  // Of the same memory.
+  void swap(Buffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(capacity_, other.capacity_);
+  }
   T* data() const noexcept { return data_; }
   T& operator[](std::size_t i) const noexcept { return data_[i]; }
   std::size_t capacity() const noexcept { return capacity_; }

@@ -1,0 +1,127 @@
+// BroadPhase: objects that live. It keeps them from frame to frame, and tells which pairs began and
+// which ended.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+#include <throng/types.hpp>
+
+namespace throng {
+
+using ObjectId = std::uint32_t;
+
+// What one object pairs with. See Filters, which holds the same by arrays.
+struct Filter {
+  std::uint32_t group = 0xffffffffu, mask = 0xffffffffu;
+  std::int32_t owner = -1, world = -1;
+  std::uint8_t is_static = 0;
+};
+
+// first < second. The slot is the pair's own for as long as it lives: a place for what an engine
+// keeps of it, as contacts. Slots are small numbers: at most as many as pairs that lived in two
+// updates that followed one another.
+struct LivePair {
+  ObjectId first, second;
+  std::uint32_t slot;
+};
+
+// A view of pairs that a BroadPhase owns, sorted by first, then second.
+struct LivePairs {
+  const LivePair* data_ = nullptr;
+  std::size_t size_ = 0;
+
+  const LivePair* data() const noexcept { return data_; }
+  std::size_t size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  const LivePair* begin() const noexcept { return data_; }
+  const LivePair* end() const noexcept { return data_ + size_; }
+  const LivePair& operator[](std::size_t i) const noexcept { return data_[i]; }
+};
+
+// Objects are added, moved and removed; update() then tells what this did to the pairs. What it
+// tells is what two double loops would differ by, before and after. The cost follows the objects
+// that changed, and where many did, the cost of finding all pairs anew.
+//
+// A call that fails changes nothing: not the objects, not what was told. One thread at a time; a
+// call during another one is refused with Status::busy. Result::found of a call on objects is how
+// many there are then, of update() how many pairs live.
+//
+// Of Options these hold here: nan, isa, margin, threads, measure_stages, executor and memory, both
+// of which must outlive the object; backend must be automatic or cpu.
+class BroadPhase {
+ public:
+  BroadPhase() noexcept = default;
+  explicit BroadPhase(const Options& options) noexcept : options_(options) {}
+  ~BroadPhase();
+  // A snapshot: ids, slots and what the last update told are the same. Throws Error.
+  BroadPhase(const BroadPhase& other);
+  BroadPhase& operator=(const BroadPhase& other);
+  BroadPhase(BroadPhase&& other) noexcept;
+  BroadPhase& operator=(BroadPhase&& other) noexcept;
+  // The same, reporting through a Result. What this held is lost if it succeeds; it keeps its own
+  // options, but for the margin. It allocates nothing where it has held as much before.
+  Result copy_from(const BroadPhase& other) noexcept;
+
+  // Adds an object for each box, with the filters that hang on the view, and writes their ids:
+  // 0, 1, 2, ... where none was removed. The id of a removed object is given away again only after
+  // an update has told which pairs its removal ended.
+  Result add(const Boxes& boxes, ObjectId* ids) noexcept;
+  Status add(const Box& box, const Filter& filter, ObjectId& id) noexcept;
+  ObjectId add(const Box& box, const Filter& filter = {});  // throws Error
+
+  // An id that is not alive, or twice in one list, is an error: Status::bad_id.
+  Result remove(const ObjectId* ids, std::size_t count) noexcept;
+  Status remove(ObjectId id) noexcept;
+
+  // Gives objects new boxes; of several calls before an update the last wins. Filters that hang on
+  // the view are not looked at.
+  Result move(const ObjectId* ids, const Boxes& boxes) noexcept;
+  Status move(ObjectId id, const Box& box) noexcept;
+  // The same for all objects: boxes[id] for every id below id_limit(). It finds out which boxes
+  // differ. Those of ids that are not alive are not looked at.
+  Result move_all(const Boxes& boxes) noexcept;
+
+  // One value an object of the list; filters that are absent stay as they were.
+  Result set_filters(const ObjectId* ids, std::size_t count, const Filters& filters) noexcept;
+  Status set_filter(ObjectId id, const Filter& filter) noexcept;
+
+  // Adds `by` to all corners, rounded to nearest. The next update tells the pairs of the boxes that
+  // this gives: rounding can make boxes touch that did not, and the reverse.
+  Result shift_origin(const Vec3& by) noexcept;
+
+  // Finds the pairs that began and ended since the last update.
+  Result update() noexcept;
+  // What the last update told; good until the next one. A slot that ended is free: the next update
+  // may give it to another pair.
+  LivePairs begun() const noexcept;
+  LivePairs ended() const noexcept;
+  // All pairs there are since the last update; good until the next. They are put into order when
+  // they are asked for.
+  LivePairs pairs() noexcept;
+
+  bool is_alive(ObjectId id) const noexcept;
+  // As they were given last. The id must be alive.
+  Box box(ObjectId id) const noexcept;
+  Filter filter(ObjectId id) const noexcept;
+  std::uint64_t object_count() const noexcept;
+  std::uint64_t pair_count() const noexcept;
+  // All ids are below this.
+  std::uint64_t id_limit() const noexcept;
+  // All slots of pairs that live, or ended in the last update, are below this.
+  std::uint64_t slot_limit() const noexcept;
+
+  const Options& options() const noexcept { return options_; }
+  // Bytes that the object holds now.
+  std::size_t memory_bytes() const noexcept;
+
+ private:
+  struct State;
+  friend struct BroadPhaseAccess;
+  State* state_ = nullptr;
+  Options options_;
+};
+
+}  // namespace throng

@@ -1,0 +1,353 @@
+// The hall's door to objects that live: what is asked is checked before anything changes.
+#include <throng/broad_phase.hpp>
+
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include <throng/find_pairs.hpp>
+
+#include "cpu/float_state.hpp"
+#include "live/tracker.hpp"
+#include "validate.hpp"
+
+namespace throng {
+
+using live::none;
+using ull = unsigned long long;
+
+struct BroadPhase::State {
+  State(const Options& options, std::pmr::memory_resource* memory) noexcept
+      : resource(memory), tracker(options, sizeof(State)) {}
+
+  std::pmr::memory_resource* resource;
+  live::Tracker tracker;
+  std::atomic<bool> in_call{false};
+};
+
+struct BroadPhaseAccess {
+  // Runs body(tracker, result) in the library's float state, alone, with memory failures told.
+  template <class F>
+  static Result call(BroadPhase& it, F&& body) noexcept {
+    const cpu::FloatState float_state;
+    Result r;
+    if (!prepare(it, r)) return r;
+    BroadPhase::State& state = *it.state_;
+    if (state.in_call.exchange(true, std::memory_order_acquire)) {
+      say(r, "another thread is in a call on this BroadPhase; make one call at a time");
+      r.status = Status::busy;
+      return r;
+    }
+    try {
+      body(state.tracker, r);
+    } catch (const cpu::NoMemory& failure) {
+      explain_failure(r, Status::out_of_memory, failure.bytes, nullptr);
+    }
+    state.in_call.store(false, std::memory_order_release);
+    if (!r.ok()) explain(r, false, false);
+    return r;
+  }
+
+  // Makes the state at the first call.
+  static bool prepare(BroadPhase& it, Result& r) noexcept {
+    if (it.state_) return true;
+    const Options& options = it.options_;
+    if (!valid({}, nullptr, options, r)) return false;
+    if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
+      say(r, "a BroadPhase has no backend '%s'; use Backend::automatic",
+          to_string(options.backend));
+      return refuse(r, Status::bad_option);
+    }
+    std::pmr::memory_resource* memory = options.memory;
+    if (!memory) memory = std::pmr::new_delete_resource();
+    void* room = nullptr;
+    try {
+      room = memory->allocate(sizeof(BroadPhase::State), alignof(BroadPhase::State));
+    } catch (...) {
+    }
+    if (!room) {
+      explain_failure(r, Status::out_of_memory, sizeof(BroadPhase::State), nullptr);
+      return false;
+    }
+    it.state_ = new (room) BroadPhase::State(options, memory);
+    return true;
+  }
+
+  static live::Objects* objects(const BroadPhase& it) noexcept {
+    return it.state_ ? &it.state_->tracker.objects() : nullptr;
+  }
+  static live::PairSet* pairs(const BroadPhase& it) noexcept {
+    return it.state_ ? &it.state_->tracker.pairs() : nullptr;
+  }
+};
+
+namespace {
+
+using Access = BroadPhaseAccess;
+
+LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
+
+// All ids alive, and none twice.
+bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count,
+               Result& r) noexcept {
+  if (count > objects.count() || (count != 0 && !ids)) {
+    say(r, "%llu ids were given and %llu objects are alive; give each id once", ull{count},
+        ull{objects.count()});
+    r.invalid_count = count;
+    return refuse(r, Status::bad_id);
+  }
+  const std::uint32_t token = objects.next_tokens(1);
+  bool dead = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool alive = objects.is_alive(ids[i]);
+    if (alive && objects.mark(ids[i]) != token) {
+      objects.mark(ids[i]) = token;
+      continue;
+    }
+    if (r.invalid_count++ == 0) {
+      r.first_invalid = i;
+      dead = !alive;
+    }
+  }
+  if (r.invalid_count == 0) return true;
+  say(r, "%llu ids are not valid, the first is id %u at %llu of the list: it %s",
+      ull{r.invalid_count}, ids[r.first_invalid], ull{r.first_invalid},
+      dead ? "is not alive; add() gives ids that are" : "stands there twice; give each id once");
+  return refuse(r, Status::bad_id);
+}
+
+template <class Wanted>
+bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options, Wanted&& wanted,
+                  Result& r) noexcept {
+  if (options.nan == NanPolicy::inactive) return true;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
+    if (r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  return r.invalid_count == 0 || refuse(r, Status::nan_box);
+}
+constexpr auto all = [](std::size_t) { return true; };
+
+void set(Filter& f, const Filters& from, std::size_t i) noexcept {
+  if (from.group) f.group = from.group[i];
+  if (from.mask) f.mask = from.mask[i];
+  if (from.owner) f.owner = from.owner[i];
+  if (from.world) f.world = from.world[i];
+  if (from.is_static) f.is_static = from.is_static[i];
+}
+// One value each, repeated.
+Filters filters_of(const Filter& f) noexcept {
+  return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
+}
+
+}  // namespace
+
+BroadPhase::~BroadPhase() {
+  if (!state_) return;
+  std::pmr::memory_resource* memory = state_->resource;
+  state_->~State();
+  memory->deallocate(state_, sizeof(State), alignof(State));
+}
+BroadPhase::BroadPhase(const BroadPhase& other) : options_(other.options_) {
+  const Result r = copy_from(other);
+  if (r.ok()) return;
+  this->~BroadPhase();
+  throw Error(r);
+}
+BroadPhase& BroadPhase::operator=(const BroadPhase& other) {
+  const Result r = copy_from(other);
+  if (!r.ok()) throw Error(r);
+  return *this;
+}
+BroadPhase::BroadPhase(BroadPhase&& other) noexcept
+    : state_(std::exchange(other.state_, nullptr)), options_(other.options_) {}
+BroadPhase& BroadPhase::operator=(BroadPhase&& other) noexcept {
+  std::swap(state_, other.state_);
+  std::swap(options_, other.options_);
+  return *this;
+}
+
+Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
+  if (this == &other) return {};
+  return Access::call(*this, [&](live::Tracker& mine, Result& r) {
+    if (!other.state_) {
+      mine.copy(live::Tracker(other.options_, 0));
+    } else if (other.state_->in_call.exchange(true, std::memory_order_acquire)) {
+      say(r, "another thread is in a call on the BroadPhase to be copied");
+      r.status = Status::busy;
+      return;
+    } else {
+      struct Release {
+        std::atomic<bool>& flag;
+        ~Release() { flag.store(false, std::memory_order_release); }
+      } const release{other.state_->in_call};
+      mine.reserve_for(other.state_->tracker);
+      mine.copy(other.state_->tracker);
+    }
+    options_.margin = other.options_.margin;
+    r.found = mine.objects().count();
+  });
+}
+
+Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    live::Objects& objects = tracker.objects();
+    if (!valid(boxes, nullptr, options_, r)) return;
+    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    if (boxes.size() > max_box_count - objects.limit()) {
+      say(r, "%llu boxes and the %llu ids there are exceed %llu; remove some first",
+          ull{boxes.size()}, ull{objects.limit()}, ull{max_box_count});
+      r.status = Status::too_many_boxes;
+      return;
+    }
+    objects.reserve_more(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      Filter filter;
+      set(filter, boxes.filters, i);
+      const ObjectId id = objects.add(boxes[i], filter);
+      if (ids) ids[i] = id;
+    }
+    r.found = objects.count();
+  });
+}
+
+Status BroadPhase::add(const Box& box, const Filter& filter, ObjectId& id) noexcept {
+  Boxes boxes(&box, 1);
+  boxes.filters = filters_of(filter);
+  return add(boxes, &id).status;
+}
+
+ObjectId BroadPhase::add(const Box& box, const Filter& filter) {
+  Boxes boxes(&box, 1);
+  boxes.filters = filters_of(filter);
+  ObjectId id = none;
+  const Result r = add(boxes, &id);
+  if (!r.ok()) throw Error(r);
+  return id;
+}
+
+Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    if (!valid_ids(tracker.objects(), ids, count, r)) return;
+    for (std::size_t i = 0; i < count; ++i) tracker.objects().remove(ids[i]);
+    r.found = tracker.objects().count();
+  });
+}
+Status BroadPhase::remove(ObjectId id) noexcept { return remove(&id, 1).status; }
+
+Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    Boxes bare = boxes;
+    bare.filters = {};
+    if (!valid(bare, nullptr, options_, r)) return;
+    if (!valid_ids(tracker.objects(), ids, boxes.size(), r)) return;
+    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    for (std::size_t i = 0; i < boxes.size(); ++i) tracker.objects().move(ids[i], boxes[i]);
+    r.found = tracker.objects().count();
+  });
+}
+Status BroadPhase::move(ObjectId id, const Box& box) noexcept {
+  return move(&id, Boxes(&box, 1)).status;
+}
+
+Result BroadPhase::move_all(const Boxes& boxes) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    const live::Objects& objects = tracker.objects();
+    Boxes bare = boxes;
+    bare.filters = {};
+    if (!valid(bare, nullptr, options_, r)) return;
+    if (boxes.size() != objects.limit()) {
+      say(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
+          ull{boxes.size()}, ull{objects.limit()});
+      r.status = Status::bad_boxes;
+      return;
+    }
+    const auto alive = [&](std::size_t id) { return objects.is_alive(id); };
+    if (!valid_floats(boxes, boxes.size(), options_, alive, r)) return;
+    tracker.move_all(boxes, options_);
+    r.found = objects.count();
+  });
+}
+
+Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
+                               const Filters& filters) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    live::Objects& objects = tracker.objects();
+    if (!valid_ids(objects, ids, count, r)) return;
+    constexpr Box some{};
+    Boxes stand_in(&some, count, 0);  // one box, repeated: the filters are what is looked at
+    stand_in.filters = filters;
+    if (!valid(stand_in, nullptr, options_, r)) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      Filter filter = objects.filter(ids[i]);
+      set(filter, filters, i);
+      objects.set_filter(ids[i], filter);
+    }
+    r.found = objects.count();
+  });
+}
+Status BroadPhase::set_filter(ObjectId id, const Filter& filter) noexcept {
+  return set_filters(&id, 1, filters_of(filter)).status;
+}
+
+Result BroadPhase::shift_origin(const Vec3& by) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    if (!std::isfinite(by.x) || !std::isfinite(by.y) || !std::isfinite(by.z)) {
+      say(r, "the shift of origin (%g, %g, %g) is not finite", static_cast<double>(by.x),
+          static_cast<double>(by.y), static_cast<double>(by.z));
+      r.status = Status::bad_option;
+      return;
+    }
+    live::Objects& objects = tracker.objects();
+    const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
+    for (std::size_t i = 0; i < objects.limit(); ++i) {
+      if (!objects.is_alive(i)) continue;
+      const auto id = static_cast<ObjectId>(i);
+      const Box box = objects.body(id).box;
+      objects.move(id, {shifted(box.lower), shifted(box.upper)});
+    }
+    r.found = objects.count();
+  });
+}
+
+Result BroadPhase::update() noexcept {
+  return Access::call(
+      *this, [&](live::Tracker& tracker, Result& r) { tracker.update(options_, r); });
+}
+
+LivePairs BroadPhase::begun() const noexcept {
+  return state_ ? view(state_->tracker.pairs().begun()) : LivePairs{};
+}
+LivePairs BroadPhase::ended() const noexcept {
+  return state_ ? view(state_->tracker.pairs().ended()) : LivePairs{};
+}
+LivePairs BroadPhase::pairs() noexcept {
+  if (!state_) return {};
+  return view(state_->tracker.pairs().sorted(state_->tracker.objects().limit()));
+}
+
+bool BroadPhase::is_alive(ObjectId id) const noexcept {
+  const live::Objects* objects = Access::objects(*this);
+  return objects && objects->is_alive(id);
+}
+Box BroadPhase::box(ObjectId id) const noexcept { return Access::objects(*this)->body(id).box; }
+Filter BroadPhase::filter(ObjectId id) const noexcept {
+  return Access::objects(*this)->filter(id);
+}
+std::uint64_t BroadPhase::object_count() const noexcept {
+  return state_ ? Access::objects(*this)->count() : 0;
+}
+std::uint64_t BroadPhase::pair_count() const noexcept {
+  return state_ ? Access::pairs(*this)->count() : 0;
+}
+std::uint64_t BroadPhase::id_limit() const noexcept {
+  return state_ ? Access::objects(*this)->limit() : 0;
+}
+std::uint64_t BroadPhase::slot_limit() const noexcept {
+  return state_ ? Access::pairs(*this)->slot_limit() : 0;
+}
+std::size_t BroadPhase::memory_bytes() const noexcept {
+  return state_ ? state_->tracker.memory().held() : 0;
+}
+
+}  // namespace throng

@@ -1,0 +1,198 @@
+#include "live/cells.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cfloat>
+#include <cmath>
+#include <limits>
+
+namespace throng::live {
+namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr Cells::Line empty_line = {{{{{nan, nan, nan}, {nan, nan, nan}}, none, none},
+                                     {{{nan, nan, nan}, {nan, nan, nan}}, none, 0}}};
+constexpr std::size_t sample_boxes = 512;
+
+double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
+
+// A box's longest side, and how wide it is that nearly all boxes lie along an axis.
+struct Sample {
+  std::size_t count = 0;
+  double side[sample_boxes], centre[3][sample_boxes];
+
+  void add(const Box& b) noexcept {
+    const double lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
+    const double upper[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
+    side[count] = 0;
+    for (int k = 0; k < 3; ++k) {
+      side[count] = std::max(side[count], upper[k] - lower[k]);
+      centre[k][count] = 0.5 * lower[k] + 0.5 * upper[k];
+    }
+    ++count;
+  }
+  static double quantile(double* values, std::size_t count, double q) noexcept {
+    const auto at = static_cast<std::size_t>(q * static_cast<double>(count - 1));
+    std::nth_element(values, values + at, values + count);
+    return values[at];
+  }
+};
+
+// The span of the first class. Equal boxes shall fit into it, and smaller ones shall share cells
+// until a cell holds about one box: large boxes look into fewer then.
+double first_span(Sample& s, std::size_t count) noexcept {
+  if (s.count == 0) return 1;
+  const double side = Sample::quantile(s.side, s.count, 0.25) * 1.07;
+  const double usual = Sample::quantile(s.side, s.count, 0.5);
+  double volume = 1;
+  for (double(&centre)[sample_boxes] : s.centre) {
+    const double range =
+        Sample::quantile(centre, s.count, 0.95) - Sample::quantile(centre, s.count, 0.05);
+    volume *= std::max(std::max(range / 0.9, usual), 1e-30);
+  }
+  return std::max(side, 0.5 * std::cbrt(volume / static_cast<double>(count)));
+}
+
+}  // namespace
+
+void Cells::plan(const Objects& objects) {
+  const std::size_t count = objects.count();
+  Sample sample;
+  const std::size_t step = objects.limit() / sample_boxes + 1;
+  for (std::size_t id = 0; id < objects.limit(); id += step) {
+    const auto i = static_cast<ObjectId>(id);
+    if (objects.is_active(i)) sample.add(objects.grown(i));
+  }
+  const double span = first_span(sample, std::max<std::size_t>(count, 1));
+  const std::size_t most = count + count / 4 + 64;
+  const std::size_t cells = std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
+  // Lines behind others are full, so there are at most half as many as boxes.
+  most_objects_ = 0;
+  lines_.renew(cells + 1 + most / 2 + 1);
+  most_objects_ = most;
+  mask_ = static_cast<std::uint32_t>(cells - 1);
+  free_ = none;
+  scale_ = static_cast<float>(std::clamp((1 << span_bits) / span, 1e-30, 1e30));
+  std::fill(class_count_, class_count_ + classes + 1, 0);
+  lines_.resize(cells + 1);
+  std::fill(lines_.begin(), lines_.end(), empty_line);
+}
+
+int Cells::class_of(const Range& r) noexcept {
+  std::int32_t span = 1;
+  for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
+  const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
+  return std::min(bits <= span_bits ? 0 : bits - span_bits, classes);
+}
+
+Cells::Range Cells::cells_of(const Range& r, int c) noexcept {
+  Range cells;
+  for (int k = 0; k < 3; ++k) {
+    cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits + c);
+    cells.upper[k] = r.upper[k] >> (cell_bits + c);
+  }
+  return cells;
+}
+
+double Cells::cell_count(const Range& cells) noexcept {
+  double count = 1;  // up to 2^75
+  for (int k = 0; k < 3; ++k) count *= static_cast<double>(cells.upper[k] - cells.lower[k] + 1);
+  return count;
+}
+
+std::uint32_t Cells::home_of(const Box& box, std::int32_t world) const noexcept {
+  const Range r = quantise(box);
+  const int c = class_of(r);
+  if (c == classes) return wide_home();
+  const int shift = cell_bits + c;
+  const std::uint32_t h = row(c, world, r.lower[1] >> shift, r.lower[2] >> shift);
+  return (h + static_cast<std::uint32_t>(r.lower[0] >> shift)) & mask_;
+}
+
+void Cells::insert(ObjectId id, const Box& box, std::uint32_t home) noexcept {
+  ++class_count_[class_of(quantise(box))];
+  Line& head = lines_[home];
+  std::uint32_t& used = head.entry[1].link;
+  if (used == 2) {
+    // The full line goes behind a fresh one.
+    std::uint32_t moved = free_;
+    if (moved != none) {
+      free_ = lines_[moved].entry[0].link;
+    } else {
+      moved = static_cast<std::uint32_t>(lines_.size());
+      lines_.resize(lines_.size() + 1);
+    }
+    lines_[moved] = head;
+    head = empty_line;
+    head.entry[0].link = moved;
+  }
+  Entry& entry = head.entry[used++];
+  entry.box = box;
+  entry.id = id;
+}
+
+void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
+  Line& head = lines_[home];
+  std::uint32_t& used = head.entry[1].link;
+  for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
+    Line& line = lines_[i];
+    Entry* entry = line.entry[0].id == id ? &line.entry[0] : &line.entry[1];
+    if (entry->id != id) continue;
+    --class_count_[class_of(quantise(entry->box))];
+    Entry& last = head.entry[--used];
+    entry->box = last.box;
+    entry->id = last.id;
+    last.box = empty_line.entry[0].box;
+    last.id = none;
+    break;
+  }
+  const std::uint32_t next = head.entry[0].link;
+  if (used != 0 || next == none) return;
+  head = lines_[next];
+  lines_[next] = empty_line;
+  lines_[next].entry[0].link = free_;
+  free_ = next;
+}
+
+void Cells::replace(ObjectId id, const Box& box, std::uint32_t home) noexcept {
+  for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
+    for (Entry& entry : lines_[i].entry) {
+      if (entry.id != id) continue;
+      --class_count_[class_of(quantise(entry.box))];
+      ++class_count_[class_of(quantise(box))];
+      entry.box = box;
+      return;
+    }
+  }
+}
+
+std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcept {
+  if (worlds.all) return lines_.size();
+  const Range range = quantise(box);
+  double count = static_cast<double>(class_count_[classes] / 2);
+  for (int c = 0; c < classes; ++c) {
+    if (class_count_[c] != 0) count += cell_count(cells_of(range, c)) * (worlds.everywhere ? 2 : 1);
+  }
+  const double lines = static_cast<double>(lines_.size());
+  return count < lines ? static_cast<std::uint64_t>(count) : lines_.size();
+}
+
+void Cells::prefetch(const Box& box, Worlds worlds) const noexcept {
+  if (expected_lines(box, worlds) > 64) return;
+  const Range range = quantise(box);
+  for (int c = 0; c < classes; ++c) {
+    if (class_count_[c] == 0) continue;
+    each_home(cells_of(range, c), c, worlds.own, [&](std::uint32_t home) { prefetch(home); });
+  }
+}
+
+void Cells::copy(const Cells& other) noexcept {
+  lines_.copy(other.lines_);
+  mask_ = other.mask_;
+  free_ = other.free_;
+  most_objects_ = other.most_objects_;
+  scale_ = other.scale_;
+  std::copy(other.class_count_, other.class_count_ + classes + 1, class_count_);
+}
+
+}  // namespace throng::live

@@ -1,0 +1,173 @@
+// Cells by size classes, hashed: where objects lie that mostly stay. Each box is kept once, in the
+// cell of its lower corner, and looked for with a handful of cache lines.
+//
+// One function per axis maps a float to a whole number of units, q(x) = floor(clamp(x * scale)).
+// Each step is non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities
+// included. A box is of the first class c whose span 16 << c is at least q(upper) - q(lower) on
+// every axis; cells of that class are 32 << c units long, and the box's home on an axis is
+// q(lower) >> (5 + c).
+//
+// Why no pair is lost: let box b of class c overlap box a. On every axis b.lower <= a.upper and
+// a.lower <= b.upper, so q(b.lower) <= q(a.upper), and q(b.lower) >= q(b.upper) - span >=
+// q(a.lower) - span. Shifting keeps the order: b's home is one of the cells
+//   (q(a.lower) - span) >> (5 + c)  ..  q(a.upper) >> (5 + c),
+// and a search of a looks into all of those, for every class in use. No float is widened.
+//
+// A cell is found by a hash of its class, world and numbers. Cells that fall on one another only
+// cost comparisons of boxes. A search may see a box twice then; whoever searches marks what it saw.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "core/bounds.hpp"
+#include "live/list.hpp"
+#include "live/objects.hpp"
+
+namespace throng::live {
+
+class Cells {
+ public:
+  struct Entry {
+    Box box;
+    ObjectId id;
+    std::uint32_t link;
+  };
+  // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
+  // empty entry is all NaN, which overlaps nothing. entry[0].link: the next line of the chain, or
+  // none; entry[1].link: how many boxes are in this one.
+  struct alignas(64) Line {
+    Entry entry[2];
+  };
+
+  explicit Cells(cpu::Memory& memory) noexcept : lines_(memory) {}
+
+  // Empties the cells and measures the active objects for new ones.
+  void plan(const Objects& objects);
+  // Whether so many fit without a new plan.
+  bool takes(std::size_t objects) const noexcept { return objects <= most_objects_; }
+
+  std::uint32_t home_of(const Box& box, std::int32_t world) const noexcept;
+  void insert(ObjectId id, const Box& box, std::uint32_t home) noexcept;
+  void erase(ObjectId id, std::uint32_t home) noexcept;
+  // Of one that stays in its home.
+  void replace(ObjectId id, const Box& box, std::uint32_t home) noexcept;
+
+  // What a search looks into: which worlds, beside that of the box itself.
+  struct Worlds {
+    std::int32_t own = -1;
+    bool everywhere = false;  // those of world -1, too: there are such, and `own` is another
+    bool all = false;         // every world: `own` is -1, and there are others
+  };
+  // Calls f(id) for every box that overlaps this one, some of them several times. Returns how many
+  // were compared.
+  template <class F>
+  std::uint64_t search(const Box& box, Worlds worlds, F&& f) const noexcept;
+  // How many lines that looks at, but for chains. No more than there are.
+  std::uint64_t expected_lines(const Box& box, Worlds worlds) const noexcept;
+  // Bring lines nearer: those that a search will look at, where they are few; a home.
+  void prefetch(const Box& box, Worlds worlds) const noexcept;
+  void prefetch([[maybe_unused]] std::uint32_t home) const noexcept {
+#if defined(__GNUC__)
+    __builtin_prefetch(&lines_[home], 1);
+#endif
+  }
+
+  void reserve_for(const Cells& other) { lines_.reserve(other.lines_.capacity()); }
+  void copy(const Cells& other) noexcept;
+
+ private:
+  static constexpr int classes = 24;
+  static constexpr int span_bits = 4, cell_bits = 5;
+  static constexpr float most_units = 0x1p28f;
+
+  struct Range {
+    std::int32_t lower[3], upper[3];
+  };
+  std::int32_t quantise(float x) const noexcept {
+    float t = x * scale_;
+    t = t > -most_units ? t : -most_units;
+    t = t < most_units ? t : most_units;
+    const auto i = static_cast<std::int32_t>(t);
+    return i - static_cast<std::int32_t>(t < static_cast<float>(i));
+  }
+  Range quantise(const Box& b) const noexcept {
+    return {{quantise(b.lower.x), quantise(b.lower.y), quantise(b.lower.z)},
+            {quantise(b.upper.x), quantise(b.upper.y), quantise(b.upper.z)}};
+  }
+  // `classes` for a box too wide for any: those share one chain.
+  static int class_of(const Range& r) noexcept;
+  // Homes of a row of cells, but for the number along x, which is added.
+  std::uint32_t row(int c, std::int32_t world, std::int32_t y, std::int32_t z) const noexcept {
+    std::uint32_t h = static_cast<std::uint32_t>(y) * 0x9e3779b1u;
+    h ^= static_cast<std::uint32_t>(z) * 0x85ebca77u;
+    h ^= static_cast<std::uint32_t>(world + 1) * 0xc2b2ae3du + static_cast<std::uint32_t>(c) * 977;
+    h ^= h >> 15;
+    h *= 0x2c1b3c6du;
+    return h ^ h >> 13;
+  }
+  std::uint32_t wide_home() const noexcept { return mask_ + 1; }
+  static Range cells_of(const Range& r, int c) noexcept;
+  static double cell_count(const Range& cells) noexcept;
+  template <class F>
+  void each_home(const Range& range, int c, std::int32_t world, F&& f) const noexcept;
+  template <class F>
+  std::uint64_t look(const Box& box, std::uint32_t home, F&& f) const noexcept;
+
+  List<Line> lines_;
+  std::uint32_t mask_ = 0;        // cells - 1, a power of two less one
+  std::uint32_t free_ = none;     // lines to be used again
+  std::size_t most_objects_ = 0;  // so many have room
+  float scale_ = 1;
+  std::size_t class_count_[classes + 1] = {};
+};
+
+template <class F>
+std::uint64_t Cells::look(const Box& box, std::uint32_t home, F&& f) const noexcept {
+  std::uint64_t compared = 0;
+  for (std::uint32_t i = home; i != none;) {
+    const Line& line = lines_[i];
+    i = line.entry[0].link;
+    compared += 2;
+    if (core::overlaps(box, line.entry[0].box)) f(line.entry[0].id);
+    if (core::overlaps(box, line.entry[1].box)) f(line.entry[1].id);
+  }
+  return compared;
+}
+
+template <class F>
+void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept {
+  for (std::int32_t z = cells.lower[2]; z <= cells.upper[2]; ++z) {
+    for (std::int32_t y = cells.lower[1]; y <= cells.upper[1]; ++y) {
+      const std::uint32_t h = row(c, world, y, z);
+      for (std::int32_t x = cells.lower[0]; x <= cells.upper[0]; ++x) {
+        f((h + static_cast<std::uint32_t>(x)) & mask_);
+      }
+    }
+  }
+}
+
+template <class F>
+std::uint64_t Cells::search(const Box& box, Worlds worlds, F&& f) const noexcept {
+  std::uint64_t compared = 0;
+  if (expected_lines(box, worlds) >= lines_.size()) {
+    for (const Line& line : lines_) {
+      if (core::overlaps(box, line.entry[0].box)) f(line.entry[0].id);
+      if (core::overlaps(box, line.entry[1].box)) f(line.entry[1].id);
+    }
+    return 2 * lines_.size();
+  }
+  const Range range = quantise(box);
+  for (int c = 0; c < classes; ++c) {
+    if (class_count_[c] == 0) continue;
+    const Range cells = cells_of(range, c);
+    const auto look_there = [&](std::uint32_t home) { compared += look(box, home, f); };
+    each_home(cells, c, worlds.own, look_there);
+    if (worlds.everywhere) each_home(cells, c, -1, look_there);
+  }
+  if (class_count_[classes] != 0) compared += look(box, wide_home(), f);
+  return compared;
+}
+
+}  // namespace throng::live

@@ -1,0 +1,184 @@
+#include "live/objects.hpp"
+
+#include <cstring>
+
+namespace throng::live {
+namespace {
+
+constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
+
+// By bits: what differs in nothing else, as -0 and 0, may count as moved.
+bool same(const Box& a, const Box& b) noexcept { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+}  // namespace
+
+Objects::Objects(cpu::Memory& memory, float margin) noexcept
+    : bodies_(memory),
+      flags_(memory),
+      filters_(memory),
+      marks_(memory),
+      dirty_(memory),
+      removed_(memory),
+      free_(memory),
+      margin_(margin) {}
+
+void Objects::reserve_more(std::size_t count) {
+  const std::size_t fresh = count > free_.size() ? count - free_.size() : 0;
+  const std::size_t wanted = limit() + fresh;
+  bodies_.reserve(wanted);
+  flags_.reserve(wanted);
+  filters_.reserve(wanted);
+  marks_.reserve(wanted);
+  dirty_.reserve(wanted);
+  removed_.reserve(wanted);
+  free_.reserve(wanted);
+}
+
+ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
+  ObjectId id;
+  if (free_.empty()) {
+    id = static_cast<ObjectId>(limit());
+    bodies_.push({});
+    flags_.push(0);
+    filters_.push({});
+    marks_.push(0);
+  } else {
+    id = free_.pop();
+  }
+  bodies_[id] = {box, none, none};
+  flags_[id] |= alive;
+  filters_[id] = filter;
+  count_filter(filter, 1);
+  ++count_;
+  if (!is_active(id)) ++inactive_;
+  touch(id);
+  return id;
+}
+
+void Objects::remove(ObjectId id) noexcept {
+  move(id, dead_box);
+  --inactive_;
+  --count_;
+  count_filter(filters_[id], static_cast<std::size_t>(-1));
+  flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~alive);
+  removed_.push(id);
+}
+
+std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
+                                std::int64_t& inactive) noexcept {
+  std::size_t fresh = 0;
+  std::int64_t more = 0;
+  for (std::size_t id = begin; id < end; ++id) {
+    const Box box = boxes[id];
+    Box& mine = bodies_[id].box;
+    if (same(box, mine) || !(flags_[id] & alive)) continue;
+    more += static_cast<std::int64_t>(core::is_active(mine)) -
+            static_cast<std::int64_t>(core::is_active(box));
+    mine = box;
+    fresh += (flags_[id] & dirty) == 0;
+    flags_[id] |= dirty;
+  }
+  inactive = more;
+  return fresh;
+}
+
+void Objects::marked(std::size_t count, std::int64_t inactive) noexcept {
+  dirty_count_ += count;
+  inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + inactive);
+  if (count != 0) dirty_listed_ = false;
+}
+
+void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
+  if (f.group != 0xffffffffu || f.mask != 0xffffffffu) grouped_ += one;
+  if (f.owner != -1) owned_ += one;
+  if (f.world != -1) in_worlds_ += one;
+  if (f.is_static) static_ += one;
+}
+
+void Objects::set_filter(ObjectId id, const Filter& filter) noexcept {
+  count_filter(filters_[id], static_cast<std::size_t>(-1));
+  filters_[id] = filter;
+  count_filter(filter, 1);
+  touch(id);
+}
+
+Boxes Objects::view() const noexcept {
+  const std::size_t n = limit();
+  if (n == 0) return {};
+  Boxes v(&bodies_[0].box, n, sizeof(Body));
+  const Filter* f = filters_.data();
+  if (grouped_) {
+    v.filters.group = {&f->group, n, sizeof(Filter)};
+    v.filters.mask = {&f->mask, n, sizeof(Filter)};
+  }
+  if (owned_) v.filters.owner = {&f->owner, n, sizeof(Filter)};
+  if (in_worlds_) v.filters.world = {&f->world, n, sizeof(Filter)};
+  if (static_) v.filters.is_static = {&f->is_static, n, sizeof(Filter)};
+  return v;
+}
+
+const List<ObjectId>& Objects::dirty_list() noexcept {
+  if (!dirty_listed_) {
+    dirty_.clear();
+    for (std::size_t id = 0; id < limit(); ++id) {
+      if (flags_[id] & dirty) dirty_.push(static_cast<ObjectId>(id));
+    }
+    dirty_listed_ = true;
+  }
+  return dirty_;
+}
+
+void Objects::settle() noexcept {
+  if (dirty_listed_) {
+    for (const ObjectId id : dirty_) flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~dirty);
+  } else {
+    for (std::uint8_t& f : flags_) f = static_cast<std::uint8_t>(f & ~dirty);
+  }
+  dirty_.clear();
+  dirty_count_ = 0;
+  dirty_listed_ = true;
+  for (const ObjectId id : removed_) free_.push(id);
+  removed_.clear();
+}
+
+std::uint32_t Objects::next_tokens(std::size_t count) noexcept {
+  if (count >= none - last_token_) {
+    std::memset(marks_.data(), 0, marks_.size() * sizeof(std::uint32_t));
+    last_token_ = 0;
+  }
+  const std::uint32_t first = last_token_ + 1;
+  last_token_ += static_cast<std::uint32_t>(count);
+  return first;
+}
+
+void Objects::reserve_for(const Objects& other) {
+  bodies_.reserve(other.limit());
+  flags_.reserve(other.limit());
+  filters_.reserve(other.limit());
+  marks_.reserve(other.limit());
+  dirty_.reserve(other.limit());
+  removed_.reserve(other.limit());
+  free_.reserve(other.limit());
+}
+
+void Objects::copy(const Objects& other) noexcept {
+  bodies_.copy(other.bodies_);
+  flags_.copy(other.flags_);
+  filters_.copy(other.filters_);
+  marks_.copy(other.marks_);
+  dirty_.copy(other.dirty_);
+  removed_.copy(other.removed_);
+  free_.copy(other.free_);
+  count_ = other.count_;
+  inactive_ = other.inactive_;
+  dirty_count_ = other.dirty_count_;
+  dirty_listed_ = other.dirty_listed_;
+  grouped_ = other.grouped_;
+  owned_ = other.owned_;
+  in_worlds_ = other.in_worlds_;
+  static_ = other.static_;
+  last_token_ = other.last_token_;
+  margin_ = other.margin_;
+}
+
+}  // namespace throng::live

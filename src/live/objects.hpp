@@ -1,0 +1,112 @@
+// The objects: their boxes, filters and ids, and which of them changed since the last update.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+
+#include "core/bounds.hpp"
+#include "live/list.hpp"
+
+namespace throng::live {
+
+constexpr std::uint32_t none = 0xffffffffu;
+
+// Two to a cache line: what a search touches of an object.
+struct Body {
+  Box box;  // as given; of an id that is not alive an inactive one
+  std::uint32_t first_edge;
+  std::uint32_t home;  // where Cells keep it
+};
+static_assert(sizeof(Body) == 32);
+
+inline bool allows(const Filter& a, const Filter& b) noexcept {
+  return (a.group & b.mask) != 0 && (b.group & a.mask) != 0 &&
+         (a.owner == -1 || a.owner != b.owner) &&
+         (a.world == -1 || b.world == -1 || a.world == b.world) && !(a.is_static && b.is_static);
+}
+
+class Objects {
+ public:
+  Objects(cpu::Memory& memory, float margin) noexcept;
+
+  // Room for `count` more; after that add() cannot fail.
+  void reserve_more(std::size_t count);
+  ObjectId add(const Box& box, const Filter& filter) noexcept;
+  void remove(ObjectId id) noexcept;
+  void move(ObjectId id, const Box& box) noexcept {
+    if (!is_active(id)) --inactive_;
+    bodies_[id].box = box;
+    if (!is_active(id)) ++inactive_;
+    touch(id);
+  }
+  // Of ids begin .. end-1: those whose box differs get the new one and are marked, but neither
+  // counted nor listed; `inactive` becomes how many more are inactive. Returns how many are marked
+  // that were not. Threads may do ranges of their own at once.
+  std::size_t move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
+                         std::int64_t& inactive) noexcept;
+  void marked(std::size_t count, std::int64_t inactive) noexcept;
+  void set_filter(ObjectId id, const Filter& filter) noexcept;
+
+  bool is_alive(std::uint64_t id) const noexcept { return id < limit() && (flags_[id] & alive); }
+  bool is_dirty(ObjectId id) const noexcept { return (flags_[id] & dirty) != 0; }
+  bool is_active(ObjectId id) const noexcept { return core::is_active(bodies_[id].box); }
+  std::size_t limit() const noexcept { return bodies_.size(); }
+  std::size_t count() const noexcept { return count_; }
+  std::size_t inactive() const noexcept { return inactive_; }
+  std::size_t removed_count() const noexcept { return removed_.size(); }
+  std::size_t dirty_count() const noexcept { return dirty_count_; }
+  float margin() const noexcept { return margin_; }
+
+  Body& body(ObjectId id) const noexcept { return bodies_[id]; }
+  const Filter& filter(ObjectId id) const noexcept { return filters_[id]; }
+  // The box as it is compared; of an active object.
+  Box grown(ObjectId id) const noexcept {
+    return margin_ != 0 ? core::expand(bodies_[id].box, margin_) : bodies_[id].box;
+  }
+  bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds_ + static_ != 0; }
+  std::size_t in_worlds() const noexcept { return in_worlds_; }  // objects of a world other than -1
+  bool may_pair(ObjectId a, ObjectId b) const noexcept {
+    return !has_filters() || allows(filters_[a], filters_[b]);
+  }
+  // All ids, those that are not alive as inactive boxes; with the filters that are in use.
+  Boxes view() const noexcept;
+
+  // Those that changed: added, removed, moved, or with other filters. Each once; in the order of
+  // the calls, or by id after move_range().
+  const List<ObjectId>& dirty_list() noexcept;
+  // The changes are told: nothing is dirty, and ids of removed objects are free.
+  void settle() noexcept;
+  void touch(ObjectId id) noexcept {
+    if (flags_[id] & dirty) return;
+    flags_[id] |= dirty;
+    dirty_.push(id);
+    ++dirty_count_;
+  }
+
+  // Marks: each object's last token. next_token() gives one that no object has, and so many more
+  // that follow it.
+  std::uint32_t next_tokens(std::size_t count) noexcept;
+  std::uint32_t& mark(ObjectId id) const noexcept { return marks_[id]; }
+
+  void reserve_for(const Objects& other);
+  void copy(const Objects& other) noexcept;
+
+ private:
+  enum : std::uint8_t { alive = 1, dirty = 2 };
+  void count_filter(const Filter& filter, std::size_t one) noexcept;
+
+  List<Body> bodies_;
+  List<std::uint8_t> flags_;
+  List<Filter> filters_;
+  List<std::uint32_t> marks_;
+  List<ObjectId> dirty_, removed_, free_;
+  std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
+  bool dirty_listed_ = true;
+  // How many objects have a group or mask, an owner, a world, are static.
+  std::size_t grouped_ = 0, owned_ = 0, in_worlds_ = 0, static_ = 0;
+  std::uint32_t last_token_ = 0;
+  float margin_;
+};
+
+}  // namespace throng::live

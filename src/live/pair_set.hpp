@@ -1,0 +1,82 @@
+// The pairs that live: their slots, which of them an object has, what began and ended.
+//
+// They are kept in one of two forms, or both. Linked: each pair is an edge in two doubly linked
+// lists, those of its objects; the edge's number is the slot. So an object's pairs are found, and
+// one of them taken out, at a cost that nobody else's pairs add to. Sorted: one array in canonical
+// order, from which, with all pairs found anew, one merge tells what began and ended.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+
+#include "live/list.hpp"
+#include "live/objects.hpp"
+
+namespace throng::live {
+
+class PairSet {
+ public:
+  explicit PairSet(cpu::Memory& memory) noexcept;
+
+  std::size_t count() const noexcept { return count_; }
+  std::size_t slot_limit() const noexcept { return slot_limit_; }
+  const List<LivePair>& begun() const noexcept { return begun_; }
+  const List<LivePair>& ended() const noexcept { return ended_; }
+  // Puts the sorted form in order where it is not. Takes no memory: a commit has made room.
+  const List<LivePair>& sorted(std::size_t id_limit) noexcept;
+
+  // What is found goes here, and becomes the pairs by a commit. begun: without slots.
+  List<LivePair>& next_begun() noexcept { return next_begun_; }
+  List<LivePair>& next_ended() noexcept { return next_ended_; }
+
+  // Linked: makes the lists of all objects, from the sorted form.
+  void link_all(Objects& objects);
+  // Calls f(other, slot) for the pairs of an object.
+  template <class F>
+  void each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept;
+  // Takes what was found, in any order, into the linked form; the sorted one follows when asked.
+  void commit_linked(Objects& objects);
+  // All pairs in canonical order: finds what began and ended, and takes them as the sorted form,
+  // on so many tasks. The linked form is lost.
+  void commit_sorted(const Pair* pairs, std::size_t count, std::size_t id_limit,
+                     const Executor& executor, unsigned tasks);
+  // Nothing began or ended.
+  void commit_nothing() noexcept;
+
+  void reserve_for(const PairSet& other);
+  void copy(const PairSet& other) noexcept;
+
+ private:
+  struct Edge {
+    ObjectId id[2];  // the first one's none: a free slot
+    std::uint32_t next[2], previous[2];
+  };
+  // What the sorted form holds: all pairs; those before the last commit; or neither.
+  enum class Sorted : std::uint8_t { now, before, lost };
+
+  void reserve_slots(std::size_t begun);
+  std::uint32_t take_slot() noexcept;
+  void link(Objects& objects, const LivePair& pair) noexcept;
+  void unlink(Objects& objects, std::uint32_t slot) noexcept;
+  void finish(Sorted sorted) noexcept;
+
+  List<Edge> edges_;
+  List<std::uint32_t> free_slots_;
+  List<LivePair> sorted_, spare_;
+  List<LivePair> begun_, ended_, next_begun_, next_ended_;
+  std::size_t count_ = 0, slot_limit_ = 0;
+  Sorted state_ = Sorted::now;
+};
+
+template <class F>
+void PairSet::each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept {
+  for (std::uint32_t slot = objects.body(id).first_edge; slot != none;) {
+    const Edge& edge = edges_[slot];
+    const bool is_second = edge.id[1] == id;
+    f(edge.id[!is_second], slot);
+    slot = edge.next[is_second];
+  }
+}
+
+}  // namespace throng::live

@@ -1,0 +1,253 @@
+#include "live/tracker.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "cpu/threads.hpp"
+
+namespace throng::live {
+namespace {
+
+// What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
+// Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
+constexpr double find_object_ns = 17, find_pair_ns = 15, thread_share = 0.7;
+// Searching around an object that changed; a cache line of cells that this looks at.
+constexpr double search_ns = 100, line_ns = 4;
+// Making cells, and linking a pair.
+constexpr double cell_ns = 60, link_ns = 30;
+// Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
+constexpr double fair_comparisons = 64, comparison_ns = 1;
+// Searches fetch the cells of so many objects ahead.
+constexpr std::size_t ahead = 4;
+
+// Below so many objects a second thread does not pay for moving them.
+constexpr std::size_t threads_move_from = 20000;
+
+unsigned task_count(const Options& options) noexcept {
+  const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
+  return std::clamp(options.threads ? options.threads : executor.concurrency, 1u,
+                    cpu::max_workers);
+}
+const Executor& executor_of(const Options& options) noexcept {
+  return options.executor ? *options.executor : cpu::default_executor();
+}
+
+}  // namespace
+
+Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
+    : engine_(options.memory, already_held),
+      objects_(engine_.memory(), options.margin),
+      pairs_(engine_.memory()),
+      cells_(engine_.memory()),
+      found_(engine_.memory()) {}
+
+void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
+  const std::size_t n = objects_.limit();
+  const unsigned tasks = n < threads_move_from ? 1 : task_count(options);
+  struct Part {
+    std::size_t dirty;
+    std::int64_t inactive;
+  } parts[cpu::max_workers];
+  auto task = [&](unsigned t) {
+    parts[t].dirty =
+        objects_.move_range(boxes, n * t / tasks, n * (t + 1) / tasks, parts[t].inactive);
+  };
+  cpu::run_tasks(executor_of(options), tasks, task);
+  for (unsigned t = 0; t < tasks; ++t) objects_.marked(parts[t].dirty, parts[t].inactive);
+}
+
+void Tracker::update(const Options& options, Result& r) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = options.measure_stages ? Clock::now() : Clock::time_point{};
+  const unsigned tasks = task_count(options);
+  r.plan.threads = tasks;
+  r.plan.algorithm = Algorithm::grid;
+  r.plan.reason = "nothing changed";
+  if (objects_.dirty_count() == 0) {
+    pairs_.commit_nothing();
+  } else if (few_changed(tasks)) {
+    r.plan.threads = 1;
+    r.plan.reason = "few objects changed: only around them was searched";
+    search_around(r);
+    objects_.settle();
+  } else {
+    find_all(options, tasks, r);
+    if (!r.ok()) return;
+    objects_.settle();
+  }
+  r.found = r.written = pairs_.count();
+  r.inactive = objects_.inactive();
+  if (options.measure_stages) {
+    r.times.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+}
+
+// Which way is cheaper. This decides nothing but the cost.
+bool Tracker::few_changed(unsigned tasks) {
+  const auto objects = static_cast<double>(objects_.count());
+  const auto pairs = static_cast<double>(pairs_.count());
+  const double all =
+      (objects * find_object_ns + pairs * find_pair_ns) / (1 + thread_share * (tasks - 1));
+  const double few = static_cast<double>(objects_.dirty_count()) * search_ns;
+  if (few >= all) return false;
+  if (!linked_) {
+    regret_ += all - few;
+    if (regret_ < objects * cell_ns + pairs * link_ns) return false;
+    make_cells();
+    pairs_.link_all(objects_);
+    linked_ = true;
+  } else if (regret_ > objects * cell_ns ||
+             !cells_.takes(objects_.count() + objects_.removed_count())) {
+    linked_ = false;  // if this fails the cells are lost
+    make_cells();
+    linked_ = true;
+  }
+  if (settle_cells(all / line_ns)) return true;
+  // What changed is too wide, and will probably be so again.
+  regret_ = -4 * (objects * cell_ns + pairs * link_ns);
+  return false;
+}
+
+void Tracker::make_cells() {
+  cells_.plan(objects_);
+  regret_ = 0;
+  usual_comparisons_ = 0;
+  // Where they go is computed some steps ahead.
+  constexpr std::size_t steps = 16;
+  const std::size_t n = objects_.limit();
+  for (std::size_t i = 0; i < n + steps; ++i) {
+    if (i < n) {
+      const auto id = static_cast<ObjectId>(i);
+      Body& body = objects_.body(id);
+      body.home = none;
+      if (objects_.is_active(id)) {
+        body.home = cells_.home_of(objects_.grown(id), objects_.filter(id).world);
+        cells_.prefetch(body.home);
+      }
+    }
+    if (i < steps) continue;
+    const auto id = static_cast<ObjectId>(i - steps);
+    const Body& body = objects_.body(id);
+    if (body.home != none) cells_.insert(id, objects_.grown(id), body.home);
+  }
+}
+
+// Puts what changed where it belongs. False, with some of it undone, where searching would look at
+// too many lines.
+bool Tracker::settle_cells(double most_lines) noexcept {
+  double lines = 0;
+  for (const ObjectId id : objects_.dirty_list()) {
+    Body& body = objects_.body(id);
+    std::uint32_t home = none;
+    if (objects_.is_active(id)) {
+      const Box box = objects_.grown(id);
+      lines += static_cast<double>(cells_.expected_lines(box, worlds_of(id)));
+      if (lines > most_lines) return false;
+      home = cells_.home_of(box, objects_.filter(id).world);
+      if (home == body.home) {
+        cells_.replace(id, box, home);
+        continue;
+      }
+    }
+    if (body.home != none) cells_.erase(id, body.home);
+    if (home != none) cells_.insert(id, objects_.grown(id), home);
+    body.home = home;
+  }
+  return true;
+}
+
+Cells::Worlds Tracker::worlds_of(ObjectId id) const noexcept {
+  const std::int32_t own = objects_.filter(id).world;
+  if (own == -1) return {-1, false, objects_.in_worlds() != 0};
+  return {own, objects_.in_worlds() != objects_.count(), false};
+}
+
+// Of two objects that both changed, the one with the lower id tells of their pair.
+void Tracker::search_around(Result& r) {
+  List<LivePair>& begun = pairs_.next_begun();
+  List<LivePair>& ended = pairs_.next_ended();
+  begun.clear();
+  ended.clear();
+  const List<ObjectId>& dirty = objects_.dirty_list();
+  std::uint32_t token = objects_.next_tokens(dirty.size());
+  std::uint64_t compared = 0;
+  for (std::size_t i = 0; i < dirty.size(); ++i) {
+    if (i + ahead < dirty.size()) {
+      const ObjectId soon = dirty[i + ahead];
+      if (objects_.is_active(soon)) cells_.prefetch(objects_.grown(soon), worlds_of(soon));
+    }
+    const ObjectId id = dirty[i];
+    const bool active = objects_.is_active(id);
+    const Box box = active ? objects_.grown(id) : Box{};
+    const auto tells = [&](ObjectId other) { return id < other || !objects_.is_dirty(other); };
+    const auto live_pair = [&](ObjectId other, std::uint32_t slot) {
+      return id < other ? LivePair{id, other, slot} : LivePair{other, id, slot};
+    };
+    objects_.mark(id) = token;
+    pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
+      objects_.mark(other) = token;
+      const bool stays = active && objects_.is_active(other) &&
+                         core::overlaps(box, objects_.grown(other)) && objects_.may_pair(id, other);
+      if (!stays && tells(other)) ended.append(live_pair(other, slot));
+    });
+    if (active) {
+      compared += cells_.search(box, worlds_of(id), [&](ObjectId other) {
+        std::uint32_t& mark = objects_.mark(other);
+        if (mark == token) return;
+        mark = token;
+        if (tells(other) && objects_.may_pair(id, other)) begun.append(live_pair(other, none));
+      });
+    }
+    ++token;
+  }
+  pairs_.commit_linked(objects_);
+  r.comparisons = compared;
+  const auto searches = static_cast<double>(dirty.size());
+  const double fair = std::max(fair_comparisons, 2 * usual_comparisons_) * searches;
+  if (usual_comparisons_ == 0) {
+    usual_comparisons_ = static_cast<double>(compared) / searches + 1;
+  } else {
+    regret_ += comparison_ns * std::max(0.0, static_cast<double>(compared) - fair);
+  }
+}
+
+void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
+  Options all = options;
+  all.order = Order::canonical;
+  all.nan = NanPolicy::inactive;
+  all.algorithm = Algorithm::automatic;
+  all.margin = objects_.margin();
+  all.memory_cap_bytes = 0;
+  const auto grow = [](void* list, std::size_t count) -> Pair* {
+    try {
+      auto& found = *static_cast<List<Pair>*>(list);
+      found.renew(count + count / 64 + 512);
+      return found.data();
+    } catch (const cpu::NoMemory&) {
+      return nullptr;
+    }
+  };
+  cpu::Output output{found_.data(), found_.capacity(), grow, &found_};
+  linked_ = false;
+  r = engine_.find(objects_.view(), nullptr, all, &output, nullptr);
+  if (!r.ok()) return;
+  pairs_.commit_sorted(output.data, static_cast<std::size_t>(r.found), objects_.limit(),
+                       executor_of(options), tasks);
+}
+
+void Tracker::reserve_for(const Tracker& other) {
+  objects_.reserve_for(other.objects_);
+  pairs_.reserve_for(other.pairs_);
+  cells_.reserve_for(other.cells_);
+}
+
+void Tracker::copy(const Tracker& other) noexcept {
+  objects_.copy(other.objects_);
+  pairs_.copy(other.pairs_);
+  cells_.copy(other.cells_);
+  linked_ = other.linked_;
+  regret_ = other.regret_;
+  usual_comparisons_ = other.usual_comparisons_;
+}
+
+}  // namespace throng::live

@@ -1,0 +1,56 @@
+// What a BroadPhase keeps: objects, pairs, cells, and which way an update goes.
+//
+// Few changed: each of them is compared with the pairs it had and with the boxes around it, which
+// Cells find. Many changed: all pairs are found anew, as a Finder does, and merged with those there
+// were. After the latter the cells are stale; making them anew is put off until what they would
+// have saved since is as much as that costs.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+#include <throng/finder.hpp>
+
+#include "cpu/engine.hpp"
+#include "live/cells.hpp"
+#include "live/objects.hpp"
+#include "live/pair_set.hpp"
+
+namespace throng::live {
+
+class Tracker {
+ public:
+  // `already_held`: bytes of whoever owns this, which count too.
+  Tracker(const Options& options, std::size_t already_held) noexcept;
+
+  Objects& objects() noexcept { return objects_; }
+  PairSet& pairs() noexcept { return pairs_; }
+  cpu::Memory& memory() noexcept { return engine_.memory(); }
+
+  // Throws cpu::NoMemory, having changed nothing.
+  void update(const Options& options, Result& result);
+  // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
+  void move_all(const Boxes& boxes, const Options& options) noexcept;
+
+  void reserve_for(const Tracker& other);
+  void copy(const Tracker& other) noexcept;
+
+ private:
+  bool few_changed(unsigned tasks);
+  void make_cells();
+  bool settle_cells(double most_lines) noexcept;
+  void search_around(Result& result);
+  void find_all(const Options& options, unsigned tasks, Result& result);
+  Cells::Worlds worlds_of(ObjectId id) const noexcept;
+
+  cpu::Engine engine_;  // its memory is that of all
+  Objects objects_;
+  PairSet pairs_;
+  Cells cells_;
+  List<Pair> found_;
+  bool linked_ = false;  // cells and linked pairs are kept
+  double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
+  double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
+};
+
+}  // namespace throng::live

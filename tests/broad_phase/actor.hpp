@@ -1,0 +1,144 @@
+// Random calls on a BroadPhase and on its model, hand in hand.
+#pragma once
+
+#include <string>
+
+#include "broad_phase/model.hpp"
+#include "support/hard_boxes.hpp"
+#include "support/random.hpp"
+
+namespace throng::tests {
+
+class Actor {
+ public:
+  Actor(const Options& options, std::uint64_t seed, float side)
+      : broad_phase(options), model(options.margin), random(seed), side_(side) {}
+
+  BroadPhase broad_phase;
+  Model model;
+  Random random;
+
+  // Mostly of one size; now and then a point, a slab, a plane, everything, or an inactive one.
+  Box any_box() {
+    const Vec3 at = random.point(0, side_);
+    const float e = random.one_in(4) ? random.magnitude(-3, 3) : 1.0f;
+    Box box = {at, {at.x + e, at.y + e, at.z + e}};
+    if (random.one_in(4)) {  // whole numbers: faces that meet
+      const auto whole = [](float x) { return std::floor(x); };
+      box = {{whole(at.x), whole(at.y), whole(at.z)},
+             {whole(at.x) + 1, whole(at.y) + 1, whole(at.z) + 1}};
+    }
+    switch (random.below(120)) {
+      case 0: return {at, at};
+      case 1: return {{-infinity, at.y, -infinity}, {infinity, at.y, infinity}};
+      case 2: return {{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+      case 3: return {box.upper, box.lower};
+      case 4: return {{at.x, at.y, at.z}, {at.x + 4 * side_, at.y, at.z}};
+      case 5: return {{1e30f, at.y, at.z}, {infinity, at.y, at.z}};
+      case 6: return {{at.x, -float_max, at.z}, {at.x, float_max, at.z}};
+      default: return box;
+    }
+  }
+  Box moved(const Box& box) {
+    if (random.one_in(12)) return any_box();  // a teleport
+    Vec3 by = random.point(-0.5f, 0.5f);
+    if (random.one_in(8)) by = {1, 0, 0};
+    const auto add = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
+    return {add(box.lower), add(box.upper)};
+  }
+  Filter any_filter() {
+    Filter f;
+    if (random.one_in(4)) f.group = 1u << random.below(3);
+    if (random.one_in(4)) f.mask = random.below(8);
+    if (random.one_in(4)) f.owner = random.between(-1, 3);
+    if (random.one_in(3)) f.world = random.between(-1, 2);
+    f.is_static = random.one_in(4);
+    return f;
+  }
+  // `most` distinct ids that are alive.
+  std::vector<ObjectId> some_ids(std::size_t most) {
+    std::vector<ObjectId> ids = model.ids();
+    shuffle(ids, random);
+    if (ids.size() > most) ids.resize(most);
+    return ids;
+  }
+
+  testing::AssertionResult add(std::size_t count, bool filtered) {
+    BoxList boxes;
+    std::vector<Filter> filters;
+    for (std::size_t i = 0; i < count; ++i) {
+      boxes.push_back(any_box());
+      filters.push_back(filtered ? any_filter() : Filter{});
+    }
+    Boxes view = boxes;
+    if (filtered && count) view.filters = view_of(filters);
+    std::vector<ObjectId> ids(count);
+    const Result r = broad_phase.add(view, ids.data());
+    if (!r.ok()) return testing::AssertionFailure() << "add: " << r.message;
+    for (std::size_t i = 0; i < count; ++i)
+      if (testing::AssertionResult a = model.add(ids[i], boxes[i], filters[i]); !a) return a;
+    return testing::AssertionSuccess();
+  }
+  testing::AssertionResult remove(std::size_t count) {
+    const std::vector<ObjectId> ids = some_ids(count);
+    const Result r = broad_phase.remove(ids.data(), ids.size());
+    if (!r.ok()) return testing::AssertionFailure() << "remove: " << r.message;
+    for (ObjectId id : ids) model.remove(id);
+    return testing::AssertionSuccess();
+  }
+  testing::AssertionResult move(std::size_t count) {
+    const std::vector<ObjectId> ids = some_ids(count);
+    BoxList boxes;
+    for (ObjectId id : ids) {
+      boxes.push_back(moved(model.at(id).box));
+      model.at(id).box = boxes.back();
+    }
+    const Result r = broad_phase.move(ids.data(), boxes);
+    return r.ok() ? testing::AssertionSuccess() : testing::AssertionFailure() << r.message;
+  }
+  testing::AssertionResult move_all(unsigned one_in) {
+    BoxList boxes(model.limit(), Box{{infinity, 0, 0}, {std::nanf(""), 0, 0}});
+    for (ObjectId id : model.ids()) {
+      Box& box = model.at(id).box;
+      if (random.one_in(one_in)) box = moved(box);
+      boxes[id] = box;
+    }
+    const Result r = broad_phase.move_all(boxes);
+    return r.ok() ? testing::AssertionSuccess() : testing::AssertionFailure() << r.message;
+  }
+  testing::AssertionResult set_filters(std::size_t count) {
+    const std::vector<ObjectId> ids = some_ids(count);
+    std::vector<Filter> filters;
+    for (ObjectId id : ids) {
+      filters.push_back(random.one_in(3) ? Filter{} : any_filter());
+      model.at(id).filter = filters.back();
+    }
+    if (ids.empty()) return testing::AssertionSuccess();
+    const Result r = broad_phase.set_filters(ids.data(), ids.size(), view_of(filters));
+    return r.ok() ? testing::AssertionSuccess() : testing::AssertionFailure() << r.message;
+  }
+  testing::AssertionResult update(bool look_at_pairs = true) {
+    const Result r = broad_phase.update();
+    if (!r.ok()) return testing::AssertionFailure() << "update: " << r.message;
+    model.update();
+    if (testing::AssertionResult a = model.check(broad_phase, look_at_pairs); !a)
+      return a << " (" << r.plan.reason << ")";
+    if (r.found != broad_phase.pair_count())
+      return testing::AssertionFailure() << r.found << " pairs found";
+    return testing::AssertionSuccess();
+  }
+
+  static Filters view_of(const std::vector<Filter>& f) {
+    const std::size_t n = f.size(), stride = sizeof(Filter);
+    return {{&f[0].group, n, stride},
+            {&f[0].mask, n, stride},
+            {&f[0].owner, n, stride},
+            {&f[0].world, n, stride},
+            {&f[0].is_static, n, stride}};
+  }
+
+ private:
+  float side_;
+};
+
+}  // namespace throng::tests

@@ -1,0 +1,143 @@
+// What a BroadPhase must tell, found in the plainest way: a list of objects, a double loop before
+// and one after each update, and sets. It shares nothing with the library but the door's types.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "support/reference.hpp"
+
+namespace throng::tests {
+
+class Model {
+ public:
+  explicit Model(float margin = 0) : margin_(margin) {}
+
+  struct Object {
+    Box box;
+    Filter filter;
+  };
+
+  bool alive(ObjectId id) const { return id < objects_.size() && objects_[id].has_value(); }
+  std::size_t count() const { return ids().size(); }
+  std::vector<ObjectId> ids() const {
+    std::vector<ObjectId> all;
+    for (std::size_t id = 0; id < objects_.size(); ++id)
+      if (objects_[id]) all.push_back(static_cast<ObjectId>(id));
+    return all;
+  }
+  std::size_t limit() const { return objects_.size(); }
+  Object& at(ObjectId id) { return *objects_[id]; }
+  const Object& at(ObjectId id) const { return *objects_[id]; }
+
+  // The id is the library's to choose, but must be free.
+  testing::AssertionResult add(ObjectId id, const Box& box, const Filter& filter) {
+    if (alive(id)) return testing::AssertionFailure() << "id " << id << " is in use";
+    if (leaving_.count(id))
+      return testing::AssertionFailure() << "id " << id << " is used before its end was told";
+    if (id > objects_.size()) return testing::AssertionFailure() << "ids leave gaps at " << id;
+    if (id == objects_.size()) objects_.emplace_back();
+    objects_[id] = Object{box, filter};
+    return testing::AssertionSuccess();
+  }
+  void remove(ObjectId id) {
+    objects_[id].reset();
+    leaving_.insert(id);
+  }
+  void update() {
+    const std::set<std::pair<ObjectId, ObjectId>> before = pairs_;
+    pairs_.clear();
+    leaving_.clear();
+    // Read through the reference's own eyes.
+    std::vector<ObjectId> id;
+    std::vector<Item> items;
+    for (ObjectId i : ids()) {
+      const Object& o = at(i);
+      Boxes one(&o.box, 1);
+      one.filters = {{&o.filter.group, 1},
+                     {&o.filter.mask, 1},
+                     {&o.filter.owner, 1},
+                     {&o.filter.world, 1},
+                     {&o.filter.is_static, 1}};
+      const Item item = read_items(one, margin_)[0];
+      if (!item.active) continue;
+      id.push_back(i);
+      items.push_back(item);
+    }
+    for (std::size_t i = 0; i < items.size(); ++i)
+      for (std::size_t j = i + 1; j < items.size(); ++j)
+        if (!disjoint(items[i], items[j]) && wanted(items[i], items[j]))
+          pairs_.insert({id[i], id[j]});
+    begun_.clear();
+    ended_.clear();
+    for (const auto& p : pairs_)
+      if (!before.count(p)) begun_.push_back({p.first, p.second});
+    for (const auto& p : before)
+      if (!pairs_.count(p)) ended_.push_back({p.first, p.second});
+  }
+  std::vector<Pair> pairs() const {
+    std::vector<Pair> all;
+    for (const auto& p : pairs_) all.push_back({p.first, p.second});
+    return all;
+  }
+
+  // Everything that the last update told, against the library; follows the slots.
+  testing::AssertionResult check(BroadPhase& b, bool look_at_pairs = true) {
+    if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
+    if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
+    std::set<std::uint32_t> ended_now;
+    for (const LivePair& p : b.ended()) {
+      const auto it = slots_.find(p.slot);
+      if (it == slots_.end() || it->second != Pair{p.first, p.second})
+        return testing::AssertionFailure() << "ended tells slot " << p.slot << ", another's";
+      slots_.erase(it);
+      ended_now.insert(p.slot);
+    }
+    for (const LivePair& p : b.begun()) {
+      if (ended_now.count(p.slot))
+        return testing::AssertionFailure() << "slot " << p.slot << " ends and begins at once";
+      if (p.slot >= b.slot_limit())
+        return testing::AssertionFailure() << "slot " << p.slot << " is beyond the limit";
+      if (!slots_.insert({p.slot, Pair{p.first, p.second}}).second)
+        return testing::AssertionFailure() << "slot " << p.slot << " is taken";
+    }
+    most_slots_ = std::max(most_slots_, slots_.size() + ended_now.size());
+    if (b.slot_limit() > most_slots_)
+      return testing::AssertionFailure()
+             << b.slot_limit() << " slots where " << most_slots_ << " would do";
+    if (b.pair_count() != pairs_.size())
+      return testing::AssertionFailure() << b.pair_count() << " pairs counted";
+    if (b.object_count() != count() || b.id_limit() != limit())
+      return testing::AssertionFailure() << b.object_count() << " objects";
+    if (!look_at_pairs) return testing::AssertionSuccess();
+    if (testing::AssertionResult r = same(b.pairs(), pairs(), "pairs"); !r) return r;
+    for (const LivePair& p : b.pairs())
+      if (const auto it = slots_.find(p.slot);
+          it == slots_.end() || it->second != Pair{p.first, p.second})
+        return testing::AssertionFailure() << "a pair lies at slot " << p.slot << ", another's";
+    return testing::AssertionSuccess();
+  }
+
+ private:
+  static testing::AssertionResult same(const LivePairs& got, const std::vector<Pair>& want,
+                                       const char* what) {
+    std::vector<Pair> pairs;
+    for (const LivePair& p : got) pairs.push_back({p.first, p.second});
+    if (pairs == want) return testing::AssertionSuccess();
+    if (!std::is_sorted(pairs.begin(), pairs.end()))
+      return testing::AssertionFailure() << what << " are not in order";
+    return testing::AssertionFailure() << what << ": " << same_pairs(pairs, want).message();
+  }
+
+  float margin_;
+  std::vector<std::optional<Object>> objects_;
+  std::set<ObjectId> leaving_;
+  std::set<std::pair<ObjectId, ObjectId>> pairs_;
+  std::vector<Pair> begun_, ended_;
+  std::map<std::uint32_t, Pair> slots_;
+  std::size_t most_slots_ = 0;
+};
+
+}  // namespace throng::tests

@@ -1,0 +1,143 @@
+// Long random lives: whatever is called in whatever order, what is told is what the model says.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "broad_phase/actor.hpp"
+#include "support/configs.hpp"
+
+namespace throng::tests {
+namespace {
+
+// Few move for a while, then many, then few: both ways to update, and the way from each to the
+// other.
+void live(const Options& options, std::uint64_t seed, std::size_t objects, float side,
+          bool filtered, std::size_t steps) {
+  Actor actor(options, seed, side);
+  Random& random = actor.random;
+  ASSERT_TRUE(actor.add(objects, filtered));
+  ASSERT_TRUE(actor.update());
+  bool searched = false, found = false;
+  for (std::size_t step = 0; step < steps; ++step) {
+    const bool calm = step / 24 % 3 != 2;
+    const std::size_t few = calm ? 1 + random.below(4) : 1 + random.below(400);
+    for (std::uint32_t k = random.below(3); k-- > 0;) {
+      switch (random.below(calm ? 12 : 8)) {
+        case 0:
+          if (actor.model.count() < 2 * objects) {
+            ASSERT_TRUE(actor.add(few, filtered));
+          }
+          break;
+        case 1: ASSERT_TRUE(actor.remove(random.one_in(40) ? objects / 2 : few)); break;
+        case 2:
+          if (filtered) {
+            ASSERT_TRUE(actor.set_filters(few));
+          }
+          break;
+        case 3: ASSERT_TRUE(actor.move_all(calm ? 300 : 2)); break;
+        default: ASSERT_TRUE(actor.move(few)); break;
+      }
+    }
+    const Result r = BroadPhase(actor.broad_phase).update();
+    searched = searched || std::string(r.plan.reason).find("few") != std::string::npos;
+    found = found || std::string(r.plan.reason).find("changed") == std::string::npos;
+    ASSERT_TRUE(actor.update(random.one_in(3))) << "step " << step << " seed " << seed;
+  }
+  EXPECT_TRUE(searched) << "no update went around the movers";
+  EXPECT_TRUE(found) << "no update found all pairs";
+}
+
+TEST(BroadPhaseRandom, Plain) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 300, 12, false, 150);
+}
+TEST(BroadPhaseRandom, Filtered) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 250, 8, true, 150);
+}
+TEST(BroadPhaseRandom, Margin) {
+  Options options;
+  options.margin = 0.1f;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) live(options, seed, 200, 8, seed % 2, 100);
+}
+TEST(BroadPhaseRandom, FewObjects) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    Actor actor({}, seed, 2);
+    for (int step = 0; step < 60; ++step) {
+      switch (actor.random.below(4)) {
+        case 0:
+          if (actor.model.count() < 9) {
+            ASSERT_TRUE(actor.add(actor.random.below(3), seed % 2));
+          }
+          break;
+        case 1: ASSERT_TRUE(actor.remove(actor.random.below(3))); break;
+        default: ASSERT_TRUE(actor.move(actor.random.below(4))); break;
+      }
+      if (actor.random.one_in(2)) {
+        ASSERT_TRUE(actor.update());
+      }
+    }
+  }
+}
+
+// The same calls give the same bytes, slots included, for every thread count and instruction set.
+TEST(BroadPhaseRandom, SameEverywhere) {
+  std::vector<std::vector<LivePair>> first;
+  for (const Isa isa : supported_isas()) {
+    for (const unsigned threads : {1u, 2u, 5u}) {
+      Options options;
+      options.isa = isa;
+      options.threads = threads;
+      BroadPhase b(options);
+      Random random(7);
+      BoxList boxes = uniform_boxes(12000, 7);
+      ASSERT_TRUE(b.add(boxes, nullptr).ok());
+      std::vector<std::vector<LivePair>> told;
+      for (int step = 0; step < 12; ++step) {
+        for (Box& box : boxes)
+          if (step < 4 || random.one_in(300)) box = cube(random.point(0, 29), 1);
+        ASSERT_TRUE(b.move_all(boxes).ok());
+        ASSERT_TRUE(b.update().ok());
+        for (const LivePairs& p : {b.begun(), b.ended(), b.pairs()})
+          told.emplace_back(p.begin(), p.end());
+      }
+      const auto same = [](const LivePair& a, const LivePair& b) {
+        return a.first == b.first && a.second == b.second && a.slot == b.slot;
+      };
+      if (first.empty()) first = told;
+      ASSERT_EQ(first.size(), told.size());
+      for (std::size_t k = 0; k < told.size(); ++k)
+        EXPECT_TRUE(std::equal(first[k].begin(), first[k].end(), told[k].begin(), told[k].end(),
+                               same))
+            << to_string(isa) << ", " << threads << " threads, list " << k;
+    }
+  }
+}
+
+// THRONG_SOAK: so many random operations, a million for a night; some thousands otherwise.
+TEST(BroadPhaseRandom, Soak) {
+  const char* wanted = std::getenv("THRONG_SOAK");
+  const std::size_t operations = wanted ? std::strtoull(wanted, nullptr, 10) : 4000;
+  for (std::size_t done = 0, seed = 100; done < operations; ++seed) {
+    Actor actor({}, seed, static_cast<float>(4 + seed % 9));
+    for (int k = 0; k < 1000; ++k, ++done) {
+      const std::size_t some = 1 + actor.random.below(actor.random.one_in(30) ? 60 : 3);
+      switch (actor.random.below(9)) {
+        case 0:
+        case 1:
+          if (actor.model.count() < 120) {
+            ASSERT_TRUE(actor.add(some, seed % 2));
+          }
+          break;
+        case 2: ASSERT_TRUE(actor.remove(some)); break;
+        case 3: ASSERT_TRUE(actor.set_filters(seed % 2 ? some : 0)); break;
+        case 4: ASSERT_TRUE(actor.move_all(20)); break;
+        case 5:
+        case 6: ASSERT_TRUE(actor.move(some)); break;
+        default:
+          ASSERT_TRUE(actor.update(actor.random.one_in(2))) << "seed " << seed << " at " << k;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
