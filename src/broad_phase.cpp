@@ -98,7 +98,9 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count,
   }
   const std::uint32_t token = objects.next_tokens(1);
   bool dead = false;
+  constexpr std::size_t ahead = 16;
   for (std::size_t i = 0; i < count; ++i) {
+    if (i + ahead < count) objects.prefetch(ids[i + ahead]);
     const bool alive = objects.is_alive(ids[i]);
     if (alive && objects.mark(ids[i]) != token) {
       objects.mark(ids[i]) = token;

@@ -10,8 +10,8 @@ namespace throng::live {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr Cells::Line empty_line = {{{{{nan, nan, nan}, {nan, nan, nan}}, none, none},
-                                     {{{nan, nan, nan}, {nan, nan, nan}}, none, 0}}};
+constexpr Cells::Line empty_line = {{{{nan, nan, nan, nan, nan, nan}, none, none},
+                                     {{nan, nan, nan, nan, nan, nan}, none, 0}}};
 constexpr std::size_t sample_boxes = 512;
 
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
@@ -65,7 +65,9 @@ void Cells::plan(const Objects& objects) {
   }
   const double span = first_span(sample, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
-  const std::size_t cells = std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
+  // One to two boxes a cell: most of them then lie in its own line, and the lines in the cache.
+  const std::size_t cells =
+      std::bit_ceil(std::min<std::size_t>(count * 5 / 8 + 1, std::size_t{1} << 31));
   // Lines behind others are full, so there are at most half as many as boxes.
   most_objects_ = 0;
   lines_.renew(cells + 1 + most / 2 + 1);
@@ -74,6 +76,7 @@ void Cells::plan(const Objects& objects) {
   free_ = none;
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / span, 1e-30, 1e30));
   std::fill(class_count_, class_count_ + classes + 1, 0);
+  used_ = 0;
   lines_.resize(cells + 1);
   std::fill(lines_.begin(), lines_.end(), empty_line);
 }
@@ -83,21 +86,6 @@ int Cells::class_of(const Range& r) noexcept {
   for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
   const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
   return std::min(bits <= span_bits ? 0 : bits - span_bits, classes);
-}
-
-Cells::Range Cells::cells_of(const Range& r, int c) noexcept {
-  Range cells;
-  for (int k = 0; k < 3; ++k) {
-    cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits + c);
-    cells.upper[k] = r.upper[k] >> (cell_bits + c);
-  }
-  return cells;
-}
-
-double Cells::cell_count(const Range& cells) noexcept {
-  double count = 1;  // up to 2^75
-  for (int k = 0; k < 3; ++k) count *= static_cast<double>(cells.upper[k] - cells.lower[k] + 1);
-  return count;
 }
 
 std::uint32_t Cells::home_of(const Box& box, std::int32_t world) const noexcept {
@@ -110,7 +98,7 @@ std::uint32_t Cells::home_of(const Box& box, std::int32_t world) const noexcept 
 }
 
 void Cells::insert(ObjectId id, const Box& box, std::uint32_t home) noexcept {
-  ++class_count_[class_of(quantise(box))];
+  count_class(class_of(quantise(box)), 1);
   Line& head = lines_[home];
   std::uint32_t& used = head.entry[1].link;
   if (used == 2) {
@@ -126,8 +114,8 @@ void Cells::insert(ObjectId id, const Box& box, std::uint32_t home) noexcept {
     head = empty_line;
     head.entry[0].link = moved;
   }
-  Entry& entry = head.entry[used++];
-  entry.box = box;
+  cpu::PackedBox& entry = head.entry[used++];
+  entry.set(box);
   entry.id = id;
 }
 
@@ -136,13 +124,13 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   std::uint32_t& used = head.entry[1].link;
   for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
     Line& line = lines_[i];
-    Entry* entry = line.entry[0].id == id ? &line.entry[0] : &line.entry[1];
+    cpu::PackedBox* entry = line.entry[0].id == id ? &line.entry[0] : &line.entry[1];
     if (entry->id != id) continue;
-    --class_count_[class_of(quantise(entry->box))];
-    Entry& last = head.entry[--used];
-    entry->box = last.box;
+    count_class(class_of(quantise(entry->box())), -1);
+    cpu::PackedBox& last = head.entry[--used];
+    std::copy(last.corner, last.corner + 6, entry->corner);
     entry->id = last.id;
-    last.box = empty_line.entry[0].box;
+    std::fill(last.corner, last.corner + 6, nan);
     last.id = none;
     break;
   }
@@ -156,11 +144,11 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
 
 void Cells::replace(ObjectId id, const Box& box, std::uint32_t home) noexcept {
   for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
-    for (Entry& entry : lines_[i].entry) {
+    for (cpu::PackedBox& entry : lines_[i].entry) {
       if (entry.id != id) continue;
-      --class_count_[class_of(quantise(entry.box))];
-      ++class_count_[class_of(quantise(box))];
-      entry.box = box;
+      count_class(class_of(quantise(entry.box())), -1);
+      count_class(class_of(quantise(box)), 1);
+      entry.set(box);
       return;
     }
   }
@@ -169,21 +157,28 @@ void Cells::replace(ObjectId id, const Box& box, std::uint32_t home) noexcept {
 std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcept {
   if (worlds.all) return lines_.size();
   const Range range = quantise(box);
-  double count = static_cast<double>(class_count_[classes] / 2);
-  for (int c = 0; c < classes; ++c) {
-    if (class_count_[c] != 0) count += cell_count(cells_of(range, c)) * (worlds.everywhere ? 2 : 1);
+  std::uint64_t count = class_count_[classes] / 2;
+  for (std::uint32_t used = used_; used != 0; used &= used - 1) {
+    const Range cells = cells_of(range, std::countr_zero(used));
+    std::uint64_t n[3];
+    for (int k = 0; k < 3; ++k) {
+      n[k] = static_cast<std::uint64_t>(cells.upper[k] - cells.lower[k] + 1);
+    }
+    // At most 2^25 an axis. More than there are lines: the product need not be known.
+    const std::uint64_t layer = n[0] * n[1];
+    count += layer >= lines_.size() ? lines_.size() : layer * n[2] * (worlds.everywhere ? 2 : 1);
   }
-  const double lines = static_cast<double>(lines_.size());
-  return count < lines ? static_cast<std::uint64_t>(count) : lines_.size();
+  return std::min<std::uint64_t>(count, lines_.size());
 }
 
-void Cells::prefetch(const Box& box, Worlds worlds) const noexcept {
-  if (expected_lines(box, worlds) > 64) return;
-  const Range range = quantise(box);
-  for (int c = 0; c < classes; ++c) {
-    if (class_count_[c] == 0) continue;
-    each_home(cells_of(range, c), c, worlds.own, [&](std::uint32_t home) { prefetch(home); });
-  }
+void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
+  reach.count = Reach::most + 1;
+  if (expected_lines(box, worlds) >= Reach::most) return;
+  reach.count = 0;
+  each_home(box, worlds, [&](std::uint32_t home) {
+    prefetch(home);
+    reach.homes[reach.count++] = home;
+  });
 }
 
 void Cells::copy(const Cells& other) noexcept {
@@ -193,6 +188,7 @@ void Cells::copy(const Cells& other) noexcept {
   most_objects_ = other.most_objects_;
   scale_ = other.scale_;
   std::copy(other.class_count_, other.class_count_ + classes + 1, class_count_);
+  used_ = other.used_;
 }
 
 }  // namespace throng::live

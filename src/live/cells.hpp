@@ -17,11 +17,12 @@
 // cost comparisons of boxes. A search may see a box twice then; whoever searches marks what it saw.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include <throng/types.hpp>
 
-#include "core/bounds.hpp"
+#include "cpu/packed_box.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
 
@@ -29,16 +30,11 @@ namespace throng::live {
 
 class Cells {
  public:
-  struct Entry {
-    Box box;
-    ObjectId id;
-    std::uint32_t link;
-  };
   // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
   // empty entry is all NaN, which overlaps nothing. entry[0].link: the next line of the chain, or
   // none; entry[1].link: how many boxes are in this one.
   struct alignas(64) Line {
-    Entry entry[2];
+    cpu::PackedBox entry[2];
   };
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory) {}
@@ -60,19 +56,28 @@ class Cells {
     bool everywhere = false;  // those of world -1, too: there are such, and `own` is another
     bool all = false;         // every world: `own` is -1, and there are others
   };
-  // Calls f(id) for every box that overlaps this one, some of them several times. Returns how many
-  // were compared.
-  template <class F>
-  std::uint64_t search(const Box& box, Worlds worlds, F&& f) const noexcept;
-  // How many lines that looks at, but for chains. No more than there are.
+  // How many lines a search looks at, but for chains. No more than there are.
   std::uint64_t expected_lines(const Box& box, Worlds worlds) const noexcept;
-  // Bring lines nearer: those that a search will look at, where they are few; a home.
-  void prefetch(const Box& box, Worlds worlds) const noexcept;
-  void prefetch([[maybe_unused]] std::uint32_t home) const noexcept {
-#if defined(__GNUC__)
-    __builtin_prefetch(&lines_[home], 1);
-#endif
+
+  // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
+  // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box that
+  // overlaps this one, some of them several times, and returns how many were compared.
+  struct Reach {
+    static constexpr std::uint32_t most = 96;
+    std::uint32_t count;  // above `most`: too many to list
+    std::uint32_t homes[most];
+  };
+  void reach(const Box& box, Worlds worlds, Reach& reach) const noexcept;
+  void prefetch_chains(const Reach& reach) const noexcept {
+    if (reach.count > Reach::most) return;
+    for (std::uint32_t k = 0; k < reach.count; ++k) {
+      const std::uint32_t next = lines_[reach.homes[k]].entry[0].link;
+      if (next != none) prefetch(next);
+    }
   }
+  template <class F>
+  std::uint64_t search(const Box& box, Worlds worlds, const Reach& reach, F&& f) const noexcept;
+  void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
   void reserve_for(const Cells& other) { lines_.reserve(other.lines_.capacity()); }
   void copy(const Cells& other) noexcept;
@@ -100,20 +105,37 @@ class Cells {
   static int class_of(const Range& r) noexcept;
   // Homes of a row of cells, but for the number along x, which is added.
   std::uint32_t row(int c, std::int32_t world, std::int32_t y, std::int32_t z) const noexcept {
-    std::uint32_t h = static_cast<std::uint32_t>(y) * 0x9e3779b1u;
-    h ^= static_cast<std::uint32_t>(z) * 0x85ebca77u;
-    h ^= static_cast<std::uint32_t>(world + 1) * 0xc2b2ae3du + static_cast<std::uint32_t>(c) * 977;
-    h ^= h >> 15;
-    h *= 0x2c1b3c6du;
-    return h ^ h >> 13;
+    std::uint32_t h = static_cast<std::uint32_t>(world + 1) * 0xc2b2ae3du;
+    h = (h ^ static_cast<std::uint32_t>(c)) * 0x9e3779b1u;
+    h = mixed(h ^ static_cast<std::uint32_t>(y));
+    return mixed(h ^ static_cast<std::uint32_t>(z));
+  }
+  static std::uint32_t mixed(std::uint32_t h) noexcept {
+    h = (h ^ h >> 16) * 0x7feb352du;
+    h = (h ^ h >> 15) * 0x846ca68bu;
+    return h ^ h >> 16;
   }
   std::uint32_t wide_home() const noexcept { return mask_ + 1; }
-  static Range cells_of(const Range& r, int c) noexcept;
-  static double cell_count(const Range& cells) noexcept;
+  static Range cells_of(const Range& r, int c) noexcept {
+    Range cells;
+    for (int k = 0; k < 3; ++k) {
+      cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits + c);
+      cells.upper[k] = r.upper[k] >> (cell_bits + c);
+    }
+    return cells;
+  }
+  void count_class(int c, int one) noexcept {
+    class_count_[c] += static_cast<std::size_t>(one);
+    const std::uint32_t bit = 1u << c;
+    used_ = class_count_[c] != 0 ? used_ | bit : used_ & ~bit;
+    used_ &= (1u << classes) - 1;
+  }
+  template <class F>
+  void each_home(const Box& box, Worlds worlds, F&& f) const noexcept;
   template <class F>
   void each_home(const Range& range, int c, std::int32_t world, F&& f) const noexcept;
   template <class F>
-  std::uint64_t look(const Box& box, std::uint32_t home, F&& f) const noexcept;
+  std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept;
 
   List<Line> lines_;
   std::uint32_t mask_ = 0;        // cells - 1, a power of two less one
@@ -121,19 +143,35 @@ class Cells {
   std::size_t most_objects_ = 0;  // so many have room
   float scale_ = 1;
   std::size_t class_count_[classes + 1] = {};
+  std::uint32_t used_ = 0;  // a bit each class that has boxes
 };
 
 template <class F>
-std::uint64_t Cells::look(const Box& box, std::uint32_t home, F&& f) const noexcept {
+std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home,
+                          F&& f) const noexcept {
   std::uint64_t compared = 0;
   for (std::uint32_t i = home; i != none;) {
     const Line& line = lines_[i];
     i = line.entry[0].link;
     compared += 2;
-    if (core::overlaps(box, line.entry[0].box)) f(line.entry[0].id);
-    if (core::overlaps(box, line.entry[1].box)) f(line.entry[1].id);
+    const bool first = query.overlaps(line.entry[0]), second = query.overlaps(line.entry[1]);
+    if (!(first | second)) continue;
+    if (first) f(line.entry[0].id);
+    if (second) f(line.entry[1].id);
   }
   return compared;
+}
+
+template <class F>
+void Cells::each_home(const Box& box, Worlds worlds, F&& f) const noexcept {
+  const Range range = quantise(box);
+  for (std::uint32_t used = used_; used != 0; used &= used - 1) {
+    const int c = std::countr_zero(used);
+    const Range cells = cells_of(range, c);
+    each_home(cells, c, worlds.own, f);
+    if (worlds.everywhere) each_home(cells, c, -1, f);
+  }
+  if (class_count_[classes] != 0) f(wide_home());
 }
 
 template <class F>
@@ -149,24 +187,22 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
 }
 
 template <class F>
-std::uint64_t Cells::search(const Box& box, Worlds worlds, F&& f) const noexcept {
+std::uint64_t Cells::search(const Box& box, Worlds worlds, const Reach& reach,
+                            F&& f) const noexcept {
+  const cpu::PackedQuery query(box);
   std::uint64_t compared = 0;
-  if (expected_lines(box, worlds) >= lines_.size()) {
+  const auto look_there = [&](std::uint32_t home) { compared += look(query, home, f); };
+  if (reach.count <= Reach::most) {
+    for (std::uint32_t k = 0; k < reach.count; ++k) look_there(reach.homes[k]);
+  } else if (expected_lines(box, worlds) < lines_.size()) {
+    each_home(box, worlds, look_there);
+  } else {
     for (const Line& line : lines_) {
-      if (core::overlaps(box, line.entry[0].box)) f(line.entry[0].id);
-      if (core::overlaps(box, line.entry[1].box)) f(line.entry[1].id);
+      if (query.overlaps(line.entry[0])) f(line.entry[0].id);
+      if (query.overlaps(line.entry[1])) f(line.entry[1].id);
     }
-    return 2 * lines_.size();
+    compared = 2 * lines_.size();
   }
-  const Range range = quantise(box);
-  for (int c = 0; c < classes; ++c) {
-    if (class_count_[c] == 0) continue;
-    const Range cells = cells_of(range, c);
-    const auto look_there = [&](std::uint32_t home) { compared += look(box, home, f); };
-    each_home(cells, c, worlds.own, look_there);
-    if (worlds.everywhere) each_home(cells, c, -1, look_there);
-  }
-  if (class_count_[classes] != 0) compared += look(box, wide_home(), f);
   return compared;
 }
 

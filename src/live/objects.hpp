@@ -7,6 +7,7 @@
 
 #include "core/bounds.hpp"
 #include "live/list.hpp"
+#include "live/prefetch.hpp"
 
 namespace throng::live {
 
@@ -88,6 +89,13 @@ class Objects {
   // that follow it.
   std::uint32_t next_tokens(std::size_t count) noexcept;
   std::uint32_t& mark(ObjectId id) const noexcept { return marks_[id]; }
+  // Bring nearer what is known of an object.
+  void prefetch(std::uint64_t id) const noexcept {
+    if (id >= limit()) return;
+    live::prefetch(&bodies_[id]);
+    live::prefetch(&marks_[id]);
+    live::prefetch(&flags_[id]);
+  }
 
   void reserve_for(const Objects& other);
   void copy(const Objects& other) noexcept;

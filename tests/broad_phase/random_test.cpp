@@ -99,8 +99,8 @@ TEST(BroadPhaseRandom, SameEverywhere) {
         for (const LivePairs& p : {b.begun(), b.ended(), b.pairs()})
           told.emplace_back(p.begin(), p.end());
       }
-      const auto same = [](const LivePair& a, const LivePair& b) {
-        return a.first == b.first && a.second == b.second && a.slot == b.slot;
+      const auto same = [](const LivePair& x, const LivePair& y) {
+        return x.first == y.first && x.second == y.second && x.slot == y.slot;
       };
       if (first.empty()) first = told;
       ASSERT_EQ(first.size(), told.size());

@@ -1,0 +1,287 @@
+// What frames cost in which some objects move, with the pairs that began and ended: Throng's
+// BroadPhase beside a Finder whose pairs are compared with the last frame's, and Bullet's btDbvt.
+//
+// Objects that move are drawn anew each frame; each goes by up to half a unit along each axis. In
+// every frame all contenders are given the same moves, one after the other; medians of the frames.
+#include <throng/throng.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "bench/moving.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::bench {
+namespace {
+
+template <class F>
+double ms(F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+double median(std::vector<double> v) {
+  if (v.empty()) return 0;
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+void must(const Result& r) {
+  if (r.ok()) return;
+  std::fprintf(stderr, "throng-bench-moving: %s\n", r.message);
+  std::exit(1);
+}
+
+class Persistent : public Mover {
+ public:
+  explicit Persistent(unsigned threads) : broad_phase_(options(threads)) {}
+  std::string name() const override { return "Throng BroadPhase"; }
+  void start(const std::vector<Box>& boxes) override {
+    must(broad_phase_.add(boxes, nullptr));
+    must(broad_phase_.update());
+  }
+  void frame(const Moves& moves) override {
+    if (moves.all)
+      must(broad_phase_.move_all(*moves.all));
+    else
+      must(broad_phase_.move(moves.ids.data(), moves.boxes));
+    must(broad_phase_.update());
+  }
+  bool tells_changes() const override { return true; }
+  void changes(std::vector<Pair>& begun, std::vector<Pair>& ended) override {
+    for (const LivePair& p : broad_phase_.begun()) begun.push_back({p.first, p.second});
+    for (const LivePair& p : broad_phase_.ended()) ended.push_back({p.first, p.second});
+  }
+
+  static Options options(unsigned threads) {
+    Options o;
+    o.threads = threads;
+    return o;
+  }
+
+ private:
+  BroadPhase broad_phase_;
+};
+
+// All pairs anew, in canonical order, and the two differences.
+class Anew : public Mover {
+ public:
+  explicit Anew(unsigned threads) {
+    Options o = Persistent::options(threads);
+    o.order = Order::canonical;
+    finder_.set_options(o);
+  }
+  std::string name() const override { return "Finder and two differences"; }
+  void start(const std::vector<Box>& boxes) override {
+    boxes_ = boxes;
+    must(finder_.find(boxes_));
+    last_.assign(finder_.pairs().begin(), finder_.pairs().end());
+  }
+  void frame(const Moves& moves) override {
+    if (moves.all)
+      boxes_ = *moves.all;
+    else
+      for (std::size_t i = 0; i < moves.ids.size(); ++i) boxes_[moves.ids[i]] = moves.boxes[i];
+    must(finder_.find(boxes_));
+    const Pairs now = finder_.pairs();
+    begun_.clear();
+    ended_.clear();
+    std::set_difference(now.begin(), now.end(), last_.begin(), last_.end(),
+                        std::back_inserter(begun_));
+    std::set_difference(last_.begin(), last_.end(), now.begin(), now.end(),
+                        std::back_inserter(ended_));
+    last_.assign(now.begin(), now.end());
+  }
+  bool tells_changes() const override { return true; }
+  void changes(std::vector<Pair>& begun, std::vector<Pair>& ended) override {
+    begun = begun_;
+    ended = ended_;
+  }
+
+ private:
+  Finder finder_;
+  std::vector<Box> boxes_;
+  std::vector<Pair> last_, begun_, ended_;
+};
+
+struct Case {
+  std::string scene;
+  std::size_t objects;
+  double share;
+  int frames;
+  bool rival;
+};
+
+struct Setting {
+  std::string only;
+  int frames = 0;
+  std::vector<unsigned> threads = {1, 2};
+  bool rivals = true;
+};
+
+void run(const Case& c, const Setting& setting) {
+  scene::Spec spec;
+  spec.name = c.scene;
+  spec.objects = c.objects;
+  const scene::Scene scene(spec);
+  std::vector<Box> boxes(c.objects);
+  scene.frame(0, boxes.data());
+
+  std::vector<std::unique_ptr<Mover>> movers;
+  std::vector<unsigned> threads;
+  for (const unsigned t : setting.threads) {
+    movers.push_back(std::make_unique<Persistent>(t));
+    movers.push_back(std::make_unique<Anew>(t));
+    threads.insert(threads.end(), {t, t});
+  }
+  if (c.rival && setting.rivals) {
+    for (auto& rival : moving_rivals()) {
+      movers.push_back(std::move(rival));
+      threads.push_back(1);
+    }
+  }
+  for (auto& m : movers) m->start(boxes);
+
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> step(-0.5f, 0.5f);
+  const auto moving = static_cast<std::size_t>(static_cast<double>(c.objects) * c.share);
+  std::vector<std::uint32_t> order(c.objects);
+  for (std::uint32_t i = 0; i < c.objects; ++i) order[i] = i;
+  std::vector<std::vector<double>> times(movers.size());
+  double begun_count = 0;
+  const int frames = setting.frames ? setting.frames : c.frames;
+  const int warm = 24;
+  for (int f = -warm; f < frames; ++f) {
+    Moves moves;
+    for (std::size_t k = 0; k < moving; ++k) {
+      std::swap(order[k], order[k + random() % (c.objects - k)]);
+      Box& b = boxes[order[k]];
+      const Vec3 by = {step(random), step(random), step(random)};
+      const auto add = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
+      b = {add(b.lower), add(b.upper)};
+      moves.ids.push_back(order[k]);
+      moves.boxes.push_back(b);
+    }
+    if (c.share == 1) moves.all = &boxes;
+    for (std::size_t m = 0; m < movers.size(); ++m) {
+      const double t = ms([&] { movers[m]->frame(moves); });
+      if (f >= 0) times[m].push_back(t);
+    }
+    if (f >= 0 && f + 4 < frames && f % 16 != 0) continue;
+    // The same changes by all that tell them; the rivals' sets are compared with the boxes.
+    std::vector<Pair> want[2];
+    movers[1]->changes(want[0], want[1]);
+    begun_count = static_cast<double>(want[0].size());
+    for (auto& m : movers) {
+      std::vector<Pair> got[2];
+      if (m->tells_changes()) {
+        m->changes(got[0], got[1]);
+      } else if (f + 1 == frames) {
+        Options o;
+        o.order = Order::canonical;
+        want[0] = find_pairs(boxes, o);
+        want[1].clear();
+        m->changes(got[0], got[1]);
+        got[1].clear();
+        got[0].erase(std::remove_if(got[0].begin(), got[0].end(),
+                                    [&](Pair p) {
+                                      return !overlap(boxes[p.first], boxes[p.second]);
+                                    }),
+                     got[0].end());
+        std::sort(got[0].begin(), got[0].end());
+      } else {
+        continue;
+      }
+      if (got[0] != want[0] || got[1] != want[1]) {
+        std::fprintf(stderr, "throng-bench-moving: %s disagrees in frame %d of %s\n",
+                     m->name().c_str(), f, c.scene.c_str());
+        std::exit(1);
+      }
+    }
+  }
+  for (std::size_t m = 0; m < movers.size(); ++m) {
+    const std::vector<double>& t = times[m];
+    const std::size_t tenth = std::max<std::size_t>(1, t.size() / 10);
+    const auto part = [&](std::size_t from) {
+      const auto at = t.begin() + static_cast<std::ptrdiff_t>(from);
+      return median({at, at + static_cast<std::ptrdiff_t>(tenth)});
+    };
+    std::printf("%s,%zu,%g,%s,%u,%zu,%.4f,%.4f,%.4f,%.4f,%.0f\n", c.scene.c_str(), c.objects,
+                c.share, movers[m]->name().c_str(), threads[m], t.size(), median(t),
+                *std::min_element(t.begin(), t.end()), part(0), part(t.size() - tenth),
+                begun_count);
+  }
+  std::fflush(stdout);
+}
+
+// Adding all in one batch, and removing half, update included.
+void batches(std::size_t n, const Setting& setting) {
+  scene::Spec spec;
+  spec.name = "uniform";
+  spec.objects = n;
+  std::vector<Box> boxes(n);
+  scene::Scene(spec).frame(0, boxes.data());
+  for (const unsigned threads : setting.threads) {
+    std::vector<double> add, remove;
+    for (int k = 0; k < 11; ++k) {
+      BroadPhase b(Persistent::options(threads));
+      add.push_back(ms([&] {
+        must(b.add(boxes, nullptr));
+        must(b.update());
+      }));
+      std::vector<ObjectId> half;
+      for (std::size_t i = 0; i < n; i += 2) half.push_back(static_cast<ObjectId>(i));
+      remove.push_back(ms([&] {
+        must(b.remove(half.data(), half.size()));
+        must(b.update());
+      }));
+    }
+    std::printf("uniform,%zu,add,Throng BroadPhase,%u,11,%.3f,,,,\n", n, threads, median(add));
+    std::printf("uniform,%zu,remove half,Throng BroadPhase,%u,11,%.3f,,,,\n", n, threads,
+                median(remove));
+  }
+}
+
+}  // namespace
+}  // namespace throng::bench
+
+int main(int argc, char** argv) {
+  using namespace throng::bench;
+  Setting setting;
+  CLI::App app{"Frames in which some objects move: CSV on standard output"};
+  app.add_option("--only", setting.only, "only cases whose SCENE-OBJECTS-SHARE contains this");
+  app.add_option("--frames", setting.frames, "so many frames in each case");
+  app.add_option("--threads", setting.threads, "thread counts of Throng");
+  app.add_flag("!--no-rivals", setting.rivals, "without the rivals");
+  CLI11_PARSE(app, argc, argv);
+  std::printf(
+      "scene,objects,share,contender,threads,frames,ms,least_ms,first_tenth_ms,last_tenth_ms,"
+      "begun\n");
+  const Case cases[] = {
+      {"uniform", 1000, 0.01, 2000, true},     {"uniform", 10000, 0.01, 400, true},
+      {"uniform", 100000, 0.001, 200, true},   {"uniform", 100000, 0.01, 200, true},
+      {"uniform", 100000, 0.05, 60, true},     {"uniform", 100000, 0.1, 40, true},
+      {"uniform", 100000, 0.3, 30, true},      {"uniform", 100000, 1, 30, true},
+      {"pile", 100000, 0.01, 200, true},       {"pile", 100000, 1, 12, true},
+      {"mixed", 100000, 0.01, 60, true},       {"mixed", 100000, 1, 12, true},
+      {"uniform", 1000000, 0.001, 100, true},  {"uniform", 1000000, 0.01, 40, true},
+      {"uniform", 1000000, 1, 10, false},
+  };
+  for (const Case& c : cases) {
+    char name[96];
+    std::snprintf(name, sizeof name, "%s-%zu-%g", c.scene.c_str(), c.objects, c.share);
+    if (std::string(name).find(setting.only) != std::string::npos) run(c, setting);
+  }
+  if (std::string("batches").find(setting.only) != std::string::npos) batches(100000, setting);
+}
