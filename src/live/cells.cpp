@@ -173,7 +173,8 @@ std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcep
 
 void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   reach.count = Reach::most + 1;
-  if (expected_lines(box, worlds) >= Reach::most) return;
+  const std::uint64_t lines = expected_lines(box, worlds);
+  if (lines >= Reach::most || lines >= lines_.size()) return;
   reach.count = 0;
   each_home(box, worlds, [&](std::uint32_t home) {
     prefetch(home);

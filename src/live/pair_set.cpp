@@ -1,7 +1,6 @@
 #include "live/pair_set.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
@@ -172,10 +171,10 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   cpu::run_tasks(executor, tasks, task);
   std::size_t begun = 0, ended = 0;
   for (unsigned t = 0; t < tasks; ++t) {
-    std::memmove(next_begun_.data() + begun, next_begun_.data() + parts[t].begin,
-                 parts[t].begun * sizeof(LivePair));
-    std::memmove(next_ended_.data() + ended, next_ended_.data() + parts[t].live_begin,
-                 parts[t].ended * sizeof(LivePair));
+    const LivePair* from = next_begun_.data() + parts[t].begin;
+    std::copy(from, from + parts[t].begun, next_begun_.data() + begun);
+    from = next_ended_.data() + parts[t].live_begin;
+    std::copy(from, from + parts[t].ended, next_ended_.data() + ended);
     begun += parts[t].begun;
     ended += parts[t].ended;
   }
