@@ -67,7 +67,7 @@ void Cells::plan(const Objects& objects) {
   const std::size_t most = count + count / 4 + 64;
   // One to two boxes a cell: most of them then lie in its own line, and the lines in the cache.
   const std::size_t cells =
-      std::bit_ceil(std::min<std::size_t>(count * 5 / 8 + 1, std::size_t{1} << 31));
+      std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
   // Lines behind others are full, so there are at most half as many as boxes.
   most_objects_ = 0;
   lines_.renew(cells + 1 + most / 2 + 1);

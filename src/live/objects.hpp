@@ -89,13 +89,14 @@ class Objects {
   // that follow it.
   std::uint32_t next_tokens(std::size_t count) noexcept;
   std::uint32_t& mark(ObjectId id) const noexcept { return marks_[id]; }
-  // Bring nearer what is known of an object.
+  // Bring nearer what is known of an object; its mark.
   void prefetch(std::uint64_t id) const noexcept {
     if (id >= limit()) return;
     live::prefetch(&bodies_[id]);
-    live::prefetch(&marks_[id]);
     live::prefetch(&flags_[id]);
+    prefetch_mark(static_cast<ObjectId>(id));
   }
+  void prefetch_mark(ObjectId id) const noexcept { live::prefetch(&marks_[id]); }
 
   void reserve_for(const Objects& other);
   void copy(const Objects& other) noexcept;

@@ -180,7 +180,7 @@ void Tracker::search_around(Result& r) {
   begun.clear();
   ended.clear();
   const List<ObjectId>& dirty = objects_.dirty_list();
-  std::uint32_t token = objects_.next_tokens(dirty.size());
+  std::uint32_t token = objects_.next_tokens(2 * dirty.size());
   std::uint64_t compared = 0;
   Cells::Reach reaches[ahead];
   const auto reach_ahead = [&](std::size_t i) {
@@ -192,7 +192,7 @@ void Tracker::search_around(Result& r) {
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     if (const std::size_t soon = i + ahead / 2; soon < dirty.size()) {
-      pairs_.prefetch_others(objects_, dirty[soon]);
+      pairs_.prefetch_pair(objects_, dirty[soon]);
       if (objects_.is_active(dirty[soon])) cells_.prefetch_chains(reaches[soon % ahead]);
     }
     const ObjectId id = dirty[i];
@@ -202,22 +202,22 @@ void Tracker::search_around(Result& r) {
     const auto live_pair = [&](ObjectId other, std::uint32_t slot) {
       return id < other ? LivePair{id, other, slot} : LivePair{other, id, slot};
     };
-    objects_.mark(id) = token;
-    pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
-      objects_.mark(other) = token;
-      const bool stays = active && objects_.is_active(other) &&
-                         core::overlaps(box, objects_.grown(other)) && objects_.may_pair(id, other);
-      if (!stays && tells(other)) ended.append(live_pair(other, slot));
-    });
+    // token: lived before; token + 1: overlaps now.
+    pairs_.each_pair(objects_, id,
+                     [&](ObjectId other, std::uint32_t) { objects_.mark(other) = token; });
+    objects_.mark(id) = token + 1;
     if (active) {
       compared += cells_.search(box, worlds_of(id), reaches[i % ahead], [&](ObjectId other) {
         std::uint32_t& mark = objects_.mark(other);
-        if (mark == token) return;
-        mark = token;
-        if (tells(other) && objects_.may_pair(id, other)) begun.append(live_pair(other, none));
+        if (mark == token + 1 || !objects_.may_pair(id, other)) return;
+        if (mark != token && tells(other)) begun.append(live_pair(other, none));
+        mark = token + 1;
       });
     }
-    ++token;
+    pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
+      if (objects_.mark(other) == token && tells(other)) ended.append(live_pair(other, slot));
+    });
+    token += 2;
     reach_ahead(i + ahead);
   }
   pairs_.commit_linked(objects_);

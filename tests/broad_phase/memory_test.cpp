@@ -1,0 +1,201 @@
+// Memory: it runs out at every allocation in turn, and a call that fails has changed nothing; none
+// is taken beside the resource; warm frames take none; snapshots.
+#include <gtest/gtest.h>
+
+#include "broad_phase/actor.hpp"
+#include "broad_phase/state.hpp"
+#include "support/counting.hpp"
+#include "support/heap_count.hpp"
+
+namespace throng::tests {
+namespace {
+
+// Refuses the k-th request from now on, and all after it.
+class FailingResource : public CountingResource {
+ public:
+  void allow(std::size_t requests) { left_ = requests; }
+  void allow_all() { left_ = static_cast<std::size_t>(-1); }
+
+ private:
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    if (left_ == 0) throw std::bad_alloc();
+    if (left_ != static_cast<std::size_t>(-1)) --left_;
+    const bool counting = HeapCount::pause();
+    void* memory = CountingResource::do_allocate(bytes, alignment);
+    HeapCount::resume(counting);
+    return memory;
+  }
+  std::size_t left_ = static_cast<std::size_t>(-1);
+};
+
+// Does `act` again and again, with one more allocation allowed each time, until it succeeds. All
+// that can be seen stays as it was until then. Tells how often it failed.
+template <class Act>
+std::size_t until_it_works(FailingResource& memory, BroadPhase& b, Act&& act) {
+  const Snapshot before(b);
+  for (std::size_t allowed = 0;; ++allowed) {
+    memory.allow(allowed);
+    const Result r = act();
+    memory.allow_all();
+    if (r.ok()) return allowed;
+    EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
+    EXPECT_NE(r.bytes_needed, 0u);
+    EXPECT_EQ(Snapshot(b), before) << "after " << allowed << " allocations";
+    if (testing::Test::HasFailure() || allowed > 1000) return allowed;
+  }
+}
+
+TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
+  FailingResource memory;
+  Options options;
+  options.memory = &memory;
+  options.threads = 2;
+  Actor actor(options, 3, 14);
+  Random& random = actor.random;
+  std::size_t failures = 0, searched = 0, updates_failed = 0;
+  for (int step = 0; step < 40; ++step) {
+    // Grows in jumps, so that there is something to allocate; few and many move in turn.
+    if (step % 10 == 0) {
+      BoxList boxes;
+      for (int k = 0; k < 80 + 10 * step; ++k) boxes.push_back(actor.any_box());
+      std::vector<ObjectId> ids(boxes.size());
+      failures += until_it_works(memory, actor.broad_phase,
+                                 [&] { return actor.broad_phase.add(boxes, ids.data()); });
+      for (std::size_t i = 0; i < ids.size(); ++i)
+        ASSERT_TRUE(actor.model.add(ids[i], boxes[i], {}));
+    }
+    ASSERT_TRUE(actor.move(step % 10 < 2 ? 5000 : 1 + random.below(10)));
+    if (step % 7 == 3) {
+      ASSERT_TRUE(actor.remove(3));
+    }
+    std::string reason;
+    const std::size_t failed = until_it_works(memory, actor.broad_phase, [&] {
+      const Result r = actor.broad_phase.update();
+      reason = r.plan.reason;
+      return r;
+    });
+    updates_failed += failed;
+    searched += failed != 0 && reason.find("few") != std::string::npos;
+    actor.model.update();
+    ASSERT_TRUE(actor.model.check(actor.broad_phase)) << "step " << step;
+  }
+  EXPECT_GT(failures, 10u);
+  EXPECT_GT(updates_failed, 20u);
+  EXPECT_GT(searched, 2u) << "no failure while only the movers were searched";
+}
+
+TEST(BroadPhaseMemory, CopiesRunOutToo) {
+  Actor actor({}, 5, 10);
+  ASSERT_TRUE(actor.add(400, true));
+  ASSERT_TRUE(actor.update());
+  for (int k = 0; k < 40; ++k) {
+    ASSERT_TRUE(actor.move(2));
+    ASSERT_TRUE(actor.update());
+  }
+  FailingResource memory;
+  Options options;
+  options.memory = &memory;
+  BroadPhase copy(options);
+  ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
+  ASSERT_TRUE(copy.update().ok());
+  EXPECT_GT(until_it_works(memory, copy, [&] { return copy.copy_from(actor.broad_phase); }), 3u);
+  EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
+  // Once more it takes no memory.
+  memory.allow(0);
+  EXPECT_TRUE(copy.copy_from(actor.broad_phase).ok());
+  memory.allow_all();
+  EXPECT_GT(memory.held(), 0u);
+  EXPECT_EQ(copy.memory_bytes(), memory.held());
+}
+
+// A snapshot goes its own way; rolled back, the same calls tell the same, slots and ids included.
+TEST(BroadPhaseMemory, SnapshotAndRollback) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    Actor actor({}, seed, 9);
+    ASSERT_TRUE(actor.add(300, seed % 2));
+    for (int k = 0; k < 30; ++k) {
+      ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 ? 3 : 200)));
+      ASSERT_TRUE(actor.update());
+    }
+    ASSERT_TRUE(actor.move(5));  // what has not been told is part of it
+    ASSERT_TRUE(actor.remove(2));
+    const BroadPhase saved = actor.broad_phase;
+    const Actor twin = actor;
+    std::vector<Snapshot> first;
+    for (int round = 0; round < 2; ++round) {
+      for (int k = 0; k < 30; ++k) {
+        ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 ? 3 : 200)));
+        if (k % 5 == 0) {
+          ASSERT_TRUE(actor.add(3, seed % 2));
+        }
+        if (k % 7 == 0) {
+          ASSERT_TRUE(actor.remove(4));
+        }
+        ASSERT_TRUE(actor.update());
+        if (round == 0)
+          first.emplace_back(actor.broad_phase);
+        else
+          ASSERT_EQ(Snapshot(actor.broad_phase), first[static_cast<std::size_t>(k)]);
+      }
+      actor = twin;
+      actor.broad_phase = saved;
+    }
+  }
+}
+
+TEST(BroadPhaseMemory, Moves) {
+  Actor actor({}, 1, 5);
+  ASSERT_TRUE(actor.add(50, false));
+  ASSERT_TRUE(actor.update());
+  const Snapshot before(actor.broad_phase);
+  BroadPhase taken = std::move(actor.broad_phase);
+  EXPECT_EQ(Snapshot(taken), before);
+  BroadPhase other;
+  other = std::move(taken);
+  EXPECT_EQ(Snapshot(other), before);
+}
+
+TEST(BroadPhaseMemory, WarmFramesTakeNone) {
+  FailingResource memory;
+  struct Inline {
+    static void run(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+      for (unsigned i = 0; i < count; ++i) task(context, i);
+    }
+  };
+  const Executor executor{3, &Inline::run, nullptr};
+  Options options;
+  options.memory = &memory;
+  options.executor = &executor;
+  BoxList boxes = uniform_boxes(9000, 1), moved = boxes;
+  HeapCount::start();
+  BroadPhase b(options);
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  std::size_t warm = 0;
+  const auto frames = [&](std::size_t share) {
+    Random random(9);
+    for (int f = 0; f < 60; ++f) {
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const bool moves = random.below(static_cast<std::uint32_t>(share)) == 0;
+        const float by = f % 2 || !moves ? 0.0f : 0.25f;
+        moved[i] = {{boxes[i].lower.x + by, boxes[i].lower.y, boxes[i].lower.z},
+                    {boxes[i].upper.x + by, boxes[i].upper.y, boxes[i].upper.z}};
+      }
+      ASSERT_TRUE(b.move_all(moved).ok());
+      ASSERT_TRUE(b.update().ok());
+      (void)b.pairs();
+    }
+  };
+  for (int round = 0; round < 3; ++round) {
+    if (round == 2) warm = memory.allocations();
+    frames(1);
+    frames(200);
+  }
+  EXPECT_EQ(memory.allocations(), warm) << "a warm frame allocates";
+  EXPECT_EQ(HeapCount::stop(), 0u) << "allocations beside the resource";
+  EXPECT_EQ(b.memory_bytes(), memory.held());
+  // 9000 objects and 4500 pairs.
+  EXPECT_LT(memory.held(), 9000u * 400 + 4500u * 300 + 2000000u);
+}
+
+}  // namespace
+}  // namespace throng::tests
