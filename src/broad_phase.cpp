@@ -88,8 +88,7 @@ using Access = BroadPhaseAccess;
 LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
 
 // All ids alive, and none twice.
-bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count,
-               Result& r) noexcept {
+bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, Result& r) noexcept {
   if (count > objects.count() || (count != 0 && !ids)) {
     say(r, "%llu ids were given and %llu objects are alive; give each id once", ull{count},
         ull{objects.count()});
@@ -313,8 +312,8 @@ Result BroadPhase::shift_origin(const Vec3& by) noexcept {
 }
 
 Result BroadPhase::update() noexcept {
-  return Access::call(
-      *this, [&](live::Tracker& tracker, Result& r) { tracker.update(options_, r); });
+  return Access::call(*this,
+                      [&](live::Tracker& tracker, Result& r) { tracker.update(options_, r); });
 }
 
 LivePairs BroadPhase::begun() const noexcept {
@@ -333,9 +332,7 @@ bool BroadPhase::is_alive(ObjectId id) const noexcept {
   return objects && objects->is_alive(id);
 }
 Box BroadPhase::box(ObjectId id) const noexcept { return Access::objects(*this)->body(id).box; }
-Filter BroadPhase::filter(ObjectId id) const noexcept {
-  return Access::objects(*this)->filter(id);
-}
+Filter BroadPhase::filter(ObjectId id) const noexcept { return Access::objects(*this)->filter(id); }
 std::uint64_t BroadPhase::object_count() const noexcept {
   return state_ ? Access::objects(*this)->count() : 0;
 }

@@ -37,10 +37,10 @@ class PackedQuery {
   bool overlaps(const PackedBox& b) const noexcept {
 #if defined(THRONG_PACKED_SSE2)
     // The last two lanes are numbers, not corners.
-    const int first = _mm_movemask_ps(
-        _mm_cmple_ps(_mm_load_ps(b.corner), _mm_load_ps(most_.corner)));
-    const int rest = _mm_movemask_ps(
-        _mm_cmple_ps(_mm_load_ps(b.corner + 4), _mm_load_ps(most_.corner + 4)));
+    const int first =
+        _mm_movemask_ps(_mm_cmple_ps(_mm_load_ps(b.corner), _mm_load_ps(most_.corner)));
+    const int rest =
+        _mm_movemask_ps(_mm_cmple_ps(_mm_load_ps(b.corner + 4), _mm_load_ps(most_.corner + 4)));
     return (first & (rest | 12)) == 15;
 #else
     bool all = true;

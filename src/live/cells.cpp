@@ -10,8 +10,8 @@ namespace throng::live {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr Cells::Line empty_line = {{{{nan, nan, nan, nan, nan, nan}, none, none},
-                                     {{nan, nan, nan, nan, nan, nan}, none, 0}}};
+constexpr Cells::Line empty_line = {
+    {{{nan, nan, nan, nan, nan, nan}, none, none}, {{nan, nan, nan, nan, nan, nan}, none, 0}}};
 constexpr std::size_t sample_boxes = 512;
 
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
@@ -66,8 +66,7 @@ void Cells::plan(const Objects& objects) {
   const double span = first_span(sample, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
   // One to two boxes a cell: most of them then lie in its own line, and the lines in the cache.
-  const std::size_t cells =
-      std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
+  const std::size_t cells = std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
   // Lines behind others are full, so there are at most half as many as boxes.
   most_objects_ = 0;
   lines_.renew(cells + 1 + most / 2 + 1);

@@ -60,8 +60,8 @@ class Cells {
   std::uint64_t expected_lines(const Box& box, Worlds worlds) const noexcept;
 
   // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
-  // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box that
-  // overlaps this one, some of them several times, and returns how many were compared.
+  // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
+  // that overlaps this one, some of them several times, and returns how many were compared.
   struct Reach {
     static constexpr std::uint32_t most = 96;
     std::uint32_t count;  // above `most`: too many to list
@@ -147,8 +147,7 @@ class Cells {
 };
 
 template <class F>
-std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home,
-                          F&& f) const noexcept {
+std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept {
   std::uint64_t compared = 0;
   for (std::uint32_t i = home; i != none;) {
     const Line& line = lines_[i];

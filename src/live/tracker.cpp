@@ -25,8 +25,7 @@ constexpr std::size_t threads_move_from = 20000;
 
 unsigned task_count(const Options& options) noexcept {
   const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
-  return std::clamp(options.threads ? options.threads : executor.concurrency, 1u,
-                    cpu::max_workers);
+  return std::clamp(options.threads ? options.threads : executor.concurrency, 1u, cpu::max_workers);
 }
 const Executor& executor_of(const Options& options) noexcept {
   return options.executor ? *options.executor : cpu::default_executor();

@@ -29,14 +29,22 @@ class Actor {
              {whole(at.x) + 1, whole(at.y) + 1, whole(at.z) + 1}};
     }
     switch (random.below(120)) {
-      case 0: return {at, at};
-      case 1: return {{-infinity, at.y, -infinity}, {infinity, at.y, infinity}};
-      case 2: return {{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
-      case 3: return {box.upper, box.lower};
-      case 4: return {{at.x, at.y, at.z}, {at.x + 4 * side_, at.y, at.z}};
-      case 5: return {{1e30f, at.y, at.z}, {infinity, at.y, at.z}};
-      case 6: return {{at.x, -float_max, at.z}, {at.x, float_max, at.z}};
-      default: return box;
+      case 0:
+        return {at, at};
+      case 1:
+        return {{-infinity, at.y, -infinity}, {infinity, at.y, infinity}};
+      case 2:
+        return {{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+      case 3:
+        return {box.upper, box.lower};
+      case 4:
+        return {{at.x, at.y, at.z}, {at.x + 4 * side_, at.y, at.z}};
+      case 5:
+        return {{1e30f, at.y, at.z}, {infinity, at.y, at.z}};
+      case 6:
+        return {{at.x, -float_max, at.z}, {at.x, float_max, at.z}};
+      default:
+        return box;
     }
   }
   Box moved(const Box& box) {

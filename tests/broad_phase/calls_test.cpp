@@ -283,9 +283,8 @@ TEST(BroadPhaseCalls, ExtremeBoxes) {
       ASSERT_TRUE(b.update().ok());
       EXPECT_EQ(plain(b.begun()), ended);
       EXPECT_EQ(ended.size(), static_cast<std::size_t>(std::count_if(
-                                  all.pairs.begin(), all.pairs.end(), [&](Pair p) {
-                                    return p.first == id || p.second == id;
-                                  })));
+                                  all.pairs.begin(), all.pairs.end(),
+                                  [&](Pair p) { return p.first == id || p.second == id; })));
     }
     EXPECT_EQ(plain(b.pairs()), all.pairs);
   }

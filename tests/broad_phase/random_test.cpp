@@ -28,14 +28,20 @@ void live(const Options& options, std::uint64_t seed, std::size_t objects, float
             ASSERT_TRUE(actor.add(few, filtered));
           }
           break;
-        case 1: ASSERT_TRUE(actor.remove(random.one_in(40) ? objects / 2 : few)); break;
+        case 1:
+          ASSERT_TRUE(actor.remove(random.one_in(40) ? objects / 2 : few));
+          break;
         case 2:
           if (filtered) {
             ASSERT_TRUE(actor.set_filters(few));
           }
           break;
-        case 3: ASSERT_TRUE(actor.move_all(calm ? 300 : 2)); break;
-        default: ASSERT_TRUE(actor.move(few)); break;
+        case 3:
+          ASSERT_TRUE(actor.move_all(calm ? 300 : 2));
+          break;
+        default:
+          ASSERT_TRUE(actor.move(few));
+          break;
       }
     }
     const Result r = BroadPhase(actor.broad_phase).update();
@@ -68,8 +74,12 @@ TEST(BroadPhaseRandom, FewObjects) {
             ASSERT_TRUE(actor.add(actor.random.below(3), seed % 2));
           }
           break;
-        case 1: ASSERT_TRUE(actor.remove(actor.random.below(3))); break;
-        default: ASSERT_TRUE(actor.move(actor.random.below(4))); break;
+        case 1:
+          ASSERT_TRUE(actor.remove(actor.random.below(3)));
+          break;
+        default:
+          ASSERT_TRUE(actor.move(actor.random.below(4)));
+          break;
       }
       if (actor.random.one_in(2)) {
         ASSERT_TRUE(actor.update());
@@ -105,8 +115,8 @@ TEST(BroadPhaseRandom, SameEverywhere) {
       if (first.empty()) first = told;
       ASSERT_EQ(first.size(), told.size());
       for (std::size_t k = 0; k < told.size(); ++k)
-        EXPECT_TRUE(std::equal(first[k].begin(), first[k].end(), told[k].begin(), told[k].end(),
-                               same))
+        EXPECT_TRUE(
+            std::equal(first[k].begin(), first[k].end(), told[k].begin(), told[k].end(), same))
             << to_string(isa) << ", " << threads << " threads, list " << k;
     }
   }
@@ -127,11 +137,19 @@ TEST(BroadPhaseRandom, Soak) {
             ASSERT_TRUE(actor.add(some, seed % 2));
           }
           break;
-        case 2: ASSERT_TRUE(actor.remove(some)); break;
-        case 3: ASSERT_TRUE(actor.set_filters(seed % 2 ? some : 0)); break;
-        case 4: ASSERT_TRUE(actor.move_all(20)); break;
+        case 2:
+          ASSERT_TRUE(actor.remove(some));
+          break;
+        case 3:
+          ASSERT_TRUE(actor.set_filters(seed % 2 ? some : 0));
+          break;
+        case 4:
+          ASSERT_TRUE(actor.move_all(20));
+          break;
         case 5:
-        case 6: ASSERT_TRUE(actor.move(some)); break;
+        case 6:
+          ASSERT_TRUE(actor.move(some));
+          break;
         default:
           ASSERT_TRUE(actor.update(actor.random.one_in(2))) << "seed " << seed << " at " << k;
       }

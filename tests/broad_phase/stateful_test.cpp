@@ -1,7 +1,7 @@
 // The state machine as rapidcheck sees it: commands drawn at random against the model, and shrunk
 // to a shortest history where one fails. Boxes are whole numbers in a small space, so that faces
 // meet.
-#include <rapidcheck/gtest.h>
+#include <rapidcheck.h>
 #include <rapidcheck/state.h>
 
 #include "broad_phase/model.hpp"
@@ -14,16 +14,16 @@ using Machine = BroadPhase;
 using Command = rc::state::Command<Model, Machine>;
 
 rc::Gen<Box> small_box() {
-  return rc::gen::map(rc::gen::tuple(rc::gen::inRange(-6, 7), rc::gen::inRange(-3, 4),
-                                     rc::gen::inRange(-2, 3), rc::gen::inRange(-1, 30)),
-                      [](const std::tuple<int, int, int, int>& t) {
-                        const auto [x, y, z, e] = t;
-                        const auto f = [](int i) { return static_cast<float>(i); };
-                        // Mostly 0 to 3 wide; inactive; or without end.
-                        const float side = e < 24 ? f(e % 4) : e == 29 ? infinity : f(e);
-                        return Box{{f(x), f(y), f(z)},
-                                   {f(x) + (e < 0 ? -1.0f : side), f(y) + side, f(z) + side}};
-                      });
+  return rc::gen::map(
+      rc::gen::tuple(rc::gen::inRange(-6, 7), rc::gen::inRange(-3, 4), rc::gen::inRange(-2, 3),
+                     rc::gen::inRange(-1, 30)),
+      [](const std::tuple<int, int, int, int>& t) {
+        const auto [x, y, z, e] = t;
+        const auto f = [](int i) { return static_cast<float>(i); };
+        // Mostly 0 to 3 wide; inactive; or without end.
+        const float side = e < 24 ? f(e % 4) : e == 29 ? infinity : f(e);
+        return Box{{f(x), f(y), f(z)}, {f(x) + (e < 0 ? -1.0f : side), f(y) + side, f(z) + side}};
+      });
 }
 rc::Gen<Filter> any_filter() {
   return rc::gen::map(rc::gen::inRange(0, 1 << 9), [](int bits) {
@@ -44,7 +44,8 @@ void must(const testing::AssertionResult& r) {
 struct Add : Command {
   std::vector<Box> boxes = *rc::gen::container<std::vector<Box>>(
       *rc::gen::weightedElement<std::size_t>({{6, 1}, {2, 4}, {1, 40}}), small_box());
-  Filter filter = *rc::gen::weightedOneOf<Filter>({{3, rc::gen::just(Filter{})}, {1, any_filter()}});
+  Filter filter =
+      *rc::gen::weightedOneOf<Filter>({{3, rc::gen::just(Filter{})}, {1, any_filter()}});
 
   void apply(Model& m) const override {
     for (const Box& box : boxes) m.add(m.free_id(), box, filter);
@@ -138,12 +139,15 @@ struct Copy : Command {
   void show(std::ostream& out) const override { out << "Copy"; }
 };
 
-RC_GTEST_PROP(BroadPhaseStateful, TellsWhatTheModelTells, ()) {
-  const Model model;
-  BroadPhase machine;
-  rc::state::check(model, machine,
-                   rc::state::gen::execOneOfWithArgs<Add, Add, Remove, Move, Move, Move, SetFilter,
-                                                     MoveAll, Update, Update, Update, Copy>());
+TEST(BroadPhaseStateful, TellsWhatTheModelTells) {
+  EXPECT_TRUE(rc::check("what is told is what the model tells", [] {
+    const Model model;
+    BroadPhase machine;
+    rc::state::check(
+        model, machine,
+        rc::state::gen::execOneOfWithArgs<Add, Add, Remove, Move, Move, Move, SetFilter, MoveAll,
+                                          Update, Update, Update, Copy>());
+  }));
 }
 
 }  // namespace

@@ -1,0 +1,73 @@
+// Objects that live: a BroadPhase tells which pairs began and which ended.
+#include <throng/throng.hpp>
+
+#include <cstdio>
+#include <vector>
+
+#include "check.hpp"
+
+namespace {
+
+// What an engine keeps of a pair.
+struct Contact {
+  throng::ObjectId first, second;
+  int age;
+};
+
+void begin(std::vector<Contact>& contacts, const throng::LivePair& pair) {
+  if (contacts.size() <= pair.slot) contacts.resize(pair.slot + 1);
+  contacts[pair.slot] = {pair.first, pair.second, 0};
+}
+
+}  // namespace
+
+int main() {
+  std::vector<throng::Box> boxes;
+  for (int i = 0; i < 1000; ++i) {
+    const float x = 2.0f * static_cast<float>(i);
+    boxes.push_back({{x, 0, 0}, {x + 1, 1, 1}});
+  }
+  std::vector<Contact> contacts;
+  // snippet-begin: live
+  throng::BroadPhase broad_phase;
+  std::vector<throng::ObjectId> ids(boxes.size());
+  broad_phase.add(boxes, ids.data());
+
+  throng::Filter of_the_scene;
+  of_the_scene.is_static = 1;
+  const throng::ObjectId ground =
+      broad_phase.add({{-10, -1, -10}, {9999, 0, 10}}, of_the_scene);  // throws Error
+  // snippet-end: live
+  for (int frame = 0; frame < 60; ++frame) {
+    // Only what moved is told; asleep is what does not move.
+    const std::vector<throng::ObjectId> movers = {ids[frame], ids[2 * frame + 1]};
+    std::vector<throng::Box> moved;
+    for (const throng::ObjectId id : movers) {
+      throng::Box box = broad_phase.box(id);
+      box.lower.x += 1;
+      box.upper.x += 1;
+      moved.push_back(box);
+    }
+    // snippet-begin: update
+    broad_phase.move(movers.data(), moved);  // by their ids; what is not moved costs nothing
+    const throng::Result result = broad_phase.update();
+    if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
+    // A pair's slot is its own while it lives: a place for the contact.
+    for (const throng::LivePair& pair : broad_phase.ended()) contacts[pair.slot] = {};
+    for (const throng::LivePair& pair : broad_phase.begun()) begin(contacts, pair);
+    // snippet-end: update
+  }
+  for (const throng::LivePair& pair : broad_phase.pairs()) {
+    CHECK(contacts[pair.slot].first == pair.first && contacts[pair.slot].second == pair.second);
+  }
+  CHECK(broad_phase.pair_count() > boxes.size());
+
+  // snippet-begin: rollback
+  const throng::BroadPhase saved = broad_phase;  // ids, slots and all that is not told yet
+  broad_phase.remove(ground);
+  broad_phase.update();
+  CHECK(broad_phase.ended().size() == boxes.size());
+  broad_phase = saved;
+  // snippet-end: rollback
+  CHECK(broad_phase.is_alive(ground));
+}
