@@ -120,7 +120,7 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
 template <class Wanted>
 bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options, Wanted&& wanted,
                   Result& r) noexcept {
-  if (options.nan == NanPolicy::inactive) return true;
+  if (options.nan == NanPolicy::inactive || !live::Tracker::has_nan(boxes, options)) return true;
   for (std::size_t i = 0; i < count; ++i) {
     if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
     if (r.invalid_count++ == 0) r.first_invalid = i;

@@ -63,20 +63,20 @@ class Cells {
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
   // that overlaps this one, some of them several times, and returns how many were compared.
   struct Reach {
-    static constexpr std::uint32_t most = 96;
+    static constexpr std::uint32_t most = 96, room = 256;
     std::uint32_t count;  // above `most`: too many to list
-    std::uint32_t homes[most];
+    std::uint32_t homes[room];
   };
   void reach(const Box& box, Worlds worlds, Reach& reach) const noexcept;
   void prefetch_chains(const Reach& reach) const noexcept {
     if (reach.count > Reach::most) return;
     for (std::uint32_t k = 0; k < reach.count; ++k) {
       const std::uint32_t next = lines_[reach.homes[k]].entry[0].link;
-      if (next != none) prefetch(next);
+      prefetch(next != none ? next : reach.homes[k]);
     }
   }
   template <class F>
-  std::uint64_t search(const Box& box, Worlds worlds, const Reach& reach, F&& f) const noexcept;
+  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept;
   void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
   void reserve_for(const Cells& other) { lines_.reserve(other.lines_.capacity()); }
@@ -87,19 +87,21 @@ class Cells {
   static constexpr int span_bits = 4, cell_bits = 5;
   static constexpr float most_units = 0x1p28f;
 
-  struct Range {
-    std::int32_t lower[3], upper[3];
+  struct alignas(16) Range {
+    std::int32_t lower[4], upper[4];  // the last of each is of no meaning
   };
-  std::int32_t quantise(float x) const noexcept {
-    float t = x * scale_;
-    t = t > -most_units ? t : -most_units;
-    t = t < most_units ? t : most_units;
-    const auto i = static_cast<std::int32_t>(t);
-    return i - static_cast<std::int32_t>(t < static_cast<float>(i));
-  }
   Range quantise(const Box& b) const noexcept {
-    return {{quantise(b.lower.x), quantise(b.lower.y), quantise(b.lower.z)},
-            {quantise(b.upper.x), quantise(b.upper.y), quantise(b.upper.z)}};
+    alignas(16) const float corner[8] = {b.lower.x, b.lower.y, b.lower.z, 0,
+                                         b.upper.x, b.upper.y, b.upper.z, 0};
+    alignas(16) std::int32_t q[8];
+    for (int k = 0; k < 8; ++k) {  // two vectors
+      float t = corner[k] * scale_;
+      t = t > -most_units ? t : -most_units;
+      t = t < most_units ? t : most_units;
+      const auto i = static_cast<std::int32_t>(t);
+      q[k] = i - static_cast<std::int32_t>(t < static_cast<float>(i));
+    }
+    return {{q[0], q[1], q[2], q[3]}, {q[4], q[5], q[6], q[7]}};
   }
   // `classes` for a box too wide for any: those share one chain.
   static int class_of(const Range& r) noexcept;
@@ -118,7 +120,7 @@ class Cells {
   std::uint32_t wide_home() const noexcept { return mask_ + 1; }
   static Range cells_of(const Range& r, int c) noexcept {
     Range cells;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 4; ++k) {
       cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits + c);
       cells.upper[k] = r.upper[k] >> (cell_bits + c);
     }
@@ -185,16 +187,32 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
   }
 }
 
+// Chains and hits are put on lists, at no branch: nobody can guess where they are.
 template <class F>
-std::uint64_t Cells::search(const Box& box, Worlds worlds, const Reach& reach,
-                            F&& f) const noexcept {
+std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept {
   const cpu::PackedQuery query(box);
   std::uint64_t compared = 0;
-  const auto look_there = [&](std::uint32_t home) { compared += look(query, home, f); };
   if (reach.count <= Reach::most) {
-    for (std::uint32_t k = 0; k < reach.count; ++k) look_there(reach.homes[k]);
+    std::uint32_t hits[2 * Reach::room];
+    std::uint32_t count = reach.count, hit_count = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Line& line = lines_[reach.homes[k]];
+      const std::uint32_t next = line.entry[0].link;
+      if (count < Reach::room) {
+        reach.homes[count] = next;
+        count += next != none;
+      } else if (next != none) {
+        compared += look(query, next, f);  // a long chain, to its end
+      }
+      hits[hit_count] = line.entry[0].id;
+      hit_count += query.overlaps(line.entry[0]);
+      hits[hit_count] = line.entry[1].id;
+      hit_count += query.overlaps(line.entry[1]);
+    }
+    for (std::uint32_t k = 0; k < hit_count; ++k) f(hits[k]);
+    compared += 2 * std::uint64_t{count};
   } else if (expected_lines(box, worlds) < lines_.size()) {
-    each_home(box, worlds, look_there);
+    each_home(box, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
   } else {
     for (const Line& line : lines_) {
       if (query.overlaps(line.entry[0])) f(line.entry[0].id);

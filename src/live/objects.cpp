@@ -8,7 +8,13 @@ namespace {
 constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
 
 // By bits: what differs in nothing else, as -0 and 0, may count as moved.
-bool same(const Box& a, const Box& b) noexcept { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same(const void* a, const void* b) noexcept {
+  std::uint64_t x[3], y[3];
+  static_assert(sizeof x == sizeof(Box));
+  std::memcpy(x, a, sizeof x);
+  std::memcpy(y, b, sizeof y);
+  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
+}
 
 }  // namespace
 
@@ -64,22 +70,49 @@ void Objects::remove(ObjectId id) noexcept {
   removed_.push(id);
 }
 
-std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
-                                std::int64_t& inactive) noexcept {
+template <class At>
+std::size_t Objects::move_each(At&& at, std::size_t begin, std::size_t end,
+                               std::int64_t& inactive) noexcept {
   std::size_t fresh = 0;
   std::int64_t more = 0;
   for (std::size_t id = begin; id < end; ++id) {
-    const Box box = boxes[id];
+    const auto& box = at(id);
     Box& mine = bodies_[id].box;
-    if (same(box, mine) || !(flags_[id] & alive)) continue;
-    more += static_cast<std::int64_t>(core::is_active(mine)) -
-            static_cast<std::int64_t>(core::is_active(box));
-    mine = box;
+    if (same(&box, &mine) || !(flags_[id] & alive)) continue;
+    more += int{core::is_active(mine)};
+    std::memcpy(&mine, &box, sizeof mine);
+    more -= int{core::is_active(mine)};
     fresh += (flags_[id] & dirty) == 0;
     flags_[id] |= dirty;
   }
   inactive = more;
   return fresh;
+}
+
+std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
+                                std::int64_t& inactive) noexcept {
+  const char* packed = boxes.packed_data();
+  const std::size_t stride = boxes.stride_bytes();
+  if (!packed) return move_each([&](std::size_t id) { return boxes[id]; }, begin, end, inactive);
+  return move_each([=](std::size_t id) -> const char& { return packed[id * stride]; }, begin, end,
+                   inactive);
+}
+
+bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept {
+  const char* packed = boxes.packed_data();
+  bool any = false;
+  if (packed) {
+    for (std::size_t i = begin; i < end; ++i) {
+      float c[6];
+      std::memcpy(c, packed + i * boxes.stride_bytes(), sizeof c);
+      // Adding keeps a NaN; infinities may make one, which costs no more than a closer look.
+      const float sum = (c[0] + c[1]) + (c[2] + c[3]) + (c[4] + c[5]);
+      any |= sum != sum;
+    }
+    return any;
+  }
+  for (std::size_t i = begin; i < end && !any; ++i) any = core::has_nan(boxes[i]);
+  return any;
 }
 
 void Objects::marked(std::size_t count, std::int64_t inactive) noexcept {

@@ -46,6 +46,8 @@ class Objects {
   // that were not. Threads may do ranges of their own at once.
   std::size_t move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
                          std::int64_t& inactive) noexcept;
+  // Whether boxes begin .. end-1 may have a NaN among them; certainly not where it says no.
+  static bool has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept;
   void marked(std::size_t count, std::int64_t inactive) noexcept;
   void set_filter(ObjectId id, const Filter& filter) noexcept;
 
@@ -104,6 +106,9 @@ class Objects {
  private:
   enum : std::uint8_t { alive = 1, dirty = 2 };
   void count_filter(const Filter& filter, std::size_t one) noexcept;
+  template <class At>
+  std::size_t move_each(At&& at, std::size_t begin, std::size_t end,
+                        std::int64_t& inactive) noexcept;
 
   List<Body> bodies_;
   List<std::uint8_t> flags_;

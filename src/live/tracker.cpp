@@ -18,7 +18,7 @@ constexpr double cell_ns = 60, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
 constexpr double fair_comparisons = 64, comparison_ns = 1;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
-constexpr std::size_t ahead = 8;
+constexpr std::size_t ahead = 16;
 
 // Below so many objects a second thread does not pay for moving them.
 constexpr std::size_t threads_move_from = 20000;
@@ -31,6 +31,10 @@ const Executor& executor_of(const Options& options) noexcept {
   return options.executor ? *options.executor : cpu::default_executor();
 }
 
+unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
+  return objects < threads_move_from ? 1 : task_count(options);
+}
+
 }  // namespace
 
 Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
@@ -40,9 +44,20 @@ Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
       cells_(engine_.memory()),
       found_(engine_.memory()) {}
 
+bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
+  const std::size_t n = boxes.size();
+  const unsigned tasks = tasks_to_move(n, options);
+  bool found[cpu::max_workers];
+  auto task = [&](unsigned t) {
+    found[t] = Objects::has_nan(boxes, n * t / tasks, n * (t + 1) / tasks);
+  };
+  cpu::run_tasks(executor_of(options), tasks, task);
+  return std::any_of(found, found + tasks, [](bool f) { return f; });
+}
+
 void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
   const std::size_t n = objects_.limit();
-  const unsigned tasks = n < threads_move_from ? 1 : task_count(options);
+  const unsigned tasks = tasks_to_move(n, options);
   struct Part {
     std::size_t dirty;
     std::int64_t inactive;
@@ -151,6 +166,7 @@ bool Tracker::settle_cells(double most_lines) noexcept {
       }
     }
     if (i >= dirty.size()) continue;
+    if (i + ahead < dirty.size()) objects_.prefetch(dirty[i + ahead]);
     const ObjectId id = dirty[i];
     home = none;
     if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);

@@ -128,8 +128,8 @@ void live(Bytes& bytes) {
       b = BroadPhase(b);
     } else if (call < 12 && any) {
       const Box to = box(bytes);
-      const bool has_nan = to.upper.x != to.upper.x || to.upper.y != to.upper.y ||
-                           to.upper.z != to.upper.z;
+      const bool has_nan =
+          to.upper.x != to.upper.x || to.upper.y != to.upper.y || to.upper.z != to.upper.z;
       must(b.move(id, to) == (has_nan ? Status::nan_box : Status::ok), "move");
       if (!has_nan) model.at(id).box = to;
     } else {
