@@ -63,7 +63,7 @@ class Cells {
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
   // that overlaps this one, some of them several times, and returns how many were compared.
   struct Reach {
-    static constexpr std::uint32_t most = 96, room = 256;
+    static constexpr std::uint32_t most = 40, room = 62;
     std::uint32_t count;  // above `most`: too many to list
     std::uint32_t homes[room];
   };

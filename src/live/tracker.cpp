@@ -18,7 +18,7 @@ constexpr double cell_ns = 60, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
 constexpr double fair_comparisons = 64, comparison_ns = 1;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
-constexpr std::size_t ahead = 16;
+constexpr std::size_t ahead = 8;
 
 // Below so many objects a second thread does not pay for moving them.
 constexpr std::size_t threads_move_from = 20000;
