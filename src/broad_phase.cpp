@@ -14,6 +14,7 @@
 namespace throng {
 
 using live::none;
+using live::set;
 using ull = unsigned long long;
 
 struct BroadPhase::State {
@@ -129,13 +130,6 @@ bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options,
 }
 constexpr auto all = [](std::size_t) { return true; };
 
-void set(Filter& f, const Filters& from, std::size_t i) noexcept {
-  if (from.group) f.group = from.group[i];
-  if (from.mask) f.mask = from.mask[i];
-  if (from.owner) f.owner = from.owner[i];
-  if (from.world) f.world = from.world[i];
-  if (from.is_static) f.is_static = from.is_static[i];
-}
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
@@ -325,6 +319,49 @@ LivePairs BroadPhase::ended() const noexcept {
 LivePairs BroadPhase::pairs() noexcept {
   if (!state_) return {};
   return view(state_->tracker.pairs().sorted(state_->tracker.objects().limit()));
+}
+
+Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    tracker.queries().overlaps().clear();
+    if (!valid(boxes, nullptr, options_, r)) return;
+    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    tracker.find_overlaps(boxes, options_, r);
+  });
+}
+Pairs BroadPhase::overlaps() const noexcept {
+  if (!state_) return {};
+  const live::List<Pair>& found = state_->tracker.queries().overlaps();
+  return {found.data(), found.size()};
+}
+
+Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
+                             const Filters& filters) noexcept {
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    tracker.queries().forget_hits();
+    Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
+    boxes.filters = filters;
+    if (!valid(boxes, nullptr, options_, r)) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3& by = sweeps[i].by;
+      const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
+                        !core::has_nan(sweeps[i].box);
+      if (!good && r.invalid_count++ == 0) r.first_invalid = i;
+    }
+    if (r.invalid_count != 0) {
+      say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
+          ull{r.invalid_count}, ull{r.first_invalid});
+      r.status = Status::nan_box;
+      return;
+    }
+    tracker.find_hits(sweeps, count, which, filters, options_);
+    r.found = r.written = tracker.queries().hits().size();
+  });
+}
+SweepHitList BroadPhase::hits() const noexcept {
+  if (!state_) return {};
+  const live::List<SweepHit>& found = state_->tracker.queries().hits();
+  return {found.data(), found.size()};
 }
 
 bool BroadPhase::is_alive(ObjectId id) const noexcept {

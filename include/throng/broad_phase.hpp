@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include <throng/boxes.hpp>
+#include <throng/finder.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 
@@ -39,6 +40,34 @@ struct LivePairs {
   const LivePair* begin() const noexcept { return data_; }
   const LivePair* end() const noexcept { return data_ + size_; }
   const LivePair& operator[](std::size_t i) const noexcept { return data_[i]; }
+};
+
+// A box that goes straight by `by` in the time from 0 to 1. A ray is a point that does.
+struct Sweep {
+  Box box;
+  Vec3 by;
+};
+// Of sweep number `sweep`: when it first touches the object.
+struct SweepHit {
+  std::uint32_t sweep;
+  ObjectId object;
+  double time;  // 0: it does from the start
+};
+enum class SweepHits : std::uint8_t {
+  all,    // every object on the way, by id
+  first,  // the one that is met first; of several at once that of the lowest id
+};
+// A view of hits that a BroadPhase owns, sorted by sweep.
+struct SweepHitList {
+  const SweepHit* data_ = nullptr;
+  std::size_t size_ = 0;
+
+  const SweepHit* data() const noexcept { return data_; }
+  std::size_t size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  const SweepHit* begin() const noexcept { return data_; }
+  const SweepHit* end() const noexcept { return data_ + size_; }
+  const SweepHit& operator[](std::size_t i) const noexcept { return data_[i]; }
 };
 
 // Objects are added, moved and removed; update() then tells what this did to the pairs. What it
@@ -101,6 +130,23 @@ class BroadPhase {
   // All pairs there are since the last update; good until the next. They are put into order when
   // they are asked for.
   LivePairs pairs() noexcept;
+
+  // Questions to the objects as they were given last, with an update since or without. Each takes
+  // many at once and shares them out among threads. The margin plays no part. What they find is
+  // good until the next question, and gone if that fails.
+  //
+  // All objects that each box overlaps, as far as the filters on the view allow: first is the
+  // number of the box, second the object; sorted. The Result tells how many.
+  Result find_overlaps(const Boxes& boxes) noexcept;
+  Pairs overlaps() const noexcept;
+  // The objects that each sweep meets. On each axis the times of touching are computed in doubles,
+  //   (object.lower - box.upper) / by  ..  (object.upper - box.lower) / by,
+  // and cut to 0 .. 1; along an axis with `by` 0 the boxes must overlap. What is the hit is decided
+  // by these numbers alone. A sweep with a NaN, or a `by` that is not finite, is refused: nan_box.
+  // A box with lower > upper meets nothing.
+  Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
+                   const Filters& filters = {}) noexcept;
+  SweepHitList hits() const noexcept;
 
   bool is_alive(ObjectId id) const noexcept;
   // As they were given last. The id must be alive.

@@ -79,6 +79,10 @@ class Cells {
   std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept;
   void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
+  std::size_t line_count() const noexcept { return lines_.size(); }
+  // A length in the units that cells are made of.
+  double units(double length) const noexcept { return length * static_cast<double>(scale_); }
+
   void reserve_for(const Cells& other) { lines_.reserve(other.lines_.capacity()); }
   void copy(const Cells& other) noexcept;
 

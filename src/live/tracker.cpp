@@ -20,6 +20,11 @@ constexpr double fair_comparisons = 64, comparison_ns = 1;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
 constexpr std::size_t ahead = 8;
 
+// Of questions: finding the overlaps of many boxes with all objects, an object; comparing a sweep
+// with one.
+constexpr double search_object_ns = 8, touch_ns = 4;
+constexpr double no_limit = 1e300;
+
 // Below so many objects a second thread does not pay for moving them.
 constexpr std::size_t threads_move_from = 20000;
 
@@ -29,6 +34,17 @@ unsigned task_count(const Options& options) noexcept {
 }
 const Executor& executor_of(const Options& options) noexcept {
   return options.executor ? *options.executor : cpu::default_executor();
+}
+
+// Room in a list for what the engine finds.
+Pair* grow_list(void* list, std::size_t count) {
+  try {
+    auto& found = *static_cast<List<Pair>*>(list);
+    found.renew(count + count / 64 + 512);
+    return found.data();
+  } catch (const cpu::NoMemory&) {
+    return nullptr;
+  }
 }
 
 unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
@@ -42,6 +58,7 @@ Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
       objects_(engine_.memory(), options.margin),
       pairs_(engine_.memory()),
       cells_(engine_.memory()),
+      queries_(engine_.memory()),
       found_(engine_.memory()) {}
 
 bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
@@ -107,14 +124,12 @@ bool Tracker::few_changed(unsigned tasks) {
   if (!linked_) {
     regret_ += all - few;
     if (regret_ < objects * cell_ns + pairs * link_ns) return false;
-    make_cells();
+    if (!placed_) make_cells();
     pairs_.link_all(objects_);
     linked_ = true;
-  } else if (regret_ > objects * cell_ns ||
-             !cells_.takes(objects_.count() + objects_.removed_count())) {
-    linked_ = false;  // if this fails the cells are lost
+    regret_ = 0;
+  } else if (regret_ > objects * cell_ns) {
     make_cells();
-    linked_ = true;
   }
   if (settle_cells(all / line_ns)) return true;
   // What changed is too wide, and will probably be so again.
@@ -123,8 +138,9 @@ bool Tracker::few_changed(unsigned tasks) {
 }
 
 void Tracker::make_cells() {
+  placed_ = false;
   cells_.plan(objects_);
-  regret_ = 0;
+  if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
   // Where they go is computed some steps ahead.
   constexpr std::size_t steps = 16;
@@ -144,11 +160,13 @@ void Tracker::make_cells() {
     const Body& body = objects_.body(id);
     if (body.home != none) cells_.insert(id, objects_.grown(id), body.home);
   }
+  placed_ = true;
 }
 
 // Puts what changed where it belongs. False, with some of it undone, where searching would look at
 // too many lines.
-bool Tracker::settle_cells(double most_lines) noexcept {
+bool Tracker::settle_cells(double most_lines) {
+  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells();
   const List<ObjectId>& dirty = objects_.dirty_list();
   double lines = 0;
   std::uint32_t homes[ahead];
@@ -253,21 +271,44 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   all.algorithm = Algorithm::automatic;
   all.margin = objects_.margin();
   all.memory_cap_bytes = 0;
-  const auto grow = [](void* list, std::size_t count) -> Pair* {
-    try {
-      auto& found = *static_cast<List<Pair>*>(list);
-      found.renew(count + count / 64 + 512);
-      return found.data();
-    } catch (const cpu::NoMemory&) {
-      return nullptr;
-    }
-  };
-  cpu::Output output{found_.data(), found_.capacity(), grow, &found_};
-  linked_ = false;
+  cpu::Output output{found_.data(), found_.capacity(), grow_list, &found_};
+  linked_ = placed_ = false;
   r = engine_.find(objects_.view(), nullptr, all, &output, nullptr);
   if (!r.ok()) return;
   pairs_.commit_sorted(output.data, static_cast<std::size_t>(r.found), objects_.limit(),
                        executor_of(options), tasks);
+}
+
+void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
+  const auto asked = static_cast<double>(boxes.size());
+  const auto objects = static_cast<double>(objects_.count());
+  if (placed_ && asked * search_ns < objects * search_object_ns) {
+    settle_cells(no_limit);
+    queries_.find_overlaps(objects_, cells_, boxes, executor_of(options), task_count(options));
+  } else {
+    Options all = options;
+    all.order = Order::canonical;
+    all.nan = NanPolicy::inactive;
+    all.algorithm = Algorithm::automatic;
+    all.margin = 0;
+    all.memory_cap_bytes = 0;
+    List<Pair>& found = queries_.overlaps();
+    found.clear();
+    cpu::Output output{found.data(), found.capacity(), grow_list, &found};
+    const Boxes view = objects_.view();
+    r = engine_.find(boxes, &view, all, &output, nullptr);
+    if (r.ok()) found.resize(static_cast<std::size_t>(r.found));
+    r.inactive = 0;
+  }
+  r.found = r.written = queries_.overlaps().size();
+}
+
+void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
+                        const Filters& filters, const Options& options) {
+  if (!placed_ && static_cast<double>(count) * touch_ns > cell_ns) make_cells();
+  if (placed_) settle_cells(no_limit);
+  queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,
+                     executor_of(options), task_count(options));
 }
 
 void Tracker::reserve_for(const Tracker& other) {
@@ -280,6 +321,7 @@ void Tracker::copy(const Tracker& other) noexcept {
   objects_.copy(other.objects_);
   pairs_.copy(other.pairs_);
   cells_.copy(other.cells_);
+  placed_ = other.placed_;
   linked_ = other.linked_;
   regret_ = other.regret_;
   usual_comparisons_ = other.usual_comparisons_;

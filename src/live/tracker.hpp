@@ -15,6 +15,7 @@
 #include "live/cells.hpp"
 #include "live/objects.hpp"
 #include "live/pair_set.hpp"
+#include "live/query.hpp"
 
 namespace throng::live {
 
@@ -34,13 +35,19 @@ class Tracker {
   // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
   void move_all(const Boxes& boxes, const Options& options) noexcept;
 
+  // Questions; see query.hpp. Throw cpu::NoMemory.
+  void find_overlaps(const Boxes& boxes, const Options& options, Result& result);
+  void find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
+                 const Options& options);
+  Queries& queries() noexcept { return queries_; }
+
   void reserve_for(const Tracker& other);
   void copy(const Tracker& other) noexcept;
 
  private:
   bool few_changed(unsigned tasks);
   void make_cells();
-  bool settle_cells(double most_lines) noexcept;
+  bool settle_cells(double most_lines);
   void search_around(Result& result);
   void find_all(const Options& options, unsigned tasks, Result& result);
   Cells::Worlds worlds_of(ObjectId id) const noexcept;
@@ -49,8 +56,10 @@ class Tracker {
   Objects objects_;
   PairSet pairs_;
   Cells cells_;
+  Queries queries_;
   List<Pair> found_;
-  bool linked_ = false;  // cells and linked pairs are kept
+  bool placed_ = false;  // cells are kept
+  bool linked_ = false;  // and linked pairs, too
   double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
   double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
 };

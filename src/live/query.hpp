@@ -1,0 +1,52 @@
+// Questions to the objects: what overlaps a box, what is in a box's way.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+
+#include "cpu/sink.hpp"
+#include "live/cells.hpp"
+#include "live/list.hpp"
+#include "live/objects.hpp"
+
+namespace throng::live {
+
+void set(Filter& filter, const Filters& from, std::size_t i) noexcept;
+
+// When a moving box touches another one: from `enter` to `leave`, if enter <= leave.
+struct Touch {
+  double enter, leave;
+};
+Touch touch(const Sweep& sweep, const Box& box) noexcept;
+
+class Queries {
+ public:
+  explicit Queries(cpu::Memory& memory) noexcept;
+  ~Queries();
+  Queries(const Queries&) = delete;
+  Queries& operator=(const Queries&) = delete;
+
+  List<Pair>& overlaps() noexcept { return overlaps_; }
+  const List<SweepHit>& hits() const noexcept { return hits_; }
+  void forget_hits() noexcept { hits_.clear(); }
+
+  // By the cells, in which all objects are where they belong. Throw cpu::NoMemory.
+  void find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
+                     const Executor& executor, unsigned tasks);
+  // `cells` null: compares with all objects.
+  void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps,
+                 std::size_t count, SweepHits which, const Filters& filters,
+                 const Executor& executor, unsigned tasks);
+
+ private:
+  template <class Ask>
+  void run(std::size_t count, const Executor& executor, unsigned tasks, Ask&& ask);
+
+  cpu::Memory& memory_;
+  List<SweepHit>* found_[cpu::max_workers] = {};  // by each task
+  List<Pair> overlaps_;
+  List<SweepHit> hits_;
+};
+
+}  // namespace throng::live

@@ -1,0 +1,249 @@
+// Questions, against a loop over all objects: overlaps by the reference's own comparison; sweeps by
+// whole numbers multiplied crosswise, and by the formula that the header gives.
+#include <gtest/gtest.h>
+
+#include "broad_phase/actor.hpp"
+#include "broad_phase/state.hpp"
+#include "support/counting.hpp"
+
+namespace throng::tests {
+namespace {
+
+Item item_of(const Box& box, const Filter& f) {
+  Boxes one(&box, 1);
+  one.filters = {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
+  return read_items(one, 0)[0];
+}
+
+testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool filtered) {
+  BoxList boxes;
+  std::vector<Filter> filters;
+  for (std::size_t i = 0; i < count; ++i) {
+    boxes.push_back(actor.any_box());
+    filters.push_back(filtered ? actor.any_filter() : Filter{});
+  }
+  Boxes view = boxes;
+  if (filtered) view.filters = Actor::view_of(filters);
+  std::vector<Pair> want;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Item a = item_of(boxes[i], filters[i]);
+    for (const ObjectId id : actor.model.ids()) {
+      const Item b = item_of(actor.model.at(id).box, actor.model.at(id).filter);
+      if (a.active && b.active && !disjoint(a, b) && wanted(a, b))
+        want.push_back({static_cast<std::uint32_t>(i), id});
+    }
+  }
+  const Result r = actor.broad_phase.find_overlaps(view);
+  if (!r.ok()) return testing::AssertionFailure() << r.message;
+  const std::vector<Pair> got = to_vector(actor.broad_phase.overlaps());
+  if (r.found != got.size()) return testing::AssertionFailure() << "found " << r.found;
+  if (!std::is_sorted(got.begin(), got.end())) return testing::AssertionFailure() << "not sorted";
+  return same_pairs(got, want);
+}
+
+// As the header says it.
+bool meets(const Sweep& s, const Box& b, double& time) {
+  const float sl[3] = {s.box.lower.x, s.box.lower.y, s.box.lower.z};
+  const float su[3] = {s.box.upper.x, s.box.upper.y, s.box.upper.z};
+  const float bl[3] = {b.lower.x, b.lower.y, b.lower.z}, bu[3] = {b.upper.x, b.upper.y, b.upper.z};
+  const float by[3] = {s.by.x, s.by.y, s.by.z};
+  double from = 0, to = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (!(sl[k] <= su[k] && bl[k] <= bu[k])) return false;
+    if (by[k] == 0) {
+      if (su[k] < bl[k] || bu[k] < sl[k]) return false;
+      continue;
+    }
+    const double d = by[k], p = (double(bl[k]) - double(su[k])) / d,
+                 q = (double(bu[k]) - double(sl[k])) / d;
+    from = std::fmax(from, d > 0 ? p : q);  // fmax, fmin: a NaN is no bound
+    to = std::fmin(to, d > 0 ? q : p);
+  }
+  time = from;
+  return from <= to;
+}
+
+testing::AssertionResult same_hits(Actor& actor, const std::vector<Sweep>& sweeps,
+                                   const std::vector<Filter>& filters) {
+  std::vector<SweepHit> all, first;
+  for (std::size_t i = 0; i < sweeps.size(); ++i) {
+    SweepHit best{0, 0, 2};
+    for (const ObjectId id : actor.model.ids()) {
+      const Model::Object& o = actor.model.at(id);
+      double time = 0;
+      if (!meets(sweeps[i], o.box, time)) continue;
+      if (!wanted(item_of(sweeps[i].box, filters[i]), item_of(o.box, o.filter))) continue;
+      all.push_back({static_cast<std::uint32_t>(i), id, time});
+      if (time < best.time) best = all.back();
+    }
+    if (best.time < 2) first.push_back(best);
+  }
+  const auto same = [](const SweepHitList& got, const std::vector<SweepHit>& want) {
+    return std::equal(got.begin(), got.end(), want.begin(), want.end(),
+                      [](const SweepHit& a, const SweepHit& b) {
+                        return a.sweep == b.sweep && a.object == b.object && a.time == b.time;
+                      });
+  };
+  for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+    const Result r = actor.broad_phase.find_hits(sweeps.data(), sweeps.size(), which,
+                                                 Actor::view_of(filters));
+    if (!r.ok()) return testing::AssertionFailure() << r.message;
+    const std::vector<SweepHit>& want = which == SweepHits::all ? all : first;
+    if (!same(actor.broad_phase.hits(), want) || r.found != want.size())
+      return testing::AssertionFailure()
+             << (which == SweepHits::all ? "all: " : "first: ") << actor.broad_phase.hits().size()
+             << " hits instead of " << want.size();
+  }
+  return testing::AssertionSuccess();
+}
+
+Sweep any_sweep(Actor& actor, float side) {
+  Random& random = actor.random;
+  Sweep s{actor.any_box(), random.point(-2, 2)};
+  if (random.one_in(2)) s.box.upper = s.box.lower;  // a ray
+  if (random.one_in(3)) s.by = random.point(-2 * side, 2 * side);
+  if (random.one_in(8)) s.by = random.point(-1e4f, 1e4f);
+  if (random.one_in(30)) s.by = {1e30f, -1e37f, 1};
+  if (random.one_in(6)) s.by.x = 0;
+  if (random.one_in(6)) s.by.y = s.by.z = 0;
+  return s;
+}
+
+// Cells made or not, moves that no update has told yet, one thread and several.
+void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin) {
+  Options options;
+  options.threads = seed % 2 ? 1 : 3;
+  options.margin = margin;
+  const float side = 14;
+  Actor actor(options, seed, side);
+  ASSERT_TRUE(actor.add(400, filtered));
+  for (int step = 0; step < 30; ++step) {
+    if (step % 10 != 0) {
+      ASSERT_TRUE(actor.move(step % 7 == 0 ? 300 : 3));
+    }
+    if (step % 6 == 0) {
+      ASSERT_TRUE(actor.remove(3));
+      ASSERT_TRUE(actor.add(7, filtered));
+    }
+    if (step % 3 == 0) {
+      ASSERT_TRUE(actor.update());
+    }
+    if (step % 2 == 0) {
+      ASSERT_TRUE(same_overlaps(actor, 1 + questions, filtered)) << "step " << step;
+      continue;
+    }
+    std::vector<Sweep> sweeps;
+    std::vector<Filter> filters;
+    for (std::size_t k = 0; k < questions; ++k) {
+      sweeps.push_back(any_sweep(actor, side));
+      filters.push_back(filtered ? actor.any_filter() : Filter{});
+    }
+    ASSERT_TRUE(same_hits(actor, sweeps, filters)) << "step " << step;
+  }
+  ASSERT_TRUE(actor.update());
+}
+
+TEST(BroadPhaseQuery, Few) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, 3, 0);
+}
+TEST(BroadPhaseQuery, Many) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, 150, 0);
+}
+TEST(BroadPhaseQuery, Filtered) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, true, 40, 0);
+}
+TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) ask(seed, false, 30, 0.5f);
+}
+
+// On a lattice of touching cubes, sweeps by whole numbers graze edges and corners. Whether a grazing
+// one hits is decided by fractions; here they are multiplied crosswise, in integers.
+TEST(BroadPhaseQuery, GrazingSweeps) {
+  Actor actor({}, 1, 8);
+  Random& random = actor.random;
+  BoxList boxes;
+  for (int k = 0; k < 400; ++k) {
+    const auto c = [&] { return static_cast<float>(random.between(0, 9)); };
+    const float e = static_cast<float>(random.between(0, 2));
+    boxes.push_back(cube(c(), c(), c(), e));
+  }
+  std::vector<ObjectId> ids(boxes.size());
+  ASSERT_TRUE(actor.broad_phase.add(boxes, ids.data()).ok());
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 300; ++k) {
+    const auto c = [&](int low, int high) { return static_cast<float>(random.between(low, high)); };
+    const Vec3 at = {c(-3, 12), c(-3, 12), c(-3, 12)};
+    const float e = c(0, 1);
+    sweeps.push_back({cube(at, e), {c(-13, 13), c(-13, 13), c(-13, 13)}});
+  }
+  ASSERT_TRUE(actor.broad_phase.find_hits(sweeps.data(), sweeps.size()).ok());
+  const SweepHitList hits = actor.broad_phase.hits();
+  std::size_t at = 0, grazing = 0;
+  for (std::size_t i = 0; i < sweeps.size(); ++i) {
+    for (const ObjectId id : ids) {
+      const Sweep& s = sweeps[i];
+      const Box& b = boxes[id];
+      const float low[3] = {b.lower.x - s.box.upper.x, b.lower.y - s.box.upper.y,
+                            b.lower.z - s.box.upper.z};
+      const float high[3] = {b.upper.x - s.box.lower.x, b.upper.y - s.box.lower.y,
+                             b.upper.z - s.box.lower.z};
+      const float by[3] = {s.by.x, s.by.y, s.by.z};
+      // enter = en / ed, leave = ln / ld, denominators > 0.
+      long en = 0, ed = 1, ln = 1, ld = 1;
+      bool hit = true;
+      for (int k = 0; k < 3; ++k) {
+        long p = static_cast<long>(low[k]), q = static_cast<long>(high[k]),
+             d = static_cast<long>(by[k]);
+        if (d == 0) {
+          hit = hit && p <= 0 && q >= 0;
+          continue;
+        }
+        if (d < 0) {
+          std::swap(p, q);
+          p = -p, q = -q, d = -d;
+        }
+        if (p * ed > en * d) en = p, ed = d;
+        if (q * ld < ln * d) ln = q, ld = d;
+      }
+      grazing += hit && en * ld == ln * ed;
+      hit = hit && en * ld <= ln * ed;
+      const bool told = at < hits.size() && hits[at].sweep == i && hits[at].object == id;
+      ASSERT_EQ(told, hit) << "sweep " << i << ", object " << id;
+      at += told;
+    }
+  }
+  EXPECT_EQ(at, hits.size());
+  EXPECT_GT(grazing, 100u);
+}
+
+TEST(BroadPhaseQuery, WrongQuestions) {
+  BroadPhase b;
+  const BoxList boxes = {cube(0, 0, 0, 1)};
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  const Snapshot before(b);
+  Sweep sweeps[2] = {{boxes[0], {1, 0, 0}}, {boxes[0], {0, infinity, 0}}};
+  Result r = b.find_hits(sweeps, 2);
+  EXPECT_EQ(r.status, Status::nan_box);
+  EXPECT_EQ(r.first_invalid, 1u);
+  EXPECT_TRUE(b.hits().empty());
+  sweeps[1] = {{{0, std::nanf(""), 0}, {1, 1, 1}}, {1, 0, 0}};
+  EXPECT_EQ(b.find_hits(sweeps, 2).status, Status::nan_box);
+  EXPECT_EQ(b.find_hits(nullptr, 2).status, Status::bad_boxes);
+  EXPECT_EQ(b.find_overlaps(Boxes(&sweeps[1].box, 1)).status, Status::nan_box);
+  const std::int32_t world = -3;
+  Filters filters;
+  filters.world = {&world, 1};
+  EXPECT_EQ(b.find_hits(sweeps, 1, SweepHits::all, filters).status, Status::bad_filter);
+  EXPECT_EQ(Snapshot(b), before);
+  EXPECT_TRUE(b.find_hits(sweeps, 1).ok());
+  EXPECT_EQ(b.hits().size(), 1u);
+  EXPECT_TRUE(b.find_overlaps(boxes).ok());
+  EXPECT_EQ(b.overlaps().size(), 1u);
+  BroadPhase none;
+  EXPECT_TRUE(none.hits().empty() && none.overlaps().empty());
+  EXPECT_TRUE(none.find_hits(sweeps, 1).ok());
+  EXPECT_TRUE(none.find_overlaps(boxes).ok());
+}
+
+}  // namespace
+}  // namespace throng::tests
