@@ -70,4 +70,25 @@ int main() {
   broad_phase = saved;
   // snippet-end: rollback
   CHECK(broad_phase.is_alive(ground));
+
+  // snippet-begin: questions
+  const throng::Vec3 eye = {0.5f, 5, 0.5f};
+  const std::vector<throng::Sweep> sweeps = {
+      {{eye, eye}, {0, -100, 0}},              // a ray: a point that goes down by 100
+      {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that goes along x
+  };
+  broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
+  for (const throng::SweepHit& hit : broad_phase.hits()) {
+    std::printf("sweep %u meets object %u at %g of its way\n", hit.sweep, hit.object, hit.time);
+  }
+  // snippet-end: questions
+  CHECK(broad_phase.hits().size() == 1 && broad_phase.hits()[0].object == ground);
+  // snippet-begin: overlaps
+  const std::vector<throng::Box> rooms = {{{0, 0, 0}, {100, 10, 10}}};
+  broad_phase.find_overlaps(rooms);
+  for (const throng::Pair& pair : broad_phase.overlaps()) {
+    std::printf("object %u is in room %u\n", pair.second, pair.first);
+  }
+  // snippet-end: overlaps
+  CHECK(broad_phase.overlaps().size() > 50);
 }

@@ -35,9 +35,8 @@ class Queries {
   void find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
                      const Executor& executor, unsigned tasks);
   // `cells` null: compares with all objects.
-  void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps,
-                 std::size_t count, SweepHits which, const Filters& filters,
-                 const Executor& executor, unsigned tasks);
+  void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps, std::size_t count,
+                 SweepHits which, const Filters& filters, const Executor& executor, unsigned tasks);
 
  private:
   template <class Ask>

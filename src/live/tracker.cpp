@@ -300,6 +300,7 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
     if (r.ok()) found.resize(static_cast<std::size_t>(r.found));
     r.inactive = 0;
   }
+  queries_.forget_hits();  // it may have been found there
   r.found = r.written = queries_.overlaps().size();
 }
 

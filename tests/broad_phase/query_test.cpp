@@ -85,8 +85,8 @@ testing::AssertionResult same_hits(Actor& actor, const std::vector<Sweep>& sweep
                       });
   };
   for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
-    const Result r = actor.broad_phase.find_hits(sweeps.data(), sweeps.size(), which,
-                                                 Actor::view_of(filters));
+    const Result r =
+        actor.broad_phase.find_hits(sweeps.data(), sweeps.size(), which, Actor::view_of(filters));
     if (!r.ok()) return testing::AssertionFailure() << r.message;
     const std::vector<SweepHit>& want = which == SweepHits::all ? all : first;
     if (!same(actor.broad_phase.hits(), want) || r.found != want.size())
@@ -156,8 +156,8 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) ask(seed, false, 30, 0.5f);
 }
 
-// On a lattice of touching cubes, sweeps by whole numbers graze edges and corners. Whether a grazing
-// one hits is decided by fractions; here they are multiplied crosswise, in integers.
+// On a lattice of touching cubes, sweeps by whole numbers graze edges and corners. Whether a
+// grazing one hits is decided by fractions; here they are multiplied crosswise, in integers.
 TEST(BroadPhaseQuery, GrazingSweeps) {
   Actor actor({}, 1, 8);
   Random& random = actor.random;
