@@ -13,6 +13,7 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr Cells::Line empty_line = {
     {{{nan, nan, nan, nan, nan, nan}, none, none}, {{nan, nan, nan, nan, nan, nan}, none, 0}}};
 constexpr std::size_t sample_boxes = 512;
+constexpr double crowded = 4;
 
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
@@ -38,10 +39,15 @@ struct Sample {
   }
 };
 
-// The span of the first class. Equal boxes shall fit into it, and smaller ones shall share cells
-// until a cell holds about one box: large boxes look into fewer then.
-double first_span(Sample& s, std::size_t count) noexcept {
-  if (s.count == 0) return 1;
+struct Scale {
+  double span;      // of the first class
+  double crowding;  // boxes in a cell of two spans
+};
+
+// Equal boxes shall fit into the first class, and smaller ones shall share its cells until a cell
+// holds about one box: large boxes look into fewer then.
+Scale measure(Sample& s, std::size_t count) noexcept {
+  if (s.count == 0) return {1, 0};
   const double side = Sample::quantile(s.side, s.count, 0.25) * 1.07;
   const double usual = Sample::quantile(s.side, s.count, 0.5);
   double volume = 1;
@@ -50,7 +56,9 @@ double first_span(Sample& s, std::size_t count) noexcept {
         Sample::quantile(centre, s.count, 0.95) - Sample::quantile(centre, s.count, 0.05);
     volume *= std::max(std::max(range / 0.9, usual), 1e-30);
   }
-  return std::max(side, 0.5 * std::cbrt(volume / static_cast<double>(count)));
+  const double each = volume / static_cast<double>(count);
+  const double span = std::max(side, 0.5 * std::cbrt(each));
+  return {span, 8 * span * span * span / each};
 }
 
 }  // namespace
@@ -63,7 +71,7 @@ void Cells::plan(const Objects& objects) {
     const auto i = static_cast<ObjectId>(id);
     if (objects.is_active(i)) sample.add(objects.grown(i));
   }
-  const double span = first_span(sample, std::max<std::size_t>(count, 1));
+  const Scale scale = measure(sample, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
   // One to two boxes a cell: most of them then lie in its own line, and the lines in the cache.
   const std::size_t cells = std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
@@ -73,7 +81,9 @@ void Cells::plan(const Objects& objects) {
   most_objects_ = most;
   mask_ = static_cast<std::uint32_t>(cells - 1);
   free_ = none;
-  scale_ = static_cast<float>(std::clamp((1 << span_bits) / span, 1e-30, 1e30));
+  scale_ = static_cast<float>(std::clamp((1 << span_bits) / scale.span, 1e-30, 1e30));
+  // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
+  cell_bits_ = scale.crowding > crowded ? 4 : 5;
   std::fill(class_count_, class_count_ + classes + 1, 0);
   used_ = 0;
   lines_.resize(cells + 1);
@@ -91,7 +101,7 @@ std::uint32_t Cells::home_of(const Box& box, std::int32_t world) const noexcept 
   const Range r = quantise(box);
   const int c = class_of(r);
   if (c == classes) return wide_home();
-  const int shift = cell_bits + c;
+  const int shift = cell_bits_ + c;
   const std::uint32_t h = row(c, world, r.lower[1] >> shift, r.lower[2] >> shift);
   return (h + static_cast<std::uint32_t>(r.lower[0] >> shift)) & mask_;
 }
@@ -187,6 +197,7 @@ void Cells::copy(const Cells& other) noexcept {
   free_ = other.free_;
   most_objects_ = other.most_objects_;
   scale_ = other.scale_;
+  cell_bits_ = other.cell_bits_;
   std::copy(other.class_count_, other.class_count_ + classes + 1, class_count_);
   used_ = other.used_;
 }

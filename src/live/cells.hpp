@@ -4,13 +4,13 @@
 // One function per axis maps a float to a whole number of units, q(x) = floor(clamp(x * scale)).
 // Each step is non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities
 // included. A box is of the first class c whose span 16 << c is at least q(upper) - q(lower) on
-// every axis; cells of that class are 32 << c units long, and the box's home on an axis is
-// q(lower) >> (5 + c).
+// every axis; cells of that class are 32 << c units long, 16 << c
+// where boxes are dense, and the box's home on an axis is q(lower) >> (bits + c), bits 5 or 4.
 //
 // Why no pair is lost: let box b of class c overlap box a. On every axis b.lower <= a.upper and
 // a.lower <= b.upper, so q(b.lower) <= q(a.upper), and q(b.lower) >= q(b.upper) - span >=
 // q(a.lower) - span. Shifting keeps the order: b's home is one of the cells
-//   (q(a.lower) - span) >> (5 + c)  ..  q(a.upper) >> (5 + c),
+//   (q(a.lower) - span) >> (bits + c)  ..  q(a.upper) >> (bits + c),
 // and a search of a looks into all of those, for every class in use. No float is widened.
 //
 // A cell is found by a hash of its class, world and numbers. Cells that fall on one another only
@@ -88,7 +88,7 @@ class Cells {
 
  private:
   static constexpr int classes = 24;
-  static constexpr int span_bits = 4, cell_bits = 5;
+  static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
 
   struct alignas(16) Range {
@@ -122,11 +122,11 @@ class Cells {
     return h ^ h >> 16;
   }
   std::uint32_t wide_home() const noexcept { return mask_ + 1; }
-  static Range cells_of(const Range& r, int c) noexcept {
+  Range cells_of(const Range& r, int c) const noexcept {
     Range cells;
     for (int k = 0; k < 4; ++k) {
-      cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits + c);
-      cells.upper[k] = r.upper[k] >> (cell_bits + c);
+      cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits_ + c);
+      cells.upper[k] = r.upper[k] >> (cell_bits_ + c);
     }
     return cells;
   }
@@ -148,6 +148,7 @@ class Cells {
   std::uint32_t free_ = none;     // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
   float scale_ = 1;
+  int cell_bits_ = 5;
   std::size_t class_count_[classes + 1] = {};
   std::uint32_t used_ = 0;  // a bit each class that has boxes
 };

@@ -10,9 +10,9 @@ namespace {
 
 // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
 // Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
-constexpr double find_object_ns = 17, find_pair_ns = 15, thread_share = 0.7;
+constexpr double find_object_ns = 22, find_pair_ns = 20, thread_share = 0.7;
 // Searching around an object that changed; a cache line of cells that this looks at.
-constexpr double search_ns = 100, line_ns = 4;
+constexpr double search_ns = 450, line_ns = 15;
 // Making cells, and linking a pair.
 constexpr double cell_ns = 60, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
