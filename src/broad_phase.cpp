@@ -150,6 +150,7 @@ BroadPhase::BroadPhase(const BroadPhase& other) : options_(other.options_) {
   throw Error(r);
 }
 BroadPhase& BroadPhase::operator=(const BroadPhase& other) {
+  if (this == &other) return *this;
   const Result r = copy_from(other);
   if (!r.ok()) throw Error(r);
   return *this;
@@ -342,7 +343,7 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
     Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
     boxes.filters = filters;
     if (!valid(boxes, nullptr, options_, r)) return;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; sweeps && i < count; ++i) {
       const Vec3& by = sweeps[i].by;
       const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
                         !core::has_nan(sweeps[i].box);

@@ -171,7 +171,7 @@ std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcep
     const Range cells = cells_of(range, std::countr_zero(used));
     std::uint64_t n[3];
     for (int k = 0; k < 3; ++k) {
-      n[k] = static_cast<std::uint64_t>(cells.upper[k] - cells.lower[k] + 1);
+      n[k] = static_cast<std::uint64_t>(std::int64_t{cells.upper[k]} - cells.lower[k] + 1);
     }
     // At most 2^25 an axis. More than there are lines: the product need not be known.
     const std::uint64_t layer = n[0] * n[1];

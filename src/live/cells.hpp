@@ -1,7 +1,7 @@
 // Cells by size classes, hashed: where objects lie that mostly stay. Each box is kept once, in the
 // cell of its lower corner, and looked for with a handful of cache lines.
 //
-// One function per axis maps a float to a whole number of units, q(x) = floor(clamp(x * scale)).
+// One function per axis maps a float to a whole number of units, q(x) = int(clamp(x * scale)).
 // Each step is non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities
 // included. A box is of the first class c whose span 16 << c is at least q(upper) - q(lower) on
 // every axis; cells of that class are 32 << c units long, 16 << c
@@ -102,8 +102,7 @@ class Cells {
       float t = corner[k] * scale_;
       t = t > -most_units ? t : -most_units;
       t = t < most_units ? t : most_units;
-      const auto i = static_cast<std::int32_t>(t);
-      q[k] = i - static_cast<std::int32_t>(t < static_cast<float>(i));
+      q[k] = static_cast<std::int32_t>(t);
     }
     return {{q[0], q[1], q[2], q[3]}, {q[4], q[5], q[6], q[7]}};
   }

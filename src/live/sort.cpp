@@ -14,7 +14,7 @@ void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t
     return;
   }
   // From the last digit up. Small digits where there are few pairs to share the counters' cost.
-  const unsigned bits = static_cast<unsigned>(std::bit_width(limit));
+  const unsigned bits = std::max(1u, static_cast<unsigned>(std::bit_width(limit)));
   const unsigned most = count < 4096 ? 7 : 11;
   const unsigned passes = (bits + most - 1) / most;
   const unsigned digit = (bits + passes - 1) / passes;
