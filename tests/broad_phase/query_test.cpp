@@ -153,7 +153,38 @@ TEST(BroadPhaseQuery, Filtered) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, true, 40, 0);
 }
 TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
-  for (std::uint64_t seed = 0; seed < 3; ++seed) ask(seed, false, 30, 0.5f);
+  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
+}
+
+// Slanted sweeps through many small boxes: what is near the way at first may be met late, or never.
+TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
+  Random random(3);
+  BroadPhase b;
+  BoxList boxes;
+  for (int k = 0; k < 6000; ++k)
+    boxes.push_back(cube(random.point(0, 20), random.in(0, random.one_in(20) ? 3.0f : 0.3f)));
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 3000; ++k) {
+    const Vec3 at = random.point(-2, 22);
+    sweeps.push_back({{at, at}, random.point(-20, 20)});
+  }
+  ASSERT_TRUE(b.find_hits(sweeps.data(), sweeps.size()).ok());
+  std::vector<SweepHit> want;
+  for (const SweepHit& hit : b.hits()) {
+    if (want.empty() || want.back().sweep != hit.sweep)
+      want.push_back(hit);
+    else if (hit.time < want.back().time)
+      want.back() = hit;
+  }
+  EXPECT_GT(b.hits().size(), 2 * want.size());
+  ASSERT_TRUE(b.find_hits(sweeps.data(), sweeps.size(), SweepHits::first).ok());
+  ASSERT_EQ(b.hits().size(), want.size());
+  for (std::size_t k = 0; k < want.size(); ++k) {
+    EXPECT_EQ(b.hits()[k].sweep, want[k].sweep);
+    EXPECT_EQ(b.hits()[k].object, want[k].object);
+    EXPECT_EQ(b.hits()[k].time, want[k].time);
+  }
 }
 
 // On a lattice of touching cubes, sweeps by whole numbers graze edges and corners. Whether a
