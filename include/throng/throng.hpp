@@ -2,8 +2,8 @@
 #pragma once
 
 #include <throng/boxes.hpp>
-#include <throng/explain.hpp>
 #include <throng/broad_phase.hpp>
+#include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
