@@ -42,7 +42,7 @@ struct BroadPhaseAccess {
     try {
       body(state.tracker, r);
     } catch (const cpu::NoMemory& failure) {
-      explain_failure(r, Status::out_of_memory, failure.bytes, nullptr);
+      explain_failure(r, {Status::out_of_memory, failure.bytes});
     }
     state.in_call.store(false, std::memory_order_release);
     if (!r.ok()) explain(r, false, false);
@@ -67,7 +67,7 @@ struct BroadPhaseAccess {
     } catch (...) {
     }
     if (!room) {
-      explain_failure(r, Status::out_of_memory, sizeof(BroadPhase::State), nullptr);
+      explain_failure(r, {Status::out_of_memory, sizeof(BroadPhase::State)});
       return false;
     }
     it.state_ = new (room) BroadPhase::State(options, memory);
