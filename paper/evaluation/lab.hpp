@@ -73,7 +73,8 @@ class Lab {
 };
 
 double ms_of(const std::function<void()>& call);
-// The median of warmed calls, fewer where they take longer than the budget together.
+// The median of warmed calls: `repeat` of them or more, a tenth of a second at least, fewer where
+// they take longer than the budget together.
 double median_ms(const std::function<void()>& call, int repeat, double budget_ms);
 
 }  // namespace throng::paper
