@@ -1,6 +1,7 @@
 // What a caller may ask for, and what every call answers.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
@@ -48,7 +49,7 @@ enum class NanPolicy : std::uint8_t {
 enum class Status : std::uint8_t {
   ok,
   buffer_too_small,      // `found` is exact; raise the capacity to it
-  stopped,               // the consumer returned false
+  stopped,               // the consumer returned false, or Options::stop was set
   nan_box,               // see first_invalid, invalid_count
   bad_boxes,             // a coordinate array is missing, or the stride is odd
   bad_filter,            // wrong length, odd stride, or a world below -1; see first_invalid
@@ -105,6 +106,10 @@ struct Options {
   // Cells so many times as long as the planner would make them, within 1/64 and 64 and as far as
   // memory allows: for studies of the planner and for tests. The pairs are the same for any value.
   float cell_scale = 1.0f;
+  // Set it to true from any thread, and a search on the CPU ends soon, with Status::stopped and
+  // nothing found; what stands in a buffer of the caller's is then of no use. It is looked at
+  // before each column or tile. Null: nobody stops it. It must outlive the call.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 // What the planner chose, and why.

@@ -348,6 +348,7 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   search.kernels = find_kernels(options.isa);
   search.executor = options.executor ? options.executor : &default_executor();
   search.memory = &memory_;
+  search.stop = options.stop;
   memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
   Clock total(true);
   const std::uint64_t boxes = a.size() + (b ? b->size() : 0);
@@ -358,8 +359,9 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   r.plan.threads = call.tasks;
   r.plan.reason = "";
   search.guarded([&] {
+    if (search.over()) return;
     prepare(call);
-    if (search.failed()) return;
+    if (search.over()) return;
     const bool in_order = options.order == Order::canonical;
     if (consumer)
       in_order ? consume_in_order(call, *consumer) : consume(call, *consumer);

@@ -47,12 +47,34 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace throng::cpu {
+#if HWY_ARCH_X86
+namespace {
+
+// Which of the targets this processor and its operating system have. GCC and clang know without
+// Highway's library, so that of Highway the headers alone are needed where a program runs.
+long long supported_targets() noexcept {
+#if defined(__GNUC__)
+  const bool sse4 = __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("pclmul") &&
+                    __builtin_cpu_supports("aes");
+  const bool avx2 = sse4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+  const bool avx3 = avx2 && __builtin_cpu_supports("avx512f") &&
+                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+                    __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd");
+  return (sse4 ? HWY_SSE4 : 0LL) | (avx2 ? HWY_AVX2 : 0LL) | (avx3 ? HWY_AVX3 : 0LL);
+#else
+  return static_cast<long long>(hwy::SupportedTargets());
+#endif
+}
+
+}  // namespace
+#endif
 
 const Kernels* simd_kernels(Isa isa) noexcept {
 #if HWY_ARCH_X86
   // Asked once: the instruction that tells is slow, in a virtual machine by some microseconds.
-  static const auto supported = hwy::SupportedTargets();
-  const auto has = [](auto target) { return (supported & target) != 0; };
+  static const long long supported = supported_targets();
+  const auto has = [](long long target) { return (supported & target) != 0; };
 #if HWY_TARGETS & HWY_AVX3
   if (isa == Isa::avx512 && has(HWY_AVX3)) return &N_AVX3::kernels();
 #endif

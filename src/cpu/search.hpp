@@ -87,6 +87,7 @@ struct Search {
   const Executor* executor = nullptr;
   Memory* memory = nullptr;
   Sink* sink = nullptr;
+  const std::atomic<bool>* stop = nullptr;
 
   // The box as it is compared: grown by the margin.
   Box box(const Boxes& view, std::uint32_t id) const noexcept {
@@ -108,7 +109,8 @@ struct Search {
     bytes_ = bytes;
     failed_ = true;
   }
-  bool over() const noexcept {
+  bool over() noexcept {
+    if (stop && stop->load(std::memory_order_relaxed)) fail(Status::stopped, 0);
     return failed_.load(std::memory_order_relaxed) || (sink && sink->stopped());
   }
   bool failed() const noexcept { return failed_; }
