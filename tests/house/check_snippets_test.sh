@@ -11,6 +11,8 @@ sound_tree() {
     > "$tree/examples/one.cpp"
   printf '# Paper\n<!-- snippet: examples/one.cpp first -->\n```cpp\nint a = 1;\nif (a) {\n  a = 2;\n}\n```\nEnd.\n' \
     > "$tree/README.md"
+  printf 'if True:\n    # snippet-begin: only\n    a = 1\n    # snippet-end: only\n' > "$tree/examples/one.py"
+  printf '<!-- snippet: examples/one.py only -->\n```python\na = 1\n```\n' > "$tree/docs/python.md"
 }
 
 refused() {  # what changes, the sed command, the file
@@ -29,6 +31,8 @@ refused "the example moved on" 's/a = 2;/a = 4;/' examples/one.cpp
 refused "the example lost its marks" '/snippet-begin/d' examples/one.cpp
 refused "the example lost its end" '/snippet-end/d' examples/one.cpp
 refused "a snippet names no example" '/<!-- snippet/d' README.md
+refused "a Python snippet says something else" 's/a = 1/a = 3/' docs/python.md
+refused "a Python snippet names no example" '/<!-- snippet/d' docs/python.md
 refused "a snippet names an absent example" 's/one.cpp/two.cpp/' README.md
 
 sound_tree
@@ -37,4 +41,4 @@ sed -i 's/a = 2;/a = 4;/' "$tree/examples/one.cpp"
 "$check" "$tree" > /dev/null
 grep -q '^  a = 4;$' "$tree/README.md"
 grep -q '^End\.$' "$tree/README.md"
-echo "check_snippets: 6 faults refused, 1 mended"
+echo "check_snippets: 8 faults refused, 1 mended"

@@ -1,0 +1,75 @@
+// Arrays of the caller's, as the library's views: NumPy's and whatever speaks DLPack, without a
+// copy wherever the values are what the library reads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <throng/boxes.hpp>
+
+namespace throng::python {
+
+namespace nb = nanobind;
+
+using AnyArray = nb::ndarray<nb::ro>;
+// What must outlive a view of it; let go of under the interpreter's lock.
+using Kept = std::vector<std::shared_ptr<void>>;
+
+// An array on the CPU. TypeError where it is none, ValueError where it lies on another device;
+// `wanted` ends the message: "float32 of shape (n, 6)".
+AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted);
+// "float32 of shape (5, 6)"
+std::string described(const AnyArray& array);
+bool is_float32(const AnyArray& array) noexcept;
+// ValueError where values do not lie at multiples of `bytes`.
+void require_aligned(const AnyArray& array, const std::string& name, std::size_t bytes);
+// The distance of rows, in values; ValueError where they run backwards.
+std::size_t row_stride(const AnyArray& array, const std::string& name, std::size_t if_one_row);
+
+// How float64 becomes float32.
+enum class Rounding : std::uint8_t { exact, outward };
+Rounding rounding_of(nb::handle round);
+
+// Boxes as given, (n, 6), (n, 4) or (lower, upper), and what must live for the view to be good.
+class BoxArray {
+ public:
+  BoxArray(nb::handle value, const std::string& name, Rounding rounding);
+
+  const Boxes& view() const noexcept { return view_; }
+  std::size_t size() const noexcept { return view_.size(); }
+  unsigned dimensions() const noexcept { return dimensions_; }
+
+  // One value a box; None: absent. `prefix` comes before the names in messages.
+  void set_filters(const std::string& prefix, nb::handle group, nb::handle mask, nb::handle owner,
+                   nb::handle world, nb::handle is_static);
+
+ private:
+  void take_one(nb::handle value, const std::string& name, Rounding rounding);
+  void take_two(nb::handle pair, const std::string& name, Rounding rounding);
+  // Makes the view, of float32 as they lie or of float64 converted.
+  void show(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
+            const std::string& lower_name, const std::string& upper_name, const std::string& wanted,
+            Rounding rounding);
+
+  Boxes view_;
+  unsigned dimensions_ = 3;
+  std::vector<AnyArray> arrays_;
+  std::unique_ptr<float[]> converted_;
+  Kept filters_;
+};
+
+// One value of T a box: the array itself where it has that type, else values converted, which must
+// fit. What lives in `kept` must outlive the view.
+template <class T>
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept);
+
+// n rows of `columns` floats that lie together; None: absent (count 0). count: rows wanted, or -1.
+template <class T>
+Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept);
+
+}  // namespace throng::python

@@ -1,0 +1,200 @@
+#include "python/finder.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+
+#include "python/errors.hpp"
+#include "python/pool.hpp"
+
+namespace throng::python {
+namespace {
+
+// Below so many boxes a search takes less than what anybody waits for, and a thread's turn counts.
+constexpr std::size_t long_from = 32768;
+
+// Room for pairs before it is known how many there are. Pages that are not written take no memory.
+constexpr std::size_t pairs_a_box = 16, fewest_pairs = 4096, most_pairs = std::size_t{1} << 27;
+
+struct Signals {
+  std::atomic<bool>& stop;
+  std::optional<nb::python_error> raised{};
+
+  void poll() {
+    if (raised) return;
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() == 0) return;
+    raised.emplace();
+    stop = true;
+  }
+};
+
+struct Body {
+  const std::function<void()>& run;
+  std::exception_ptr thrown{};
+};
+
+void run_body(void* context) {
+  auto& body = *static_cast<Body*>(context);
+  try {
+    body.run();
+  } catch (...) {
+    body.thrown = std::current_exception();
+  }
+}
+
+}  // namespace
+
+void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<void()>& run) {
+  Body body{run};
+  Signals signals{stop};
+  {
+    const nb::gil_scoped_release unlocked;
+    const auto poll = [](void* s) { static_cast<Signals*>(s)->poll(); };
+    if (!is_long || !pool().run_aside(run_body, &body, poll, &signals)) run_body(&body);
+  }
+  if (signals.raised) throw std::move(*signals.raised);
+  if (body.thrown) std::rethrow_exception(body.thrown);
+}
+
+PairRooms::~PairRooms() {
+  for (Room& room : rooms_) std::free(room.data);
+}
+
+PairRooms::Room PairRooms::take(std::size_t capacity) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (Room& room : rooms_) {
+      if (room.data && room.capacity >= capacity) return std::exchange(room, Room{});
+    }
+  }
+  if (capacity <= PTRDIFF_MAX / sizeof(Pair)) {
+    if (auto* data = static_cast<Pair*>(std::malloc(capacity * sizeof(Pair)))) {
+      return {data, capacity};
+    }
+  }
+  memory_error("no memory for the " + std::to_string(capacity) +
+               " pairs that there are; take them in blocks by Finder.consume");
+}
+
+void PairRooms::give(Room room) noexcept {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (Room& kept : rooms_) {
+    if (room.capacity > kept.capacity) std::swap(room, kept);
+  }
+  std::free(room.data);
+}
+
+// One call at a time: another thread, or the consumer itself, may come while the lock is let go.
+class FinderObject::Busy {
+ public:
+  explicit Busy(FinderObject& finder) : finder_(finder) {
+    if (finder.busy_.exchange(true)) {
+      throw std::runtime_error(
+          "this Finder is searching in another thread, or called by its own consumer; give each "
+          "its own Finder");
+    }
+  }
+  ~Busy() { finder_.busy_ = false; }
+  Busy(const Busy&) = delete;
+  Busy& operator=(const Busy&) = delete;
+
+ private:
+  FinderObject& finder_;
+};
+
+FinderObject::FinderObject(const Options& options, Rounding rounding, bool once)
+    : rounding_(rounding), once_(once) {
+  Options o = options;
+  o.executor = &executor();
+  o.stop = &stop_;
+  finder_.set_options(o);
+}
+
+std::size_t FinderObject::memory_bytes() const { return finder_.memory_bytes(); }
+
+void FinderObject::search(const BoxArray& a, const BoxArray* b,
+                          const std::function<Result()>& call) {
+  if (b && a.dimensions() != b->dimensions() && a.size() && b->size()) {
+    value_error("other: found " + std::to_string(b->dimensions()) + "-D boxes and " +
+                std::to_string(a.dimensions()) + "-D ones in boxes, wanted the same of both");
+  }
+  stop_ = false;
+  run_unlocked(a.size() + (b ? b->size() : 0) >= long_from, stop_, [&] { result_ = call(); });
+}
+
+nb::object FinderObject::find(const BoxArray& a, const BoxArray* b) {
+  const Busy busy(*this);
+  const std::size_t boxes = a.size() + (b ? b->size() : 0);
+  std::size_t capacity = std::min(pairs_a_box * boxes + fewest_pairs, most_pairs);
+  if (has_found_) capacity = static_cast<std::size_t>(result_.found + result_.found / 8) + 64;
+  struct Owner {
+    std::shared_ptr<PairRooms> rooms;
+    PairRooms::Room room;
+    ~Owner() { rooms->give(room); }
+  };
+  auto owner = std::unique_ptr<Owner>(new Owner{rooms_, rooms_->take(capacity)});
+  PairRooms::Room& room = owner->room;
+  const auto attempt = [&] {
+    search(a, b, [&] {
+      return b ? finder_.find(a.view(), b->view(), room.data, room.capacity)
+               : finder_.find(a.view(), room.data, room.capacity);
+    });
+  };
+  has_found_ = false;
+  attempt();
+  if (result_.status == Status::buffer_too_small) {
+    const auto found = static_cast<std::size_t>(result_.found);
+    rooms_->give(std::exchange(room, PairRooms::Room{}));
+    room = rooms_->take(once_ ? found : found + found / 8);
+    attempt();
+  }
+  require_ok(result_);
+  has_found_ = true;
+  const auto found = static_cast<std::size_t>(result_.found);
+  if (once_) {
+    // The rest of the room goes back; what is large is not moved by this.
+    const std::size_t kept = std::max<std::size_t>(found, 1);
+    if (auto* data = static_cast<Pair*>(std::realloc(room.data, kept * sizeof(Pair)))) {
+      room = {data, kept};
+    }
+  }
+  auto* data = reinterpret_cast<std::uint32_t*>(room.data);
+  const nb::capsule capsule(owner.release(),
+                            [](void* p) noexcept { delete static_cast<Owner*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, std::uint32_t>(data, {found, 2}, capsule));
+}
+
+void FinderObject::consume(const BoxArray& a, const BoxArray* b, nb::handle callback) {
+  if (!PyCallable_Check(callback.ptr())) {
+    type_error("callback: found " + described(callback) +
+               ", wanted a function of an (k, 2) uint32 array");
+  }
+  const Busy busy(*this);
+  std::optional<nb::python_error> raised;
+  // Each block is the callback's to keep, and blocks are small.
+  auto consumer = [&](const Pair* pairs, std::size_t count) {
+    const nb::gil_scoped_acquire locked;
+    try {
+      auto* copy = new Pair[count];
+      std::memcpy(copy, pairs, count * sizeof(Pair));
+      const nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<Pair*>(p); });
+      const nb::object answer = callback(nb::cast(nb::ndarray<nb::numpy, std::uint32_t>(
+          reinterpret_cast<std::uint32_t*>(copy), {count, 2}, owner)));
+      return !answer.is(Py_False);
+    } catch (nb::python_error& error) {
+      raised.emplace(std::move(error));
+      return false;
+    }
+  };
+  has_found_ = false;
+  search(a, b, [&] {
+    return b ? finder_.consume(a.view(), b->view(), consumer) : finder_.consume(a.view(), consumer);
+  });
+  if (raised) throw std::move(*raised);
+  if (result_.status != Status::stopped) require_ok(result_);
+}
+
+}  // namespace throng::python

@@ -1,0 +1,74 @@
+// The Finder that Python sees, and the long calls of the module.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include <nanobind/nanobind.h>
+
+#include <throng/finder.hpp>
+
+#include "python/arrays.hpp"
+
+namespace throng::python {
+
+// Runs `body` without the interpreter's lock. A long one runs on a thread of the pool, so that the
+// caller hears Ctrl-C: then *stop becomes true, and when the body has returned, what the signal's
+// handler raised is thrown.
+void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<void()>& body);
+
+// Buffers for pairs. One that an array no longer needs serves the next search, so that a loop over
+// frames touches no fresh memory.
+class PairRooms {
+ public:
+  struct Room {
+    Pair* data = nullptr;
+    std::size_t capacity = 0;
+  };
+  PairRooms() = default;
+  ~PairRooms();
+  PairRooms(const PairRooms&) = delete;
+  PairRooms& operator=(const PairRooms&) = delete;
+
+  // MemoryError where there is none.
+  Room take(std::size_t capacity);
+  void give(Room room) noexcept;
+
+ private:
+  static constexpr int most = 2;
+  std::mutex mutex_;
+  Room rooms_[most];
+};
+
+class FinderObject {
+ public:
+  // `once`: what is found is all that is kept.
+  FinderObject(const Options& options, Rounding rounding, bool once);
+
+  // (m, 2) uint32. `b` may be null.
+  nb::object find(const BoxArray& a, const BoxArray* b);
+  void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
+
+  Rounding rounding() const noexcept { return rounding_; }
+  const Result& result() const noexcept { return result_; }
+  std::size_t memory_bytes() const;
+
+ private:
+  class Busy;
+  void search(const BoxArray& a, const BoxArray* b, const std::function<Result()>& call);
+
+  Finder finder_;
+  Rounding rounding_;
+  bool once_;
+  bool has_found_ = false;
+  std::shared_ptr<PairRooms> rooms_ = std::make_shared<PairRooms>();
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> busy_{false};
+  Result result_;
+};
+
+}  // namespace throng::python

@@ -1,0 +1,28 @@
+// What Python's keywords ask for, as the library's options.
+#pragma once
+
+#include <string>
+
+#include <nanobind/nanobind.h>
+
+#include <throng/options.hpp>
+
+#include "python/errors.hpp"
+
+namespace throng::python {
+
+// Each raises TypeError or ValueError that names the keyword.
+float margin_of(nb::handle value);
+unsigned threads_of(nb::handle value);
+std::size_t bytes_of(nb::handle value, const char* name);
+Order order_of(nb::handle value);
+Algorithm algorithm_of(nb::handle value);
+Backend backend_of(nb::handle value);
+NanPolicy nan_of(nb::handle value);
+Isa isa_of(nb::handle value);
+// A whole number, 0 to `most`.
+unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most);
+
+const char* to_string(Order order) noexcept;
+
+}  // namespace throng::python

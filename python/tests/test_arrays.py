@@ -1,0 +1,218 @@
+"""What arrays are taken, without a copy; and what is said of others."""
+
+import array
+from typing import Any
+
+import numpy
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.lib.stride_tricks import as_strided
+from reference import as_pairs, box_rows, brute_force
+
+import throng
+
+BOXES = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [3, 3, 3, 4, 4, 4]], numpy.float32)
+
+
+def layouts(boxes: Any) -> list[Any]:
+    n = len(boxes)
+    wide = numpy.full((n, 11), numpy.nan, numpy.float32)
+    wide[:, 3:9] = boxes
+    sparse = numpy.full((3 * n, 12), numpy.nan, numpy.float32)
+    sparse[::3, ::2] = boxes
+    frozen = boxes.copy()
+    frozen.flags.writeable = False
+    turned = boxes[:, ::-1].copy()[:, ::-1]  # columns that run backwards
+    return [boxes, wide[:, 3:9], sparse[::3, ::2], numpy.asfortranarray(boxes), frozen, turned,
+            memoryview(boxes), boxes.astype(numpy.float64)]  # fmt: skip
+
+
+@settings(max_examples=100, deadline=None)
+@given(box_rows(most=8))
+def test_layouts(boxes: Any) -> None:
+    wanted = brute_force(boxes)
+    for layout in layouts(boxes):
+        if isinstance(layout, memoryview) and len(boxes) == 0:
+            continue
+        assert as_pairs(throng.find_pairs(layout)) == wanted
+    assert as_pairs(throng.find_pairs((boxes[:, :3], boxes[:, 3:]))) == wanted
+    apart = numpy.ascontiguousarray(boxes[:, :3]), numpy.ascontiguousarray(boxes[:, 3:])
+    assert as_pairs(throng.find_pairs(apart)) == wanted
+
+
+def test_no_copy() -> None:
+    # 4 GB of boxes, if they were there.
+    one = numpy.array([0, 0, 0, 1, 1, 1], numpy.float32)
+    same = numpy.broadcast_to(one, (2000, 6))
+    assert len(throng.find_pairs(same)) == 1999 * 1000
+    with pytest.raises(ValueError, match="found 4294967296 boxes, at most 4294967295"):
+        throng.find_pairs(numpy.broadcast_to(one, (2**32, 6)))
+    with pytest.raises(ValueError, match="at most 4294967295"):
+        throng.find_pairs(numpy.broadcast_to(one.astype(float), (2**40, 6)))
+
+
+def test_float64() -> None:
+    exact = BOXES.astype(numpy.float64)
+    exact[0, 0] = -numpy.inf
+    assert as_pairs(throng.find_pairs(exact)) == [(0, 1), (1, 2)]
+    exact[1, 4] = 3.1
+    with pytest.raises(ValueError, match=r"at \[1, 4\] is 3.10000\d*, which no float32 equals; pass round"):
+        throng.find_pairs(exact)
+    with pytest.raises(ValueError, match=r"boxes\[1\]: the float64 at \[1, 1\]"):
+        throng.find_pairs((exact[:, :3], exact[:, 3:]))
+    assert as_pairs(throng.find_pairs(exact, round="outward")) == [(0, 1), (1, 2)]
+    # 0.1 lies between two floats: boxes that meet there in doubles meet in floats, too.
+    tenth = numpy.array([[0, 0, 0.1, 0.1], [0.1, 0.1, 1, 1]])
+    assert as_pairs(throng.find_pairs(tenth, round="outward")) == [(0, 1)]
+    assert as_pairs(throng.find_pairs(numpy.asfortranarray(tenth), round="outward")) == [(0, 1)]
+    huge = numpy.array([[-1e300, 0, 0, 1e300, 1, 1], [5, 0, 0, 6, 1, 1]])
+    assert as_pairs(throng.find_pairs(huge, round="outward")) == [(0, 1)]
+    with pytest.raises(ValueError, match="-1.0*[0-9]*e\\+300"):
+        throng.find_pairs(huge)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.lists(st.floats(), min_size=6, max_size=6), min_size=1, max_size=8))
+def test_round_outward_contains(rows: Any) -> None:
+    boxes = numpy.array(rows)
+    # Points within a double's reach of each corner are in the float box: nothing that meets is lost.
+    found = set(as_pairs(throng.find_pairs(boxes, round="outward", nan="inactive")))
+    assert set(brute_force(boxes)) <= found or numpy.isnan(boxes).any()
+
+
+class OnDevice:
+    def __init__(self, device: Any) -> None:
+        self.device = device
+
+    def __dlpack_device__(self) -> Any:
+        return self.device
+
+    def __dlpack__(self, **_: Any) -> Any:
+        raise AssertionError("not to be asked")
+
+
+WRONG = [
+    ([[0, 0, 0, 1, 1, 1]], TypeError, "boxes: found a list"),
+    (None, TypeError, "boxes: found None"),
+    (7, TypeError, "boxes: found 7"),
+    ("boxes.npy", TypeError, "found 'boxes.npy'"),
+    (BOXES.astype(numpy.int32), TypeError, "found int32 of shape"),
+    (BOXES.astype(numpy.float16), TypeError, "found float16"),
+    (BOXES.astype(numpy.complex64), TypeError, "found complex64"),
+    (BOXES.astype(bool), TypeError, "found bool"),
+    (BOXES.astype(object), TypeError, "dtype object"),
+    (BOXES.astype(">f4"), TypeError, "dtype >f4"),
+    (BOXES.astype("S4"), TypeError, "dtype"),
+    (array.array("d", [1.0] * 6), ValueError, r"found float64 of shape \(6,\)"),
+    (BOXES[0], ValueError, r"found float32 of shape \(6,\)"),
+    (BOXES[None], ValueError, r"found float32 of shape \(1, 3, 6\)"),
+    (BOXES[:, :5], ValueError, r"of shape \(3, 5\)"),
+    (BOXES[:, :3], ValueError, r"of shape \(3, 3\)"),
+    (BOXES[::-1], ValueError, "rows run backwards.*ascontiguousarray"),
+    ((BOXES[:, :3],), ValueError, "found a tuple of 1"),
+    ((BOXES[:, :3], BOXES[:2, 3:]), ValueError, r"upper of float32 of shape \(2, 3\)"),
+    ((BOXES[:, :3], BOXES[:, 3:].astype(float)), ValueError, "of one type and shape"),
+    ((BOXES[:, :3], BOXES[:, 3:].copy()), ValueError, "24 bytes apart and.*12"),
+    ((BOXES[:, :3], None), TypeError, r"boxes\[1\]: found None"),
+    ((BOXES, BOXES), ValueError, r"boxes\[0\]: found float32 of shape \(3, 6\)"),
+    (numpy.ones(49, numpy.uint8)[1:].view(numpy.float32).reshape(2, 6), ValueError, "copy"),
+    (OnDevice((2, 1)), ValueError, "found an array on cuda:1, and this build"),
+    (OnDevice((10, 0)), ValueError, "device type 10"),
+    (OnDevice("cuda"), TypeError, "__dlpack_device__"),
+]
+
+
+@pytest.mark.parametrize("boxes, kind, text", WRONG)
+def test_wrong(boxes: Any, kind: type[Exception], text: str) -> None:
+    with pytest.raises(kind, match=text) as caught:
+        throng.find_pairs(boxes)
+    assert str(caught.value).startswith("boxes")
+    if boxes is not None:
+        with pytest.raises(kind) as caught:
+            throng.find_pairs(BOXES, boxes)
+        assert str(caught.value).startswith("other")
+
+
+def test_used_capsule() -> None:
+    capsule: Any = BOXES.__dlpack__()
+    assert len(throng.find_pairs(capsule)) == 2
+    with pytest.raises(TypeError, match="boxes: found a PyCapsule"):
+        throng.find_pairs(capsule)
+
+
+def test_dimensions_do_not_mix() -> None:
+    with pytest.raises(ValueError, match="other: found 2-D boxes and 3-D"):
+        throng.find_pairs(BOXES, BOXES[:, [0, 1, 3, 4]])
+
+
+def test_wrong_filters() -> None:
+    def refuses(kind: type[Exception], text: str, **filters: Any) -> None:
+        with pytest.raises(kind, match=text):
+            throng.find_pairs(BOXES, **filters)
+
+    refuses(TypeError, "group: found float64", group=numpy.ones(3))
+    refuses(TypeError, "mask: found a list", mask=[1, 2, 3])
+    refuses(TypeError, "owner: found bool", owner=numpy.ones(3, bool))
+    refuses(ValueError, r"owner: found int32 of shape \(2,\)", owner=numpy.ones(2, numpy.int32))
+    refuses(ValueError, "group: the value at 1 does not fit", group=numpy.array([1, -1, 2]))
+    refuses(ValueError, "owner: the value at 2 does not fit", owner=numpy.array([1, 2, 2**31]))
+    refuses(ValueError, "static: the value at 0 does not fit", static=numpy.array([256, 0, 0]))
+    refuses(ValueError, "world below -1, the first is box 1", world=numpy.array([0, -2, 0]))
+    refuses(ValueError, "other: found None", other_world=numpy.zeros(3, numpy.int32))
+    backwards = numpy.array([0, 1, 2], numpy.int32)[::-1]
+    assert as_pairs(throng.find_pairs(BOXES, owner=backwards)) == [(0, 1), (1, 2)]
+
+
+def test_wrong_options() -> None:
+    def refuses(kind: type[Exception], text: str, **options: Any) -> None:
+        with pytest.raises(kind, match=text):
+            throng.find_pairs(BOXES, **options)
+
+    refuses(ValueError, "order: found 'sorted', wanted one of 'any', 'canonical'", order="sorted")
+    refuses(TypeError, "order: found 1", order=1)
+    refuses(ValueError, "algorithm: found 'bvh'", algorithm="bvh")
+    refuses(ValueError, "nan: found ''", nan="")
+    refuses(ValueError, "round: found 'inward'", round="inward")
+    refuses(ValueError, "isa: found 'mmx'", isa="mmx")
+    refuses(ValueError, "threads: found -1", threads=-1)
+    refuses(TypeError, "threads: found 1.5", threads=1.5)
+    refuses(ValueError, "margin: found -0.5", margin=-0.5)
+    refuses(ValueError, "margin: found nan", margin=float("nan"))
+    refuses(ValueError, "margin: found 1e.39", margin=1e39)
+    refuses(TypeError, "margin: found 'x'", margin="x")
+    refuses(RuntimeError, "no GPU backend; use backend='cpu'", backend="cuda")
+
+
+types = st.sampled_from("? b B h H i I q Q e f d g F D >f4 >f8 <f4 O S3 U2 M8[s]".split())
+
+
+@settings(max_examples=1000, deadline=None)
+@given(
+    types,
+    st.lists(st.integers(0, 7), max_size=3),
+    st.lists(st.integers(-9, 9), min_size=3, max_size=3),
+    st.integers(0, 3),
+    st.booleans(),
+)
+def test_no_array_crashes(kind: str, shape: Any, strides: Any, offset: int, two: bool) -> None:
+    """Any type, shape, strides and place: taken, or a conventional exception."""
+    dtype = numpy.dtype(kind)
+    memory = numpy.zeros(4096, numpy.uint8)[1024 + offset :]
+    steps = [s * (dtype.itemsize if two else 2) for s in strides[: len(shape)]]
+    if dtype == object:
+        made: Any = numpy.zeros(shape, object)
+    else:
+        made = as_strided(memory[: 8 * dtype.itemsize].view(dtype), shape, steps)
+    for call in (
+        lambda: throng.find_pairs(made),
+        lambda: throng.find_pairs((made, made)),
+        lambda: throng.find_pairs(BOXES, made, round="outward", nan="inactive"),
+        lambda: throng.find_pairs(BOXES, group=made, world=made, static=made),
+        lambda: throng.update_boxes(made, [throng.sphere(1)], rotation=made),
+        lambda: throng.save_boxes("/nowhere/boxes.npy", made),
+    ):
+        try:
+            call()
+        except (TypeError, ValueError, OSError) as error:
+            assert len(str(error)) > 10

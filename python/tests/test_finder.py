@@ -1,0 +1,184 @@
+"""Finder: frames, blocks, threads, Ctrl-C, and what it tells."""
+
+import os
+import signal
+import threading
+import time
+from typing import Any
+
+import numpy
+import pytest
+from reference import as_pairs, brute_force
+
+import throng
+
+
+def test_frames_and_memory() -> None:
+    frames = throng.scene("column", 3000, frames=6, seed=3)
+    finder = throng.Finder(order="canonical")
+    kept = []
+    for boxes in frames:
+        found = finder.find(boxes)
+        assert as_pairs(found) == brute_force(boxes)
+        kept.append((found, found.copy()))
+    for found, copy in kept:  # later calls leave earlier results alone
+        assert numpy.array_equal(found, copy)
+    finder.find(frames[0])
+    held = finder.memory_bytes
+    for _ in range(5):
+        finder.find(frames[0])
+    assert finder.memory_bytes == held > 0
+
+
+def test_result() -> None:
+    boxes = throng.scene("uniform", 20000)[0].copy()
+    boxes[7] = [1, 1, 1, 0, 0, 0]
+    finder = throng.Finder()
+    assert finder.result.found == 0
+    found = finder.find(boxes)
+    result = finder.result
+    assert result.status == "ok"
+    assert result.found == result.written == len(found)
+    assert result.inactive == 1
+    assert result.comparisons >= result.found
+    assert result.plan.algorithm == "grid" and result.plan.backend == "cpu"
+    assert result.plan.threads >= 1 and len(result.plan.columns) == 3
+    assert len(result.plan.reason) > 10 and result.plan.isa in repr(result.plan)
+    times = result.times
+    assert 0 < times.find_ms <= times.total_ms and times.order_ms == 0
+    assert "found=" in repr(result) and "total_ms=" in repr(times)
+    finder.find(boxes[:2])
+    assert result.found == len(found)  # a result is not changed by the next call
+
+
+def test_second_set_and_growth() -> None:
+    finder = throng.Finder(order="canonical")
+    few = throng.scene("uniform", 500)[0]
+    many = numpy.zeros((700, 6), numpy.float32)
+    for a, b in ((few, few), (many, many), (few, many)):
+        assert as_pairs(finder.find(a, b)) == brute_force(a, b)
+        assert as_pairs(finder.find(b)) == brute_force(b)
+
+
+@pytest.mark.parametrize("order", ["any", "canonical"])
+@pytest.mark.parametrize("objects", [900, 50000])
+def test_consume(order: Any, objects: int) -> None:
+    boxes = throng.scene("pile", objects)[0]
+    blocks: list[Any] = []
+    finder = throng.Finder(order=order)
+    result = finder.consume(boxes, blocks.append)
+    together = numpy.concatenate(blocks)
+    assert result.status == "ok" and result.found == len(together)
+    wanted = throng.find_pairs(boxes, order="canonical")
+    if order == "any":
+        together = together[numpy.lexsort((together[:, 1], together[:, 0]))]
+    assert numpy.array_equal(together, wanted)
+
+
+def test_consume_stops_and_raises() -> None:
+    boxes = numpy.zeros((1000, 6), numpy.float32)
+    finder = throng.Finder()
+    seen = []
+
+    def stop(pairs: Any) -> bool:
+        seen.append(len(pairs))
+        return False
+
+    result = finder.consume(boxes, stop)
+    assert result.status == "stopped" and result.written == seen[0] and len(seen) == 1
+
+    def fail(pairs: Any) -> None:
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        finder.consume(boxes, fail)
+    with pytest.raises(RuntimeError, match="called by its own consumer"):
+        finder.consume(boxes, lambda pairs: finder.find(boxes))
+    with pytest.raises(TypeError, match="callback: found 3"):
+        finder.consume(boxes, 3)  # type: ignore[arg-type]
+    assert len(finder.find(boxes)) == 499500
+
+
+def test_memory_cap() -> None:
+    boxes = throng.scene("uniform", 30000)[0]
+    with pytest.raises(MemoryError, match=r"raise memory_cap to \d+ or more") as caught:
+        throng.Finder(memory_cap=1000).consume(boxes, lambda pairs: None)
+    enough = int(str(caught.value).split("memory_cap to ")[1].split()[0])
+    finder = throng.Finder(memory_cap=enough)
+    assert finder.consume(boxes, lambda pairs: None).found == len(throng.find_pairs(boxes))
+    assert finder.memory_bytes <= enough
+
+
+def test_nan_keeps_the_finder_usable() -> None:
+    boxes = throng.scene("uniform", 1000)[0].copy()
+    finder = throng.Finder()
+    wanted = finder.find(boxes)
+    boxes[17, 2] = numpy.nan
+    with pytest.raises(ValueError, match="the first is box 17; .* pass nan='inactive'"):
+        finder.find(boxes)
+    with pytest.raises(ValueError, match="of the second set"):
+        finder.find(boxes[:5], boxes)
+    boxes[17] = throng.scene("uniform", 1000)[0][17]
+    assert as_pairs(finder.find(boxes)) == as_pairs(wanted)
+
+
+def test_threads_at_once() -> None:
+    boxes = throng.scene("pile", 50000)[0]
+    wanted = len(throng.find_pairs(boxes))
+    found: list[int] = []
+
+    def search() -> None:
+        for _ in range(5):
+            found.append(len(throng.find_pairs(boxes)))
+
+    threads = [threading.Thread(target=search) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [wanted] * 30
+
+
+def test_one_thread_at_a_time_and_others_run() -> None:
+    boxes = throng.scene("uniform", 60000)[0]
+    finder = throng.Finder(algorithm="all-pairs")
+    long = threading.Thread(target=finder.find, args=(boxes,))
+    long.start()
+    refused = turns = 0
+    while long.is_alive():
+        turns += 1  # this thread has its turn: the interpreter's lock is free
+        try:
+            throng.Finder.find(finder, boxes[:10])
+        except RuntimeError as error:
+            assert "another thread" in str(error)
+            refused += 1
+        time.sleep(0.001)
+    assert turns > 3 and refused > 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
+@pytest.mark.parametrize("consume", [False, True])
+def test_ctrl_c(consume: bool) -> None:
+    boxes = throng.scene("sparse", 1500000)[0]
+    finder = throng.Finder(algorithm="all-pairs", margin=0.0)
+    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+    started = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        if consume:
+            finder.consume(boxes, lambda pairs: None)
+        else:
+            finder.find(boxes)
+    assert time.monotonic() - started < 10  # the whole search takes minutes
+    assert len(finder.find(boxes[:100])) >= 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_fork() -> None:
+    boxes = throng.scene("uniform", 100000)[0]
+    wanted = len(throng.find_pairs(boxes))
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if len(throng.find_pairs(boxes)) == wanted else 3)
+    assert os.waitpid(child, 0)[1] == 0

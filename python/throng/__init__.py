@@ -1,0 +1,59 @@
+"""Every pair of overlapping boxes among very many moving objects: the broad phase of collision
+detection.
+
+    >>> import numpy, throng
+    >>> boxes = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [9, 9, 9, 9, 9, 9]], numpy.float32)
+    >>> throng.find_pairs(boxes)
+    array([[0, 1]], dtype=uint32)
+
+A box is closed and float32: lower x, y, z, upper x, y, z, in units of your world. Two boxes overlap
+when on every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. A box with
+``lower > upper`` on some axis is inactive and overlaps nothing. A NaN is refused, or makes its box
+inactive with ``nan='inactive'``.
+
+The pairs are those of the double loop over the floats as given, whatever the algorithm, the number
+of threads and the instruction set.
+"""
+
+import os as _os
+
+from throng import _throng
+from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
+from throng._find import Finder, find_pairs
+from throng._scenes import (
+    load_boxes,
+    save_boxes,
+    save_pairs,
+    scene,
+    scene_names,
+    scene_worlds,
+)
+from throng._throng import Plan, Result, StageTimes, __version__
+from throng._types import Array, BoxesLike
+
+__all__ = [
+    "Array",
+    "BoxesLike",
+    "Finder",
+    "Plan",
+    "Result",
+    "StageTimes",
+    "__version__",
+    "box",
+    "capsule",
+    "convex",
+    "find_pairs",
+    "load_boxes",
+    "save_boxes",
+    "save_pairs",
+    "scene",
+    "scene_names",
+    "scene_worlds",
+    "shape_type",
+    "sphere",
+    "update_boxes",
+]
+
+# A forked child has none of its parent's threads.
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=_throng.forget_threads)

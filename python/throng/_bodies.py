@@ -1,0 +1,88 @@
+"""From transforms and shapes to boxes."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy
+from numpy.typing import NDArray
+
+from throng import _throng
+from throng._types import Array
+
+shape_type: numpy.dtype[Any] = numpy.dtype(
+    [
+        ("kind", numpy.uint32),  # 0: box, 1: convex
+        ("center", numpy.float32, 3),
+        ("half_extents", numpy.float32, 3),
+        ("radius", numpy.float32),
+        ("first_point", numpy.uint32),
+        ("point_count", numpy.uint32),
+    ]
+)
+"""A shape in its body's frame, grown by a ball of `radius`."""
+
+Vector = Sequence[float]
+
+
+def box(half_extents: Vector, center: Vector = (0, 0, 0)) -> numpy.void:
+    """A box; half extents may be 0, or infinite: a plane is a box that is infinite along two axes."""
+    return _shape((0, center, half_extents, 0, 0, 0))
+
+
+def sphere(radius: float, center: Vector = (0, 0, 0)) -> numpy.void:
+    """A sphere."""
+    return _shape((0, center, (0, 0, 0), radius, 0, 0))
+
+
+def capsule(half_length: float, radius: float, center: Vector = (0, 0, 0)) -> numpy.void:
+    """A capsule along y; half_length without the caps."""
+    return _shape((0, center, (0, half_length, 0), radius, 0, 0))
+
+
+def convex(first_point: int, point_count: int, radius: float = 0) -> numpy.void:
+    """The hull of points[first_point : first_point + point_count]."""
+    return _shape((1, (0, 0, 0), (0, 0, 0), radius, first_point, point_count))
+
+
+def _shape(values: tuple[object, ...]) -> numpy.void:
+    made: numpy.void = numpy.array(values, shape_type)[()]
+    return made
+
+
+def update_boxes(
+    position: Array,
+    shapes: NDArray[Any] | Sequence[numpy.void],
+    *,
+    rotation: Array | None = None,
+    displacement: Array | None = None,
+    shape: Array | None = None,
+    points: Array | None = None,
+    margin: float = 0.0,
+    threads: int = 0,
+) -> NDArray[numpy.float32]:
+    """The boxes of bodies: each contains its body for certain, and tightly.
+
+    position: (n, 3) float32.
+    shapes: shapes as box(), sphere(), capsule() and convex() make them: a list, or an array of
+        shape_type; one a body, one for all, or with `shape` any number.
+    rotation: (n, 4) float32 quaternions x, y, z, w, of length one; None: none is rotated.
+    displacement: (n, 3) float32; a box covers its body's whole straight way along it.
+    shape: (n,) uint32: which of `shapes`.
+    points: (k, 3) float32, of convex shapes.
+    margin: added to every radius.
+
+    Returns (n, 6) float32: lower x, y, z, upper x, y, z. A transform that is not finite gives a box
+    with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape.
+    """
+    array = numpy.ascontiguousarray(shapes)
+    if array.size == 0:
+        array = numpy.zeros(0, shape_type)
+    if array.dtype != shape_type:
+        raise TypeError(
+            f"shapes: found {array.dtype} of shape {array.shape}, wanted throng.shape_type; "
+            "throng.box(), sphere(), capsule() and convex() make such"
+        )
+    rows = array.reshape(-1).view(numpy.float32).reshape(-1, 10)
+    return _throng.update_boxes(
+        position, rows, rotation, displacement, shape, points, margin, threads
+    )

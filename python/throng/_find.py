@@ -1,0 +1,174 @@
+"""Searches: find_pairs and Finder."""
+
+from collections.abc import Callable
+
+import numpy
+from numpy.typing import NDArray
+
+from throng import _throng
+from throng._types import Algorithm, Array, Backend, BoxesLike, Isa, Nan, Order, Round
+
+
+def find_pairs(
+    boxes: BoxesLike,
+    other: BoxesLike | None = None,
+    *,
+    group: Array | None = None,
+    mask: Array | None = None,
+    owner: Array | None = None,
+    world: Array | None = None,
+    static: Array | None = None,
+    other_group: Array | None = None,
+    other_mask: Array | None = None,
+    other_owner: Array | None = None,
+    other_world: Array | None = None,
+    other_static: Array | None = None,
+    margin: float = 0.0,
+    order: Order = "any",
+    algorithm: Algorithm = "auto",
+    nan: Nan = "refuse",
+    round: Round | None = None,
+    threads: int = 0,
+    backend: Backend = "auto",
+    isa: Isa = "auto",
+) -> NDArray[numpy.uint32]:
+    """All pairs of overlapping boxes.
+
+    boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in units of your world; or (n, 4)
+        for 2-D: lower x, y, upper x, y; or a tuple (lower, upper) of two arrays (n, 3) or (n, 2).
+        NumPy's arrays and whatever speaks DLPack, read where they lie: any strides, so long as rows
+        do not run backwards; read-only is fine. float64 is copied to float32, if every value is one.
+        No box may change during the call.
+    other: a second set of boxes: pairs are then of a box of `boxes` and one of `other`.
+    round: 'outward' takes any float64 and rounds lower corners down, upper ones up.
+
+    Filters, one value a box; a pair is reported when every given one allows it. Those of the second
+    set begin with other_.
+    group, mask: uint32; (group a & mask b) and (group b & mask a) must both be nonzero; a missing
+        one counts as all ones.
+    owner: int32; equal owners never pair; -1 is nobody's.
+    world: int32; different worlds never pair; -1 meets every world.
+    static: uint8 or bool; two nonzero never pair.
+
+    margin: boxes are compared as lower - margin and upper + margin, rounded outward; in units of
+        your world, not negative. A margin that is no float32 is rounded up.
+    order: 'any' is fastest; 'canonical': sorted by first, then second, the same bytes everywhere.
+    algorithm: 'auto', 'all-pairs', 'grid'. The pairs are the same for each.
+    nan: 'refuse' raises ValueError at a box with a NaN; 'inactive': such a box overlaps nothing.
+    threads: at most so many; 0: as many as there are processors.
+    backend: 'auto', 'cpu'; 'emulated': what a GPU would run, slowly, for tests.
+    isa: the instruction set; 'auto' takes the widest there is.
+
+    Returns (m, 2) uint32, which owns its memory: of one set first < second, each pair once.
+
+    Raises TypeError (no array, wrong type), ValueError (wrong shape, a NaN, a value out of range),
+    MemoryError, RuntimeError. The message names the argument, what it was, and what would do.
+
+    Other Python threads run meanwhile. Ctrl-C ends a search on the CPU soon and raises
+    KeyboardInterrupt; an emulated one ends first.
+    """
+    finder = _throng.Finder(
+        order, algorithm, backend, nan, isa, margin, threads, 0, round, True
+    )
+    return finder.find(
+        boxes,
+        other,
+        (group, mask, owner, world, static),
+        (other_group, other_mask, other_owner, other_world, other_static),
+    )
+
+
+class Finder:
+    """Finds pairs frame after frame, and keeps its memory: a warm one is faster than find_pairs.
+
+    The options are those of find_pairs, and
+    memory_cap: for consume: all memory that the library may take, in bytes; 0: no cap.
+
+    One thread at a time; a call during another one raises RuntimeError.
+    """
+
+    def __init__(
+        self,
+        *,
+        margin: float = 0.0,
+        order: Order = "any",
+        algorithm: Algorithm = "auto",
+        nan: Nan = "refuse",
+        round: Round | None = None,
+        threads: int = 0,
+        backend: Backend = "auto",
+        isa: Isa = "auto",
+        memory_cap: int = 0,
+    ) -> None:
+        self._finder = _throng.Finder(
+            order, algorithm, backend, nan, isa, margin, threads, memory_cap, round, False
+        )
+
+    def find(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+        other_group: Array | None = None,
+        other_mask: Array | None = None,
+        other_owner: Array | None = None,
+        other_world: Array | None = None,
+        other_static: Array | None = None,
+    ) -> NDArray[numpy.uint32]:
+        """All pairs, as find_pairs gives them: (m, 2) uint32, an array of its own for each call.
+
+        The memory of an array that you let go of serves a later call. `result` tells the rest.
+        """
+        return self._finder.find(
+            boxes,
+            other,
+            (group, mask, owner, world, static),
+            (other_group, other_mask, other_owner, other_world, other_static),
+        )
+
+    def consume(
+        self,
+        boxes: BoxesLike,
+        callback: Callable[[NDArray[numpy.uint32]], object],
+        other: BoxesLike | None = None,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+        other_group: Array | None = None,
+        other_mask: Array | None = None,
+        other_owner: Array | None = None,
+        other_world: Array | None = None,
+        other_static: Array | None = None,
+    ) -> _throng.Result:
+        """Hands the pairs to callback(pairs) in blocks, (k, 2) uint32, and stores no others.
+
+        The callback runs on a thread of the library's, one call at a time. False from it stops the
+        search; what it raises comes through. A memory_cap that is too small raises MemoryError,
+        which names the bytes needed.
+        """
+        self._finder.consume(
+            boxes,
+            callback,
+            other,
+            (group, mask, owner, world, static),
+            (other_group, other_mask, other_owner, other_world, other_static),
+        )
+        return self._finder.result
+
+    @property
+    def result(self) -> _throng.Result:
+        """What the last call told beside its pairs: counts, plan, times."""
+        return self._finder.result
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes that the library's workspace holds now."""
+        return self._finder.memory_bytes

@@ -1,0 +1,66 @@
+"""Scenes by rule, and files of boxes and pairs."""
+
+import errno
+import os
+from typing import Any
+
+import numpy
+from numpy.typing import NDArray
+
+from throng import _throng
+from throng._types import Array, Round
+
+scene_names: tuple[str, ...] = _throng.scene_names
+"""The scenes that there are."""
+
+
+def scene(
+    name: str,
+    objects: int,
+    frames: int = 1,
+    density: float | None = None,
+    seed: int = 1,
+    moving: float = 1.0,
+) -> NDArray[numpy.float32]:
+    """Boxes made by rule: the same bits everywhere.
+
+    name: one of scene_names, such as 'uniform', 'pile', 'mixed', 'rods', 'worlds'.
+    density: pairs a box to expect; None: the scene's own.
+    moving: the share of the boxes that move from frame to frame.
+
+    Returns (frames, objects, 6) float32; z points up. Raises ValueError for a name or a number that
+    will not do.
+    """
+    return _throng.scene(name, objects, frames, density, seed, moving)
+
+
+def scene_worlds(name: str, objects: int) -> NDArray[numpy.int32] | None:
+    """The world of each box of a scene, (objects,) int32; None where it has none."""
+    return _throng.scene_worlds(name, objects)
+
+
+def load_boxes(
+    path: str | os.PathLike[str], round: Round | None = None
+) -> NDArray[numpy.float32]:
+    """The boxes of a .npy file: (n, 6) float32, or (frames, n, 6) where it has more frames than one.
+
+    Either byte order and Fortran order are taken, and float64 where each value is a float32, or with
+    round='outward'. Raises FileNotFoundError, or ValueError that says what was found in the file.
+    """
+    if not os.path.exists(path):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(path))
+    return _throng.load_boxes(os.fspath(path), round)
+
+
+def save_boxes(path: str | os.PathLike[str], boxes: Array) -> None:
+    """Writes boxes, (n, 6) or (frames, n, 6), to a .npy file. It appears under its name when it is
+    whole; what stood there before stays if that fails (OSError).
+    """
+    shape: Any = getattr(boxes, "shape", ())
+    frames = [boxes[i] for i in range(shape[0])] if len(shape) == 3 else [boxes]  # type: ignore[index]
+    _throng.save_boxes(os.fspath(path), frames)
+
+
+def save_pairs(path: str | os.PathLike[str], pairs: Array) -> None:
+    """Writes pairs, (m, 2) uint32, to a .npy file, as save_boxes does."""
+    _throng.save_pairs(os.fspath(path), pairs)

@@ -1,0 +1,131 @@
+// One-dimensional arrays: filters, indices, rows of bodies.
+#include <cstdint>
+#include <limits>
+#include <new>
+#include <type_traits>
+
+#include <throng/update_boxes.hpp>
+
+#include "python/arrays.hpp"
+#include "python/errors.hpp"
+
+namespace throng::python {
+namespace {
+
+using Code = nb::dlpack::dtype_code;
+
+template <class T>
+bool holds(const AnyArray& a) noexcept {
+  constexpr Code code = std::is_signed_v<T> ? Code::Int : Code::UInt;
+  return a.dtype() == nb::dlpack::dtype{static_cast<std::uint8_t>(code), sizeof(T) * 8, 1};
+}
+
+template <class T>
+const char* type_name() {
+  if (std::is_same_v<T, std::uint8_t>) return "uint8 or bool";
+  return std::is_signed_v<T> ? "int32" : "uint32";
+}
+
+// The value at `at` that does not fit, else -1.
+template <class T, class Given>
+std::int64_t convert(const AnyArray& a, T* out) {
+  const auto* data = static_cast<const Given*>(a.data());
+  for (std::size_t i = 0; i < a.shape(0); ++i) {
+    const Given v = data[static_cast<std::int64_t>(i) * a.stride(0)];
+    out[i] = static_cast<T>(v);
+    if (static_cast<Given>(out[i]) != v || (v < 0) != (out[i] < 0)) {
+      return static_cast<std::int64_t>(i);
+    }
+  }
+  return -1;
+}
+
+template <class T>
+std::int64_t convert_any(const AnyArray& a, T* out, bool& known) {
+  known = true;
+  if (holds<std::int8_t>(a)) return convert<T, std::int8_t>(a, out);
+  if (holds<std::int16_t>(a)) return convert<T, std::int16_t>(a, out);
+  if (holds<std::int32_t>(a)) return convert<T, std::int32_t>(a, out);
+  if (holds<std::int64_t>(a)) return convert<T, std::int64_t>(a, out);
+  if (holds<std::uint8_t>(a)) return convert<T, std::uint8_t>(a, out);
+  if (holds<std::uint16_t>(a)) return convert<T, std::uint16_t>(a, out);
+  if (holds<std::uint32_t>(a)) return convert<T, std::uint32_t>(a, out);
+  if (holds<std::uint64_t>(a)) return convert<T, std::uint64_t>(a, out);
+  known = false;
+  return -1;
+}
+
+}  // namespace
+
+template <class T>
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept) {
+  if (value.is_none()) return {};
+  const std::string wanted =
+      std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value a box";
+  AnyArray a = import_array(value, name, wanted);
+  if (a.ndim() != 1 || a.shape(0) != count) {
+    value_error(name + ": found " + described(a) + ", wanted " + wanted);
+  }
+  if (count == 0) return {};
+  const bool is_flag =
+      sizeof(T) == 1 && static_cast<Code>(a.dtype().code) == Code::Bool && a.dtype().bits == 8;
+  const bool aligned = reinterpret_cast<std::uintptr_t>(a.data()) % sizeof(T) == 0;
+  if ((holds<T>(a) || is_flag) && aligned && (count == 1 || a.stride(0) >= 0)) {
+    kept.push_back(std::make_shared<AnyArray>(a));
+    const auto stride = count == 1 ? sizeof(T) : static_cast<std::size_t>(a.stride(0)) * sizeof(T);
+    return {static_cast<const T*>(a.data()), count, stride};
+  }
+  if (!aligned)
+    value_error(name + ": its values are not aligned; give a copy: " + name + ".copy()");
+  auto values = std::shared_ptr<T[]>(new T[count]);
+  bool known = false;
+  // A flag that runs backwards is read as the byte that it is.
+  const std::int64_t bad =
+      is_flag ? convert<T, std::uint8_t>(a, values.get()) : convert_any(a, values.get(), known);
+  if (!known && !is_flag) type_error(name + ": found " + described(a) + ", wanted " + wanted);
+  if (bad >= 0) {
+    value_error(name + ": the value at " + std::to_string(bad) + " does not fit; wanted " +
+                std::to_string(std::numeric_limits<T>::min()) + " to " +
+                std::to_string(std::numeric_limits<T>::max()));
+  }
+  kept.push_back(values);
+  return {values.get(), count, sizeof(T)};
+}
+
+template <class T>
+Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept) {
+  if (value.is_none()) return {};
+  constexpr std::size_t columns = sizeof(T) / sizeof(float);
+  const std::string wanted = "float32 of shape (" +
+                             (count < 0 ? std::string("n") : std::to_string(count)) + ", " +
+                             std::to_string(columns) + ")";
+  AnyArray a = import_array(value, name, wanted);
+  if (!is_float32(a)) {
+    type_error(name + ": found " + described(a) + ", wanted " + wanted + "; " + name +
+               ".astype(numpy.float32) makes that");
+  }
+  if (a.ndim() != 2 || a.shape(1) != columns ||
+      (count >= 0 && a.shape(0) != static_cast<std::size_t>(count))) {
+    value_error(name + ": found " + described(a) + ", wanted " + wanted);
+  }
+  if (a.shape(0) == 0) return {};
+  if (a.stride(1) != 1 || (a.shape(0) > 1 && a.stride(0) < 0) ||
+      reinterpret_cast<std::uintptr_t>(a.data()) % alignof(float) != 0) {
+    value_error(name +
+                ": the values of a row must lie together, rows in rising order; "
+                "numpy.ascontiguousarray(" +
+                name + ") makes that");
+  }
+  kept.push_back(std::make_shared<AnyArray>(a));
+  const std::size_t stride = a.shape(0) == 1 ? columns : static_cast<std::size_t>(a.stride(0));
+  return {static_cast<const T*>(a.data()), a.shape(0), stride * sizeof(float)};
+}
+
+template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
+template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
+template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
+template Strided<Vec3> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
+template Strided<Quaternion> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
+template Strided<Shape> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
+
+}  // namespace throng::python
