@@ -92,6 +92,26 @@ class OnDevice:
         raise AssertionError("not to be asked")
 
 
+class OnlyDLPack:
+    """As of a library that is not NumPy."""
+
+    def __init__(self, values: Any) -> None:
+        self.values = values
+
+    def __dlpack_device__(self) -> Any:
+        return (1, 0)
+
+    def __dlpack__(self, **_: Any) -> Any:
+        return self.values.__dlpack__()
+
+
+def test_dlpack() -> None:
+    assert as_pairs(throng.find_pairs(OnlyDLPack(BOXES))) == [(0, 1), (1, 2)]
+    corners = OnlyDLPack(BOXES[:, :3]), OnlyDLPack(BOXES[:, 3:])
+    owner = OnlyDLPack(numpy.array([4, 4, -1]))
+    assert as_pairs(throng.find_pairs(corners, owner=owner)) == [(1, 2)]
+
+
 WRONG = [
     ([[0, 0, 0, 1, 1, 1]], TypeError, "boxes: found a list"),
     (None, TypeError, "boxes: found None"),
