@@ -12,7 +12,7 @@ build_packages=(g++ cmake ninja-build pkg-config libtbb-dev libhwy-dev)
 program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-dev libcairo2-dev)
 test_packages=("${program_packages[@]}" libgtest-dev librapidcheck-dev)
 rival_packages=(libbullet-dev libembree-dev libcgal-dev libfcl-dev)
-check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-venv)
+check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
