@@ -1,5 +1,8 @@
 # The physics engines that adapters are tested with, each a target where it is installed:
 # engine::bullet (of floats), engine::bullet_float64, engine::fcl. Never required.
+if(CMAKE_CROSSCOMPILING)
+  return()  # those of this machine are of no use to another
+endif()
 find_package(Bullet QUIET MODULE)
 if(BULLET_FOUND AND NOT TARGET engine::bullet)
   add_library(engine::bullet INTERFACE IMPORTED)
