@@ -74,6 +74,7 @@ class Play {
   void step() {
     for (int i = random_.between(0, 12); i > 0; --i) act();
     if (random_.one_in(8)) swap_filter();
+    if (random_.one_in(3)) ask();  // with an update since, or without
     const Uids before = held(phase_);
     phase_.calculateOverlappingPairs(nullptr);
     Uids wanted;
@@ -166,9 +167,12 @@ class Play {
         wanted.insert(p->m_uniqueId);
     EXPECT_EQ(listener.uids, wanted);
 
-    const btVector3 from = lower * 3, to(corner(), corner(), corner());
+    const btVector3 from = lower * 3;
+    btVector3 to(corner(), corner(), corner());
+    if (random_.one_in(3)) to[1] = from[1];  // along faces
+    if (random_.one_in(3)) to[2] = from[2];
     if ((to - from).length2() == 0) return;
-    const btVector3 grown(btScalar(0.1) * static_cast<btScalar>(random_.below(2)), 0, 0);
+    const btVector3 grown(btScalar(0.25) * static_cast<btScalar>(random_.below(2)), 0, 0);
     RayListener ray(from, to);
     phase_.rayTest(from, to, ray, -grown, grown);
     wanted.clear();

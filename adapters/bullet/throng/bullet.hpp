@@ -19,7 +19,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <type_traits>
 #include <vector>
 
@@ -69,8 +71,9 @@ class BulletBroadphase : public btBroadphaseInterface {
 
   void calculateOverlappingPairs(btDispatcher* dispatcher) override;
 
-  // All proxies whose box, grown by a swept shape's box, is hit; in no order. The callback's answer
-  // is not looked at, as btDbvtBroadphase does not. Several threads may ask at once.
+  // All proxies whose box, grown by a swept shape's box, is hit by btRayAabb2; or overlaps; in the
+  // order of their ids. The callback's answer is not looked at, as btDbvtBroadphase does not.
+  // Several threads may ask at once.
   void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
                const btVector3& lower = btVector3(0, 0, 0),
                const btVector3& upper = btVector3(0, 0, 0)) override;
@@ -96,6 +99,10 @@ class BulletBroadphase : public btBroadphaseInterface {
     int group = 0, mask = 0;     // as Throng was told
     std::size_t place = 0;       // in the list of moved proxies
     std::uint64_t moved_in = 0;  // the round in which it moved last
+    std::size_t mute_place = 0;  // in the list of mute proxies
+
+    // No group, or nobody's: Throng's questions do not see it either.
+    bool is_mute() const { return group == 0 || mask == 0; }
   };
 
   static Options usable(Options options) {
@@ -154,11 +161,18 @@ class BulletBroadphase : public btBroadphaseInterface {
 
   Filter filter_of(const Proxy& proxy) const;
   void note_moved(Proxy& proxy);
+  void list_mute(Proxy& proxy);
+  void unlist_mute(Proxy& proxy);
+  void hand_over_moves();
   void refilter();
   bool offer(Pair pair);
   void drop_ended(LivePairs ended);
   void part_unsure(btDispatcher* dispatcher);
   void restore();
+  template <class Ask, class Tell>
+  void ask(Ask&& find, Tell&& tell);
+  static bool sweep_around(const btVector3& from, const btBroadphaseRayCallback& ray,
+                           const btVector3& lower, const btVector3& upper, Sweep& out);
   // Of the first `sorted` of waiting_ and of the others each are in order.
   void merge_waiting(std::size_t sorted) {
     const auto middle = waiting_.begin() + static_cast<std::ptrdiff_t>(sorted);
@@ -171,6 +185,9 @@ class BulletBroadphase : public btBroadphaseInterface {
   std::vector<Proxy*> proxies_;  // by id
   std::vector<ObjectId> moved_;
   std::vector<Box> moved_boxes_;
+  bool handed_over_ = true;  // Throng knows where they are
+  std::vector<ObjectId> mute_;
+  std::mutex asking_;
   std::uint64_t round_ = 1;
   std::size_t unsure_ = 0;  // proxies
   bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng

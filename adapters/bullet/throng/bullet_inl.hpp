@@ -25,6 +25,7 @@ inline btBroadphaseProxy* BulletBroadphase::createProxy(const btVector3& lower,
     const std::size_t room = std::max(2 * proxies_.capacity(), limit);
     moved_.reserve(room);
     moved_boxes_.reserve(room);
+    mute_.reserve(room);
     proxies_.reserve(room);
   }
   require(phase_.add(candidate(lower, upper), filter_of(*proxy), proxy->id),
@@ -32,6 +33,7 @@ inline btBroadphaseProxy* BulletBroadphase::createProxy(const btVector3& lower,
   if (proxy->id >= proxies_.size()) proxies_.resize(std::size_t{proxy->id} + 1);
   unsure_ += is_unsure(lower, upper);
   proxy->m_uniqueId = ++last_uid_;
+  if (proxy->is_mute()) list_mute(*proxy);
   Proxy*& place = proxies_[proxy->id];
   return place = proxy.release();
 }
@@ -47,13 +49,25 @@ inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* base, btDispatcher
     moved_.pop_back();
     moved_boxes_.pop_back();
   }
+  if (proxy->is_mute()) unlist_mute(*proxy);
   unsure_ -= is_unsure(proxy->m_aabbMin, proxy->m_aabbMax);
   proxies_[proxy->id] = nullptr;
   cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
   delete proxy;
 }
 
+inline void BulletBroadphase::list_mute(Proxy& proxy) {
+  proxy.mute_place = mute_.size();
+  mute_.push_back(proxy.id);
+}
+inline void BulletBroadphase::unlist_mute(Proxy& proxy) {
+  mute_[proxy.mute_place] = mute_.back();
+  proxies_[mute_.back()]->mute_place = proxy.mute_place;
+  mute_.pop_back();
+}
+
 inline void BulletBroadphase::note_moved(Proxy& proxy) {
+  handed_over_ = false;
   const Box box = candidate(proxy.m_aabbMin, proxy.m_aabbMax);
   if (proxy.moved_in == round_) {
     moved_boxes_[proxy.place] = box;
@@ -71,8 +85,10 @@ inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& 
   if (proxy.group != proxy.m_collisionFilterGroup || proxy.mask != proxy.m_collisionFilterMask) {
     require(phase_.set_filter(proxy.id, filter_of(proxy)),
             "a filter was not set: out of memory, or another thread is in a call");
+    if (proxy.is_mute()) unlist_mute(proxy);
     proxy.group = proxy.m_collisionFilterGroup;
     proxy.mask = proxy.m_collisionFilterMask;
+    if (proxy.is_mute()) list_mute(proxy);
     note_moved(proxy);
   }
   // Bullet's worlds tell of all objects in every step, of those at rest as well.
@@ -95,9 +111,15 @@ inline void BulletBroadphase::refilter() {
   }
 }
 
+inline void BulletBroadphase::hand_over_moves() {
+  if (handed_over_) return;
+  require(phase_.move(moved_.data(), Boxes(moved_boxes_)));
+  handed_over_ = true;
+}
+
 inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
   if (asks_ != (cache_->getOverlapFilterCallback() != nullptr)) refilter();
-  require(phase_.move(moved_.data(), Boxes(moved_boxes_)));
+  hand_over_moves();
   require(phase_.update());
   for (const LivePair& pair : phase_.ended()) {
     Proxy *a = proxies_[pair.first], *b = proxies_[pair.second];
@@ -177,27 +199,85 @@ inline void BulletBroadphase::restore() {
   merge_waiting(old);
 }
 
+// Tells of what find(ids) leaves in ids, and of the mute; where it says false, of all.
+template <class Ask, class Tell>
+void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
+  std::vector<ObjectId> ids;
+  bool found = false;
+  {
+    // One question at a time; callbacks may ask others.
+    const std::lock_guard<std::mutex> lock(asking_);
+    hand_over_moves();
+    found = find(ids);
+  }
+  // A callback may do what it likes with proxies that it was told of.
+  for (std::size_t i = 0; found && i < ids.size(); ++i) {
+    if (proxies_[ids[i]]) tell(*proxies_[ids[i]]);
+  }
+  // While a callback filters, Throng knows of no groups.
+  for (std::size_t i = 0; found && !asks_ && i < mute_.size(); ++i) tell(*proxies_[mute_[i]]);
+  for (std::size_t id = 0; !found && id < proxies_.size(); ++id) {
+    if (proxies_[id]) tell(*proxies_[id]);
+  }
+}
+
+// A sweep that meets all boxes that btRayAabb2 may say are hit: as far as the ray goes by what the
+// callback holds, and wider than what that rounds. The numbers that it divides are off by some ulps
+// of the coordinates, its quotients by some ulps of themselves, that is of the ray's length.
+inline bool BulletBroadphase::sweep_around(const btVector3& from,
+                                           const btBroadphaseRayCallback& ray,
+                                           const btVector3& lower, const btVector3& upper,
+                                           Sweep& out) {
+  if (!(ray.m_lambda_max >= 0)) return false;
+  btScalar by[3], size = 0;
+  for (int k = 0; k < 3; ++k) {
+    if (!(lower[k] <= upper[k]) || (ray.m_rayDirectionInverse[k] < 0) != (ray.m_signs[k] == 1)) {
+      return false;
+    }
+    by[k] = ray.m_lambda_max / ray.m_rayDirectionInverse[k];
+    size = std::max({size, btFabs(from[k]), btFabs(by[k]), btFabs(lower[k]), btFabs(upper[k])});
+  }
+  const btScalar pad = 64 * btScalar(std::numeric_limits<float>::epsilon()) * size;
+  const btVector3 around(pad, pad, pad);
+  out.box = candidate(from + lower - around, from + upper + around);
+  out.by = {static_cast<float>(by[0]), static_cast<float>(by[1]), static_cast<float>(by[2])};
+  return true;
+}
+
 inline void BulletBroadphase::rayTest(const btVector3& from, const btVector3&,
                                       btBroadphaseRayCallback& callback, const btVector3& lower,
                                       const btVector3& upper) {
   const btScalar longest = callback.m_lambda_max;
-  for (std::size_t i = 0; i < proxies_.size(); ++i) {
-    const Proxy* proxy = proxies_[i];
-    if (!proxy) continue;
-    const btVector3 corners[2] = {proxy->m_aabbMin - upper, proxy->m_aabbMax - lower};
-    btScalar at = 1;
-    if (btRayAabb2(from, callback.m_rayDirectionInverse, callback.m_signs, corners, at, 0, longest))
-      callback.process(proxy);
-  }
+  ask(
+      [&](std::vector<ObjectId>& ids) {
+        Sweep sweep;
+        if (!sweep_around(from, callback, lower, upper, sweep)) return false;
+        if (!phase_.find_hits(&sweep, 1).ok()) return false;
+        for (const SweepHit& hit : phase_.hits()) ids.push_back(hit.object);
+        return true;
+      },
+      [&](const Proxy& proxy) {
+        const btVector3 corners[2] = {proxy.m_aabbMin - upper, proxy.m_aabbMax - lower};
+        btScalar at = 1;
+        if (btRayAabb2(from, callback.m_rayDirectionInverse, callback.m_signs, corners, at, 0,
+                       longest))
+          callback.process(&proxy);
+      });
 }
 
 inline void BulletBroadphase::aabbTest(const btVector3& lower, const btVector3& upper,
                                        btBroadphaseAabbCallback& callback) {
-  for (std::size_t i = 0; i < proxies_.size(); ++i) {
-    const Proxy* proxy = proxies_[i];
-    if (proxy && TestAabbAgainstAabb2(lower, upper, proxy->m_aabbMin, proxy->m_aabbMax))
-      callback.process(proxy);
-  }
+  ask(
+      [&](std::vector<ObjectId>& ids) {
+        const Box box = candidate(lower, upper);
+        if (!phase_.find_overlaps(Boxes(&box, 1)).ok()) return false;
+        for (const Pair& pair : phase_.overlaps()) ids.push_back(pair.second);
+        return true;
+      },
+      [&](const Proxy& proxy) {
+        if (TestAabbAgainstAabb2(lower, upper, proxy.m_aabbMin, proxy.m_aabbMax))
+          callback.process(&proxy);
+      });
 }
 
 inline void BulletBroadphase::getBroadphaseAabb(btVector3& lower, btVector3& upper) const {
