@@ -38,6 +38,7 @@ struct Companion {
 constexpr Companion companions[] = {
     {"bench", "throng-bench", "Measure against other libraries"},
     {"paper", "throng-paper", "The paper's tables and figures, measured here"},
+    {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine"},
 };
 
 const Companion* companion_of(const std::string& command) {

@@ -10,8 +10,10 @@ werror="${THRONG_WERROR:-OFF}"
 
 build_packages=(g++ cmake ninja-build pkg-config libtbb-dev libhwy-dev)
 program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-dev libcairo2-dev)
-test_packages=("${program_packages[@]}" libgtest-dev librapidcheck-dev)
-rival_packages=(libbullet-dev libembree-dev libcgal-dev libfcl-dev)
+# Engines that there are adapters for: their tests, and throng-simulate, are built where they are.
+engine_packages=(libbullet-dev libfcl-dev)
+test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
+rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
 check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }

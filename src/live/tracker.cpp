@@ -279,10 +279,21 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
                        executor_of(options), tasks);
 }
 
+// Questions come one at a time, too: once those that went without cells have cost what cells do,
+// cells are made. So at most twice is paid what the better choice would have cost.
+void Tracker::want_cells(double ns_an_object) {
+  asked_ += ns_an_object;
+  if (asked_ <= cell_ns) return;
+  make_cells();
+  asked_ = 0;
+}
+
 void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
   const auto asked = static_cast<double>(boxes.size());
   const auto objects = static_cast<double>(objects_.count());
-  if (placed_ && asked * search_ns < objects * search_object_ns) {
+  const bool few = asked * search_ns < objects * search_object_ns;
+  if (few && !placed_) want_cells(search_object_ns);
+  if (few && placed_) {
     settle_cells(no_limit);
     queries_.find_overlaps(objects_, cells_, boxes, executor_of(options), task_count(options));
   } else {
@@ -306,7 +317,7 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
 
 void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                         const Filters& filters, const Options& options) {
-  if (!placed_ && static_cast<double>(count) * touch_ns > cell_ns) make_cells();
+  if (!placed_) want_cells(static_cast<double>(count) * touch_ns);
   if (placed_) settle_cells(no_limit);
   queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,
                      executor_of(options), task_count(options));

@@ -47,6 +47,7 @@ class Tracker {
  private:
   bool few_changed(unsigned tasks);
   void make_cells();
+  void want_cells(double ns_an_object);
   bool settle_cells(double most_lines);
   void search_around(Result& result);
   void find_all(const Options& options, unsigned tasks, Result& result);
@@ -61,6 +62,7 @@ class Tracker {
   bool placed_ = false;  // cells are kept
   bool linked_ = false;  // and linked pairs, too
   double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
+  double asked_ = 0;     // ns an object of questions that were asked without cells
   double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
 };
 

@@ -8,7 +8,8 @@ cases=0
 
 sound_tree() {
   rm -rf "${tree:?}"/*
-  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/program "$tree"/scene "$tree"/paper "$tree"/tests
+  mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/program "$tree"/scene "$tree"/paper "$tree"/tests \
+    "$tree"/adapters/bullet/throng "$tree"/simulate
   echo '#include <cstddef>' > "$tree/include/throng/types.hpp"
   echo '#include <throng/types.hpp>' > "$tree/src/core/bounds.hpp"
   printf '#include <hwy/highway.h>\n#include "core/bounds.hpp"\n' > "$tree/src/cpu/grid.cpp"
@@ -18,6 +19,8 @@ sound_tree() {
   printf '#include <string>\n#include <sys/wait.h>\n#include <fmt/format.h>\n' > "$tree/program/child.hpp"
   printf '#include "core/bounds.hpp"\n#include "program/child.hpp"\n#include "scene/npy.hpp"\n' > "$tree/paper/search.hpp"
   printf '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "paper/search.hpp"\n' > "$tree/paper/cuda.cu"
+  printf '#include <BulletCollision/x.h>\n#include <throng/types.hpp>\n' > "$tree/adapters/bullet/throng/bullet.hpp"
+  printf '#include <btBulletDynamicsCommon.h>\n#include <throng/bullet.hpp>\n' > "$tree/simulate/world.hpp"
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
 
@@ -62,4 +65,10 @@ refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include 
 refused paper/search.hpp '#include "cpu/grid.cpp"' 'paper must not include cpu'
 refused paper/search.hpp '#include <cuda_runtime.h>' 'only a .cu file of paper may include CUDA'
 refused paper/search.hpp '#include <cub/cub.cuh>' 'only a .cu file of paper may include CUDA'
+refused scene/npy.hpp '#include <fcl/broadphase/x.h>' 'see an engine'
+refused tests/bounds_test.cpp '#include <LinearMath/btVector3.h>' 'see an engine'
+refused simulate/world.hpp '#include <embree3/rtcore.h>' 'only bench may include a rival'
+refused scene/npy.hpp '#include <throng/bullet.hpp>' 'scene must not include adapters'
+refused adapters/bullet/throng/bullet.hpp '#include "core/bounds.hpp"' 'adapters must not include core'
+refused adapters/bullet/throng/bullet.hpp '#include "simulate/world.hpp"' 'adapters must not include simulate'
 echo "check_includes: $cases forbidden lines refused"

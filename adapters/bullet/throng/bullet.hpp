@@ -1,0 +1,202 @@
+// Throng as Bullet's broad phase: give a BulletBroadphase where a btDbvtBroadphase would stand.
+//
+// Its pairs are those of Bullet's own comparison, TestAabbAgainstAabb2, over the boxes of the
+// proxies, whatever the build: of a Bullet of doubles (BT_USE_DOUBLE_PRECISION) the boxes are
+// rounded outward, and the comparison of the doubles comes last. What differs from
+// btDbvtBroadphase:
+// - Pairs begin and end in calculateOverlappingPairs(), which every step calls, and not before. (So
+//   does btDbvtBroadphase with m_deferedcollide.) A destroyed proxy's pairs end at once.
+// - No box is fattened: a pair ends in the step in which its boxes part, so does its manifold.
+// - Groups and masks that are changed in a proxy count from its next setAabb() on; pairs that they
+//   forbid end. A filter callback is asked when two boxes meet, and again when one of them moves
+//   for as long as it refused; what it once allowed ends with the overlap.
+// - A box with a NaN overlaps nothing.
+// Where Throng cannot do what it is asked for, as memory is short, it throws throng::Error;
+// compiled without exceptions it can only end the program.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <type_traits>
+#include <vector>
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <LinearMath/btAabbUtil2.h>
+
+#include <throng/broad_phase.hpp>
+#include <throng/find_pairs.hpp>
+
+namespace throng {
+
+class BulletBroadphase : public btBroadphaseInterface {
+ public:
+  // Of the options, isa, threads, executor and memory hold. Without a cache it makes itself one. A
+  // caller's must outlive this. It must decide by its filter callback, or by groups and masks where
+  // it has none; and not put removals off, as btSortedOverlappingPairCache does.
+  explicit BulletBroadphase(const Options& options = {}, btOverlappingPairCache* cache = nullptr)
+      : phase_(usable(options)), cache_(cache) {
+    if (!cache) {
+      own_cache_ = std::make_unique<btHashedOverlappingPairCache>();
+      cache_ = own_cache_.get();
+    } else if (cache->hasDeferredRemoval()) {
+      Result r;
+      r.status = Status::bad_option;
+      explain(r, "the pair cache puts removals off; give a btHashedOverlappingPairCache, or none");
+      fail(r);
+    }
+  }
+  // Bullet's worlds take their objects out before; what proxies are left end here.
+  ~BulletBroadphase() override {
+    for (Proxy* proxy : proxies_) delete proxy;
+  }
+  BulletBroadphase(const BulletBroadphase&) = delete;
+  BulletBroadphase& operator=(const BulletBroadphase&) = delete;
+
+  btBroadphaseProxy* createProxy(const btVector3& lower, const btVector3& upper, int /*shape*/,
+                                 void* object, int group, int mask, btDispatcher*) override;
+  void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
+
+  void setAabb(btBroadphaseProxy* proxy, const btVector3& lower, const btVector3& upper,
+               btDispatcher*) override;
+  void getAabb(btBroadphaseProxy* proxy, btVector3& lower, btVector3& upper) const override {
+    lower = proxy->m_aabbMin;
+    upper = proxy->m_aabbMax;
+  }
+
+  void calculateOverlappingPairs(btDispatcher* dispatcher) override;
+
+  // All proxies whose box, grown by a swept shape's box, is hit by btRayAabb2; or overlaps; in the
+  // order of their ids. The callback's answer is not looked at, as btDbvtBroadphase does not.
+  // Several threads may ask at once.
+  void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
+               const btVector3& lower = btVector3(0, 0, 0),
+               const btVector3& upper = btVector3(0, 0, 0)) override;
+  void aabbTest(const btVector3& lower, const btVector3& upper,
+                btBroadphaseAabbCallback& callback) override;
+
+  btOverlappingPairCache* getOverlappingPairCache() override { return cache_; }
+  const btOverlappingPairCache* getOverlappingPairCache() const override { return cache_; }
+
+  // What contains all boxes; where there is none, the origin.
+  void getBroadphaseAabb(btVector3& lower, btVector3& upper) const override;
+  // With no proxy left, as new: what follows does not depend on what was.
+  void resetPool(btDispatcher*) override;
+  void printStats() override {}
+
+  // What lies below, to look at: counts, memory, options.
+  const BroadPhase& phase() const { return phase_; }
+
+ private:
+  struct Proxy : btBroadphaseProxy {
+    using btBroadphaseProxy::btBroadphaseProxy;
+    ObjectId id = 0;
+    int group = 0, mask = 0;     // as Throng was told
+    std::size_t place = 0;       // in the list of moved proxies
+    std::uint64_t moved_in = 0;  // the round in which it moved last
+    std::size_t mute_place = 0;  // in the list of mute proxies
+
+    // No group, or nobody's: Throng's questions do not see it either.
+    bool is_mute() const { return group == 0 || mask == 0; }
+  };
+
+  static Options usable(Options options) {
+    options.nan = NanPolicy::inactive;
+    options.margin = 0;
+    options.measure_stages = false;
+    return options;
+  }
+  static void explain(Result& r, const char* text) {
+    for (std::size_t i = 0; i + 1 < sizeof r.message && text[i]; ++i) r.message[i] = text[i];
+  }
+  [[noreturn]] static void fail(const Result& r) {
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+    throw Error(r);
+#else
+    (void)r;
+    std::terminate();
+#endif
+  }
+  static void require(const Result& r) {
+    if (!r.ok()) fail(r);
+  }
+  static void require(Status status, const char* text) {
+    if (status == Status::ok) return;
+    Result r;
+    r.status = status;
+    explain(r, text);
+    fail(r);
+  }
+
+  static bool same(const btVector3& a, const btVector3& b) {
+    return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
+  }
+  static bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
+    return TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
+  }
+  // Throng's box is no more than a candidate for Bullet's comparison: it is rounded, or was turned.
+  static bool is_unsure(const btVector3& lower, const btVector3& upper) {
+    return !std::is_same<btScalar, float>::value ||
+           !(lower.x() <= upper.x() && lower.y() <= upper.y() && lower.z() <= upper.z());
+  }
+  // Contains what is between the corners. Bullet's comparison lets an inverted box overlap those
+  // that contain it the right way round; NaN stays, and makes the box inactive.
+  static Box candidate(btVector3 lower, btVector3 upper) {
+    for (int k = 0; k < 3; ++k) {
+      if (lower[k] > upper[k]) std::swap(lower[k], upper[k]);
+    }
+    return rounded(&lower[0], &upper[0]);
+  }
+  static Box rounded(const float* lower, const float* upper) {
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  }
+  static Box rounded(const double* lower, const double* upper) {
+    return round_outward(lower, upper);
+  }
+
+  Filter filter_of(const Proxy& proxy) const;
+  void note_moved(Proxy& proxy);
+  void list_mute(Proxy& proxy);
+  void unlist_mute(Proxy& proxy);
+  void hand_over_moves();
+  void refilter();
+  bool offer(Pair pair);
+  void drop_ended(LivePairs ended);
+  void part_unsure(btDispatcher* dispatcher);
+  void restore();
+  template <class Ask, class Tell>
+  void ask(Ask&& find, Tell&& tell);
+  static bool sweep_around(const btVector3& from, const btBroadphaseRayCallback& ray,
+                           const btVector3& lower, const btVector3& upper, Sweep& out);
+  // Of the first `sorted` of waiting_ and of the others each are in order.
+  void merge_waiting(std::size_t sorted) {
+    const auto middle = waiting_.begin() + static_cast<std::ptrdiff_t>(sorted);
+    std::inplace_merge(waiting_.begin(), middle, waiting_.end());
+  }
+
+  BroadPhase phase_;
+  std::unique_ptr<btHashedOverlappingPairCache> own_cache_;
+  btOverlappingPairCache* cache_;
+  std::vector<Proxy*> proxies_;  // by id
+  std::vector<ObjectId> moved_;
+  std::vector<Box> moved_boxes_;
+  bool handed_over_ = true;  // Throng knows where they are
+  std::vector<ObjectId> mute_;
+  std::mutex asking_;
+  std::uint64_t round_ = 1;
+  std::size_t unsure_ = 0;  // proxies
+  bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng
+  int last_uid_ = 0;
+  // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
+  // parts them. Sorted.
+  std::vector<Pair> waiting_;
+};
+
+}  // namespace throng
+
+#include <throng/bullet_inl.hpp>

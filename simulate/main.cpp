@@ -1,0 +1,297 @@
+// throng-simulate: rigid bodies fall on a plane, and how long their broad phase took.
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <throng/version.hpp>
+
+#include "report/format.hpp"
+#include "report/picture.hpp"
+#include "report/table.hpp"
+#include "scene/npy.hpp"
+#include "simulate/progress.hpp"
+#include "simulate/world.hpp"
+
+namespace throng::simulate {
+namespace {
+
+const char* help_text =
+    R"(Scenes: column (a column of objects falls on a plane), pile (a steep cone of objects collapses), rain (objects
+far apart fall from many heights). A step is a sixtieth of a second of Bullet's rigid-body dynamics.
+Told are medians over the steps but the first: of a whole step, and of its broad phase, that is, boxes
+handed over and pairs found; and of the last step the points of contact and the deepest penetration.
+
+Examples:
+  throng-simulate column --objects 10K --steps 300
+  throng-simulate pile --objects 10K --steps 60 --broadphase dbvt --json
+  throng-simulate rain --shape rectangle --check
+  throng-simulate column --shape sphere --record boxes.npy --picture last.png
+Exit status: 0 done, 1 --check found a difference, 2 bad input or an output that failed.)";
+
+constexpr int exit_done = 0, exit_differs = 1, exit_bad = 2, exit_interrupted = 130;
+constexpr std::uint64_t max_objects = 16000000;  // Bullet counts pairs and bytes in 32 bits
+
+struct Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+struct Interrupted {};
+volatile std::sig_atomic_t interrupted = 0;
+
+struct Arguments {
+  std::string scene, shape = "cube", phase = "throng", objects = "10K";
+  std::size_t steps = 120;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+  bool json = false, check = false;
+  std::string record, picture;
+};
+
+std::uint64_t parse_count(const std::string& text, const char* option) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const std::string suffix = end;
+  const double scale = suffix.empty()                   ? 1
+                       : suffix == "K" || suffix == "k" ? 1e3
+                       : suffix == "M"                  ? 1e6
+                                                        : 0;
+  const double count = value * scale;
+  const bool number = !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
+  if (!number || scale == 0 || !(count >= 1) || count > static_cast<double>(max_objects) ||
+      count != std::floor(count)) {
+    throw Failure(
+        fmt::format("{}: found '{}', wanted a count from 1 to {}, such as 10000, 10K or 1M", option,
+                    text, max_objects));
+  }
+  return static_cast<std::uint64_t>(count);
+}
+
+template <class Choice>
+Choice parse_choice(const std::string& text, const char* option,
+                    const std::vector<std::string>& names) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) {
+    throw Failure(
+        fmt::format("{}: found '{}', wanted one of: {}", option, text, fmt::join(names, ", ")));
+  }
+  return static_cast<Choice>(found - names.begin());
+}
+
+// Told before the work, not after it.
+void require_folder(const std::string& file) {
+  if (file.empty()) return;
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  if (std::filesystem::is_directory(folder)) return;
+  throw Failure(fmt::format("{}: cannot be written, as {} is no folder", file, folder.string()));
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Told {
+  std::vector<double> step_ms, broad_phase_ms;
+  double setup_ms = 0;
+  std::size_t pairs = 0, compared = 0, missing = 0, extra = 0;
+  Contacts contacts;
+};
+
+Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& world) {
+  Told told;
+  const auto start = std::chrono::steady_clock::now();
+  world = std::make_unique<World>(spec);
+  told.setup_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  std::unique_ptr<scene::BoxWriter> record;
+  if (!arguments.record.empty()) {
+    record = std::make_unique<scene::BoxWriter>(arguments.record, arguments.steps, spec.objects);
+  }
+  Progress progress(arguments.steps);
+  for (std::size_t s = 0; s < arguments.steps; ++s) {
+    if (interrupted) throw Interrupted();
+    const StepReport step = world->step();
+    // The first step finds all pairs and takes memory.
+    if (s > 0 || arguments.steps == 1) {
+      told.step_ms.push_back(step.step_ms);
+      told.broad_phase_ms.push_back(step.broad_phase_ms);
+    }
+    if (record) record->write(world->boxes().data(), world->boxes().size());
+    if (spec.compare) {
+      const Comparison& c = world->comparison();
+      told.compared += c.pairs;
+      told.missing += c.missing;
+      told.extra += c.extra;
+    }
+    progress.at(
+        s + 1,
+        fmt::format("step {} ms, broad phase {} ms, {} pairs", report::format_ms(step.step_ms),
+                    report::format_ms(step.broad_phase_ms), report::format_count(world->pairs())));
+  }
+  if (record) record->finish();
+  told.pairs = world->pairs();
+  told.contacts = world->contacts();
+  return told;
+}
+
+std::string json_text(const Spec& spec, const Arguments& arguments, const Told& told) {
+  nlohmann::ordered_json object = {
+      {"scene", to_string(spec.scene)},
+      {"shape", to_string(spec.shape)},
+      {"objects", spec.objects},
+      {"steps", arguments.steps},
+      {"seed", spec.seed},
+      {"broadphase", to_string(spec.phase)},
+      {"setup_ms", told.setup_ms},
+      {"step_ms", median(told.step_ms)},
+      {"broad_phase_ms", median(told.broad_phase_ms)},
+      {"pairs", told.pairs},
+      {"contacts", told.contacts.points},
+      {"deepest_penetration", told.contacts.deepest},
+  };
+  if (spec.compare) {
+    object["compared_pairs"] = told.compared;
+    object["missing"] = told.missing;
+    object["extra"] = told.extra;
+  }
+  return object.dump() + "\n";
+}
+
+std::string table_text(const Spec& spec, const Arguments& arguments, const Told& told) {
+  const auto worst = [](const std::vector<double>& v) {
+    return report::format_ms(*std::max_element(v.begin(), v.end()));
+  };
+  report::Table table(fmt::format("{}: {} {}s, {} steps, broad phase {}", to_string(spec.scene),
+                                  report::format_count(spec.objects), to_string(spec.shape),
+                                  arguments.steps, to_string(spec.phase)),
+                      {"", "median ms", "slowest ms"});
+  table.add_row({"a step", report::format_ms(median(told.step_ms)), worst(told.step_ms)});
+  table.add_row({"its broad phase", report::format_ms(median(told.broad_phase_ms)),
+                 worst(told.broad_phase_ms)});
+  table.add_note(fmt::format("In the last step {} pairs, {} points of contact, the deepest {:.4f}.",
+                             report::format_count(told.pairs),
+                             report::format_count(told.contacts.points), told.contacts.deepest));
+  if (spec.compare) {
+    table.add_note(fmt::format("Compared with {}: {} overlaps, {} missing, {} extra.",
+                               spec.phase == Phase::throng ? "dbvt" : "throng",
+                               report::format_count(told.compared), told.missing, told.extra));
+  }
+  return table.text();
+}
+
+void draw(const World& world, const Spec& spec, const Told& told, const std::string& path) {
+  report::PictureStyle style;
+  style.title = fmt::format("{}: {} {}s", to_string(spec.scene), report::format_count(spec.objects),
+                            to_string(spec.shape));
+  style.legend = "others that each touches";
+  style.caption = fmt::format("Boxes of the last step; {} points of contact.",
+                              report::format_count(told.contacts.points));
+  report::draw_boxes(path, world.boxes().data(), world.objects(), told.contacts.of_objects.data(),
+                     style);
+}
+
+void say(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
+  }
+}
+
+int run(const Arguments& arguments) {
+  Spec spec;
+  spec.scene = parse_choice<Scene>(arguments.scene, "SCENE", scene_names());
+  spec.shape = parse_choice<Shape>(arguments.shape, "--shape", shape_names());
+  spec.phase = parse_choice<Phase>(arguments.phase, "--broadphase", phase_names());
+  spec.objects = static_cast<std::size_t>(parse_count(arguments.objects, "--objects"));
+  spec.seed = arguments.seed;
+  spec.options.threads = arguments.threads;
+  spec.compare = arguments.check;
+  require_folder(arguments.record);
+  require_folder(arguments.picture);
+  std::unique_ptr<World> world;
+  const Told told = play(spec, arguments, world);
+  say(arguments.json ? json_text(spec, arguments, told) : table_text(spec, arguments, told));
+  if (!arguments.picture.empty()) draw(*world, spec, told, arguments.picture);
+  return told.missing + told.extra == 0 ? exit_done : exit_differs;
+}
+
+int dispatch(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("throng-simulate lets rigid bodies fall on a plane.", "throng-simulate");
+  app.footer(help_text);
+  app.set_version_flag("--version", "throng-simulate " THRONG_VERSION);
+  app.add_option("scene", arguments.scene, "column, pile or rain")->required()->type_name("SCENE");
+  app.add_option("--objects", arguments.objects, "how many, such as 10000, 10K or 1M (10K)")
+      ->type_name("N");
+  app.add_option("--steps", arguments.steps, "of a sixtieth of a second (120)")
+      ->check(CLI::Range(1, 1000000000).description(""))
+      ->type_name("S");
+  app.add_option("--shape", arguments.shape, "cube, sphere or rectangle (cube)")
+      ->type_name("SHAPE");
+  app.add_option("--broadphase", arguments.phase, "throng, dbvt or axis-sweep (throng)")
+      ->type_name("PHASE");
+  app.add_option("--seed", arguments.seed, "another one places all a little differently (1)")
+      ->type_name("S");
+  app.add_option("--threads", arguments.threads, "of throng, at most so many; 0: all")
+      ->type_name("N");
+  app.add_flag("--json", arguments.json, "one object on one line");
+  app.add_flag("--check", arguments.check,
+               "give each step's boxes to throng as well (to dbvt, where throng runs) and compare");
+  app.add_option("--record", arguments.record, "the boxes of every step, (S, N, 6)")
+      ->type_name("FILE.npy");
+  app.add_option("--picture", arguments.picture, "the boxes of the last step")
+      ->type_name("FILE.png");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_done : exit_bad;
+  }
+  return run(arguments);
+}
+
+int guarded(int argc, char** argv) {
+  std::string message = "out of memory";
+  try {
+    return dispatch(argc, argv);
+  } catch (const Interrupted&) {
+    std::fputs("throng-simulate: interrupted; no half file is left\n", stderr);
+    return exit_interrupted;
+  } catch (const std::bad_alloc&) {
+    // No room for more than the plain words.
+  } catch (const std::exception& error) {
+    message = error.what();
+  }
+  std::fputs(("throng-simulate: " + message + "\n").c_str(), stderr);
+  return exit_bad;
+}
+
+}  // namespace
+}  // namespace throng::simulate
+
+int main(int argc, char** argv) {
+  // The second one ends the program at once.
+  std::signal(SIGINT, [](int number) {
+    throng::simulate::interrupted = 1;
+    std::signal(number, SIG_DFL);
+  });
+#ifdef SIGPIPE
+  std::signal(SIGPIPE, SIG_IGN);  // an error of the write
+#endif
+  return throng::simulate::guarded(argc, argv);
+}

@@ -1,0 +1,109 @@
+// throng-simulate as a user meets it, and through `throng simulate`.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <throng/find_pairs.hpp>
+
+#include "cli/child.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::test {
+namespace {
+
+class Simulate : public CliTest {};
+
+TEST_F(Simulate, tells_what_it_measured) {
+  const nlohmann::json j =
+      json({"rain", "--objects", "200", "--steps", "150", "--shape", "rectangle", "--check"});
+  EXPECT_EQ(j["scene"], "rain");
+  EXPECT_EQ(j["shape"], "rectangle");
+  EXPECT_EQ(j["objects"], 200);
+  EXPECT_EQ(j["steps"], 150);
+  EXPECT_EQ(j["broadphase"], "throng");
+  EXPECT_GT(j["broad_phase_ms"], 0.0);
+  EXPECT_GT(j["step_ms"], j["broad_phase_ms"]);
+  EXPECT_GT(j["pairs"], 200);  // all meet the plane
+  EXPECT_GT(j["contacts"], 0);
+  EXPECT_GE(j["deepest_penetration"], 0.0);
+  EXPECT_GT(j["compared_pairs"], 150 * 200);
+  EXPECT_EQ(j["missing"], 0);
+  EXPECT_EQ(j["extra"], 0);
+}
+
+TEST_F(Simulate, every_broad_phase_and_a_table) {
+  for (const char* phase : {"throng", "dbvt", "axis-sweep"}) {
+    const Said said = run({"column", "--objects", "100", "--steps", "20", "--broadphase", phase});
+    EXPECT_EQ(said.status, 0) << said.err;
+    EXPECT_EQ(said.err, "");  // no terminal, no progress
+    for (const char* word : {"median ms", "broad phase", "points of contact", phase})
+      EXPECT_NE(said.out.find(word), std::string::npos) << word << "\n" << said.out;
+  }
+}
+
+TEST_F(Simulate, one_step_of_one_object) {
+  const nlohmann::json j = json({"pile", "--objects", "1", "--steps", "1", "--shape", "sphere"});
+  EXPECT_EQ(j["pairs"], 1);
+}
+
+TEST_F(Simulate, records_and_draws) {
+  const nlohmann::json j = json({"pile", "--objects", "150", "--steps", "12", "--record",
+                                 at("boxes.npy"), "--picture", at("last.png"), "--threads", "1"});
+  const scene::BoxFile file = scene::read_boxes(at("boxes.npy"));
+  EXPECT_EQ(file.frames, 12u);
+  EXPECT_EQ(file.count, 150u);
+  // The last frame's overlaps, and with the plane, which is not recorded, those of the cache.
+  EXPECT_EQ(find_pairs(Boxes(file.frame(11), file.count)).size() + 150, j["pairs"]);
+  EXPECT_LT(file.frame(11)[149].lower.z, file.frame(0)[149].lower.z);  // it fell
+  EXPECT_EQ(slurp(at("last.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(Simulate, bad_input) {
+  refuses({}, {"scene is required"});
+  refuses({"heap"}, {"SCENE", "'heap'", "column, pile, rain"});
+  refuses({"pile", "--shape", "cone"}, {"--shape", "'cone'", "cube, sphere, rectangle"});
+  refuses({"pile", "--broadphase", "sap"}, {"--broadphase", "'sap'", "throng, dbvt, axis-sweep"});
+  for (const char* count : {"0", "-3", "1.5", "many", "17M", "1e400", "nan", ""})
+    refuses({"pile", "--objects", count}, {"--objects"});
+  for (const char* steps : {"0", "-1", "x"}) refuses({"pile", "--steps", steps}, {"--steps"});
+  refuses({"pile", "--threads", "-1"}, {"--threads"});
+  refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "is no folder"});
+  refuses({"pile", "--picture", at("none/last.png")}, {"none", "is no folder"});
+  refuses({"pile", "rain"}, {"rain"});
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(Simulate, a_record_that_cannot_be_written_leaves_nothing) {
+  Limits limits;
+  limits.file_size = 100000;
+  refuses({"pile", "--objects", "1000", "--steps", "10", "--record", at("boxes.npy")},
+          {"boxes.npy"}, limits);
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(Simulate, interrupted_it_leaves_no_half_file) {
+  const pid_t pid =
+      start(THRONG_PROGRAM,
+            {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
+            at("said.out"), at("said.err"), folder_, {});
+  for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
+  kill(pid, SIGINT);
+  EXPECT_EQ(wait_for(pid), 130);
+  EXPECT_EQ(files(), 0u);
+  EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+}
+
+TEST_F(Simulate, started_by_throng) {
+  const Said said = run_program(
+      THRONG_FRONT, {"simulate", "column", "--objects", "50", "--steps", "3", "--json"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_NE(said.out.find("\"objects\":50"), std::string::npos) << said.out;
+  EXPECT_NE(run_program(THRONG_FRONT, {"--help"}).out.find("simulate"), std::string::npos);
+  EXPECT_NE(run_program(THRONG_FRONT, {"simulate", "--help"}).out.find("--broadphase"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace throng::test
