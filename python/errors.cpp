@@ -56,6 +56,7 @@ void require_ok(const Result& result) {
     case Status::bad_shape:
     case Status::too_many_boxes:
     case Status::unsupported_isa:
+    case Status::bad_id:
       value_error(text);
     default:
       throw std::runtime_error(text);

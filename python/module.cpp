@@ -146,5 +146,6 @@ NB_MODULE(_throng, m) {
   bind_finder(m);
   bind_scenes(m);
   bind_bodies(m);
+  bind_live(m);
   m.def("forget_threads", forget_threads);
 }

@@ -20,6 +20,7 @@ import os as _os
 from throng import _throng
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
 from throng._find import Finder, find_pairs
+from throng._live import BroadPhase
 from throng._scenes import (
     load_boxes,
     save_boxes,
@@ -34,6 +35,7 @@ from throng._types import Array, BoxesLike
 __all__ = [
     "Array",
     "BoxesLike",
+    "BroadPhase",
     "Finder",
     "Plan",
     "Result",

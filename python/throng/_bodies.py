@@ -1,7 +1,7 @@
 """From transforms and shapes to boxes."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy
 from numpy.typing import NDArray
@@ -45,8 +45,7 @@ def convex(first_point: int, point_count: int, radius: float = 0) -> numpy.void:
 
 
 def _shape(values: tuple[object, ...]) -> numpy.void:
-    made: numpy.void = numpy.array(values, shape_type)[()]
-    return made
+    return cast(numpy.void, numpy.array(values, shape_type)[()])
 
 
 def update_boxes(

@@ -1,0 +1,138 @@
+"""Objects that live: BroadPhase."""
+
+from collections.abc import Sequence
+
+import numpy
+from numpy.typing import NDArray
+
+from throng import _throng
+from throng._types import Array, BoxesLike, Isa, Nan
+
+
+class BroadPhase:
+    """Keeps objects from frame to frame, and tells which pairs began and which ended.
+
+    Objects are added, moved and removed, by ids; update() then tells what this did to the pairs. The
+    cost follows the objects that changed. A call that raises has changed nothing.
+
+    margin, nan, threads, isa: as of find_pairs. One thread at a time; a call during another one
+    raises RuntimeError.
+    """
+
+    def __init__(
+        self, *, margin: float = 0.0, nan: Nan = "refuse", threads: int = 0, isa: Isa = "auto"
+    ) -> None:
+        self._live = _throng.BroadPhase(margin, nan, threads, isa)
+
+    def copy(self) -> "BroadPhase":
+        """A snapshot: ids, slots and what the last update told are the same."""
+        made = BroadPhase.__new__(BroadPhase)
+        made._live = self._live.copy()
+        return made
+
+    def add(
+        self,
+        boxes: BoxesLike,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> NDArray[numpy.uint32]:
+        """Adds an object for each box; the filters are those of find_pairs.
+
+        Returns their ids, (n,) uint32: 0, 1, 2, ... where none was removed. The id of a removed object
+        is given away again only after an update.
+        """
+        return self._live.add(boxes, (group, mask, owner, world, static))
+
+    def remove(self, ids: Array) -> None:
+        """Removes objects. ValueError for an id that is not alive, or twice in the list."""
+        self._live.remove(ids)
+
+    def move(self, ids: Array, boxes: BoxesLike) -> None:
+        """Gives objects new boxes, one an id; of several calls before an update the last wins."""
+        self._live.move(ids, boxes)
+
+    def move_all(self, boxes: BoxesLike) -> None:
+        """The same for all: boxes[id] for every id below id_limit; it finds out which differ."""
+        self._live.move_all(boxes)
+
+    def set_filters(
+        self,
+        ids: Array,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> None:
+        """One value an id; filters that are not given stay as they were."""
+        self._live.set_filters(ids, (group, mask, owner, world, static))
+
+    def shift_origin(self, by: Sequence[float]) -> None:
+        """Adds `by` (x, y, z) to all corners, rounded to the nearest float32."""
+        x, y, z = by
+        self._live.shift_origin(x, y, z)
+
+    def update(self) -> _throng.Result:
+        """Finds the pairs that began and ended since the last update."""
+        return self._live.update()
+
+    @property
+    def begun(self) -> NDArray[numpy.uint32]:
+        """(m, 3) uint32, sorted: first < second, which are ids, and the pair's slot.
+
+        The slot is the pair's own for as long as it lives: a place for what you keep of it.
+        """
+        return self._live.begun()
+
+    @property
+    def ended(self) -> NDArray[numpy.uint32]:
+        """(m, 3) as begun; these slots are free now: the next update may give them away."""
+        return self._live.ended()
+
+    @property
+    def pairs(self) -> NDArray[numpy.uint32]:
+        """(m, 3) as begun: all pairs there are since the last update."""
+        return self._live.pairs()
+
+    def find_overlaps(
+        self,
+        boxes: BoxesLike,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> NDArray[numpy.uint32]:
+        """(m, 2) uint32, sorted: the number of a box, and the id of an object that it overlaps.
+
+        Asks the objects as they were given last. The margin plays no part.
+        """
+        return self._live.find_overlaps(boxes, (group, mask, owner, world, static))
+
+    def is_alive(self, id: int) -> bool:
+        """Whether an object has this id."""
+        return self._live.is_alive(id)
+
+    def __len__(self) -> int:
+        return self._live.object_count
+
+    @property
+    def pair_count(self) -> int:
+        """How many pairs live."""
+        return self._live.pair_count
+
+    @property
+    def id_limit(self) -> int:
+        """All ids are below this."""
+        return self._live.id_limit
+
+    @property
+    def slot_limit(self) -> int:
+        """All slots of pairs that live, or ended in the last update, are below this."""
+        return self._live.slot_limit
