@@ -98,8 +98,12 @@ class LiveObject {
   }
 
   // (m, 3): first, second, slot.
-  nb::object begun() const { return told([&] { return live_.begun(); }); }
-  nb::object ended() const { return told([&] { return live_.ended(); }); }
+  nb::object begun() const {
+    return told([&] { return live_.begun(); });
+  }
+  nb::object ended() const {
+    return told([&] { return live_.ended(); });
+  }
   nb::object pairs() {
     return told([&] { return live_.pairs(); });
   }
@@ -134,8 +138,7 @@ class LiveObject {
       const std::string wanted = "uint32 of shape (n,)";
       if (value.is_none()) type_error("ids: found None, wanted " + wanted);
       const AnyArray array = import_array(value, "ids", wanted);
-      if (array.ndim() != 1)
-        value_error("ids: found " + described(array) + ", wanted " + wanted);
+      if (array.ndim() != 1) value_error("ids: found " + described(array) + ", wanted " + wanted);
       values_ = import_values<ObjectId>(value, "ids", array.shape(0), kept_);
       if (values_.count == 0 || values_.stride_bytes == sizeof(ObjectId)) return;
       copy_ = std::make_unique<ObjectId[]>(values_.count);
@@ -173,7 +176,8 @@ class LiveObject {
   }
 
   // One of the library's, without the interpreter's lock; `then` reads what it told.
-  void call(const std::function<Result()>& body, const std::function<void()>& then = [] {}) {
+  void call(
+      const std::function<Result()>& body, const std::function<void()>& then = [] {}) {
     alone([&] {
       Result result;
       {
@@ -220,8 +224,7 @@ void bind_live(nb::module_& m) {
       .def("begun", &LiveObject::begun)
       .def("ended", &LiveObject::ended)
       .def("pairs", &LiveObject::pairs)
-      .def("find_overlaps", &LiveObject::find_overlaps, nb::arg("boxes").none(),
-           nb::arg("filters"))
+      .def("find_overlaps", &LiveObject::find_overlaps, nb::arg("boxes").none(), nb::arg("filters"))
       .def("is_alive", &LiveObject::is_alive, nb::arg("id").none())
       .def_prop_ro("object_count", number(&BroadPhase::object_count))
       .def_prop_ro("pair_count", number(&BroadPhase::pair_count))
