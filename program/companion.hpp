@@ -1,4 +1,4 @@
-// Programs that stand beside this one: throng-bench, throng-paper.
+// Programs that stand beside this one: throng-bench, throng-paper, throng-simulate.
 #pragma once
 
 #include <string>

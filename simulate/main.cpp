@@ -1,13 +1,9 @@
 // throng-simulate: rigid bodies fall on a plane, and how long their broad phase took.
 #include <algorithm>
-#include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -22,6 +18,9 @@
 
 #include <throng/version.hpp>
 
+#include "program/failure.hpp"
+#include "program/median.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "report/picture.hpp"
 #include "report/table.hpp"
@@ -45,12 +44,15 @@ Examples:
   throng-simulate column --shape sphere --record boxes.npy --picture last.png
 Exit status: 0 done, 1 --check found a difference, 2 bad input or an output that failed.)";
 
-constexpr int exit_done = 0, exit_differs = 1, exit_bad = 2, exit_interrupted = 130;
+constexpr int exit_interrupted = 130;            // 128 + SIGINT
 constexpr std::uint64_t max_objects = 16000000;  // Bullet counts pairs and bytes in 32 bits
 
-struct Failure : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+using program::exit_bad;
+using program::exit_differs;
+using program::exit_done;
+using program::Failure;
+using program::median;
+
 struct Interrupted {};
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -63,23 +65,12 @@ struct Arguments {
   std::string record, picture;
 };
 
-std::uint64_t parse_count(const std::string& text, const char* option) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  const std::string suffix = end;
-  const double scale = suffix.empty()                   ? 1
-                       : suffix == "K" || suffix == "k" ? 1e3
-                       : suffix == "M"                  ? 1e6
-                                                        : 0;
-  const double count = value * scale;
-  const bool number = !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
-  if (!number || scale == 0 || !(count >= 1) || count > static_cast<double>(max_objects) ||
-      count != std::floor(count)) {
-    throw Failure(
-        fmt::format("{}: found '{}', wanted a count from 1 to {}, such as 10000, 10K or 1M", option,
-                    text, max_objects));
+std::size_t parse_objects(const std::string& text) {
+  const std::uint64_t count = program::parse_count(text, "--objects");
+  if (count < 1 || count > max_objects) {
+    throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", count, max_objects));
   }
-  return static_cast<std::uint64_t>(count);
+  return static_cast<std::size_t>(count);
 }
 
 template <class Choice>
@@ -99,12 +90,6 @@ void require_folder(const std::string& file) {
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
   if (std::filesystem::is_directory(folder)) return;
   throw Failure(fmt::format("{}: cannot be written, as {} is no folder", file, folder.string()));
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct Told {
@@ -218,7 +203,7 @@ int run(const Arguments& arguments) {
   spec.scene = parse_choice<Scene>(arguments.scene, "SCENE", scene_names());
   spec.shape = parse_choice<Shape>(arguments.shape, "--shape", shape_names());
   spec.phase = parse_choice<Phase>(arguments.phase, "--broadphase", phase_names());
-  spec.objects = static_cast<std::size_t>(parse_count(arguments.objects, "--objects"));
+  spec.objects = parse_objects(arguments.objects);
   spec.seed = arguments.seed;
   spec.options.threads = arguments.threads;
   spec.compare = arguments.check;

@@ -22,6 +22,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -52,9 +53,7 @@ class BulletBroadphase : public btBroadphaseInterface {
     }
   }
   // Bullet's worlds take their objects out before; what proxies are left end here.
-  ~BulletBroadphase() override {
-    for (Proxy* proxy : proxies_) delete proxy;
-  }
+  ~BulletBroadphase() override = default;
   BulletBroadphase(const BulletBroadphase&) = delete;
   BulletBroadphase& operator=(const BulletBroadphase&) = delete;
 
@@ -93,17 +92,19 @@ class BulletBroadphase : public btBroadphaseInterface {
   const BroadPhase& phase() const { return phase_; }
 
  private:
-  struct Proxy : btBroadphaseProxy {
-    using btBroadphaseProxy::btBroadphaseProxy;
-    ObjectId id = 0;
-    int group = 0, mask = 0;     // as Throng was told
-    std::size_t place = 0;       // in the list of moved proxies
-    std::uint64_t moved_in = 0;  // the round in which it moved last
-    std::size_t mute_place = 0;  // in the list of mute proxies
+  // Bullet's proxy fills a cache line, and setAabb() is called of every object in every step: what
+  // else is known of it lies apart, by its id.
+  using Proxy = btBroadphaseProxy;
+  struct State {
+    int group, mask;           // as Throng was told
+    std::uint32_t place;       // in the list of moved proxies
+    std::uint32_t mute_place;  // in the list of mute proxies
+    std::uint64_t moved_in;    // the round in which it moved last
 
     // No group, or nobody's: Throng's questions do not see it either.
     bool is_mute() const { return group == 0 || mask == 0; }
   };
+  static ObjectId id_of(const Proxy& proxy) { return static_cast<ObjectId>(proxy.m_uniqueId) - 1; }
 
   static Options usable(Options options) {
     options.nan = NanPolicy::inactive;
@@ -159,10 +160,16 @@ class BulletBroadphase : public btBroadphaseInterface {
     return round_outward(lower, upper);
   }
 
+  struct alignas(64) Room {
+    unsigned char bytes[sizeof(Proxy)];
+  };
+  static_assert(std::is_trivially_destructible<Proxy>::value, "");
+  void make_room();
+
   Filter filter_of(const Proxy& proxy) const;
   void note_moved(Proxy& proxy);
-  void list_mute(Proxy& proxy);
-  void unlist_mute(Proxy& proxy);
+  void list_mute(ObjectId id);
+  void unlist_mute(ObjectId id);
   void hand_over_moves();
   void refilter();
   bool offer(Pair pair);
@@ -183,6 +190,9 @@ class BulletBroadphase : public btBroadphaseInterface {
   std::unique_ptr<btHashedOverlappingPairCache> own_cache_;
   btOverlappingPairCache* cache_;
   std::vector<Proxy*> proxies_;  // by id
+  std::vector<State> states_;    // by id
+  std::vector<std::unique_ptr<Room[]>> rooms_;
+  std::vector<void*> free_rooms_;
   std::vector<ObjectId> moved_;
   std::vector<Box> moved_boxes_;
   bool handed_over_ = true;  // Throng knows where they are
@@ -191,7 +201,6 @@ class BulletBroadphase : public btBroadphaseInterface {
   std::uint64_t round_ = 1;
   std::size_t unsure_ = 0;  // proxies
   bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng
-  int last_uid_ = 0;
   // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
   // parts them. Sorted.
   std::vector<Pair> waiting_;

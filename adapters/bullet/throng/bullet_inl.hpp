@@ -13,82 +13,103 @@ inline Filter BulletBroadphase::filter_of(const Proxy& proxy) const {
   return filter;
 }
 
+// For one proxy more, and for all lists that it may stand in: later calls need no memory of their
+// own.
+inline void BulletBroadphase::make_room() {
+  constexpr std::size_t rooms = 256;
+  if (free_rooms_.empty()) {
+    free_rooms_.reserve(rooms * (rooms_.size() + 1));
+    rooms_.push_back(std::make_unique<Room[]>(rooms));
+    for (std::size_t i = rooms; i-- > 0;) free_rooms_.push_back(&rooms_.back()[i]);
+  }
+  const std::size_t limit = static_cast<std::size_t>(phase_.id_limit()) + 1;
+  if (limit <= proxies_.capacity()) return;
+  const std::size_t wanted = std::max(2 * proxies_.capacity(), limit);
+  moved_.reserve(wanted);
+  moved_boxes_.reserve(wanted);
+  mute_.reserve(wanted);
+  states_.reserve(wanted);
+  proxies_.reserve(wanted);
+}
+
 inline btBroadphaseProxy* BulletBroadphase::createProxy(const btVector3& lower,
                                                         const btVector3& upper, int, void* object,
                                                         int group, int mask, btDispatcher*) {
-  auto proxy = std::make_unique<Proxy>(lower, upper, object, group, mask);
-  proxy->group = group;
-  proxy->mask = mask;
-  // Whatever can fail comes before what changes anything. Later calls need no memory of their own.
-  const std::size_t limit = static_cast<std::size_t>(phase_.id_limit()) + 1;
-  if (limit > proxies_.capacity()) {
-    const std::size_t room = std::max(2 * proxies_.capacity(), limit);
-    moved_.reserve(room);
-    moved_boxes_.reserve(room);
-    mute_.reserve(room);
-    proxies_.reserve(room);
-  }
-  require(phase_.add(candidate(lower, upper), filter_of(*proxy), proxy->id),
+  make_room();
+  Proxy made(lower, upper, object, group, mask);
+  ObjectId id = 0;
+  require(phase_.add(candidate(lower, upper), filter_of(made), id),
           "a proxy was not added: out of memory, or another thread is in a call");
-  if (proxy->id >= proxies_.size()) proxies_.resize(std::size_t{proxy->id} + 1);
+  made.m_uniqueId = static_cast<int>(id + 1);
+  if (id >= proxies_.size()) {
+    proxies_.resize(std::size_t{id} + 1);
+    states_.resize(std::size_t{id} + 1);
+  }
+  states_[id] = {group, mask, 0, 0, 0};
+  if (states_[id].is_mute()) list_mute(id);
   unsure_ += is_unsure(lower, upper);
-  proxy->m_uniqueId = ++last_uid_;
-  if (proxy->is_mute()) list_mute(*proxy);
-  Proxy*& place = proxies_[proxy->id];
-  return place = proxy.release();
+  proxies_[id] = ::new (free_rooms_.back()) Proxy(made);
+  free_rooms_.pop_back();
+  return proxies_[id];
 }
 
-inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* base, btDispatcher* dispatcher) {
-  auto* proxy = static_cast<Proxy*>(base);
-  require(phase_.remove(proxy->id),
+inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) {
+  const ObjectId id = id_of(*proxy);
+  require(phase_.remove(id),
           "a proxy was not destroyed: out of memory, or another thread is in a call");
-  if (proxy->moved_in == round_) {
-    moved_[proxy->place] = moved_.back();
-    moved_boxes_[proxy->place] = moved_boxes_.back();
-    proxies_[moved_.back()]->place = proxy->place;
+  const State& state = states_[id];
+  if (state.moved_in == round_) {
+    moved_[state.place] = moved_.back();
+    moved_boxes_[state.place] = moved_boxes_.back();
+    states_[moved_.back()].place = state.place;
     moved_.pop_back();
     moved_boxes_.pop_back();
   }
-  if (proxy->is_mute()) unlist_mute(*proxy);
+  if (state.is_mute()) unlist_mute(id);
   unsure_ -= is_unsure(proxy->m_aabbMin, proxy->m_aabbMax);
-  proxies_[proxy->id] = nullptr;
+  proxies_[id] = nullptr;
   cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
-  delete proxy;
+  free_rooms_.push_back(proxy);  // where it came from, so there is room in the list
 }
 
-inline void BulletBroadphase::list_mute(Proxy& proxy) {
-  proxy.mute_place = mute_.size();
-  mute_.push_back(proxy.id);
+inline void BulletBroadphase::list_mute(ObjectId id) {
+  states_[id].mute_place = static_cast<std::uint32_t>(mute_.size());
+  mute_.push_back(id);
 }
-inline void BulletBroadphase::unlist_mute(Proxy& proxy) {
-  mute_[proxy.mute_place] = mute_.back();
-  proxies_[mute_.back()]->mute_place = proxy.mute_place;
+inline void BulletBroadphase::unlist_mute(ObjectId id) {
+  const std::uint32_t place = states_[id].mute_place;
+  mute_[place] = mute_.back();
+  states_[mute_.back()].mute_place = place;
   mute_.pop_back();
 }
 
 inline void BulletBroadphase::note_moved(Proxy& proxy) {
   handed_over_ = false;
   const Box box = candidate(proxy.m_aabbMin, proxy.m_aabbMax);
-  if (proxy.moved_in == round_) {
-    moved_boxes_[proxy.place] = box;
+  const ObjectId id = id_of(proxy);
+  State& state = states_[id];
+  if (state.moved_in == round_) {
+    moved_boxes_[state.place] = box;
     return;
   }
-  proxy.moved_in = round_;
-  proxy.place = moved_.size();
-  moved_.push_back(proxy.id);
+  state.moved_in = round_;
+  state.place = static_cast<std::uint32_t>(moved_.size());
+  moved_.push_back(id);
   moved_boxes_.push_back(box);
 }
 
 inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& lower,
                                       const btVector3& upper, btDispatcher*) {
-  auto& proxy = *static_cast<Proxy*>(base);
-  if (proxy.group != proxy.m_collisionFilterGroup || proxy.mask != proxy.m_collisionFilterMask) {
-    require(phase_.set_filter(proxy.id, filter_of(proxy)),
+  Proxy& proxy = *base;
+  const ObjectId id = id_of(proxy);
+  State& state = states_[id];
+  if (state.group != proxy.m_collisionFilterGroup || state.mask != proxy.m_collisionFilterMask) {
+    require(phase_.set_filter(id, filter_of(proxy)),
             "a filter was not set: out of memory, or another thread is in a call");
-    if (proxy.is_mute()) unlist_mute(proxy);
-    proxy.group = proxy.m_collisionFilterGroup;
-    proxy.mask = proxy.m_collisionFilterMask;
-    if (proxy.is_mute()) list_mute(proxy);
+    if (state.is_mute()) unlist_mute(id);
+    state.group = proxy.m_collisionFilterGroup;
+    state.mask = proxy.m_collisionFilterMask;
+    if (state.is_mute()) list_mute(id);
     note_moved(proxy);
   }
   // Bullet's worlds tell of all objects in every step, of those at rest as well.
@@ -105,7 +126,7 @@ inline void BulletBroadphase::refilter() {
   asks_ = !asks_;
   for (Proxy* proxy : proxies_) {
     if (!proxy) continue;
-    require(phase_.set_filter(proxy->id, filter_of(*proxy)),
+    require(phase_.set_filter(id_of(*proxy), filter_of(*proxy)),
             "a filter was not set: out of memory, or another thread is in a call");
     note_moved(*proxy);
   }
@@ -129,8 +150,10 @@ inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher
   if (!waiting_.empty()) drop_ended(phase_.ended());
   if (!waiting_.empty() && !moved_.empty()) {
     const auto wants = [this](Pair pair) {
-      const Proxy *a = proxies_[pair.first], *b = proxies_[pair.second];
-      return !a || !b || ((a->moved_in == round_ || b->moved_in == round_) && offer(pair));
+      if (!proxies_[pair.first] || !proxies_[pair.second]) return true;
+      const bool moved =
+          states_[pair.first].moved_in == round_ || states_[pair.second].moved_in == round_;
+      return moved && offer(pair);
     };
     waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), wants), waiting_.end());
   }
@@ -176,10 +199,10 @@ inline void BulletBroadphase::part_unsure(btDispatcher* dispatcher) {
   // From the end: the last pair takes the place of one that is removed.
   for (int i = cache_->getNumOverlappingPairs(); i-- > 0;) {
     const btBroadphasePair& pair = cache_->getOverlappingPairArrayPtr()[i];
-    auto *a = static_cast<Proxy*>(pair.m_pProxy0), *b = static_cast<Proxy*>(pair.m_pProxy1);
+    Proxy *a = pair.m_pProxy0, *b = pair.m_pProxy1;
     if (touch(*a, *b)) continue;
     cache_->removeOverlappingPair(a, b, dispatcher);
-    waiting_.push_back({std::min(a->id, b->id), std::max(a->id, b->id)});
+    waiting_.push_back({std::min(id_of(*a), id_of(*b)), std::max(id_of(*a), id_of(*b))});
   }
   std::sort(waiting_.begin() + static_cast<std::ptrdiff_t>(old), waiting_.end());
   merge_waiting(old);
@@ -299,8 +322,8 @@ inline void BulletBroadphase::resetPool(btDispatcher*) {
   if (phase_.object_count() != 0) return;
   phase_ = BroadPhase(phase_.options());
   proxies_.clear();
+  states_.clear();
   waiting_.clear();
-  last_uid_ = 0;
 }
 
 }  // namespace throng
