@@ -54,7 +54,7 @@ std::optional<std::uint64_t> instructions_of(const Variant& variant, std::uint64
     for (std::uint64_t k = begin; k < begin + count; ++k) Exact{}(k, n, list[k]);
   }
   return with_mapping(variant, list.data(), [&](const auto& mapping) {
-    volatile std::uint64_t kept = 0;
+    [[maybe_unused]] volatile std::uint64_t kept = 0;
     return count_instructions([&] {
       std::uint64_t sum = 0;
       for (std::uint64_t t = begin; t < begin + count; ++t) {
