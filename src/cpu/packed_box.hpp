@@ -27,30 +27,80 @@ struct alignas(16) PackedBox {
   }
 };
 
+// A box's corners in units of 1 / scale, cut to whole numbers of at most `most`: towards zero, so
+// nowhere decreasing. Not of a NaN. The fourth number of each is of no meaning.
+inline void whole_units(const Box& b, float scale, float most, std::int32_t (&lower)[4],
+                        std::int32_t (&upper)[4]) noexcept {
+  const auto* corner = reinterpret_cast<const float*>(&b);
+#if defined(THRONG_PACKED_SSE2)
+  const auto cut = [&](__m128 v) {
+    v = _mm_max_ps(_mm_mul_ps(v, _mm_set1_ps(scale)), _mm_set1_ps(-most));
+    return _mm_cvttps_epi32(_mm_min_ps(v, _mm_set1_ps(most)));
+  };
+  const __m128i u = cut(_mm_loadu_ps(corner + 2));
+  _mm_store_si128(reinterpret_cast<__m128i*>(lower), cut(_mm_loadu_ps(corner)));
+  _mm_store_si128(reinterpret_cast<__m128i*>(upper), _mm_shuffle_epi32(u, 0x39));
+#else
+  for (int k = 0; k < 4; ++k) {
+    const auto cut = [&](float x) {
+      x = x * scale;
+      x = x > -most ? x : -most;
+      return static_cast<std::int32_t>(x < most ? x : most);
+    };
+    lower[k] = cut(corner[k % 3]);
+    upper[k] = cut(corner[3 + k % 3]);
+  }
+#endif
+}
+
+// Two boxes, a cache line.
+struct alignas(64) PackedLine {
+  PackedBox entry[2];
+};
+
 // The box whose overlaps are asked for: what no corner of the other may exceed.
+#if defined(THRONG_PACKED_SSE2)
 class PackedQuery {
  public:
   explicit PackedQuery(const Box& b) noexcept {
-    most_.set({{b.upper.x, b.upper.y, b.upper.z}, {b.lower.x, b.lower.y, b.lower.z}});
-    most_.id = most_.link = 0;
+    const auto* corner = reinterpret_cast<const float*>(&b);
+    const __m128 v0 = _mm_loadu_ps(corner), v1 = _mm_loadu_ps(corner + 2);
+    const __m128 zx = _mm_shuffle_ps(v1, v0, _MM_SHUFFLE(0, 0, 3, 3));
+    first_ = _mm_xor_ps(_mm_shuffle_ps(v1, zx, _MM_SHUFFLE(2, 0, 2, 1)),
+                        _mm_setr_ps(0.0f, 0.0f, 0.0f, -0.0f));
+    rest_ = _mm_xor_ps(_mm_shuffle_ps(v0, v0, _MM_SHUFFLE(2, 2, 2, 1)), _mm_set1_ps(-0.0f));
   }
-  bool overlaps(const PackedBox& b) const noexcept {
-#if defined(THRONG_PACKED_SSE2)
-    // The last two lanes are numbers, not corners.
-    const int first =
-        _mm_movemask_ps(_mm_cmple_ps(_mm_load_ps(b.corner), _mm_load_ps(most_.corner)));
-    const int rest =
-        _mm_movemask_ps(_mm_cmple_ps(_mm_load_ps(b.corner + 4), _mm_load_ps(most_.corner + 4)));
-    return (first & (rest | 12)) == 15;
+  // Whether each of the two overlaps: 0xff in the low byte, in the next. The two lanes that are
+  // numbers, not corners, count as good.
+  unsigned overlaps(const PackedLine& line) const noexcept {
+    const auto compare = [](const float* corner, __m128 most) {
+      return _mm_castps_si128(_mm_cmple_ps(_mm_load_ps(corner), most));
+    };
+    const __m128i a = _mm_packs_epi32(compare(line.entry[0].corner, first_),
+                                      compare(line.entry[0].corner + 4, rest_));
+    const __m128i b = _mm_packs_epi32(compare(line.entry[1].corner, first_),
+                                      compare(line.entry[1].corner + 4, rest_));
+    return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(a, b))) | 0xc0c0u;
+  }
+
+ private:
+  __m128 first_, rest_;
+};
 #else
-    bool all = true;
-    for (int k = 0; k < 6; ++k) all &= b.corner[k] <= most_.corner[k];
-    return all;
-#endif
+class PackedQuery {
+ public:
+  explicit PackedQuery(const Box& b) noexcept { most_.set({b.upper, b.lower}); }
+  unsigned overlaps(const PackedLine& line) const noexcept {
+    bool both[2] = {true, true};
+    for (int i = 0; i < 2; ++i) {
+      for (int k = 0; k < 6; ++k) both[i] &= line.entry[i].corner[k] <= most_.corner[k];
+    }
+    return (both[0] ? 0xffu : 0u) | (both[1] ? 0xff00u : 0u);
   }
 
  private:
   PackedBox most_;
 };
+#endif
 
 }  // namespace throng::cpu

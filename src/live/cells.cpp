@@ -90,25 +90,21 @@ void Cells::plan(const Objects& objects) {
   std::fill(lines_.begin(), lines_.end(), empty_line);
 }
 
-int Cells::class_of(const Range& r) noexcept {
-  std::int32_t span = 1;
-  for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
-  const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
-  return std::min(bits <= span_bits ? 0 : bits - span_bits, classes);
-}
-
-std::uint32_t Cells::home_of(const Box& box, std::int32_t world) const noexcept {
+Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   const Range r = quantise(box);
   const int c = class_of(r);
-  if (c == classes) return wide_home();
+  Place p{wide_home(), c, lines_of(r, c, worlds)};
+  if (c == classes) return p;
   const int shift = cell_bits_ + c;
-  const std::uint32_t h = row(c, world, r.lower[1] >> shift, r.lower[2] >> shift);
-  return (h + static_cast<std::uint32_t>(r.lower[0] >> shift)) & mask_;
+  const std::uint64_t at =
+      row(first_row(c, worlds.own), r.lower[1] >> shift, r.lower[2] >> shift);
+  p.home = (hashed(at) + static_cast<std::uint32_t>(r.lower[0] >> shift)) & mask_;
+  return p;
 }
 
-void Cells::insert(ObjectId id, const Box& box, std::uint32_t home) noexcept {
-  count_class(class_of(quantise(box)), 1);
-  Line& head = lines_[home];
+void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
+  count_class(place.size_class, 1);
+  Line& head = lines_[place.home];
   std::uint32_t& used = head.entry[1].link;
   if (used == 2) {
     // The full line goes behind a fresh one.
@@ -135,7 +131,7 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
     Line& line = lines_[i];
     cpu::PackedBox* entry = line.entry[0].id == id ? &line.entry[0] : &line.entry[1];
     if (entry->id != id) continue;
-    count_class(class_of(quantise(entry->box())), -1);
+    count_class(class_of_entry(*entry), -1);
     cpu::PackedBox& last = head.entry[--used];
     std::copy(last.corner, last.corner + 6, entry->corner);
     entry->id = last.id;
@@ -151,21 +147,29 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   free_ = next;
 }
 
-void Cells::replace(ObjectId id, const Box& box, std::uint32_t home) noexcept {
-  for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
+void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
+  for (std::uint32_t i = place.home;; i = lines_[i].entry[0].link) {
     for (cpu::PackedBox& entry : lines_[i].entry) {
       if (entry.id != id) continue;
-      count_class(class_of(quantise(entry.box())), -1);
-      count_class(class_of(quantise(box)), 1);
+      count_class(class_of_entry(entry), -1);
+      count_class(place.size_class, 1);
       entry.set(box);
       return;
     }
   }
 }
 
-std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcept {
+// Of classes no smaller than its own, a box looks into 2 or 3 cells an axis: less than 32 << c
+// units, in cells of that length or of half of it.
+std::uint64_t Cells::lines_of(const Range& r, int size_class, Worlds worlds) const noexcept {
   if (worlds.all) return lines_.size();
-  const Range range = quantise(box);
+  const bool smallest = (used_ & ((1u << size_class) - 1)) == 0;
+  if (!smallest || worlds.everywhere || class_count_[classes] != 0) return exact_lines(r, worlds);
+  const auto used = static_cast<std::uint64_t>(std::popcount(used_));
+  return std::min<std::uint64_t>(used * (cell_bits_ == span_bits ? 27 : 8), lines_.size());
+}
+
+std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexcept {
   std::uint64_t count = class_count_[classes] / 2;
   for (std::uint32_t used = used_; used != 0; used &= used - 1) {
     const Range cells = cells_of(range, std::countr_zero(used));
@@ -182,10 +186,11 @@ std::uint64_t Cells::expected_lines(const Box& box, Worlds worlds) const noexcep
 
 void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   reach.count = Reach::most + 1;
-  const std::uint64_t lines = expected_lines(box, worlds);
+  const Range range = quantise(box);
+  const std::uint64_t lines = lines_of(range, class_of(range), worlds);
   if (lines >= Reach::most || lines >= lines_.size()) return;
   reach.count = 0;
-  each_home(box, worlds, [&](std::uint32_t home) {
+  each_home(range, worlds, [&](std::uint32_t home) {
     prefetch(home);
     reach.homes[reach.count++] = home;
   });

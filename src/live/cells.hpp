@@ -17,6 +17,7 @@
 // cost comparisons of boxes. A search may see a box twice then; whoever searches marks what it saw.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -33,9 +34,7 @@ class Cells {
   // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
   // empty entry is all NaN, which overlaps nothing. entry[0].link: the next line of the chain, or
   // none; entry[1].link: how many boxes are in this one.
-  struct alignas(64) Line {
-    cpu::PackedBox entry[2];
-  };
+  using Line = cpu::PackedLine;
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory) {}
 
@@ -44,20 +43,24 @@ class Cells {
   // Whether so many fit without a new plan.
   bool takes(std::size_t objects) const noexcept { return objects <= most_objects_; }
 
-  std::uint32_t home_of(const Box& box, std::int32_t world) const noexcept;
-  void insert(ObjectId id, const Box& box, std::uint32_t home) noexcept;
-  void erase(ObjectId id, std::uint32_t home) noexcept;
-  // Of one that stays in its home.
-  void replace(ObjectId id, const Box& box, std::uint32_t home) noexcept;
-
   // What a search looks into: which worlds, beside that of the box itself.
   struct Worlds {
     std::int32_t own = -1;
     bool everywhere = false;  // those of world -1, too: there are such, and `own` is another
     bool all = false;         // every world: `own` is -1, and there are others
   };
-  // How many lines a search looks at, but for chains. No more than there are.
-  std::uint64_t expected_lines(const Box& box, Worlds worlds) const noexcept;
+  // Where a box belongs, and how many lines a search of it looks at, but for chains: at most so
+  // many, and no more than there are.
+  struct Place {
+    std::uint32_t home;
+    int size_class;
+    std::uint64_t lines;
+  };
+  Place place(const Box& box, Worlds worlds) const noexcept;
+  void insert(ObjectId id, const Box& box, const Place& place) noexcept;
+  void erase(ObjectId id, std::uint32_t home) noexcept;
+  // Of one that stays in its home.
+  void replace(ObjectId id, const Box& box, const Place& place) noexcept;
 
   // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
@@ -95,30 +98,30 @@ class Cells {
     std::int32_t lower[4], upper[4];  // the last of each is of no meaning
   };
   Range quantise(const Box& b) const noexcept {
-    alignas(16) const float corner[8] = {b.lower.x, b.lower.y, b.lower.z, 0,
-                                         b.upper.x, b.upper.y, b.upper.z, 0};
-    alignas(16) std::int32_t q[8];
-    for (int k = 0; k < 8; ++k) {  // two vectors
-      float t = corner[k] * scale_;
-      t = t > -most_units ? t : -most_units;
-      t = t < most_units ? t : most_units;
-      q[k] = static_cast<std::int32_t>(t);
-    }
-    return {{q[0], q[1], q[2], q[3]}, {q[4], q[5], q[6], q[7]}};
+    Range r;
+    cpu::whole_units(b, scale_, most_units, r.lower, r.upper);
+    return r;
   }
   // `classes` for a box too wide for any: those share one chain.
-  static int class_of(const Range& r) noexcept;
-  // Homes of a row of cells, but for the number along x, which is added.
-  std::uint32_t row(int c, std::int32_t world, std::int32_t y, std::int32_t z) const noexcept {
-    std::uint32_t h = static_cast<std::uint32_t>(world + 1) * 0xc2b2ae3du;
-    h = (h ^ static_cast<std::uint32_t>(c)) * 0x9e3779b1u;
-    h = mixed(h ^ static_cast<std::uint32_t>(y));
-    return mixed(h ^ static_cast<std::uint32_t>(z));
+  static int class_of(const Range& r) noexcept {
+    std::int32_t span = 1;
+    for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
+    const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
+    return std::clamp(bits - span_bits, 0, classes);
   }
-  static std::uint32_t mixed(std::uint32_t h) noexcept {
-    h = (h ^ h >> 16) * 0x7feb352du;
-    h = (h ^ h >> 15) * 0x846ca68bu;
-    return h ^ h >> 16;
+  // Homes of the cells of a class and world: a number for each row along x, to which that of the
+  // cell in it is added. Rows of other y and z are so many away before hashing.
+  static constexpr std::uint64_t row_y = 0x9e3779b97f4a7c15u, row_z = 0xc2b2ae3d27d4eb4fu;
+  static std::uint64_t first_row(int c, std::int32_t world) noexcept {
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(world)) << 8 |
+            static_cast<std::uint64_t>(c)) *
+           0xd6e8feb86659fd93u;
+  }
+  static std::uint64_t row(std::uint64_t first, std::int32_t y, std::int32_t z) noexcept {
+    return first + static_cast<std::uint64_t>(y) * row_y + static_cast<std::uint64_t>(z) * row_z;
+  }
+  static std::uint32_t hashed(std::uint64_t row) noexcept {
+    return static_cast<std::uint32_t>((row ^ row >> 32) * 0xff51afd7ed558ccdu >> 32);
   }
   std::uint32_t wide_home() const noexcept { return mask_ + 1; }
   Range cells_of(const Range& r, int c) const noexcept {
@@ -129,16 +132,21 @@ class Cells {
     }
     return cells;
   }
+  std::uint64_t lines_of(const Range& r, int size_class, Worlds worlds) const noexcept;
+  std::uint64_t exact_lines(const Range& r, Worlds worlds) const noexcept;
   void count_class(int c, int one) noexcept {
     class_count_[c] += static_cast<std::size_t>(one);
     const std::uint32_t bit = 1u << c;
     used_ = class_count_[c] != 0 ? used_ | bit : used_ & ~bit;
     used_ &= (1u << classes) - 1;
   }
+  int class_of_entry(const cpu::PackedBox& entry) const noexcept {
+    return class_of(quantise(entry.box()));
+  }
   template <class F>
-  void each_home(const Box& box, Worlds worlds, F&& f) const noexcept;
+  void each_home(const Range& range, Worlds worlds, F&& f) const noexcept;
   template <class F>
-  void each_home(const Range& range, int c, std::int32_t world, F&& f) const noexcept;
+  void each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept;
   template <class F>
   std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept;
 
@@ -159,17 +167,15 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
     const Line& line = lines_[i];
     i = line.entry[0].link;
     compared += 2;
-    const bool first = query.overlaps(line.entry[0]), second = query.overlaps(line.entry[1]);
-    if (!(first | second)) continue;
-    if (first) f(line.entry[0].id);
-    if (second) f(line.entry[1].id);
+    const unsigned hit = query.overlaps(line);
+    if ((hit & 0xffu) == 0xffu) f(line.entry[0].id);
+    if (hit >> 8 == 0xffu) f(line.entry[1].id);
   }
   return compared;
 }
 
 template <class F>
-void Cells::each_home(const Box& box, Worlds worlds, F&& f) const noexcept {
-  const Range range = quantise(box);
+void Cells::each_home(const Range& range, Worlds worlds, F&& f) const noexcept {
   for (std::uint32_t used = used_; used != 0; used &= used - 1) {
     const int c = std::countr_zero(used);
     const Range cells = cells_of(range, c);
@@ -181,9 +187,11 @@ void Cells::each_home(const Box& box, Worlds worlds, F&& f) const noexcept {
 
 template <class F>
 void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept {
-  for (std::int32_t z = cells.lower[2]; z <= cells.upper[2]; ++z) {
-    for (std::int32_t y = cells.lower[1]; y <= cells.upper[1]; ++y) {
-      const std::uint32_t h = row(c, world, y, z);
+  std::uint64_t layer = row(first_row(c, world), cells.lower[1], cells.lower[2]);
+  for (std::int32_t z = cells.lower[2]; z <= cells.upper[2]; ++z, layer += row_z) {
+    std::uint64_t next = layer;
+    for (std::int32_t y = cells.lower[1]; y <= cells.upper[1]; ++y, next += row_y) {
+      const std::uint32_t h = hashed(next);
       for (std::int32_t x = cells.lower[0]; x <= cells.upper[0]; ++x) {
         f((h + static_cast<std::uint32_t>(x)) & mask_);
       }
@@ -208,19 +216,24 @@ std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) 
       } else if (next != none) {
         compared += look(query, next, f);  // a long chain, to its end
       }
+      const unsigned hit = query.overlaps(line);
       hits[hit_count] = line.entry[0].id;
-      hit_count += query.overlaps(line.entry[0]);
+      hit_count += (hit & 0xffu) == 0xffu;
       hits[hit_count] = line.entry[1].id;
-      hit_count += query.overlaps(line.entry[1]);
+      hit_count += hit >> 8 == 0xffu;
     }
     for (std::uint32_t k = 0; k < hit_count; ++k) f(hits[k]);
     compared += 2 * std::uint64_t{count};
-  } else if (expected_lines(box, worlds) < lines_.size()) {
-    each_home(box, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
+    return compared;
+  }
+  const Range range = quantise(box);
+  if (!worlds.all && exact_lines(range, worlds) < lines_.size()) {
+    each_home(range, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
   } else {
     for (const Line& line : lines_) {
-      if (query.overlaps(line.entry[0])) f(line.entry[0].id);
-      if (query.overlaps(line.entry[1])) f(line.entry[1].id);
+      const unsigned hit = query.overlaps(line);
+      if ((hit & 0xffu) == 0xffu) f(line.entry[0].id);
+      if (hit >> 8 == 0xffu) f(line.entry[1].id);
     }
     compared = 2 * lines_.size();
   }

@@ -144,21 +144,22 @@ void Tracker::make_cells() {
   usual_comparisons_ = 0;
   // Where they go is computed some steps ahead.
   constexpr std::size_t steps = 16;
+  Cells::Place places[steps];
   const std::size_t n = objects_.limit();
-  for (std::size_t i = 0; i < n + steps; ++i) {
+  for (std::size_t i = 0; i + 1 < n + steps; ++i) {
     if (i < n) {
       const auto id = static_cast<ObjectId>(i);
       Body& body = objects_.body(id);
       body.home = none;
       if (objects_.is_active(id)) {
-        body.home = cells_.home_of(objects_.grown(id), objects_.filter(id).world);
+        places[i % steps] = cells_.place(objects_.grown(id), {objects_.filter(id).world});
+        body.home = places[i % steps].home;
         cells_.prefetch(body.home);
       }
     }
-    if (i < steps) continue;
-    const auto id = static_cast<ObjectId>(i - steps);
-    const Body& body = objects_.body(id);
-    if (body.home != none) cells_.insert(id, objects_.grown(id), body.home);
+    if (i + 1 < steps) continue;
+    const auto id = static_cast<ObjectId>(i + 1 - steps);
+    if (objects_.body(id).home != none) cells_.insert(id, objects_.grown(id), places[id % steps]);
   }
   placed_ = true;
 }
@@ -169,32 +170,32 @@ bool Tracker::settle_cells(double most_lines) {
   if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells();
   const List<ObjectId>& dirty = objects_.dirty_list();
   double lines = 0;
-  std::uint32_t homes[ahead];
-  for (std::size_t i = 0; i < dirty.size() + ahead; ++i) {
-    std::uint32_t& home = homes[i % ahead];
-    if (i >= ahead) {
-      const ObjectId id = dirty[i - ahead];
-      Body& body = objects_.body(id);
-      if (home == body.home) {
-        if (home != none) cells_.replace(id, objects_.grown(id), home);
-      } else {
-        if (body.home != none) cells_.erase(id, body.home);
-        if (home != none) cells_.insert(id, objects_.grown(id), home);
-        body.home = home;
+  Cells::Place places[ahead];
+  for (std::size_t i = 0; i + 1 < dirty.size() + ahead; ++i) {
+    if (i < dirty.size()) {
+      if (i + ahead < dirty.size()) objects_.prefetch(dirty[i + ahead]);
+      const ObjectId id = dirty[i];
+      Cells::Place& place = places[i % ahead];
+      place.home = none;
+      if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);
+      if (objects_.is_active(id)) {
+        place = cells_.place(objects_.grown(id), worlds_of(id));
+        lines += static_cast<double>(place.lines);
+        if (lines > most_lines) return false;
+        cells_.prefetch(place.home);
       }
     }
-    if (i >= dirty.size()) continue;
-    if (i + ahead < dirty.size()) objects_.prefetch(dirty[i + ahead]);
-    const ObjectId id = dirty[i];
-    home = none;
-    if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);
-    if (!objects_.is_active(id)) continue;
-    const Box box = objects_.grown(id);
-    const Cells::Worlds worlds = worlds_of(id);
-    lines += static_cast<double>(cells_.expected_lines(box, worlds));
-    if (lines > most_lines) return false;
-    home = cells_.home_of(box, worlds.own);
-    cells_.prefetch(home);
+    if (i + 1 < ahead) continue;
+    const ObjectId id = dirty[i + 1 - ahead];
+    const Cells::Place& place = places[(i + 1) % ahead];
+    Body& body = objects_.body(id);
+    if (place.home != none && place.home == body.home) {
+      cells_.replace(id, objects_.grown(id), place);
+      continue;
+    }
+    if (body.home != none) cells_.erase(id, body.home);
+    if (place.home != none) cells_.insert(id, objects_.grown(id), place);
+    body.home = place.home;
   }
   return true;
 }
