@@ -196,6 +196,32 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   });
 }
 
+// Chains and hits are put on lists, at no branch: nobody can guess where they are.
+std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
+                                std::uint64_t& compared) const noexcept {
+  if (reach.count > Reach::most) return most_hits + 1;
+  const cpu::PackedQuery query(box);
+  const Line* const lines = lines_.data();
+  std::uint32_t count = reach.count, hit_count = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Line& line = lines[reach.homes[k]];
+    const std::uint32_t next = line.entry[0].link;
+    const unsigned hit = query.overlaps(line);
+    hits[hit_count] = line.entry[0].id;
+    hit_count += (hit & 0xffu) == 0xffu && line.entry[0].id != self;
+    hits[hit_count] = line.entry[1].id;
+    hit_count += hit >> 8 == 0xffu && line.entry[1].id != self;
+    if (count == Reach::room) {
+      if (next != none) return most_hits + 1;
+      continue;
+    }
+    reach.homes[count] = next;
+    count += next != none;
+  }
+  compared += 2 * std::uint64_t{count};
+  return hit_count;
+}
+
 void Cells::copy(const Cells& other) noexcept {
   lines_.copy(other.lines_);
   mask_ = other.mask_;

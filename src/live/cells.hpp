@@ -80,6 +80,11 @@ class Cells {
   }
   template <class F>
   std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept;
+  // The same where few overlap: writes all but `self` to hits, which has most_hits of room, and
+  // returns how many. Above most_hits: they are more, or many lines were to be looked at.
+  static constexpr std::uint32_t most_hits = 2 * Reach::room;
+  std::uint32_t search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
+                           std::uint64_t& compared) const noexcept;
   void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
@@ -199,33 +204,16 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
   }
 }
 
-// Chains and hits are put on lists, at no branch: nobody can guess where they are.
 template <class F>
 std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept {
-  const cpu::PackedQuery query(box);
   std::uint64_t compared = 0;
-  if (reach.count <= Reach::most) {
-    std::uint32_t hits[2 * Reach::room];
-    std::uint32_t count = reach.count, hit_count = 0;
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const Line& line = lines_[reach.homes[k]];
-      const std::uint32_t next = line.entry[0].link;
-      if (count < Reach::room) {
-        reach.homes[count] = next;
-        count += next != none;
-      } else if (next != none) {
-        compared += look(query, next, f);  // a long chain, to its end
-      }
-      const unsigned hit = query.overlaps(line);
-      hits[hit_count] = line.entry[0].id;
-      hit_count += (hit & 0xffu) == 0xffu;
-      hits[hit_count] = line.entry[1].id;
-      hit_count += hit >> 8 == 0xffu;
-    }
-    for (std::uint32_t k = 0; k < hit_count; ++k) f(hits[k]);
-    compared += 2 * std::uint64_t{count};
+  ObjectId hits[most_hits];
+  const std::uint32_t count = search_few(box, none, reach, hits, compared);
+  if (count <= most_hits) {
+    for (std::uint32_t k = 0; k < count; ++k) f(hits[k]);
     return compared;
   }
+  const cpu::PackedQuery query(box);
   const Range range = quantise(box);
   if (!worlds.all && exact_lines(range, worlds) < lines_.size()) {
     each_home(range, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
@@ -235,7 +223,7 @@ std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) 
       if ((hit & 0xffu) == 0xffu) f(line.entry[0].id);
       if (hit >> 8 == 0xffu) f(line.entry[1].id);
     }
-    compared = 2 * lines_.size();
+    compared += 2 * lines_.size();
   }
   return compared;
 }

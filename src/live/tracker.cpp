@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "cpu/threads.hpp"
 
@@ -19,6 +20,8 @@ constexpr double cell_ns = 60, link_ns = 30;
 constexpr double fair_comparisons = 64, comparison_ns = 1;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
 constexpr std::size_t ahead = 8;
+// So many hits of a search are compared with each pair the object has; more are marked.
+constexpr std::uint32_t few_hits = 16;
 
 // Of questions: finding the overlaps of many boxes with all objects, an object; comparing a sweep
 // with one.
@@ -209,49 +212,34 @@ Cells::Worlds Tracker::worlds_of(ObjectId id) const noexcept {
 
 // Of two objects that both changed, the one with the lower id tells of their pair.
 void Tracker::search_around(Result& r) {
-  List<LivePair>& begun = pairs_.next_begun();
-  List<LivePair>& ended = pairs_.next_ended();
-  begun.clear();
-  ended.clear();
+  pairs_.next_begun().clear();
+  pairs_.next_ended().clear();
   const List<ObjectId>& dirty = objects_.dirty_list();
-  std::uint32_t token = objects_.next_tokens(2 * dirty.size());
   std::uint64_t compared = 0;
   Cells::Reach reaches[ahead];
   const auto reach_ahead = [&](std::size_t i) {
     if (i >= dirty.size()) return;
-    pairs_.prefetch_edge(objects_.body(dirty[i]).first_edge);
-    if (!objects_.is_active(dirty[i])) return;
+    const Body& body = objects_.body(dirty[i]);
+    pairs_.prefetch_edge(body.first_edge);
+    if (body.home == none) return;
     cells_.reach(objects_.grown(dirty[i]), worlds_of(dirty[i]), reaches[i % ahead]);
   };
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
+  ObjectId hits[Cells::most_hits];
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     if (const std::size_t soon = i + ahead / 2; soon < dirty.size()) {
       pairs_.prefetch_pair(objects_, dirty[soon]);
-      if (objects_.is_active(dirty[soon])) cells_.prefetch_chains(reaches[soon % ahead]);
+      if (objects_.body(dirty[soon]).home != none) cells_.prefetch_chains(reaches[soon % ahead]);
     }
     const ObjectId id = dirty[i];
-    const bool active = objects_.is_active(id);
-    const Box box = active ? objects_.grown(id) : Box{};
-    const auto tells = [&](ObjectId other) { return id < other || !objects_.is_dirty(other); };
-    const auto live_pair = [&](ObjectId other, std::uint32_t slot) {
-      return id < other ? LivePair{id, other, slot} : LivePair{other, id, slot};
-    };
-    // token: lived before; token + 1: overlaps now.
-    pairs_.each_pair(objects_, id,
-                     [&](ObjectId other, std::uint32_t) { objects_.mark(other) = token; });
-    objects_.mark(id) = token + 1;
-    if (active) {
-      compared += cells_.search(box, worlds_of(id), reaches[i % ahead], [&](ObjectId other) {
-        std::uint32_t& mark = objects_.mark(other);
-        if (mark == token + 1 || !objects_.may_pair(id, other)) return;
-        if (mark != token && tells(other)) begun.append(live_pair(other, none));
-        mark = token + 1;
-      });
-    }
-    pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
-      if (objects_.mark(other) == token && tells(other)) ended.append(live_pair(other, slot));
-    });
-    token += 2;
+    Cells::Reach& reach = reaches[i % ahead];
+    std::uint32_t count = 0;
+    if (objects_.body(id).home != none)
+      count = cells_.search_few(objects_.grown(id), id, reach, hits, compared);
+    if (count <= few_hits)
+      tell_few(id, hits, count);
+    else
+      compared += tell_many(id, reach);
     reach_ahead(i + ahead);
   }
   pairs_.commit_linked(objects_);
@@ -263,6 +251,63 @@ void Tracker::search_around(Result& r) {
   } else {
     regret_ += comparison_ns * std::max(0.0, static_cast<double>(compared) - fair);
   }
+}
+
+bool Tracker::tells(ObjectId id, ObjectId other) const noexcept {
+  return id < other || !objects_.is_dirty(other);
+}
+void Tracker::tell_begun(ObjectId id, ObjectId other) {
+  if (!tells(id, other)) return;
+  pairs_.next_begun().append({std::min(id, other), std::max(id, other), none});
+}
+void Tracker::tell_ended(ObjectId id, ObjectId other, std::uint32_t slot) {
+  if (!tells(id, other)) return;
+  pairs_.next_ended().append({std::min(id, other), std::max(id, other), slot});
+}
+
+// Takes those that the object already had from the hits; what is left has begun.
+void Tracker::tell_few(ObjectId id, ObjectId* hits, std::uint32_t count) {
+  if (objects_.has_filters()) {
+    const std::uint32_t all = std::exchange(count, 0);
+    for (std::uint32_t k = 0; k < all; ++k) {
+      hits[count] = hits[k];
+      count += objects_.may_pair(id, hits[k]);
+    }
+  }
+  const auto take = [&](ObjectId other, std::uint32_t from) {  // wherever it is: it may be twice
+    const std::uint32_t all = std::exchange(count, from);
+    for (std::uint32_t k = from; k < all; ++k) {
+      hits[count] = hits[k];
+      count += hits[k] != other;
+    }
+    return count != all;
+  };
+  pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
+    if (!take(other, 0)) tell_ended(id, other, slot);
+  });
+  for (std::uint32_t k = 0; k < count; ++k) {
+    tell_begun(id, hits[k]);
+    take(hits[k], k + 1);
+  }
+}
+
+// The same by marks. Returns how many boxes were compared.
+std::uint64_t Tracker::tell_many(ObjectId id, Cells::Reach& reach) {
+  const std::uint32_t had = objects_.next_tokens(2), has = had + 1;
+  pairs_.each_pair(objects_, id,
+                   [&](ObjectId other, std::uint32_t) { objects_.mark(other) = had; });
+  objects_.mark(id) = has;
+  const std::uint64_t compared =
+      cells_.search(objects_.grown(id), worlds_of(id), reach, [&](ObjectId other) {
+        std::uint32_t& mark = objects_.mark(other);
+        if (mark == has || !objects_.may_pair(id, other)) return;
+        if (mark != had) tell_begun(id, other);
+        mark = has;
+      });
+  pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
+    if (objects_.mark(other) == had) tell_ended(id, other, slot);
+  });
+  return compared;
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {

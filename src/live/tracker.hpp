@@ -50,6 +50,11 @@ class Tracker {
   void want_cells(double ns_an_object);
   bool settle_cells(double most_lines);
   void search_around(Result& result);
+  bool tells(ObjectId id, ObjectId other) const noexcept;
+  void tell_begun(ObjectId id, ObjectId other);
+  void tell_ended(ObjectId id, ObjectId other, std::uint32_t slot);
+  void tell_few(ObjectId id, ObjectId* hits, std::uint32_t count);
+  std::uint64_t tell_many(ObjectId id, Cells::Reach& reach);
   void find_all(const Options& options, unsigned tasks, Result& result);
   Cells::Worlds worlds_of(ObjectId id) const noexcept;
 
