@@ -151,8 +151,10 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
   for (std::uint32_t i = place.home;; i = lines_[i].entry[0].link) {
     for (cpu::PackedBox& entry : lines_[i].entry) {
       if (entry.id != id) continue;
-      count_class(class_of_entry(entry), -1);
-      count_class(place.size_class, 1);
+      if (const int c = class_of_entry(entry); c != place.size_class) {
+        count_class(c, -1);
+        count_class(place.size_class, 1);
+      }
       entry.set(box);
       return;
     }
@@ -165,8 +167,9 @@ std::uint64_t Cells::lines_of(const Range& r, int size_class, Worlds worlds) con
   if (worlds.all) return lines_.size();
   const bool smallest = (used_ & ((1u << size_class) - 1)) == 0;
   if (!smallest || worlds.everywhere || class_count_[classes] != 0) return exact_lines(r, worlds);
-  const auto used = static_cast<std::uint64_t>(std::popcount(used_));
-  return std::min<std::uint64_t>(used * (cell_bits_ == span_bits ? 27 : 8), lines_.size());
+  const int used = one_class() ? 1 : std::popcount(used_);
+  const int lines = used * (cell_bits_ == span_bits ? 27 : 8);
+  return std::min<std::uint64_t>(static_cast<std::uint64_t>(lines), lines_.size());
 }
 
 std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexcept {

@@ -145,8 +145,11 @@ class Cells {
     used_ = class_count_[c] != 0 ? used_ | bit : used_ & ~bit;
     used_ &= (1u << classes) - 1;
   }
+  bool one_class() const noexcept {
+    return (used_ & (used_ - 1)) == 0 && class_count_[classes] == 0;
+  }
   int class_of_entry(const cpu::PackedBox& entry) const noexcept {
-    return class_of(quantise(entry.box()));
+    return one_class() ? std::countr_zero(used_) : class_of(quantise(entry.box()));
   }
   template <class F>
   void each_home(const Range& range, Worlds worlds, F&& f) const noexcept;

@@ -63,9 +63,15 @@ class Objects {
 
   Body& body(ObjectId id) const noexcept { return bodies_[id]; }
   const Filter& filter(ObjectId id) const noexcept { return filters_[id]; }
-  // The box as it is compared; of an active object.
+  // The box as it is compared; of an active object. `room` is for one that has to be made: a copy
+  // of each costs more than looking at it.
+  const Box& grown(ObjectId id, Box& room) const noexcept {
+    if (margin_ == 0) return bodies_[id].box;
+    return room = core::expand(bodies_[id].box, margin_);
+  }
   Box grown(ObjectId id) const noexcept {
-    return margin_ != 0 ? core::expand(bodies_[id].box, margin_) : bodies_[id].box;
+    Box room;
+    return grown(id, room);
   }
   bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds_ + static_ != 0; }
   std::size_t in_worlds() const noexcept { return in_worlds_; }  // objects of a world other than -1

@@ -182,7 +182,8 @@ bool Tracker::settle_cells(double most_lines) {
       place.home = none;
       if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);
       if (objects_.is_active(id)) {
-        place = cells_.place(objects_.grown(id), worlds_of(id));
+        Box room;
+        place = cells_.place(objects_.grown(id, room), worlds_of(id));
         lines += static_cast<double>(place.lines);
         if (lines > most_lines) return false;
         cells_.prefetch(place.home);
@@ -192,12 +193,13 @@ bool Tracker::settle_cells(double most_lines) {
     const ObjectId id = dirty[i + 1 - ahead];
     const Cells::Place& place = places[(i + 1) % ahead];
     Body& body = objects_.body(id);
+    Box room;
     if (place.home != none && place.home == body.home) {
-      cells_.replace(id, objects_.grown(id), place);
+      cells_.replace(id, objects_.grown(id, room), place);
       continue;
     }
     if (body.home != none) cells_.erase(id, body.home);
-    if (place.home != none) cells_.insert(id, objects_.grown(id), place);
+    if (place.home != none) cells_.insert(id, objects_.grown(id, room), place);
     body.home = place.home;
   }
   return true;
@@ -222,7 +224,8 @@ void Tracker::search_around(Result& r) {
     const Body& body = objects_.body(dirty[i]);
     pairs_.prefetch_edge(body.first_edge);
     if (body.home == none) return;
-    cells_.reach(objects_.grown(dirty[i]), worlds_of(dirty[i]), reaches[i % ahead]);
+    Box room;
+    cells_.reach(objects_.grown(dirty[i], room), worlds_of(dirty[i]), reaches[i % ahead]);
   };
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
   ObjectId hits[Cells::most_hits];
@@ -234,8 +237,9 @@ void Tracker::search_around(Result& r) {
     const ObjectId id = dirty[i];
     Cells::Reach& reach = reaches[i % ahead];
     std::uint32_t count = 0;
+    Box room;
     if (objects_.body(id).home != none)
-      count = cells_.search_few(objects_.grown(id), id, reach, hits, compared);
+      count = cells_.search_few(objects_.grown(id, room), id, reach, hits, compared);
     if (count <= few_hits)
       tell_few(id, hits, count);
     else
