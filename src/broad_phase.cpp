@@ -96,21 +96,17 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
     r.invalid_count = count;
     return refuse(r, Status::bad_id);
   }
-  const std::uint32_t token = objects.next_tokens(1);
   bool dead = false;
-  constexpr std::size_t ahead = 16;
+  constexpr std::size_t ahead = 32;
   for (std::size_t i = 0; i < count; ++i) {
     if (i + ahead < count) objects.prefetch(ids[i + ahead]);
-    const bool alive = objects.is_alive(ids[i]);
-    if (alive && objects.mark(ids[i]) != token) {
-      objects.mark(ids[i]) = token;
-      continue;
-    }
+    if (objects.list(ids[i])) continue;
     if (r.invalid_count++ == 0) {
       r.first_invalid = i;
-      dead = !alive;
+      dead = !objects.is_alive(ids[i]);
     }
   }
+  for (std::size_t i = 0; i < count; ++i) objects.unlist(ids[i]);
   if (r.invalid_count == 0) return true;
   say(r, "%llu ids are not valid, the first is id %u at %llu of the list: it %s",
       ull{r.invalid_count}, ids[r.first_invalid], ull{r.first_invalid},

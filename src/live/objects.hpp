@@ -93,6 +93,16 @@ class Objects {
     ++dirty_count_;
   }
 
+  // Whether a list of ids may have this one: it is alive, and was not listed yet. Then it is.
+  bool list(std::uint64_t id) noexcept {
+    if (id >= limit() || (flags_[id] & (alive | listed)) != alive) return false;
+    flags_[id] |= listed;
+    return true;
+  }
+  void unlist(std::uint64_t id) noexcept {
+    if (id < limit()) flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~listed);
+  }
+
   // Marks: each object's last token. next_token() gives one that no object has, and so many more
   // that follow it.
   std::uint32_t next_tokens(std::size_t count) noexcept;
@@ -102,15 +112,13 @@ class Objects {
     if (id >= limit()) return;
     live::prefetch(&bodies_[id]);
     live::prefetch(&flags_[id]);
-    prefetch_mark(static_cast<ObjectId>(id));
   }
-  void prefetch_mark(ObjectId id) const noexcept { live::prefetch(&marks_[id]); }
 
   void reserve_for(const Objects& other);
   void copy(const Objects& other) noexcept;
 
  private:
-  enum : std::uint8_t { alive = 1, dirty = 2 };
+  enum : std::uint8_t { alive = 1, dirty = 2, listed = 4 };
   void count_filter(const Filter& filter, std::size_t one) noexcept;
   template <class At>
   std::size_t move_each(At&& at, std::size_t begin, std::size_t end,

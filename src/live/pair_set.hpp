@@ -36,17 +36,13 @@ class PairSet {
   // Calls f(other, slot) for the pairs of an object.
   template <class F>
   void each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept;
-  // Bring nearer what each_pair() will look at: the first edge; then its other object's
-  // mark and the next edge.
+  // Bring nearer what each_pair() will look at: the first edge; then the next.
   void prefetch_edge(std::uint32_t slot) const noexcept {
     if (slot != none) live::prefetch(&edges_[slot]);
   }
-  void prefetch_pair(const Objects& objects, ObjectId id) const noexcept {
+  void prefetch_next(const Objects& objects, ObjectId id) const noexcept {
     const std::uint32_t slot = objects.body(id).first_edge;
-    if (slot == none) return;
-    const bool is_second = edges_[slot].id[1] == id;
-    objects.prefetch_mark(edges_[slot].id[!is_second]);
-    prefetch_edge(edges_[slot].next[is_second]);
+    if (slot != none) prefetch_edge(edges_[slot].next[edges_[slot].id[1] == id]);
   }
   // Takes what was found, in any order, into the linked form; the sorted one follows when asked.
   void commit_linked(Objects& objects);

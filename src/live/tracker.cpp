@@ -19,7 +19,7 @@ constexpr double cell_ns = 60, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
 constexpr double fair_comparisons = 64, comparison_ns = 1;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
-constexpr std::size_t ahead = 8;
+constexpr std::size_t ahead = 8, settle_ahead = 32;
 // So many hits of a search are compared with each pair the object has; more are marked.
 constexpr std::uint32_t few_hits = 16;
 
@@ -173,12 +173,12 @@ bool Tracker::settle_cells(double most_lines) {
   if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells();
   const List<ObjectId>& dirty = objects_.dirty_list();
   double lines = 0;
-  Cells::Place places[ahead];
-  for (std::size_t i = 0; i + 1 < dirty.size() + ahead; ++i) {
+  Cells::Place places[settle_ahead];
+  for (std::size_t i = 0; i + 1 < dirty.size() + settle_ahead; ++i) {
     if (i < dirty.size()) {
-      if (i + ahead < dirty.size()) objects_.prefetch(dirty[i + ahead]);
+      if (i + settle_ahead < dirty.size()) objects_.prefetch(dirty[i + settle_ahead]);
       const ObjectId id = dirty[i];
-      Cells::Place& place = places[i % ahead];
+      Cells::Place& place = places[i % settle_ahead];
       place.home = none;
       if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);
       if (objects_.is_active(id)) {
@@ -189,9 +189,9 @@ bool Tracker::settle_cells(double most_lines) {
         cells_.prefetch(place.home);
       }
     }
-    if (i + 1 < ahead) continue;
-    const ObjectId id = dirty[i + 1 - ahead];
-    const Cells::Place& place = places[(i + 1) % ahead];
+    if (i + 1 < settle_ahead) continue;
+    const ObjectId id = dirty[i + 1 - settle_ahead];
+    const Cells::Place& place = places[(i + 1) % settle_ahead];
     Body& body = objects_.body(id);
     Box room;
     if (place.home != none && place.home == body.home) {
@@ -231,7 +231,7 @@ void Tracker::search_around(Result& r) {
   ObjectId hits[Cells::most_hits];
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     if (const std::size_t soon = i + ahead / 2; soon < dirty.size()) {
-      pairs_.prefetch_pair(objects_, dirty[soon]);
+      pairs_.prefetch_next(objects_, dirty[soon]);
       if (objects_.body(dirty[soon]).home != none) cells_.prefetch_chains(reaches[soon % ahead]);
     }
     const ObjectId id = dirty[i];
@@ -262,10 +262,12 @@ bool Tracker::tells(ObjectId id, ObjectId other) const noexcept {
 }
 void Tracker::tell_begun(ObjectId id, ObjectId other) {
   if (!tells(id, other)) return;
+  live::prefetch(&objects_.body(other));
   pairs_.next_begun().append({std::min(id, other), std::max(id, other), none});
 }
 void Tracker::tell_ended(ObjectId id, ObjectId other, std::uint32_t slot) {
   if (!tells(id, other)) return;
+  live::prefetch(&objects_.body(other));
   pairs_.next_ended().append({std::min(id, other), std::max(id, other), slot});
 }
 
