@@ -70,17 +70,19 @@ class PackedQuery {
                         _mm_setr_ps(0.0f, 0.0f, 0.0f, -0.0f));
     rest_ = _mm_xor_ps(_mm_shuffle_ps(v0, v0, _MM_SHUFFLE(2, 2, 2, 1)), _mm_set1_ps(-0.0f));
   }
-  // Whether each of the two overlaps: 0xff in the low byte, in the next. The two lanes that are
-  // numbers, not corners, count as good.
-  unsigned overlaps(const PackedLine& line) const noexcept {
-    const auto compare = [](const float* corner, __m128 most) {
-      return _mm_castps_si128(_mm_cmple_ps(_mm_load_ps(corner), most));
+  // Whether each of the two overlaps: bits 0 and 4.
+  std::uint32_t overlaps(const PackedLine& line) const noexcept {
+    // The two lanes that are numbers, not corners, count as good.
+    const __m128 good = _mm_castsi128_ps(_mm_setr_epi32(0, 0, -1, -1));
+    const auto both = [&](const PackedBox& b) {
+      const __m128 rest = _mm_cmple_ps(_mm_load_ps(b.corner + 4), rest_);
+      return _mm_castps_si128(
+          _mm_and_ps(_mm_cmple_ps(_mm_load_ps(b.corner), first_), _mm_or_ps(rest, good)));
     };
-    const __m128i a = _mm_packs_epi32(compare(line.entry[0].corner, first_),
-                                      compare(line.entry[0].corner + 4, rest_));
-    const __m128i b = _mm_packs_epi32(compare(line.entry[1].corner, first_),
-                                      compare(line.entry[1].corner + 4, rest_));
-    return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(a, b))) | 0xc0c0u;
+    const __m128i lanes = _mm_packs_epi32(both(line.entry[0]), both(line.entry[1]));
+    auto m = static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(lanes, lanes)));
+    m &= m >> 1;
+    return m & m >> 2 & 0x11u;
   }
 
  private:
@@ -90,12 +92,12 @@ class PackedQuery {
 class PackedQuery {
  public:
   explicit PackedQuery(const Box& b) noexcept { most_.set({b.upper, b.lower}); }
-  unsigned overlaps(const PackedLine& line) const noexcept {
+  std::uint32_t overlaps(const PackedLine& line) const noexcept {
     bool both[2] = {true, true};
     for (int i = 0; i < 2; ++i) {
       for (int k = 0; k < 6; ++k) both[i] &= line.entry[i].corner[k] <= most_.corner[k];
     }
-    return (both[0] ? 0xffu : 0u) | (both[1] ? 0xff00u : 0u);
+    return (both[0] ? 1u : 0u) | (both[1] ? 16u : 0u);
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cfloat>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace throng::live {
@@ -161,18 +162,8 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
   }
 }
 
-// Of classes no smaller than its own, a box looks into 2 or 3 cells an axis: less than 32 << c
-// units, in cells of that length or of half of it.
-std::uint64_t Cells::lines_of(const Range& r, int size_class, Worlds worlds) const noexcept {
-  if (worlds.all) return lines_.size();
-  const bool smallest = (used_ & ((1u << size_class) - 1)) == 0;
-  if (!smallest || worlds.everywhere || class_count_[classes] != 0) return exact_lines(r, worlds);
-  const int used = one_class() ? 1 : std::popcount(used_);
-  const int lines = used * (cell_bits_ == span_bits ? 27 : 8);
-  return std::min<std::uint64_t>(static_cast<std::uint64_t>(lines), lines_.size());
-}
-
 std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexcept {
+  if (worlds.all) return lines_.size();
   std::uint64_t count = class_count_[classes] / 2;
   for (std::uint32_t used = used_; used != 0; used &= used - 1) {
     const Range cells = cells_of(range, std::countr_zero(used));
@@ -192,36 +183,47 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   const Range range = quantise(box);
   const std::uint64_t lines = lines_of(range, class_of(range), worlds);
   if (lines >= Reach::most || lines >= lines_.size()) return;
-  reach.count = 0;
-  each_home(range, worlds, [&](std::uint32_t home) {
-    prefetch(home);
-    reach.homes[reach.count++] = home;
+  std::uint32_t count = 0;
+  const Line* const all = lines_.data();
+  each_home(range, worlds, [&reach, &count, all](std::uint32_t home) {
+    live::prefetch(all + home);
+    reach.homes[count++] = home;
   });
+  reach.count = count;
 }
 
-// Chains and hits are put on lists, at no branch: nobody can guess where they are.
+// Chains are put on a list and hits noted at no branch: nobody can guess where they are.
 std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                                 std::uint64_t& compared) const noexcept {
   if (reach.count > Reach::most) return most_hits + 1;
   const cpu::PackedQuery query(box);
   const Line* const lines = lines_.data();
-  std::uint32_t count = reach.count, hit_count = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {
+  std::uint8_t found[64];  // of each line
+  static_assert(Reach::room <= sizeof found);
+  std::uint32_t count = reach.count, k = 0;
+  for (; k < count; ++k) {
     const Line& line = lines[reach.homes[k]];
     const std::uint32_t next = line.entry[0].link;
-    const unsigned hit = query.overlaps(line);
-    hits[hit_count] = line.entry[0].id;
-    hit_count += (hit & 0xffu) == 0xffu && line.entry[0].id != self;
-    hits[hit_count] = line.entry[1].id;
-    hit_count += hit >> 8 == 0xffu && line.entry[1].id != self;
-    if (count == Reach::room) {
-      if (next != none) return most_hits + 1;
-      continue;
+    found[k] = static_cast<std::uint8_t>(query.overlaps(line));
+    if (count < Reach::room) [[likely]] {
+      reach.homes[count] = next;
+      count += next != none;
+    } else if (next != none) {
+      return most_hits + 1;
     }
-    reach.homes[count] = next;
-    count += next != none;
   }
   compared += 2 * std::uint64_t{count};
+  std::uint32_t hit_count = 0;
+  for (; k % 8 != 0; ++k) found[k] = 0;
+  for (std::uint32_t from = 0; from < k; from += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, found + from, sizeof eight);
+    for (; eight != 0; eight &= eight - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(eight));
+      hits[hit_count] = lines[reach.homes[from + bit / 8]].entry[bit / 4 % 2].id;
+      hit_count += hits[hit_count] != self;
+    }
+  }
   return hit_count;
 }
 

@@ -74,8 +74,8 @@ class Cells {
   void prefetch_chains(const Reach& reach) const noexcept {
     if (reach.count > Reach::most) return;
     for (std::uint32_t k = 0; k < reach.count; ++k) {
-      const std::uint32_t next = lines_[reach.homes[k]].entry[0].link;
-      prefetch(next != none ? next : reach.homes[k]);
+      const std::uint32_t home = reach.homes[k], next = lines_[home].entry[0].link;
+      prefetch(home ^ ((home ^ next) & (next == none ? 0u : none)));  // no branch: see search_few()
     }
   }
   template <class F>
@@ -137,7 +137,13 @@ class Cells {
     }
     return cells;
   }
-  std::uint64_t lines_of(const Range& r, int size_class, Worlds worlds) const noexcept;
+  // Of classes no smaller than its own, a box looks into 2 or 3 cells an axis: less than 32 << c
+  // units, in cells of that length or of half of it.
+  std::uint64_t lines_of(const Range& r, int size_class, Worlds worlds) const noexcept {
+    const bool smallest = (used_ & ((1u << size_class) - 1)) == 0;
+    if (!one_class() || !smallest || worlds.all || worlds.everywhere) return exact_lines(r, worlds);
+    return std::min<std::uint64_t>(cell_bits_ == span_bits ? 27 : 8, lines_.size());
+  }
   std::uint64_t exact_lines(const Range& r, Worlds worlds) const noexcept;
   void count_class(int c, int one) noexcept {
     class_count_[c] += static_cast<std::size_t>(one);
@@ -175,9 +181,9 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
     const Line& line = lines_[i];
     i = line.entry[0].link;
     compared += 2;
-    const unsigned hit = query.overlaps(line);
-    if ((hit & 0xffu) == 0xffu) f(line.entry[0].id);
-    if (hit >> 8 == 0xffu) f(line.entry[1].id);
+    const std::uint32_t hit = query.overlaps(line);
+    if (hit & 1) f(line.entry[0].id);
+    if (hit & 16) f(line.entry[1].id);
   }
   return compared;
 }
@@ -222,9 +228,9 @@ std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) 
     each_home(range, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
   } else {
     for (const Line& line : lines_) {
-      const unsigned hit = query.overlaps(line);
-      if ((hit & 0xffu) == 0xffu) f(line.entry[0].id);
-      if (hit >> 8 == 0xffu) f(line.entry[1].id);
+      const std::uint32_t hit = query.overlaps(line);
+      if (hit & 1) f(line.entry[0].id);
+      if (hit & 16) f(line.entry[1].id);
     }
     compared += 2 * lines_.size();
   }
