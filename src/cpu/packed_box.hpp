@@ -70,7 +70,7 @@ class PackedQuery {
                         _mm_setr_ps(0.0f, 0.0f, 0.0f, -0.0f));
     rest_ = _mm_xor_ps(_mm_shuffle_ps(v0, v0, _MM_SHUFFLE(2, 2, 2, 1)), _mm_set1_ps(-0.0f));
   }
-  // Whether each of the two overlaps: bits 0 and 4.
+  // Whether each of the two overlaps: bits 0 and 1.
   std::uint32_t overlaps(const PackedLine& line) const noexcept {
     // The two lanes that are numbers, not corners, count as good.
     const __m128 good = _mm_castsi128_ps(_mm_setr_epi32(0, 0, -1, -1));
@@ -82,7 +82,8 @@ class PackedQuery {
     const __m128i lanes = _mm_packs_epi32(both(line.entry[0]), both(line.entry[1]));
     auto m = static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(lanes, lanes)));
     m &= m >> 1;
-    return m & m >> 2 & 0x11u;
+    m &= m >> 2;
+    return (m & 1) | (m >> 3 & 2);
   }
 
  private:
@@ -97,7 +98,7 @@ class PackedQuery {
     for (int i = 0; i < 2; ++i) {
       for (int k = 0; k < 6; ++k) both[i] &= line.entry[i].corner[k] <= most_.corner[k];
     }
-    return (both[0] ? 1u : 0u) | (both[1] ? 16u : 0u);
+    return (both[0] ? 1u : 0u) | (both[1] ? 2u : 0u);
   }
 
  private:

@@ -15,6 +15,7 @@ constexpr Cells::Line empty_line = {
     {{{nan, nan, nan, nan, nan, nan}, none, none}, {{nan, nan, nan, nan, nan, nan}, none, 0}}};
 constexpr std::size_t sample_boxes = 512;
 constexpr double crowded = 4;
+constexpr std::size_t most_homes = std::size_t{1} << 30;
 
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
@@ -43,23 +44,28 @@ struct Sample {
 struct Scale {
   double span;      // of the first class
   double crowding;  // boxes in a cell of two spans
+  double range[3];  // how far nearly all boxes lie apart
 };
 
 // Equal boxes shall fit into the first class, and smaller ones shall share its cells until a cell
 // holds about one box: large boxes look into fewer then.
 Scale measure(Sample& s, std::size_t count) noexcept {
-  if (s.count == 0) return {1, 0};
+  if (s.count == 0) return {1, 0, {1, 1, 1}};
   const double side = Sample::quantile(s.side, s.count, 0.25) * 1.07;
   const double usual = Sample::quantile(s.side, s.count, 0.5);
+  Scale scale;
   double volume = 1;
-  for (double(&centre)[sample_boxes] : s.centre) {
+  for (int k = 0; k < 3; ++k) {
+    double(&centre)[sample_boxes] = s.centre[k];
     const double range =
         Sample::quantile(centre, s.count, 0.95) - Sample::quantile(centre, s.count, 0.05);
-    volume *= std::max(std::max(range / 0.9, usual), 1e-30);
+    scale.range[k] = std::max(std::max(range / 0.9, usual), 1e-30);
+    volume *= scale.range[k];
   }
   const double each = volume / static_cast<double>(count);
-  const double span = std::max(side, 0.5 * std::cbrt(each));
-  return {span, 8 * span * span * span / each};
+  scale.span = std::max(side, 0.5 * std::cbrt(each));
+  scale.crowding = 8 * scale.span * scale.span * scale.span / each;
+  return scale;
 }
 
 }  // namespace
@@ -74,21 +80,44 @@ void Cells::plan(const Objects& objects) {
   }
   const Scale scale = measure(sample, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
-  // One to two boxes a cell: most of them then lie in its own line, and the lines in the cache.
-  const std::size_t cells = std::bit_ceil(std::min<std::size_t>(count + 1, std::size_t{1} << 31));
-  // Lines behind others are full, so there are at most half as many as boxes.
-  most_objects_ = 0;
-  lines_.renew(cells + 1 + most / 2 + 1);
-  most_objects_ = most;
-  mask_ = static_cast<std::uint32_t>(cells - 1);
-  free_ = none;
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / scale.span, 1e-30, 1e30));
   // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
   cell_bits_ = scale.crowding > crowded ? 4 : 5;
+  const std::size_t homes = lay_out(scale.range, count);
+  // Lines behind others are full, so there are at most half as many as boxes.
+  most_objects_ = 0;
+  lines_.renew(homes + 1 + most / 2 + 1);
+  most_objects_ = most;
+  free_ = none;
   std::fill(class_count_, class_count_ + classes + 1, 0);
   used_ = 0;
-  lines_.resize(cells + 1);
+  lines_.resize(homes + 1);
   std::fill(lines_.begin(), lines_.end(), empty_line);
+}
+
+// Cells row by row where there are no more than two a box, else about one home a box. One to two
+// boxes a cell: most of them then lie in its own line, and the lines in the cache.
+std::size_t Cells::lay_out(const double (&range)[3], std::size_t count) noexcept {
+  const auto limit = static_cast<double>(std::clamp<std::size_t>(count, 64, most_homes));
+  double cells[3], all = 1;
+  for (int k = 0; k < 3; ++k) {
+    cells[k] = std::floor(range[k] * static_cast<double>(scale_) / (1 << cell_bits_)) + 2;
+    all *= cells[k];
+  }
+  const bool full = all <= 2 * limit;
+  homes_ = static_cast<std::uint32_t>(std::max(full ? all : 1.4 * limit, limit / 2));
+  std::uint32_t stride = 1;
+  for (int k = 0; k < 3; ++k) {
+    Axis& axis = axis_[k];
+    axis.period = full ? static_cast<std::uint32_t>(cells[k]) : k == 0 ? homes_ : 0;
+    axis.stride = stride;
+    axis.lift = static_cast<std::uint32_t>(k) << 30;  // of a hashed one only to tell y from z
+    if (axis.period == 0) continue;
+    stride *= axis.period;
+    axis.inverse = 1.0 / axis.period;
+    axis.lift = ((1u << 25) / axis.period + 1) * axis.period;
+  }
+  return homes_;
 }
 
 Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
@@ -96,10 +125,9 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   const int c = class_of(r);
   Place p{wide_home(), c, lines_of(r, c, worlds)};
   if (c == classes) return p;
-  const int shift = cell_bits_ + c;
-  const std::uint64_t at =
-      row(first_row(c, worlds.own), r.lower[1] >> shift, r.lower[2] >> shift);
-  p.home = (hashed(at) + static_cast<std::uint32_t>(r.lower[0] >> shift)) & mask_;
+  p.home = first_part(c, worlds.own);
+  for (int k = 0; k < 3; ++k)
+    p.home = sum(p.home, cursor(r.lower[k] >> (cell_bits_ + c), axis_[k]).part);
   return p;
 }
 
@@ -198,13 +226,12 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
   if (reach.count > Reach::most) return most_hits + 1;
   const cpu::PackedQuery query(box);
   const Line* const lines = lines_.data();
-  std::uint8_t found[64];  // of each line
-  static_assert(Reach::room <= sizeof found);
-  std::uint32_t count = reach.count, k = 0;
-  for (; k < count; ++k) {
+  std::uint64_t found[Reach::room / 32] = {};  // two bits a line
+  std::uint32_t count = reach.count;
+  for (std::uint32_t k = 0; k < count; ++k) {
     const Line& line = lines[reach.homes[k]];
     const std::uint32_t next = line.entry[0].link;
-    found[k] = static_cast<std::uint8_t>(query.overlaps(line));
+    found[k / 32] |= std::uint64_t{query.overlaps(line)} << k % 32 * 2;
     if (count < Reach::room) [[likely]] {
       reach.homes[count] = next;
       count += next != none;
@@ -214,13 +241,10 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
   }
   compared += 2 * std::uint64_t{count};
   std::uint32_t hit_count = 0;
-  for (; k % 8 != 0; ++k) found[k] = 0;
-  for (std::uint32_t from = 0; from < k; from += 8) {
-    std::uint64_t eight;
-    std::memcpy(&eight, found + from, sizeof eight);
-    for (; eight != 0; eight &= eight - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(eight));
-      hits[hit_count] = lines[reach.homes[from + bit / 8]].entry[bit / 4 % 2].id;
+  for (std::uint32_t from = 0; from < count; from += 32) {
+    for (std::uint64_t bits = found[from / 32]; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      hits[hit_count] = lines[reach.homes[from + bit / 2]].entry[bit % 2].id;
       hit_count += hits[hit_count] != self;
     }
   }
@@ -229,7 +253,8 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
 
 void Cells::copy(const Cells& other) noexcept {
   lines_.copy(other.lines_);
-  mask_ = other.mask_;
+  homes_ = other.homes_;
+  std::copy(other.axis_, other.axis_ + 3, axis_);
   free_ = other.free_;
   most_objects_ = other.most_objects_;
   scale_ = other.scale_;

@@ -13,8 +13,8 @@
 //   (q(a.lower) - span) >> (bits + c)  ..  q(a.upper) >> (bits + c),
 // and a search of a looks into all of those, for every class in use. No float is widened.
 //
-// A cell is found by a hash of its class, world and numbers. Cells that fall on one another only
-// cost comparisons of boxes. A search may see a box twice then; whoever searches marks what it saw.
+// Cells that fall on one another only cost comparisons of boxes. A search may see a box twice then;
+// whoever searches marks what it saw.
 #pragma once
 
 #include <algorithm>
@@ -66,7 +66,7 @@ class Cells {
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
   // that overlaps this one, some of them several times, and returns how many were compared.
   struct Reach {
-    static constexpr std::uint32_t most = 40, room = 62;
+    static constexpr std::uint32_t most = 40, room = 64;
     std::uint32_t count;  // above `most`: too many to list
     std::uint32_t homes[room];
   };
@@ -95,6 +95,7 @@ class Cells {
   void copy(const Cells& other) noexcept;
 
  private:
+  std::size_t lay_out(const double (&range)[3], std::size_t count) noexcept;
   static constexpr int classes = 24;
   static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
@@ -114,21 +115,58 @@ class Cells {
     const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
     return std::clamp(bits - span_bits, 0, classes);
   }
-  // Homes of the cells of a class and world: a number for each row along x, to which that of the
-  // cell in it is added. Rows of other y and z are so many away before hashing.
-  static constexpr std::uint64_t row_y = 0x9e3779b97f4a7c15u, row_z = 0xc2b2ae3d27d4eb4fu;
-  static std::uint64_t first_row(int c, std::int32_t world) noexcept {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(world)) << 8 |
-            static_cast<std::uint64_t>(c)) *
-           0xd6e8feb86659fd93u;
+  // A cell's home is the sum of four numbers, modulo the count of homes: one of its class and
+  // world, and one an axis. Where the world is mostly full, those count cells, row by row and layer
+  // by layer, and begin again after so many: neighbours lie side by side, and no two fall on one
+  // another but far ones. Else those of y and z are hashed.
+  struct Axis {
+    std::uint32_t period, stride, lift;  // period 0: hashed. lift: a multiple, of at least 2^25
+    double inverse;
+  };
+  struct Cursor {
+    std::int32_t cell;
+    std::uint32_t rest, part;  // cell modulo the period; its part of the sum
+  };
+  static std::uint32_t mixed(std::uint32_t h) noexcept {
+    h = (h ^ h >> 16) * 0x7feb352du;
+    h = (h ^ h >> 15) * 0x846ca68bu;
+    return h ^ h >> 16;
   }
-  static std::uint64_t row(std::uint64_t first, std::int32_t y, std::int32_t z) noexcept {
-    return first + static_cast<std::uint64_t>(y) * row_y + static_cast<std::uint64_t>(z) * row_z;
+  // 0 .. homes - 1.
+  std::uint32_t hashed(std::uint32_t x) const noexcept {
+    return static_cast<std::uint32_t>(std::uint64_t{mixed(x)} * homes_ >> 32);
   }
-  static std::uint32_t hashed(std::uint64_t row) noexcept {
-    return static_cast<std::uint32_t>((row ^ row >> 32) * 0xff51afd7ed558ccdu >> 32);
+  std::uint32_t first_part(int c, std::int32_t world) const noexcept {
+    if (c == 0 && world == -1) return 0;
+    return hashed((static_cast<std::uint32_t>(world) * 32 + static_cast<std::uint32_t>(c)) *
+                  0x9e3779b1u);
   }
-  std::uint32_t wide_home() const noexcept { return mask_ + 1; }
+  std::uint32_t hashed_part(std::int32_t cell, const Axis& axis) const noexcept {
+    return hashed((static_cast<std::uint32_t>(cell) ^ axis.lift) * 0x9e3779b1u);
+  }
+  Cursor cursor(std::int32_t cell, const Axis& axis) const noexcept {
+    if (axis.period == 0) return {cell, 0, hashed_part(cell, axis)};
+    // The quotient is off by one at most, as it is below 2^32 and 1 / period far above 2^-52.
+    const std::uint32_t lifted = static_cast<std::uint32_t>(cell) + axis.lift;
+    const auto quotient = static_cast<std::int64_t>(static_cast<double>(lifted) * axis.inverse);
+    std::uint32_t rest = lifted - static_cast<std::uint32_t>(quotient) * axis.period;
+    if (rest >= axis.period) rest -= axis.period;
+    return {cell, rest, rest * axis.stride};
+  }
+  void step(Cursor& at, const Axis& axis) const noexcept {
+    ++at.cell;
+    if (axis.period == 0) {
+      at.part = hashed_part(at.cell, axis);
+    } else {
+      ++at.rest;
+      at.part += axis.stride;
+      if (at.rest == axis.period) at.rest = at.part = 0;
+    }
+  }
+  std::uint32_t sum(std::uint32_t a, std::uint32_t b) const noexcept {
+    return std::min(a + b, a + b - homes_);  // both below homes_, which is at most 2^31
+  }
+  std::uint32_t wide_home() const noexcept { return homes_; }
   Range cells_of(const Range& r, int c) const noexcept {
     Range cells;
     for (int k = 0; k < 4; ++k) {
@@ -165,7 +203,8 @@ class Cells {
   std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept;
 
   List<Line> lines_;
-  std::uint32_t mask_ = 0;        // cells - 1, a power of two less one
+  std::uint32_t homes_ = 1;  // of cells; the one after is that of too wide boxes
+  Axis axis_[3] = {};
   std::uint32_t free_ = none;     // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
   float scale_ = 1;
@@ -183,7 +222,7 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
     compared += 2;
     const std::uint32_t hit = query.overlaps(line);
     if (hit & 1) f(line.entry[0].id);
-    if (hit & 16) f(line.entry[1].id);
+    if (hit & 2) f(line.entry[1].id);
   }
   return compared;
 }
@@ -201,14 +240,14 @@ void Cells::each_home(const Range& range, Worlds worlds, F&& f) const noexcept {
 
 template <class F>
 void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept {
-  std::uint64_t layer = row(first_row(c, world), cells.lower[1], cells.lower[2]);
-  for (std::int32_t z = cells.lower[2]; z <= cells.upper[2]; ++z, layer += row_z) {
-    std::uint64_t next = layer;
-    for (std::int32_t y = cells.lower[1]; y <= cells.upper[1]; ++y, next += row_y) {
-      const std::uint32_t h = hashed(next);
-      for (std::int32_t x = cells.lower[0]; x <= cells.upper[0]; ++x) {
-        f((h + static_cast<std::uint32_t>(x)) & mask_);
-      }
+  const std::uint32_t first = first_part(c, world);
+  const Cursor x0 = cursor(cells.lower[0], axis_[0]), y0 = cursor(cells.lower[1], axis_[1]);
+  Cursor z = cursor(cells.lower[2], axis_[2]);
+  for (; z.cell <= cells.upper[2]; step(z, axis_[2])) {
+    const std::uint32_t layer = sum(first, z.part);
+    for (Cursor y = y0; y.cell <= cells.upper[1]; step(y, axis_[1])) {
+      const std::uint32_t row = sum(layer, y.part);
+      for (Cursor x = x0; x.cell <= cells.upper[0]; step(x, axis_[0])) f(sum(row, x.part));
     }
   }
 }
@@ -230,7 +269,7 @@ std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) 
     for (const Line& line : lines_) {
       const std::uint32_t hit = query.overlaps(line);
       if (hit & 1) f(line.entry[0].id);
-      if (hit & 16) f(line.entry[1].id);
+      if (hit & 2) f(line.entry[1].id);
     }
     compared += 2 * lines_.size();
   }
