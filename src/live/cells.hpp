@@ -1,4 +1,4 @@
-// Cells by size classes, hashed: where objects lie that mostly stay. Each box is kept once, in the
+// Cells by size classes: where objects lie that mostly stay. Each box is kept once, in the
 // cell of its lower corner, and looked for with a handful of cache lines.
 //
 // One function per axis maps a float to a whole number of units, q(x) = int(clamp(x * scale)).

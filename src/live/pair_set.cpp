@@ -9,6 +9,9 @@
 namespace throng::live {
 namespace {
 
+// Edges are asked for so many changes ahead.
+constexpr std::size_t ahead = 8;
+
 bool before(const LivePair& a, const LivePair& b) noexcept { return key_of(a) < key_of(b); }
 
 // One task's part of a merge: new pairs [begin, end), live ones [live_begin, live_end).
@@ -93,6 +96,12 @@ void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
   edge.id[0] = none;
 }
 
+void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
+  const Edge& edge = edges_[slot];
+  for (const std::uint32_t other : {edge.next[0], edge.next[1], edge.previous[0], edge.previous[1]})
+    if (other != none) live::prefetch(&edges_[other]);
+}
+
 void PairSet::link_all(Objects& objects) {
   edges_.reserve(slot_limit_);
   const List<LivePair>& all = sorted(objects.limit());  // may yet come from the edges
@@ -125,8 +134,19 @@ void PairSet::commit_linked(Objects& objects) {
   // From here on nothing fails.
   sort_pairs(next_begun_.data(), spare_.data(), begun, objects.limit());
   sort_pairs(next_ended_.data(), spare_.data(), ended, objects.limit());
-  for (const LivePair& pair : next_ended_) unlink(objects, pair.slot);
-  for (LivePair& pair : next_begun_) {
+  for (std::size_t i = 0; i < ended; ++i) {
+    if (i + ahead < ended) prefetch_neighbours(next_ended_[i + ahead].slot);
+    unlink(objects, next_ended_[i].slot);
+  }
+  for (std::size_t i = 0; i < begun; ++i) {
+    if (i + ahead < begun) {
+      const LivePair& soon = next_begun_[i + ahead];
+      for (const ObjectId id : {soon.first, soon.second}) {
+        if (const std::uint32_t head = objects.body(id).first_edge; head != none)
+          live::prefetch(&edges_[head]);
+      }
+    }
+    LivePair& pair = next_begun_[i];
     pair.slot = take_slot();
     edges_.resize(slot_limit_);
     link(objects, pair);

@@ -35,14 +35,36 @@ class PairSet {
   void link_all(Objects& objects);
   // Calls f(other, slot) for the pairs of an object.
   template <class F>
-  void each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept;
-  // Bring nearer what each_pair() will look at: the first edge; then the next.
-  void prefetch_edge(std::uint32_t slot) const noexcept {
-    if (slot != none) live::prefetch(&edges_[slot]);
+  void each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept {
+    each_pair(id, objects.body(id).first_edge, f);
   }
-  void prefetch_next(const Objects& objects, ObjectId id) const noexcept {
-    const std::uint32_t slot = objects.body(id).first_edge;
-    if (slot != none) prefetch_edge(edges_[slot].next[edges_[slot].id[1] == id]);
+  // The same in steps, so that each edge can be asked for ahead: the first few are listed.
+  struct Walk {
+    static constexpr std::uint32_t room = 16;
+    ObjectId id;
+    std::uint32_t next, count;  // the edge that comes next, or none
+    ObjectId others[room];
+    std::uint32_t slots[room];
+  };
+  void start(Walk& walk, const Objects& objects, ObjectId id) const noexcept {
+    walk.id = id;
+    walk.next = objects.body(id).first_edge;
+    walk.count = 0;
+    if (walk.next != none) live::prefetch(&edges_[walk.next]);
+  }
+  void step(Walk& walk) const noexcept {
+    if (walk.next == none || walk.count == Walk::room) return;
+    const Edge& edge = edges_[walk.next];
+    const bool is_second = edge.id[1] == walk.id;
+    walk.others[walk.count] = edge.id[!is_second];
+    walk.slots[walk.count++] = walk.next;
+    walk.next = edge.next[is_second];
+    if (walk.next != none) live::prefetch(&edges_[walk.next]);
+  }
+  template <class F>
+  void each_pair(const Walk& walk, F&& f) const noexcept {
+    for (std::uint32_t k = 0; k < walk.count; ++k) f(walk.others[k], walk.slots[k]);
+    each_pair(walk.id, walk.next, f);
   }
   // Takes what was found, in any order, into the linked form; the sorted one follows when asked.
   void commit_linked(Objects& objects);
@@ -64,10 +86,13 @@ class PairSet {
   // What the sorted form holds: all pairs; those before the last commit; or neither.
   enum class Sorted : std::uint8_t { now, before, lost };
 
+  template <class F>
+  void each_pair(ObjectId id, std::uint32_t slot, F&& f) const noexcept;
   void reserve_slots(std::size_t begun);
   std::uint32_t take_slot() noexcept;
   void link(Objects& objects, const LivePair& pair) noexcept;
   void unlink(Objects& objects, std::uint32_t slot) noexcept;
+  void prefetch_neighbours(std::uint32_t slot) const noexcept;
   void finish(Sorted sorted) noexcept;
 
   List<Edge> edges_;
@@ -79,8 +104,8 @@ class PairSet {
 };
 
 template <class F>
-void PairSet::each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept {
-  for (std::uint32_t slot = objects.body(id).first_edge; slot != none;) {
+void PairSet::each_pair(ObjectId id, std::uint32_t slot, F&& f) const noexcept {
+  while (slot != none) {
     const Edge& edge = edges_[slot];
     const bool is_second = edge.id[1] == id;
     f(edge.id[!is_second], slot);

@@ -11,9 +11,9 @@ namespace {
 
 // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
 // Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
-constexpr double find_object_ns = 22, find_pair_ns = 20, thread_share = 0.7;
+constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
 // Searching around an object that changed; a cache line of cells that this looks at.
-constexpr double search_ns = 450, line_ns = 15;
+constexpr double search_ns = 300, line_ns = 15;
 // Making cells, and linking a pair.
 constexpr double cell_ns = 60, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
@@ -219,10 +219,11 @@ void Tracker::search_around(Result& r) {
   const List<ObjectId>& dirty = objects_.dirty_list();
   std::uint64_t compared = 0;
   Cells::Reach reaches[ahead];
+  PairSet::Walk walks[ahead];
   const auto reach_ahead = [&](std::size_t i) {
     if (i >= dirty.size()) return;
     const Body& body = objects_.body(dirty[i]);
-    pairs_.prefetch_edge(body.first_edge);
+    pairs_.start(walks[i % ahead], objects_, dirty[i]);
     if (body.home == none) return;
     Box room;
     cells_.reach(objects_.grown(dirty[i], room), worlds_of(dirty[i]), reaches[i % ahead]);
@@ -231,9 +232,10 @@ void Tracker::search_around(Result& r) {
   ObjectId hits[Cells::most_hits];
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     if (const std::size_t soon = i + ahead / 2; soon < dirty.size()) {
-      pairs_.prefetch_next(objects_, dirty[soon]);
       if (objects_.body(dirty[soon]).home != none) cells_.prefetch_chains(reaches[soon % ahead]);
     }
+    for (std::size_t soon = i + 1; soon < std::min(i + ahead, dirty.size()); ++soon)
+      pairs_.step(walks[soon % ahead]);
     const ObjectId id = dirty[i];
     Cells::Reach& reach = reaches[i % ahead];
     std::uint32_t count = 0;
@@ -241,7 +243,7 @@ void Tracker::search_around(Result& r) {
     if (objects_.body(id).home != none)
       count = cells_.search_few(objects_.grown(id, room), id, reach, hits, compared);
     if (count <= few_hits)
-      tell_few(id, hits, count);
+      tell_few(walks[i % ahead], hits, count);
     else
       compared += tell_many(id, reach);
     reach_ahead(i + ahead);
@@ -272,7 +274,8 @@ void Tracker::tell_ended(ObjectId id, ObjectId other, std::uint32_t slot) {
 }
 
 // Takes those that the object already had from the hits; what is left has begun.
-void Tracker::tell_few(ObjectId id, ObjectId* hits, std::uint32_t count) {
+void Tracker::tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t count) {
+  const ObjectId id = had.id;
   if (objects_.has_filters()) {
     const std::uint32_t all = std::exchange(count, 0);
     for (std::uint32_t k = 0; k < all; ++k) {
@@ -288,7 +291,7 @@ void Tracker::tell_few(ObjectId id, ObjectId* hits, std::uint32_t count) {
     }
     return count != all;
   };
-  pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
+  pairs_.each_pair(had, [&](ObjectId other, std::uint32_t slot) {
     if (!take(other, 0)) tell_ended(id, other, slot);
   });
   for (std::uint32_t k = 0; k < count; ++k) {
