@@ -14,7 +14,7 @@
 // and a search of a looks into all of those, for every class in use. No float is widened.
 //
 // Cells that fall on one another only cost comparisons of boxes. A search may see a box twice then;
-// whoever searches marks what it saw.
+// whoever searches sorts that out.
 #pragma once
 
 #include <algorithm>
