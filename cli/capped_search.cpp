@@ -2,12 +2,14 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include <throng/cuda.hpp>
 #include <throng/finder.hpp>
 
 #include "cli/console.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
 #include "cli/search.hpp"
+#include "program/large_pages.hpp"
 #include "stream/stream.hpp"
 
 namespace throng::cli {
@@ -64,8 +66,8 @@ SearchReport run_streamed(stream::Request request) {
   report.first_ms = report.frames.front().total_ms;
   report.plan = streamed.plan;
   report.peak_bytes = memory.growth();
-  report.streamed = StreamedReport{streamed.slabs, streamed.searches, streamed.scratch_bytes,
-                                   streamed.read_ms};
+  report.streamed =
+      StreamedReport{streamed.slabs, streamed.searches, streamed.scratch_bytes, streamed.read_ms};
   return report;
 }
 
@@ -77,6 +79,8 @@ SearchReport run_capped_search(const InputArguments& input, SearchRequest reques
   streamed.a = files_of(input.a, input.filters_a);
   if (!input.b.empty()) streamed.b = files_of(input.b, input.filters_b);
   streamed.round_outward = input.round_outward;
+  // Set, it would keep an automatic choice from a GPU.
+  if (!cuda::available().ok()) request.options.memory = program::large_pages();
   streamed.options = request.options;
   streamed.output = request.output;
   streamed.scratch_folder = scratch_folder(request.output);

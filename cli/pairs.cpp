@@ -90,8 +90,7 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
   const InputArguments& input = arguments.input;
   const double n = static_cast<double>(report.count + report.count_b.value_or(0));
   const double frames = static_cast<double>(report.frames.size());
-  std::string text =
-      fmt::format("{}: {} boxes", input.a, report::format_count(report.count));
+  std::string text = fmt::format("{}: {} boxes", input.a, report::format_count(report.count));
   if (report.count_b)
     text += fmt::format("; {}: {}", input.b, report::format_count(*report.count_b));
   if (frames > 1) text += fmt::format("; {:.0f} frames", frames);
@@ -115,9 +114,9 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
                         milliseconds(sum.total_ms), frames > 1 ? " for all frames" : "",
                         arguments.repeat, arguments.repeat == 1 ? "" : "s",
                         milliseconds(report.first_ms));
-    text += fmt::format("  plan    {}\n  bin     {}\n  find    {}\n",
-                        milliseconds(sum.stages.plan_ms), milliseconds(sum.stages.bin_ms),
-                        milliseconds(sum.stages.find_ms));
+    text +=
+        fmt::format("  plan    {}\n  bin     {}\n  find    {}\n", milliseconds(sum.stages.plan_ms),
+                    milliseconds(sum.stages.bin_ms), milliseconds(sum.stages.find_ms));
   }
   if (arguments.search.order == "canonical") {
     text += fmt::format("  order   {}\n", milliseconds(sum.stages.order_ms));

@@ -47,8 +47,8 @@ struct SearchRequest {
 // one after another), then `repeat` times warmed. Throws Failure, FileError, Interrupted.
 SearchReport run_search(const Input& input, const SearchRequest& request);
 
-// Under a cap of memory_cap_bytes for boxes, filters and workspace together: as run_search where they
-// fit, else the boxes are read in slabs (stream/), once, whatever `repeat` says.
+// Under a cap of memory_cap_bytes for boxes, filters and workspace together: as run_search where
+// they fit, else the boxes are read in slabs (stream/), once, whatever `repeat` says.
 SearchReport run_capped_search(const InputArguments& input, SearchRequest request);
 
 }  // namespace throng::cli

@@ -37,8 +37,12 @@ std::FILE* open_nameless(const std::string& folder) {
 
 }  // namespace
 
-Scratch::Scratch(std::string folder, std::size_t extent_bytes)
-    : folder_(std::move(folder)), extent_bytes_(extent_bytes) {}
+Scratch::Scratch(std::string folder, std::size_t extent_bytes, std::size_t memory_bytes)
+    : folder_(std::move(folder)),
+      extent_bytes_(extent_bytes),
+      memory_(memory_bytes / extent_bytes) {
+  for (std::size_t i = memory_.size(); i > 0; --i) free_memory_.push_back(i - 1);
+}
 
 Scratch::~Scratch() {
   if (file_) std::fclose(file_);
@@ -48,17 +52,25 @@ void Scratch::fail(const char* what, int error) const {
   throw program::Failure(fmt::format(
       "a temporary file in {} cannot be {}: {}; {} bytes stood in it. Set TMPDIR to a folder with "
       "more room, some 60 bytes a box, or raise --memory",
-      folder_, what, error ? std::strerror(error) : "unknown error", most_bytes()));
+      folder_, what, error ? std::strerror(error) : "unknown error", file_bytes()));
 }
 
 std::uint64_t Scratch::write(const char* data, std::size_t bytes) {
+  if (!free_memory_.empty()) {
+    const std::uint64_t extent = free_memory_.back();
+    free_memory_.pop_back();
+    std::unique_ptr<char[]>& memory = memory_[static_cast<std::size_t>(extent)];
+    if (!memory) memory.reset(new char[extent_bytes_]);  // touched as it is used
+    std::memcpy(memory.get(), data, bytes);
+    return extent;
+  }
   if (!file_) {
     errno = 0;
     file_ = open_nameless(folder_);
     if (!file_) fail("made", errno);
     std::setvbuf(file_, nullptr, _IONBF, 0);
   }
-  std::uint64_t extent = extents_;
+  std::uint64_t extent = memory_.size() + extents_;
   if (free_.empty()) {
     ++extents_;
   } else {
@@ -66,17 +78,20 @@ std::uint64_t Scratch::write(const char* data, std::size_t bytes) {
     free_.pop_back();
   }
   errno = 0;
-  if (!scene::seek_to(file_, extent * extent_bytes_) ||
+  if (!scene::seek_to(file_, (extent - memory_.size()) * extent_bytes_) ||
       std::fwrite(data, 1, bytes, file_) != bytes) {
     fail("written", errno);
   }
-  written_ += bytes;
   return extent;
 }
 
 void Scratch::read(std::uint64_t extent, std::size_t at, char* out, std::size_t bytes) {
+  if (extent < memory_.size()) {
+    std::memcpy(out, memory_[static_cast<std::size_t>(extent)].get() + at, bytes);
+    return;
+  }
   errno = 0;
-  if (!scene::seek_to(file_, extent * extent_bytes_ + at) ||
+  if (!scene::seek_to(file_, (extent - memory_.size()) * extent_bytes_ + at) ||
       std::fread(out, 1, bytes, file_) != bytes) {
     fail("read", errno);
   }

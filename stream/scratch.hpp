@@ -1,4 +1,4 @@
-// One nameless file in which parts of a problem lie while others are worked on.
+// Where parts of a problem lie while others are worked on: memory first, then one nameless file.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@
 
 namespace throng::stream {
 
-// Cut into extents of one size, which are given back and used again. The file has no name from the
-// moment it is open (Windows: it goes when it is closed), so nothing is left of it however the
-// program ends. Throws Failure, which names the folder and the remedy.
+// Extents of one size, which are given back and used again; the first of them are in memory. The
+// file has no name from the moment it is open (Windows: it goes when it is closed), so nothing is
+// left of it however the program ends. Throws Failure, which names the folder and the remedy.
 class Scratch {
  public:
-  // The file is made when it is first written to.
-  Scratch(std::string folder, std::size_t extent_bytes);
+  // The file is made when more than memory_bytes are written.
+  Scratch(std::string folder, std::size_t extent_bytes, std::size_t memory_bytes);
   ~Scratch();
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
@@ -26,10 +26,11 @@ class Scratch {
   std::size_t extent_bytes() const noexcept { return extent_bytes_; }
   std::uint64_t write(const char* data, std::size_t bytes);  // into a free extent; which
   void read(std::uint64_t extent, std::size_t at, char* out, std::size_t bytes);
-  void give_back(std::uint64_t extent) { free_.push_back(extent); }
+  void give_back(std::uint64_t extent) {
+    (extent < memory_.size() ? free_memory_ : free_).push_back(extent);
+  }
   // The most that the file has been long.
-  std::uint64_t most_bytes() const noexcept { return extents_ * extent_bytes_; }
-  std::uint64_t written_bytes() const noexcept { return written_; }
+  std::uint64_t file_bytes() const noexcept { return extents_ * extent_bytes_; }
 
  private:
   [[noreturn]] void fail(const char* what, int error) const;
@@ -37,8 +38,9 @@ class Scratch {
   std::string folder_;
   std::size_t extent_bytes_;
   std::FILE* file_ = nullptr;
-  std::uint64_t extents_ = 0, written_ = 0;
-  std::vector<std::uint64_t> free_;
+  std::uint64_t extents_ = 0;  // of the file; they are numbered after those in memory
+  std::vector<std::uint64_t> free_, free_memory_;
+  std::vector<std::unique_ptr<char[]>> memory_;
 };
 
 // Items of one size, in the order in which they were added. Gives its extents back when it goes.
@@ -54,8 +56,8 @@ class Part final : public Source {
   std::uint64_t count() const noexcept override { return count_; }
   void read(std::uint64_t first, std::size_t count, char* out) override;
 
-  // Where items wait until an extent of them is full: Scratch::extent_bytes() of the caller's, which
-  // must stay until seal().
+  // Where items wait until an extent of them is full: Scratch::extent_bytes() of the caller's,
+  // which must stay until seal().
   void begin(char* waiting) noexcept { waiting_ = waiting; }
   void add(const char* item) {
     char* at = waiting_ + waiting_count_ * item_bytes_;

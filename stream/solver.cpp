@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "program/failure.hpp"
+#include "program/large_pages.hpp"
 
 namespace throng::stream {
 namespace {
@@ -34,7 +36,7 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
       scratch_(scratch),
       output_(output),
       progress_(std::move(progress)),
-      room_(new char[sizes.room_bytes]),
+      room_(sizes.room_bytes, program::large_pages()),
       home_bytes_(sizes.room_bytes / 4 * 3) {
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;
@@ -91,8 +93,8 @@ Split Solver::choose(const Problem& p) {
 }
 
 void Solver::solve(const Problem& problem, int depth) {
-  if (rows_of(problem) == 0 || (!problem.self && (problem.side[0]->count() == 0 ||
-                                                  problem.side[1]->count() == 0))) {
+  if (rows_of(problem) == 0 ||
+      (!problem.self && (problem.side[0]->count() == 0 || problem.side[1]->count() == 0))) {
     return;
   }
   if (fits(problem, sizes_.room_bytes)) {
@@ -101,9 +103,9 @@ void Solver::solve(const Problem& problem, int depth) {
     if (problem.self) {
       search(a, nullptr, Told::by_index);
     } else {
-      const Rows b = load(*problem.side[1], *problem.layout[1], 0,
-                          static_cast<std::size_t>(problem.side[1]->count()),
-                          a.count * a.layout->bytes);
+      const Rows b =
+          load(*problem.side[1], *problem.layout[1], 0,
+               static_cast<std::size_t>(problem.side[1]->count()), a.count * a.layout->bytes);
       search(a, &b, Told::as_found);
     }
     advance(work_to_search * static_cast<double>(rows_of(problem)));
@@ -140,7 +142,7 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
   Source& source = *problem.side[side];
   const auto slabs = static_cast<std::size_t>(split.slabs());
   const std::size_t extent = scratch_.extent_bytes();
-  char* waiting = room_.get() + extent;
+  char* waiting = room_.data() + extent;
   const auto make = [&] {
     Part part(scratch_, layout.bytes);
     part.begin(waiting);
@@ -157,9 +159,9 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
   const std::uint64_t count = source.count();
   for (std::uint64_t at = 0; at < count; at += block) {
     const auto here = static_cast<std::size_t>(std::min<std::uint64_t>(block, count - at));
-    source.read(at, here, room_.get());
+    source.read(at, here, room_.data());
     for (std::size_t i = 0; i < here; ++i) {
-      const char* row = room_.get() + i * layout.bytes;
+      const char* row = room_.data() + i * layout.bytes;
       const Box box = Rows::box_of(row);
       if (!is_active(box)) {
         ++seen_.inactive;
@@ -194,8 +196,8 @@ void Solver::slab(const Problem& problem, const Split& split, Lists& lists, int 
   if (whole) {
     for (int side = 0; side < sides; ++side) {
       Part& part = lists.home[side][at];
-      rows[side] = load(part, *problem.layout[side], 0, static_cast<std::size_t>(part.count()),
-                        used);
+      rows[side] =
+          load(part, *problem.layout[side], 0, static_cast<std::size_t>(part.count()), used);
       used += rows[side].count * rows[side].layout->bytes;
     }
     if (problem.self) {
@@ -257,7 +259,7 @@ void Solver::in_blocks(const Problem& problem) {
 
 Rows Solver::load(Source& source, const Layout& layout, std::uint64_t first, std::size_t count,
                   std::size_t at) {
-  const Rows rows{room_.get() + at, count, &layout};
+  const Rows rows{room_.data() + at, count, &layout};
   source.read(first, count, rows.data);
   advance(0);
   return rows;
@@ -340,8 +342,8 @@ void Solver::search(const Rows& a, const Rows* b, Told told) {
         "{}: {}", name_,
         result.status == Status::memory_cap_too_small
             ? fmt::format("--memory: {} bytes more are needed; raise it by so much",
-                          result.bytes_needed - std::min<std::uint64_t>(result.bytes_needed,
-                                                                        sizes_.finder_bytes))
+                          result.bytes_needed -
+                              std::min<std::uint64_t>(result.bytes_needed, sizes_.finder_bytes))
         : result.message[0] ? std::string(result.message)
                             : std::string(to_string(result.status))));
   }

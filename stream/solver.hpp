@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <memory_resource>
 #include <string>
 #include <vector>
 
@@ -25,7 +25,8 @@ struct SolverSizes {
 // A problem that fits into the room is searched. A larger one is cut into slabs along the axis that
 // serves best (split.hpp), each a smaller problem; where no cut helps, as for boxes that are all in
 // one place, it is taken in blocks, each with itself and with all later ones, which needs no
-// geometry. A search for which the library's share of memory was too little is made again in halves.
+// geometry. A search for which the library's share of memory was too little is made again in
+// halves.
 class Solver {
  public:
   Solver(const SolverSizes& sizes, const Options& options, Scratch& scratch, PairOutput& output,
@@ -76,7 +77,7 @@ class Solver {
   Scratch& scratch_;
   PairOutput& output_;
   std::function<void(double)> progress_;
-  std::unique_ptr<char[]> room_;
+  std::pmr::vector<char> room_;
   std::size_t home_bytes_;  // of the room, what a slab's own rows may take
   Finder finder_;
   std::string name_;

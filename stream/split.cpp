@@ -7,8 +7,9 @@
 namespace throng::stream {
 namespace {
 
-constexpr std::size_t spot_rows = 16;  // looked at together: a place in a file costs more than a row
-constexpr double fill = 0.85;          // of a slab: what a sample says is not exact
+constexpr std::size_t spot_rows =
+    16;                        // looked at together: a place in a file costs more than a row
+constexpr double fill = 0.85;  // of a slab: what a sample says is not exact
 
 std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
   std::uint64_t total = 0, seen = 0;
@@ -87,8 +88,15 @@ double Split::reach(const Box& b) const noexcept {
 }
 
 int Split::home(const Box& b) const noexcept {
-  const auto at = std::upper_bound(borders.begin(), borders.end(), lower(b, axis));
-  return static_cast<int>(at - borders.begin());
+  // std::upper_bound by arithmetic: its branches would be guessed wrong at every box.
+  const float x = lower(b, axis);
+  const float* at = borders.data();
+  for (std::size_t left = borders.size(); left > 0;) {
+    const std::size_t half = (left + 1) / 2;
+    at += half * static_cast<std::size_t>(at[half - 1] <= x);
+    left -= half;
+  }
+  return static_cast<int>(at - borders.data());
 }
 
 int Split::last(const Box& b, int home) const noexcept {
@@ -109,8 +117,8 @@ Split choose_split(const SplitRequest& request) {
   const double slab_rows = static_cast<double>(request.slab_rows);
   const double all = scale * static_cast<double>(sample.size());
   double least = by_blocks(all, slab_rows);
-  const auto slabs = static_cast<std::size_t>(
-      std::clamp(std::ceil(all / (fill * slab_rows)), 2.0, static_cast<double>(request.most_slabs)));
+  const auto slabs = static_cast<std::size_t>(std::clamp(std::ceil(all / (fill * slab_rows)), 2.0,
+                                                         static_cast<double>(request.most_slabs)));
   std::vector<float> lowers(sample.size());
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < sample.size(); ++i) lowers[i] = lower(sample[i], axis);

@@ -32,6 +32,8 @@ constexpr std::size_t least_run_bytes = 64 * kib;
 // clusters to rods, two threads), and 60 more where worlds or static boxes are sorted apart. Where
 // it is more, a search fails and is made in halves.
 constexpr std::size_t search_bytes = 64, partition_bytes = 64;
+// Slabs of one cut, and what makes no sense to cut further.
+constexpr std::uint64_t usual_slabs = 40, least_slab_rows = 500000;
 // The fixed part of a thread's workspace, with room to spare.
 constexpr std::size_t thread_bytes = 4 * mib;
 
@@ -53,11 +55,12 @@ std::size_t least_finder_bytes(Options options) {
 struct Sizes {
   SolverSizes solver;
   std::size_t run_keys = 0, extent_bytes = 0;
+  std::size_t memory_bytes = 0;  // of the scratch
   unsigned threads = 0;
 };
 
 Sizes share_out(const Request& request, const std::string& name, std::size_t row_bytes,
-                std::size_t bytes_a_search) {
+                std::size_t bytes_a_search, std::uint64_t rows) {
   const std::size_t cap = request.options.memory_cap_bytes;
   const bool sorts = request.options.order == Order::canonical && !request.output.empty();
   Options one_thread = request.options;
@@ -66,22 +69,28 @@ Sizes share_out(const Request& request, const std::string& name, std::size_t row
   const std::size_t least =
       fixed_bytes + finder + least_room_bytes + (sorts ? 2 * least_run_bytes : 0);
   if (cap < least) {
-    throw program::Failure(fmt::format("{}: --memory: found {} bytes, wanted at least {} bytes",
-                                       name, cap, least));
+    throw program::Failure(
+        fmt::format("{}: --memory: found {} bytes, wanted at least {} bytes", name, cap, least));
   }
   Sizes sizes;
-  const std::size_t run = sorts ? std::max(least_run_bytes, cap / 8) : 0;
+  const std::size_t run = sorts ? least_run_bytes + (cap - least) / 8 : 0;
   sizes.run_keys = run / sizeof(std::uint64_t);
   const std::size_t rest = cap - fixed_bytes - run;
   const std::size_t spare = rest - finder - least_room_bytes;
-  const std::size_t room =
-      least_room_bytes + static_cast<std::size_t>(static_cast<double>(spare) *
-                                                  static_cast<double>(row_bytes) /
-                                                  static_cast<double>(row_bytes + bytes_a_search));
+  // No larger than it takes to be done with one cut: smaller searches find more in the caches, and
+  // what is left of the cap spares the disk.
+  const std::size_t a_row = row_bytes + bytes_a_search;
+  const std::size_t room_rows = static_cast<std::size_t>(
+      std::min<std::uint64_t>(spare / a_row, rows / usual_slabs + least_slab_rows));
+  const std::size_t room = least_room_bytes + room_rows * row_bytes;
   sizes.extent_bytes = std::clamp<std::size_t>(room / 128 / (4 * kib) * (4 * kib), 4 * kib, mib);
   if (sorts) sizes.solver.finder_bytes = sizes.extent_bytes;
   sizes.solver.room_bytes = room;
-  sizes.solver.finder_bytes = rest - room - sizes.solver.finder_bytes;
+  // Rows in memory leave half as much again as a search should take.
+  const std::size_t search = finder + room_rows * bytes_a_search * 3 / 2 + 8 * thread_bytes;
+  const std::size_t left = rest - room - sizes.solver.finder_bytes;
+  sizes.memory_bytes = left > search ? left - search : 0;
+  sizes.solver.finder_bytes = left - sizes.memory_bytes;
   sizes.solver.sample_rows = std::clamp<std::size_t>(cap / (2 * kib), 512, 32 * kib);
   const unsigned most = request.options.threads;
   const auto paid = static_cast<unsigned>(
@@ -99,8 +108,8 @@ std::uint64_t bytes_in_memory(const Request& request) {
     if (files.boxes.empty()) return 0;
     const FileSource source(files, request.round_outward);
     const Layout& layout = source.layout();
-    return source.count() * (source.frames() * sizeof(Box) + layout.bytes - sizeof(Box) +
-                             search_bytes_of(layout));
+    return source.count() *
+           (source.frames() * sizeof(Box) + layout.bytes - sizeof(Box) + search_bytes_of(layout));
   };
   return of(request.a) + of(request.b) + thread_bytes;
 }
@@ -119,10 +128,11 @@ Report run(const Request& request) {
     row_bytes = std::max(row_bytes, b->layout().bytes);
     bytes_a_search = std::max(bytes_a_search, search_bytes_of(b->layout()));
   }
-  const Sizes sizes = share_out(request, name, row_bytes, bytes_a_search);
+  const Sizes sizes =
+      share_out(request, name, row_bytes, bytes_a_search, a.count() + (b ? b->count() : 0));
   Options options = request.options;
   options.threads = sizes.threads;
-  Scratch scratch(request.scratch_folder, sizes.extent_bytes);
+  Scratch scratch(request.scratch_folder, sizes.extent_bytes, sizes.memory_bytes);
   PairOutput output(request.output, sizes.run_keys, scratch);
   std::size_t frame = 0;
   Solver solver(sizes.solver, options, scratch, output, [&](double share) {
@@ -157,7 +167,7 @@ Report run(const Request& request) {
   report.plan = solver.plan();
   report.searches = solver.searches();
   report.slabs = solver.slabs();
-  report.scratch_bytes = scratch.most_bytes();
+  report.scratch_bytes = scratch.file_bytes();
   report.order_ms = output.order_ms();
   report.search_ms = solver.search_ms();
   report.read_ms = std::max(0.0, ms_since(start) - report.search_ms - report.order_ms);

@@ -27,8 +27,8 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
   make("pile", "100K");
   const auto free = json({"pairs", at("boxes.npy"), "-o", at("free.npy"), "--order", "canonical"});
   for (const char* order : {"any", "canonical"}) {
-    const auto j = json({"pairs", at("boxes.npy"), "--memory", "6M", "-o", at("slabs.npy"),
-                         "--order", order});
+    const auto j =
+        json({"pairs", at("boxes.npy"), "--memory", "6M", "-o", at("slabs.npy"), "--order", order});
     EXPECT_EQ(j.at("n"), 100000);
     EXPECT_EQ(j.at("pairs"), free.at("pairs"));
     EXPECT_EQ(j.at("checksum"), free.at("checksum"));
@@ -92,10 +92,10 @@ TEST_F(Memory, an_interrupted_search_leaves_nothing) {
   make("pile", "600K");
   for (const int signal : {SIGINT, SIGTERM}) {
     for (const int wait_ms : {30, 200, 500}) {
-      const pid_t pid = start(THRONG_PROGRAM,
-                              {"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy"),
-                               "--order", "canonical"},
-                              at("said.out"), at("said.err"), folder_, {});
+      const pid_t pid = start(
+          THRONG_PROGRAM,
+          {"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy"), "--order", "canonical"},
+          at("said.out"), at("said.err"), folder_, {});
       ASSERT_GT(pid, 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
       kill(pid, signal);
