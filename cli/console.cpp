@@ -26,6 +26,14 @@ bool error_is_terminal() {
 #endif
 }
 
+// "1 h 05 min", "2 min 05 s", "7 s".
+std::string duration(double seconds) {
+  const auto s = static_cast<unsigned long long>(seconds + 0.5);
+  if (s >= 3600) return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+  if (s >= 60) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} s", s);
+}
+
 [[noreturn]] void output_failed(int error) {
   if (error == EPIPE) throw BrokenPipe{};
   throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(error)));
@@ -69,6 +77,11 @@ void Progress::at(std::size_t done, const std::string& detail) {
   std::string line = fmt::format("\r\033[K{} {} of {}", what_, report::format_count(done),
                                  report::format_count(total_));
   if (!detail.empty()) line += "  " + detail;
+  if (done != 0 && done < total_) {
+    const double passed = std::chrono::duration<double>(now - start_).count();
+    const double left = passed / static_cast<double>(done) * static_cast<double>(total_ - done);
+    line += "  about " + duration(left) + " left";
+  }
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }

@@ -34,6 +34,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  // The line tells about how long it will take yet, from what it has taken.
   void at(std::size_t done, const std::string& detail = {});
   // Takes the line away; for whatever is to be said next.
   void wipe();

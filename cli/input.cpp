@@ -1,6 +1,5 @@
 #include "cli/input.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <new>
 #include <system_error>
@@ -10,6 +9,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "report/format.hpp"
+#include "stream/stream.hpp"
 
 namespace throng::cli {
 namespace {
@@ -47,11 +47,12 @@ BoxSet::BoxSet(const std::string& path, const FilterFiles& files, bool round_out
   load(files.world, world_, &scene::read_i32);
   load(files.is_static, is_static_, &scene::read_u8);
   // Told here because only here the file's name is known.
-  const auto bad = std::find_if(world_.begin(), world_.end(), [](auto w) { return w < -1; });
-  if (bad != world_.end()) {
-    throw Failure(fmt::format("{}: found world {} at box {}, wanted -1 (every world) or more",
-                              files.world, *bad, bad - world_.begin()));
-  }
+  stream::check_worlds(world_.data(), world_.size(), 0, files.world);
+}
+
+std::uint64_t BoxSet::bytes() const noexcept {
+  return std::uint64_t{frames()} * count() * sizeof(Box) +
+         4 * (group_.size() + mask_.size() + owner_.size() + world_.size()) + is_static_.size();
 }
 
 Boxes BoxSet::frame(std::size_t f) const {
@@ -69,14 +70,13 @@ Input::Input(const InputArguments& arguments)
   const FilterFiles& f = arguments.filters_b;
   if (!arguments.b.empty()) {
     b_.emplace(arguments.b, f, arguments.round_outward);
-    if (a_.frames() != b_->frames() && a_.frames() != 1 && b_->frames() != 1) {
-      throw Failure(fmt::format("{}: found {} frames, wanted 1 or the {} of {}", b_->path(),
-                                b_->frames(), a_.frames(), a_.path()));
-    }
-  } else if (!(f.group + f.mask + f.owner + f.world + f.is_static).empty()) {
-    throw Failure("found a filter that ends in -b, wanted a second file of boxes for it");
+    stream::check_frames(a_.path(), a_.frames(), b_->path(), b_->frames());
+  } else {
+    arguments.require_no_filters_b();
   }
 }
+
+std::uint64_t Input::bytes() const noexcept { return a_.bytes() + (b_ ? b_->bytes() : 0); }
 
 std::size_t Input::frames() const noexcept {
   if (b_ && a_.frames() == 1) return b_->frames();
@@ -92,6 +92,7 @@ std::string Input::name(std::size_t frame) const {
 
 void require_ok(const Result& result, const Input& input, std::size_t frame) {
   if (result.ok()) return;
+  if (result.status == Status::memory_cap_too_small) throw CapTooSmall{};
   throw Failure(fmt::format("{}: {}", input.name(frame),
                             result.message[0] ? result.message : to_string(result.status)));
 }

@@ -24,6 +24,7 @@ class BoxSet {
   const std::string& path() const noexcept { return path_; }
   std::size_t frames() const noexcept { return boxes_.frames; }
   std::size_t count() const noexcept { return boxes_.count; }
+  std::uint64_t bytes() const noexcept;  // in memory, filters included
   // A file of one frame is that frame for ever.
   Boxes frame(std::size_t f) const;
 
@@ -43,6 +44,7 @@ class Input {
   const BoxSet& a() const noexcept { return a_; }
   const std::optional<BoxSet>& b() const noexcept { return b_; }
   std::size_t frames() const noexcept;
+  std::uint64_t bytes() const noexcept;
   // "A.npy", "A.npy and B.npy", and the frame where there are several: for messages.
   std::string name(std::size_t frame) const;
 
@@ -51,7 +53,11 @@ class Input {
   std::optional<BoxSet> b_;
 };
 
-// Throws Failure, with the input's name before the library's words, unless `result` is fine.
+// The library needs more than the cap that it was given; a search in parts may do.
+struct CapTooSmall {};
+
+// Throws CapTooSmall, or Failure with the input's name before the library's words, unless `result`
+// is fine.
 void require_ok(const Result& result, const Input& input, std::size_t frame);
 
 }  // namespace throng::cli

@@ -5,17 +5,18 @@
 namespace throng::cli {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
 extern "C" void note_interrupt(int signal) {
-  interrupted = 1;
+  interrupted = true;
   std::signal(signal, SIG_DFL);  // the second one kills
 }
 
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
-  interrupted = 0;
+  interrupted = false;
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
 }
@@ -28,6 +29,8 @@ InterruptGuard::~InterruptGuard() {
 void InterruptGuard::check() const {
   if (interrupted) throw Interrupted{};
 }
+
+const std::atomic<bool>& InterruptGuard::flag() noexcept { return interrupted; }
 
 void ignore_broken_pipes() {
 #ifdef SIGPIPE

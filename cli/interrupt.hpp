@@ -2,6 +2,8 @@
 // ends.
 #pragma once
 
+#include <atomic>
+
 namespace throng::cli {
 
 struct Interrupted {};
@@ -17,6 +19,8 @@ class InterruptGuard {
 
   // Throws Interrupted once a signal came.
   void check() const;
+  // True from then on; for Options::stop.
+  static const std::atomic<bool>& flag() noexcept;
 };
 
 // A pipe that nobody reads must be an error of the write, not the end of the program: half files

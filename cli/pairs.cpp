@@ -20,7 +20,9 @@ const char* help_text =
     R"(Prints the number of boxes and pairs, a checksum that does not depend on the order of the pairs,
 and times. Every frame is searched once cold, which also writes the output, then --repeat times
 warmed; total_ms is the median of the warmed runs into memory that is kept, without reading the
-file and the checksum. Of a file of several frames, sums over the frames are told, and with --json
+file and the checksum. Under --memory pairs are written as they are found, and boxes that do not
+fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box in
+$TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
 each frame too; the output holds their pairs one after another.
 
 Examples:
@@ -42,11 +44,11 @@ struct Arguments {
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
-Json to_json(const Input& input, const SearchReport& report) {
+Json to_json(const SearchReport& report) {
   const FrameReport sum = report.sum();
   Json json;
-  json["n"] = input.a().count();
-  if (input.b()) json["n_b"] = input.b()->count();
+  json["n"] = report.count;
+  if (report.count_b) json["n_b"] = *report.count_b;
   json["pairs"] = sum.pairs;
   json["checksum"] = hex(sum.checksum);
   json["inactive"] = sum.inactive;
@@ -67,6 +69,12 @@ Json to_json(const Input& input, const SearchReport& report) {
                   {"sweep_axis", report.plan.sweep_axis},
                   {"columns", report.plan.columns},
                   {"expected_ms", report.plan.expected_ns * 1e-6}};
+  if (report.streamed) {
+    json["streamed"] = {{"slabs", report.streamed->slabs},
+                        {"searches", report.streamed->searches},
+                        {"scratch_bytes", report.streamed->scratch_bytes},
+                        {"read_ms", report.streamed->read_ms}};
+  }
   if (report.frames.size() > 1) {
     for (const FrameReport& frame : report.frames) {
       json["frames"].push_back({{"pairs", frame.pairs},
@@ -77,14 +85,14 @@ Json to_json(const Input& input, const SearchReport& report) {
   return json;
 }
 
-std::string to_text(const Input& input, const SearchReport& report, const Arguments& arguments) {
+std::string to_text(const SearchReport& report, const Arguments& arguments) {
   const FrameReport sum = report.sum();
-  const double n = static_cast<double>(input.a().count() + (input.b() ? input.b()->count() : 0));
+  const InputArguments& input = arguments.input;
+  const double n = static_cast<double>(report.count + report.count_b.value_or(0));
   const double frames = static_cast<double>(report.frames.size());
-  std::string text =
-      fmt::format("{}: {} boxes", input.a().path(), report::format_count(input.a().count()));
-  if (input.b())
-    text += fmt::format("; {}: {}", input.b()->path(), report::format_count(input.b()->count()));
+  std::string text = fmt::format("{}: {} boxes", input.a, report::format_count(report.count));
+  if (report.count_b)
+    text += fmt::format("; {}: {}", input.b, report::format_count(*report.count_b));
   if (frames > 1) text += fmt::format("; {:.0f} frames", frames);
   text += fmt::format("\npairs     {}", report::format_count(sum.pairs));
   if (n > 0) text += fmt::format("  ({:.2f} a box)", static_cast<double>(sum.pairs) / n / frames);
@@ -93,13 +101,23 @@ std::string to_text(const Input& input, const SearchReport& report, const Argume
   text += fmt::format("plan      {}, {}, {} thread{}: {}\n", to_string(report.plan.algorithm),
                       to_string(report.plan.isa), report.plan.threads,
                       report.plan.threads == 1 ? "" : "s", report.plan.reason);
-  text +=
-      fmt::format("time      {}{}  (median of {} warmed run{}; the first call took {})\n",
-                  milliseconds(sum.total_ms), frames > 1 ? " for all frames" : "", arguments.repeat,
-                  arguments.repeat == 1 ? "" : "s", milliseconds(report.first_ms));
-  text +=
-      fmt::format("  plan    {}\n  bin     {}\n  find    {}\n", milliseconds(sum.stages.plan_ms),
-                  milliseconds(sum.stages.bin_ms), milliseconds(sum.stages.find_ms));
+  if (report.streamed) {
+    text += fmt::format(
+        "streamed  in {} slabs, {} searches; {} lay on the disk at most\n"
+        "time      {}  (from file to pairs, once)\n  read    {}\n  find    {}\n",
+        report.streamed->slabs, report.streamed->searches,
+        report::format_bytes(static_cast<double>(report.streamed->scratch_bytes)),
+        milliseconds(sum.total_ms), milliseconds(report.streamed->read_ms),
+        milliseconds(sum.stages.find_ms));
+  } else {
+    text += fmt::format("time      {}{}  (median of {} warmed run{}; the first call took {})\n",
+                        milliseconds(sum.total_ms), frames > 1 ? " for all frames" : "",
+                        arguments.repeat, arguments.repeat == 1 ? "" : "s",
+                        milliseconds(report.first_ms));
+    text +=
+        fmt::format("  plan    {}\n  bin     {}\n  find    {}\n", milliseconds(sum.stages.plan_ms),
+                    milliseconds(sum.stages.bin_ms), milliseconds(sum.stages.find_ms));
+  }
   if (arguments.search.order == "canonical") {
     text += fmt::format("  order   {}\n", milliseconds(sum.stages.order_ms));
   }
@@ -123,9 +141,10 @@ int run(const Arguments& arguments) {
       throw Failure("--memory: found 0, wanted at least one byte");
     }
   }
-  const Input input(arguments.input);
-  const SearchReport report = run_search(input, request);
-  say(arguments.json ? to_json(input, report).dump(2) + "\n" : to_text(input, report, arguments));
+  const SearchReport report = request.options.memory_cap_bytes != 0
+                                  ? run_capped_search(arguments.input, request)
+                                  : run_search(Input(arguments.input), request);
+  say(arguments.json ? to_json(report).dump(2) + "\n" : to_text(report, arguments));
   return exit_done;
 }
 
@@ -143,7 +162,7 @@ Run add_pairs(CLI::App& program) {
       ->check(CLI::Range(1, 1000000).description(""))
       ->type_name("K");
   app.add_option("--memory", arguments->memory,
-                 "hand pairs on as they are found and take no more memory than this, e.g. 64M")
+                 "take no more memory than this, e.g. 64M, for boxes, workspace and pairs")
       ->type_name("BYTES");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };

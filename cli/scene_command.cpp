@@ -1,6 +1,6 @@
-// throng scene: writes a made-up scene, frame by frame, so that long recordings need no room.
+// throng scene: writes a made-up scene, block by block, so that it needs no room however long.
+#include <algorithm>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -45,31 +45,38 @@ std::string world_path(const std::string& boxes) {
   return (path.parent_path() / name).string();
 }
 
+// Made and written so many boxes at a time.
+constexpr std::size_t block_boxes = std::size_t{1} << 18;
+
 void write_frames(const scene::Scene& made, const Arguments& arguments) {
-  const std::size_t n = arguments.spec.objects;
-  std::vector<Box> boxes;
-  try {
-    boxes.resize(n);
-  } catch (const std::exception&) {  // bad_alloc, or length_error for what no vector can hold
-    throw Failure(fmt::format("out of memory: {} bytes were asked for, for one frame of {} boxes",
-                              report::format_count(n * sizeof(Box)), report::format_count(n)));
-  }
+  const std::size_t n = arguments.spec.objects, frames = arguments.spec.frames;
+  std::vector<Box> boxes(std::min(n, block_boxes));
   InterruptGuard guard;
-  scene::BoxWriter writer(arguments.output, arguments.spec.frames, n);
-  Progress progress("writing frame", arguments.spec.frames);
-  for (std::size_t f = 0; f < arguments.spec.frames; ++f) {
-    made.frame(f, boxes.data());
-    writer.write(boxes.data(), n);
-    guard.check();
-    progress.at(f + 1);
+  scene::BoxWriter writer(arguments.output, frames, n);
+  Progress progress("writing box", n * frames);
+  for (std::size_t f = 0; f < frames; ++f) {
+    for (std::size_t i = 0; i < n; i += block_boxes) {
+      const std::size_t end = std::min(n, i + block_boxes);
+      made.boxes(f, i, end, boxes.data());
+      writer.write(boxes.data(), end - i);
+      guard.check();
+      progress.at(f * n + end);
+    }
   }
   writer.finish();
 }
 
 void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
-  std::vector<std::int32_t> worlds(n);
-  for (std::size_t i = 0; i < n; ++i) worlds[i] = made.world(i);
-  scene::write_i32(path, worlds.data(), n);
+  std::vector<std::int32_t> worlds(std::min(n, block_boxes));
+  InterruptGuard guard;
+  scene::WorldWriter writer(path, n);
+  for (std::size_t i = 0; i < n; i += block_boxes) {
+    const std::size_t count = std::min(n - i, block_boxes);
+    for (std::size_t k = 0; k < count; ++k) worlds[k] = made.world(i + k);
+    writer.write(worlds.data(), count);
+    guard.check();
+  }
+  writer.finish();
 }
 
 int run(Arguments& arguments) {

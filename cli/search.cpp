@@ -23,6 +23,8 @@ class Runner {
 
   SearchReport run() {
     SearchReport report;
+    report.count = input_.a().count();
+    if (input_.b()) report.count_b = input_.b()->count();
     report.frames.resize(input_.frames());
     const std::size_t passes = 1 + request_.repeat;
     Progress progress("searching: frame", passes * input_.frames());

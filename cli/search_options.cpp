@@ -24,6 +24,13 @@ void add_filters(CLI::App& app, FilterFiles& files, const std::string& suffix, c
 
 }  // namespace
 
+void InputArguments::require_no_filters_b() const {
+  const FilterFiles& f = filters_b;
+  if (!(f.group + f.mask + f.owner + f.world + f.is_static).empty()) {
+    throw Failure("found a filter that ends in -b, wanted a second file of boxes for it");
+  }
+}
+
 void add_input_arguments(CLI::App& app, InputArguments& arguments) {
   app.add_option("A", arguments.a, "boxes: float32 of shape (n, 6) or (frames, n, 6), min then max")
       ->required()

@@ -20,6 +20,9 @@ struct InputArguments {
   bool round_outward = false;
   bool nan_inactive = false;
   float margin = 0.0f;
+
+  // Throws Failure where filters of a second set are given without one.
+  void require_no_filters_b() const;
 };
 
 struct SearchArguments {

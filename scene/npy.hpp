@@ -37,6 +37,50 @@ BoxFile read_boxes(const std::string& path, bool round_outward = false);
 BoxFile parse_boxes(const unsigned char* data, std::size_t size, const std::string& name,
                     bool round_outward = false);
 
+class NpyBytes;
+
+// The same in parts, read where they are asked for: files larger than memory. What must be
+// converted takes some 200 KB beside.
+class BoxReader {
+ public:
+  explicit BoxReader(const std::string& path, bool round_outward = false);
+  BoxReader(std::unique_ptr<NpyBytes> bytes, const std::string& name, bool round_outward);
+  ~BoxReader();
+  BoxReader(BoxReader&&) noexcept;
+  BoxReader& operator=(BoxReader&&) noexcept;
+
+  std::size_t frames() const noexcept { return frames_; }
+  std::size_t count() const noexcept { return count_; }  // boxes in each frame
+  // Boxes begin .. begin+count-1 of a frame.
+  void read(std::size_t frame, std::size_t begin, std::size_t count, Box* out);
+
+ private:
+  template <class T>
+  void convert(std::size_t frame, std::size_t begin, std::size_t count, Box* out);
+
+  std::unique_ptr<NpyBytes> bytes_;
+  std::string name_;
+  bool round_outward_;
+  std::size_t frames_ = 0, count_ = 0;
+  std::vector<unsigned char> staged_;
+};
+
+// A filter in parts; T: uint32_t, int32_t or uint8_t. See read_u32.
+template <class T>
+class ValueReader {
+ public:
+  ValueReader(const std::string& path, std::size_t expected_count);
+  ~ValueReader();
+  ValueReader(ValueReader&&) noexcept;
+
+  void read(std::size_t begin, std::size_t count, T* out);
+
+ private:
+  std::unique_ptr<NpyBytes> bytes_;
+  std::string name_;
+  std::vector<unsigned char> staged_;
+};
+
 // Filters: one dimension, expected_count values of any integer type, each of which must fit the
 // type asked for. read_u8 also takes bool.
 std::vector<std::uint32_t> read_u32(const std::string& path, std::size_t expected_count);
@@ -74,6 +118,21 @@ class BoxWriter {
   std::size_t written_ = 0;
 };
 
+// A filter's values as they come.
+class WorldWriter {
+ public:
+  WorldWriter(const std::string& path, std::size_t count);
+  ~WorldWriter();
+  WorldWriter(const WorldWriter&) = delete;
+  WorldWriter& operator=(const WorldWriter&) = delete;
+
+  void write(const std::int32_t* values, std::size_t count);
+  void finish();
+
+ private:
+  std::unique_ptr<OutputFile> file_;
+};
+
 // Pairs in blocks, as many as come: the count goes into the header at the end, so the target must
 // not be a pipe.
 class PairWriter {
@@ -84,11 +143,14 @@ class PairWriter {
   PairWriter& operator=(PairWriter&&) noexcept;
 
   void write(const Pair* pairs, std::size_t count);
+  // Takes back all but the first `count` pairs.
+  void cut(std::uint64_t count);
   void finish();
   std::uint64_t count() const noexcept { return written_; }
 
  private:
   std::unique_ptr<OutputFile> file_;
+  std::size_t header_bytes_ = 0;
   std::uint64_t written_ = 0;
 };
 

@@ -1,17 +1,16 @@
 // Reading .npy: boxes and filters.
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <new>
-#include <system_error>
 #include <type_traits>
+#include <utility>
 
 #include <throng/find_pairs.hpp>
 
+#include "scene/input_file.hpp"
 #include "scene/npy.hpp"
 #include "scene/npy_header.hpp"
 
@@ -21,64 +20,8 @@ namespace {
 constexpr const char* kWantedBoxes = "float32 of shape (n, 6) or (frames, n, 6)";
 // Empty frames take no room in a file, so their number is a claim that nothing backs.
 constexpr std::uint64_t kMaxEmptyFrames = 1 << 20;
-
-struct FileCloser {
-  void operator()(std::FILE* f) const noexcept { std::fclose(f); }
-};
-
-// A file opened, its size known, its header read and checked against that size.
-class InputFile {
- public:
-  explicit InputFile(const std::string& path) : name_(path) {
-    namespace fs = std::filesystem;
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status)) {
-      throw_file_error(path, error ? "no file (" + error.message() + ")" : "no file",
-                       "a readable .npy file");
-    }
-    if (fs::is_directory(status)) throw_file_error(path, "a directory", "a .npy file");
-    if (!fs::is_regular_file(status)) {
-      throw_file_error(path, "a device or a pipe", "a regular .npy file");
-    }
-    size_ = fs::file_size(path, error);
-    if (error) throw_file_error(path, error.message(), "a readable .npy file");
-    errno = 0;
-    file_.reset(std::fopen(path.c_str(), "rb"));
-    if (!file_) throw_file_error(path, std::strerror(errno), "a readable .npy file");
-
-    unsigned char prefix[12];
-    const std::size_t start = std::min<std::uint64_t>(sizeof prefix, size_);
-    read(prefix, start);
-    std::vector<unsigned char> text(prefix, prefix + start);
-    const std::size_t want = std::min<std::uint64_t>(npy_prefix_bytes(prefix, start, name_), size_);
-    if (want > start) {
-      text.resize(want);
-      read(text.data() + start, want - start);
-    }
-    header = parse_npy_header(text.data(), text.size(), size_, name_);
-    // A header may be shorter than the 12 bytes that were read.
-    if (std::fseek(file_.get(), static_cast<long>(header.data_offset), SEEK_SET) != 0) {
-      throw_file_error(path, std::strerror(errno), "a readable .npy file");
-    }
-  }
-
-  void read(void* out, std::size_t bytes) {
-    errno = 0;
-    if (bytes == 0 || std::fread(out, 1, bytes, file_.get()) == bytes) return;
-    throw_file_error(name_, errno ? std::strerror(errno) : "a file that grew shorter while read",
-                     std::to_string(bytes) + " more bytes of it");
-  }
-
-  std::uint64_t data_bytes() const noexcept { return size_ - header.data_offset; }
-
-  NpyHeader header;
-
- private:
-  std::string name_;
-  std::unique_ptr<std::FILE, FileCloser> file_;
-  std::uint64_t size_ = 0;
-};
+// What is converted is read in blocks of about so many numbers.
+constexpr std::size_t staged_items = 24576;
 
 template <class T>
 std::unique_ptr<T[]> allocate(std::uint64_t count, const std::string& name) {
@@ -100,8 +43,12 @@ T load(const unsigned char* at, bool swapped) {
   return value;
 }
 
-// Is this an array of boxes? Sets frames and count; they are backed by as many bytes of the file.
-void check_boxes(const NpyHeader& h, const std::string& name, BoxFile& out) {
+struct BoxShape {
+  std::size_t frames, count;
+};
+
+// Is this an array of boxes? What it says is backed by as many bytes of the file.
+BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
   if (h.kind != 'f' || (h.item_bytes != 4 && h.item_bytes != 8)) {
     throw_file_error(name, h.text(), kWantedBoxes);
   }
@@ -117,8 +64,7 @@ void check_boxes(const NpyHeader& h, const std::string& name, BoxFile& out) {
     throw_file_error(name, std::to_string(frames) + " empty frames",
                      "at most " + std::to_string(kMaxEmptyFrames));
   }
-  out.frames = static_cast<std::size_t>(frames);
-  out.count = static_cast<std::size_t>(count);
+  return {static_cast<std::size_t>(frames), static_cast<std::size_t>(count)};
 }
 
 std::string number_text(double value) {
@@ -156,45 +102,19 @@ Box to_box(const T (&c)[6], bool round_outward, const NpyHeader& h, const std::s
   }
 }
 
-template <class T>
-void convert(const unsigned char* data, const NpyHeader& h, const std::string& name,
-             bool round_outward, BoxFile& out) {
-  const std::size_t total = out.frames * out.count;
-  for (std::size_t f = 0; f < out.frames; ++f) {
-    for (std::size_t i = 0; i < out.count; ++i) {
-      T c[6];
-      for (std::size_t k = 0; k < 6; ++k) {
-        // Fortran order: the first index runs fastest.
-        const std::size_t at =
-            h.fortran_order ? f + out.frames * i + total * k : (f * out.count + i) * 6 + k;
-        c[k] = load<T>(data + at * sizeof(T), h.swapped);
-      }
-      out.boxes[f * out.count + i] = to_box(c, round_outward, h, name, f, i);
-    }
-  }
-}
-
-void convert_boxes(const unsigned char* data, const NpyHeader& h, const std::string& name,
-                   bool round_outward, BoxFile& out) {
-  out.boxes = allocate<Box>(std::uint64_t{out.frames} * out.count, name);
-  if (h.item_bytes == 4) {
-    convert<float>(data, h, name, round_outward, out);
-  } else {
-    convert<double>(data, h, name, round_outward, out);
-  }
-}
-
-// Integers of type Stored to type T, each of which must fit.
+// Integers of type Stored to type T, each of which must fit; the first is value `begin` of the
+// file.
 template <class T, class Stored>
 void convert_integers(const unsigned char* data, const NpyHeader& h, const std::string& name,
-                      std::vector<T>& out) {
-  for (std::size_t i = 0; i < out.size(); ++i) {
+                      std::size_t begin, std::size_t count, T* out) {
+  for (std::size_t i = 0; i < count; ++i) {
     const Stored v = load<Stored>(data + i * sizeof(Stored), h.swapped);
     const bool fits = v < 0 ? static_cast<std::int64_t>(v) >= std::numeric_limits<T>::min()
                             : static_cast<std::uint64_t>(v) <=
                                   static_cast<std::uint64_t>(std::numeric_limits<T>::max());
     if (!fits) {
-      throw_file_error(name, "the value " + std::to_string(v) + " at index " + std::to_string(i),
+      throw_file_error(name,
+                       "the value " + std::to_string(v) + " at index " + std::to_string(begin + i),
                        "values from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
                            std::to_string(std::numeric_limits<T>::max()));
     }
@@ -203,77 +123,159 @@ void convert_integers(const unsigned char* data, const NpyHeader& h, const std::
 }
 
 template <class T>
-std::vector<T> read_integers(const std::string& path, std::size_t expected_count,
-                             const char* type) {
-  InputFile file(path);
-  const NpyHeader& h = file.header;
-  const std::string wanted =
-      std::string(type) + " of shape (" + std::to_string(expected_count) + ",), one value a box";
-  const bool integer =
-      (h.kind == 'i' || h.kind == 'u') &&
-      (h.item_bytes == 1 || h.item_bytes == 2 || h.item_bytes == 4 || h.item_bytes == 8);
-  const bool flag = h.kind == 'b' && h.item_bytes == 1 && sizeof(T) == 1;
-  if ((!integer && !flag) || h.shape.size() != 1 || h.shape[0] != expected_count) {
-    throw_file_error(path, h.text(), wanted);
-  }
-  const std::size_t bytes = expected_count * h.item_bytes;  // the file is that long
-  const auto data = allocate<unsigned char>(bytes, path);
-  file.read(data.get(), bytes);
+constexpr const char* type_name = nullptr;
+template <>
+constexpr const char* type_name<std::uint32_t> = "uint32";
+template <>
+constexpr const char* type_name<std::int32_t> = "int32";
+template <>
+constexpr const char* type_name<std::uint8_t> = "uint8";
+
+template <class T>
+std::vector<T> read_values(const std::string& path, std::size_t expected_count) {
+  ValueReader<T> reader(path, expected_count);
   std::vector<T> out(expected_count);
-  const auto run = [&](auto zero) {
-    convert_integers<T, decltype(zero)>(data.get(), h, path, out);
-  };
-  if (h.kind == 'i') {
-    if (h.item_bytes == 1) run(std::int8_t{});
-    if (h.item_bytes == 2) run(std::int16_t{});
-    if (h.item_bytes == 4) run(std::int32_t{});
-    if (h.item_bytes == 8) run(std::int64_t{});
-  } else {
-    if (h.item_bytes == 1) run(std::uint8_t{});
-    if (h.item_bytes == 2) run(std::uint16_t{});
-    if (h.item_bytes == 4) run(std::uint32_t{});
-    if (h.item_bytes == 8) run(std::uint64_t{});
+  reader.read(0, expected_count, out.data());
+  return out;
+}
+
+BoxFile read_all(BoxReader& reader, const std::string& name) {
+  BoxFile out{reader.frames(), reader.count(), nullptr};
+  out.boxes = allocate<Box>(std::uint64_t{out.frames} * out.count, name);
+  for (std::size_t f = 0; f < out.frames; ++f) {
+    reader.read(f, 0, out.count, out.boxes.get() + f * out.count);
   }
   return out;
 }
 
 }  // namespace
 
-BoxFile read_boxes(const std::string& path, bool round_outward) {
-  InputFile file(path);
-  const NpyHeader& h = file.header;
-  BoxFile out;
-  check_boxes(h, path, out);
+BoxReader::BoxReader(std::unique_ptr<NpyBytes> bytes, const std::string& name, bool round_outward)
+    : bytes_(std::move(bytes)), name_(name), round_outward_(round_outward) {
+  const BoxShape shape = check_boxes(bytes_->header, name);
+  frames_ = shape.frames;
+  count_ = shape.count;
+}
+BoxReader::BoxReader(const std::string& path, bool round_outward)
+    : BoxReader(std::make_unique<InputFile>(path), path, round_outward) {}
+BoxReader::~BoxReader() = default;
+BoxReader::BoxReader(BoxReader&&) noexcept = default;
+BoxReader& BoxReader::operator=(BoxReader&&) noexcept = default;
+
+void BoxReader::read(std::size_t frame, std::size_t begin, std::size_t count, Box* out) {
+  const NpyHeader& h = bytes_->header;
   if (h.item_bytes == 4 && !h.swapped && !h.fortran_order) {
-    out.boxes = allocate<Box>(std::uint64_t{out.frames} * out.count, path);
-    file.read(out.boxes.get(), out.frames * out.count * sizeof(Box));
-    return out;
+    const std::uint64_t at = std::uint64_t{frame} * count_ + begin;
+    bytes_->read(h.data_offset + at * sizeof(Box), out, count * sizeof(Box));
+  } else if (h.item_bytes == 4) {
+    convert<float>(frame, begin, count, out);
+  } else {
+    convert<double>(frame, begin, count, out);
   }
-  const auto data = allocate<unsigned char>(file.data_bytes(), path);
-  file.read(data.get(), static_cast<std::size_t>(file.data_bytes()));
-  convert_boxes(data.get(), h, path, round_outward, out);
-  return out;
+}
+
+template <class T>
+void BoxReader::convert(std::size_t frame, std::size_t begin, std::size_t count, Box* out) {
+  const NpyHeader& h = bytes_->header;
+  // Fortran order: the first index runs fastest, so a coordinate's values stand `apart` items apart
+  // in a run of their own.
+  const std::size_t apart = h.fortran_order ? frames_ : 6;
+  const std::size_t block = std::max<std::size_t>(1, staged_items / (6 * apart));
+  for (std::size_t done = 0; done < count; done += block) {
+    const std::size_t now = std::min(block, count - done), first = begin + done;
+    const std::size_t span = h.fortran_order ? (now - 1) * apart + 1 : now * 6;
+    staged_.resize((h.fortran_order ? 6 * span : span) * sizeof(T));
+    if (h.fortran_order) {
+      for (std::uint64_t k = 0; k < 6; ++k) {
+        const std::uint64_t at = frame + std::uint64_t{frames_} * (first + count_ * k);
+        bytes_->read(h.data_offset + at * sizeof(T), staged_.data() + k * span * sizeof(T),
+                     span * sizeof(T));
+      }
+    } else {
+      const std::uint64_t at = (std::uint64_t{frame} * count_ + first) * 6;
+      bytes_->read(h.data_offset + at * sizeof(T), staged_.data(), span * sizeof(T));
+    }
+    for (std::size_t i = 0; i < now; ++i) {
+      T c[6];
+      for (std::size_t k = 0; k < 6; ++k) {
+        const std::size_t at = i * apart + k * (h.fortran_order ? span : 1);
+        c[k] = load<T>(staged_.data() + at * sizeof(T), h.swapped);
+      }
+      out[done + i] = to_box(c, round_outward_, h, name_, frame, first + i);
+    }
+  }
+}
+
+template <class T>
+ValueReader<T>::ValueReader(const std::string& path, std::size_t expected_count)
+    : bytes_(std::make_unique<InputFile>(path)), name_(path) {
+  const NpyHeader& h = bytes_->header;
+  const bool integer =
+      (h.kind == 'i' || h.kind == 'u') &&
+      (h.item_bytes == 1 || h.item_bytes == 2 || h.item_bytes == 4 || h.item_bytes == 8);
+  const bool flag = h.kind == 'b' && h.item_bytes == 1 && sizeof(T) == 1;
+  if ((!integer && !flag) || h.shape.size() != 1 || h.shape[0] != expected_count) {
+    throw_file_error(path, h.text(),
+                     std::string(type_name<T>) + " of shape (" + std::to_string(expected_count) +
+                         ",), one value a box");
+  }
+}
+template <class T>
+ValueReader<T>::~ValueReader() = default;
+template <class T>
+ValueReader<T>::ValueReader(ValueReader&&) noexcept = default;
+
+template <class T>
+void ValueReader<T>::read(std::size_t begin, std::size_t count, T* out) {
+  const NpyHeader& h = bytes_->header;
+  for (std::size_t done = 0; done < count;) {
+    const std::size_t now = std::min(staged_items, count - done), first = begin + done;
+    staged_.resize(now * h.item_bytes);
+    bytes_->read(h.data_offset + std::uint64_t{first} * h.item_bytes, staged_.data(),
+                 staged_.size());
+    const auto run = [&](auto zero) {
+      convert_integers<T, decltype(zero)>(staged_.data(), h, name_, first, now, out + done);
+    };
+    if (h.kind == 'i') {
+      if (h.item_bytes == 1) run(std::int8_t{});
+      if (h.item_bytes == 2) run(std::int16_t{});
+      if (h.item_bytes == 4) run(std::int32_t{});
+      if (h.item_bytes == 8) run(std::int64_t{});
+    } else {
+      if (h.item_bytes == 1) run(std::uint8_t{});
+      if (h.item_bytes == 2) run(std::uint16_t{});
+      if (h.item_bytes == 4) run(std::uint32_t{});
+      if (h.item_bytes == 8) run(std::uint64_t{});
+    }
+    done += now;
+  }
+}
+
+template class ValueReader<std::uint32_t>;
+template class ValueReader<std::int32_t>;
+template class ValueReader<std::uint8_t>;
+
+BoxFile read_boxes(const std::string& path, bool round_outward) {
+  BoxReader reader(path, round_outward);
+  return read_all(reader, path);
 }
 
 BoxFile parse_boxes(const unsigned char* data, std::size_t size, const std::string& name,
                     bool round_outward) {
-  const NpyHeader h = parse_npy_header(data, size, size, name);
-  BoxFile out;
-  check_boxes(h, name, out);
-  convert_boxes(data + h.data_offset, h, name, round_outward, out);
-  return out;
+  BoxReader reader(std::make_unique<MemoryBytes>(data, size, name), name, round_outward);
+  return read_all(reader, name);
 }
 
 std::vector<std::uint32_t> read_u32(const std::string& path, std::size_t expected_count) {
-  return read_integers<std::uint32_t>(path, expected_count, "uint32");
+  return read_values<std::uint32_t>(path, expected_count);
 }
 
 std::vector<std::int32_t> read_i32(const std::string& path, std::size_t expected_count) {
-  return read_integers<std::int32_t>(path, expected_count, "int32");
+  return read_values<std::int32_t>(path, expected_count);
 }
 
 std::vector<std::uint8_t> read_u8(const std::string& path, std::size_t expected_count) {
-  return read_integers<std::uint8_t>(path, expected_count, "uint8");
+  return read_values<std::uint8_t>(path, expected_count);
 }
 
 }  // namespace throng::scene

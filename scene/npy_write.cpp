@@ -6,10 +6,11 @@
 namespace throng::scene {
 namespace {
 
-void write_header(OutputFile& file, const std::string& descr,
-                  const std::vector<std::uint64_t>& shape) {
+std::size_t write_header(OutputFile& file, const std::string& descr,
+                         const std::vector<std::uint64_t>& shape) {
   const std::string header = format_npy_header(descr, shape);
   file.write(header.data(), header.size());
+  return header.size();
 }
 
 template <class T>
@@ -77,8 +78,18 @@ void BoxWriter::finish() {
   file_->commit();
 }
 
+WorldWriter::WorldWriter(const std::string& path, std::size_t count)
+    : file_(std::make_unique<OutputFile>(path)) {
+  write_header(*file_, native_descr('i', 4), {count});
+}
+WorldWriter::~WorldWriter() = default;
+void WorldWriter::write(const std::int32_t* values, std::size_t count) {
+  file_->write(values, count * sizeof(std::int32_t));
+}
+void WorldWriter::finish() { file_->commit(); }
+
 PairWriter::PairWriter(const std::string& path) : file_(std::make_unique<OutputFile>(path)) {
-  write_header(*file_, native_descr('u', 4), {0, 2});
+  header_bytes_ = write_header(*file_, native_descr('u', 4), {0, 2});
 }
 
 PairWriter::~PairWriter() = default;
@@ -90,8 +101,14 @@ void PairWriter::write(const Pair* pairs, std::size_t count) {
   written_ += count;
 }
 
+void PairWriter::cut(std::uint64_t count) {
+  if (count >= written_) return;
+  file_->cut(header_bytes_ + count * sizeof(Pair));
+  written_ = count;
+}
+
 void PairWriter::finish() {
-  file_->rewind();
+  file_->seek(0);
   write_header(*file_, native_descr('u', 4), {written_, 2});  // as long as the first one
   file_->commit();
 }

@@ -1,5 +1,6 @@
 #include "scene/output_file.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <system_error>
 
 #include "scene/checksum.hpp"
+#include "scene/input_file.hpp"
 #include "scene/npy.hpp"
 #include "scene/npy_header.hpp"
 
@@ -82,12 +84,21 @@ void OutputFile::write(const void* data, std::size_t bytes) {
   if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
   errno = 0;
   if (std::fwrite(data, 1, bytes, file_) != bytes) fail(errno);
+  at_ += bytes;
+  end_ = std::max(end_, at_);
+  longest_ = std::max(longest_, end_);
 }
 
-void OutputFile::rewind() {
+void OutputFile::seek(std::uint64_t offset) {
   if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
   errno = 0;
-  if (std::fseek(file_, 0, SEEK_SET) != 0) fail(errno);
+  if (!seek_to(file_, offset)) fail(errno);
+  at_ = offset;
+}
+
+void OutputFile::cut(std::uint64_t offset) {
+  seek(offset);
+  end_ = offset;
 }
 
 void OutputFile::commit() {
@@ -100,6 +111,10 @@ void OutputFile::commit() {
   if (std::fclose(file) != 0) fail(errno);
   if (temporary_.empty()) return;
   std::error_code error;
+  if (end_ < longest_) {
+    std::filesystem::resize_file(temporary_, end_, error);
+    if (error) fail(error.value());
+  }
   std::filesystem::rename(temporary_, target_, error);
   if (error) fail(error.value());
   temporary_.clear();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
@@ -16,8 +17,10 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(const void* data, std::size_t bytes);
-  // Back to the start of the file, to write its header again.
-  void rewind();
+  // Where the next write goes: back, to write a header again.
+  void seek(std::uint64_t offset);
+  // seek(), and what stands from there on is no part of the file any more.
+  void cut(std::uint64_t offset);
   void commit();
 
  private:
@@ -28,6 +31,8 @@ class OutputFile {
   std::string target_;     // where it will stand: symbolic links followed
   std::string temporary_;  // empty where the target is written in place
   std::FILE* file_ = nullptr;
+  std::uint64_t at_ = 0, end_ = 0;  // where the next write goes; how long the file is to be
+  std::uint64_t longest_ = 0;       // how long it has been
 };
 
 }  // namespace throng::scene

@@ -116,9 +116,12 @@ void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned 
 
 void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan& plan,
                     Worker* const* team, unsigned task_count, BinReport& report) {
-  // Under a cap the first attempt only counts, so that no byte is asked for beyond what is needed.
-  std::size_t expected =
-      search.memory->cap() ? 0 : std::size_t{problem.queries.count} + problem.targets.count;
+  // Under a cap that is near the first attempt only counts, so that no byte is asked for beyond
+  // what is needed.
+  std::size_t expected = std::size_t{problem.queries.count} + problem.targets.count;
+  const double foretold = static_cast<double>(expected) * plan.replicas * sizeof(Record);
+  if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * foretold)
+    expected = 0;
   for (;;) {
     prepare(plan, expected, task_count);
     std::mutex merge;

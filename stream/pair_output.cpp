@@ -1,0 +1,162 @@
+#include "stream/pair_output.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "scene/checksum.hpp"
+
+namespace throng::stream {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Runs that are merged at once have at least so many keys in memory each.
+constexpr std::size_t least_keys = 512;
+constexpr std::size_t block_pairs = 4096;
+
+class Timer {
+ public:
+  explicit Timer(double& ms) : ms_(ms) {}
+  ~Timer() { ms_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count(); }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+ private:
+  double& ms_;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace
+
+PairOutput::PairOutput(const std::string& path, std::size_t run_keys, Scratch& scratch)
+    : path_(path), scratch_(scratch), keys_(run_keys) {
+  if (run_keys != 0) waiting_.resize(scratch.extent_bytes());
+}
+PairOutput::~PairOutput() = default;
+
+void PairOutput::write(const Pair* pairs, std::size_t count) {
+  if (keys_.empty()) {
+    const std::uint64_t checksum = scene::pair_checksum(pairs, count);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    totals_.checksum += checksum;
+    deliver(pairs, count);
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (key_count_ == keys_.size()) spill();
+    keys_[key_count_++] = std::uint64_t{pairs[i].first} << 32 | pairs[i].second;
+  }
+}
+
+void PairOutput::deliver(const Pair* pairs, std::size_t count) {
+  totals_.count += count;
+  if (path_.empty()) return;
+  if (!writer_) writer_ = std::make_unique<scene::PairWriter>(path_);
+  writer_->write(pairs, count);
+}
+
+PairOutput::Mark PairOutput::mark() const noexcept {
+  return {writer_ ? writer_->count() : 0, totals_};
+}
+
+void PairOutput::take_back(const Mark& mark) {
+  if (!keys_.empty()) return;
+  totals_ = mark.totals;
+  if (writer_) writer_->cut(mark.written);
+}
+
+void PairOutput::spill() {
+  const Timer timer(order_ms_);
+  std::sort(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(key_count_));
+  const auto add_run = [&](const auto& fill) {
+    Part run(scratch_, sizeof(std::uint64_t));
+    run.begin(waiting_.data());
+    fill([&](std::uint64_t key) { run.add(reinterpret_cast<const char*>(&key)); });
+    run.seal();
+    runs_.push_back(std::move(run));
+  };
+  add_run([&](const auto& add) {
+    for (std::size_t i = 0; i < key_count_; ++i) add(keys_[i]);
+  });
+  key_count_ = 0;
+  const std::size_t most_runs = std::clamp<std::size_t>(keys_.size() / least_keys, 2, 256);
+  if (runs_.size() < most_runs) return;
+  std::vector<Part> merged = std::exchange(runs_, {});
+  add_run([&](const auto& add) { merge(merged, add); });
+}
+
+// Calls take(key) for the keys of all runs in order, each once however often it comes. The runs are
+// read through the memory of keys_.
+template <class Take>
+void PairOutput::merge(std::vector<Part>& runs, const Take& take) {
+  struct Head {
+    std::uint64_t key;
+    std::size_t run;
+    bool operator<(const Head& other) const noexcept { return key > other.key; }  // least on top
+  };
+  struct Reader {
+    std::uint64_t next = 0;        // of the run
+    std::size_t at = 0, here = 0;  // of what is in memory
+  };
+  const std::size_t room = keys_.size() / runs.size();
+  std::vector<Reader> readers(runs.size());
+  std::vector<Head> heads;
+  const auto push = [&](std::size_t r) {
+    Reader& reader = readers[r];
+    std::uint64_t* keys = keys_.data() + r * room;
+    if (reader.at == reader.here) {
+      const std::uint64_t left = runs[r].count() - reader.next;
+      if (left == 0) return;
+      reader.here = static_cast<std::size_t>(std::min<std::uint64_t>(left, room));
+      reader.at = 0;
+      runs[r].read(reader.next, reader.here, reinterpret_cast<char*>(keys));
+      reader.next += reader.here;
+    }
+    heads.push_back({keys[reader.at++], r});
+    std::push_heap(heads.begin(), heads.end());
+  };
+  for (std::size_t r = 0; r < runs.size(); ++r) push(r);
+  bool any = false;
+  std::uint64_t before = 0;
+  while (!heads.empty()) {
+    std::pop_heap(heads.begin(), heads.end());
+    const Head head = heads.back();
+    heads.pop_back();
+    if (!any || head.key != before) take(head.key);
+    any = true;
+    before = head.key;
+    push(head.run);
+  }
+}
+
+PairTotals PairOutput::finish_frame() {
+  if (!keys_.empty()) {
+    if (key_count_ != 0 || runs_.empty()) spill();
+    const Timer timer(order_ms_);
+    Pair block[block_pairs];
+    std::size_t count = 0;
+    const auto flush = [&] {
+      totals_.checksum += scene::pair_checksum(block, count);
+      deliver(block, count);
+      count = 0;
+    };
+    std::vector<Part> runs = std::exchange(runs_, {});
+    merge(runs, [&](std::uint64_t key) {
+      block[count++] = {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+      if (count == block_pairs) flush();
+    });
+    flush();
+  }
+  return std::exchange(totals_, {});
+}
+
+void PairOutput::finish() {
+  if (path_.empty()) return;
+  deliver(nullptr, 0);  // no pairs are a file, too
+  writer_->finish();
+  writer_.reset();
+}
+
+}  // namespace throng::stream

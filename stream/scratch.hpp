@@ -1,0 +1,86 @@
+// Where parts of a problem lie while others are worked on: memory first, then one nameless file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stream/rows.hpp"
+
+namespace throng::stream {
+
+// Extents of one size, which are given back and used again; the first of them are in memory. The
+// file has no name from the moment it is open (Windows: it goes when it is closed), so nothing is
+// left of it however the program ends. Throws Failure, which names the folder and the remedy.
+class Scratch {
+ public:
+  // The file is made when more than memory_bytes are written.
+  Scratch(std::string folder, std::size_t extent_bytes, std::size_t memory_bytes);
+  ~Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  std::size_t extent_bytes() const noexcept { return extent_bytes_; }
+  std::uint64_t write(const char* data, std::size_t bytes);  // into a free extent; which
+  void read(std::uint64_t extent, std::size_t at, char* out, std::size_t bytes);
+  void give_back(std::uint64_t extent) {
+    (extent < memory_.size() ? free_memory_ : free_).push_back(extent);
+  }
+  // The most that the file has been long.
+  std::uint64_t file_bytes() const noexcept { return extents_ * extent_bytes_; }
+
+ private:
+  [[noreturn]] void fail(const char* what, int error) const;
+
+  std::string folder_;
+  std::size_t extent_bytes_;
+  std::FILE* file_ = nullptr;
+  std::uint64_t extents_ = 0;  // of the file; they are numbered after those in memory
+  std::vector<std::uint64_t> free_, free_memory_;
+  std::vector<std::unique_ptr<char[]>> memory_;
+};
+
+// Items of one size, in the order in which they were added. Gives its extents back when it goes.
+class Part final : public Source {
+ public:
+  Part() = default;
+  Part(Scratch& scratch, std::size_t item_bytes)
+      : scratch_(&scratch), item_bytes_(item_bytes), room_(scratch.extent_bytes() / item_bytes) {}
+  ~Part() override { clear(); }
+  Part(Part&& other) noexcept { *this = std::move(other); }
+  Part& operator=(Part&& other) noexcept;
+
+  std::uint64_t count() const noexcept override { return count_; }
+  void read(std::uint64_t first, std::size_t count, char* out) override;
+
+  // Where items wait until an extent of them is full: Scratch::extent_bytes() of the caller's,
+  // which must stay until seal().
+  void begin(char* waiting) noexcept { waiting_ = waiting; }
+  void add(const char* item) {
+    char* at = waiting_ + waiting_count_ * item_bytes_;
+    std::memcpy(at, item, item_bytes_);
+    ++count_;
+    if (++waiting_count_ == room_) flush();
+  }
+  // Nothing is added any more.
+  void seal() {
+    if (waiting_count_ != 0) flush();
+    waiting_ = nullptr;
+  }
+  void clear() noexcept;
+
+ private:
+  void flush();
+
+  Scratch* scratch_ = nullptr;
+  std::size_t item_bytes_ = 0, room_ = 0;
+  std::vector<std::uint64_t> extents_;
+  std::uint64_t count_ = 0;
+  char* waiting_ = nullptr;
+  std::size_t waiting_count_ = 0;
+};
+
+}  // namespace throng::stream

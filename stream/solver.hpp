@@ -1,0 +1,92 @@
+// Finds the pairs of sources of rows of any size in a given amount of memory.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory_resource>
+#include <string>
+#include <vector>
+
+#include <throng/finder.hpp>
+
+#include "stream/pair_output.hpp"
+#include "stream/rows.hpp"
+#include "stream/scratch.hpp"
+#include "stream/split.hpp"
+
+namespace throng::stream {
+
+struct SolverSizes {
+  std::size_t room_bytes = 0;    // for rows in memory
+  std::size_t finder_bytes = 0;  // for the library
+  std::size_t sample_rows = 0;
+};
+
+// A problem that fits into the room is searched. A larger one is cut into slabs along the axis that
+// serves best (split.hpp), each a smaller problem; where no cut helps, as for boxes that are all in
+// one place, it is taken in blocks, each with itself and with all later ones, which needs no
+// geometry. A search for which the library's share of memory was too little is made again in
+// halves.
+class Solver {
+ public:
+  Solver(const SolverSizes& sizes, const Options& options, Scratch& scratch, PairOutput& output,
+         std::function<void(double)> progress);
+
+  struct Problem {
+    Source* side[2] = {};
+    const Layout* layout[2] = {};
+    bool self = true;  // pairs within side[0]
+    std::string name;  // for messages
+  };
+  struct Seen {  // of both sides
+    std::uint64_t inactive = 0, comparisons = 0;
+  };
+  // The pairs of a frame, into the output. The sides may hold inactive boxes and NaN.
+  Seen solve_frame(const Problem& problem);
+
+  std::uint64_t searches() const noexcept { return searches_; }
+  std::uint64_t slabs() const noexcept { return slabs_; }
+  const throng::Plan& plan() const noexcept { return plan_; }
+  double search_ms() const noexcept { return search_ms_; }
+
+ private:
+  // In which order the two of a pair are told.
+  enum class Told { by_index, as_found, swapped };
+  struct Lists;  // of a problem that was cut
+
+  void solve(const Problem& problem, int depth);
+  void divide(const Problem& problem, const Split& split, int depth);
+  void distribute(const Problem& problem, int side, const Split& split, Lists& lists);
+  void slab(const Problem& problem, const Split& split, Lists& lists, int s, int depth);
+  void in_blocks(const Problem& problem);
+  Split choose(const Problem& problem);
+  std::uint64_t rows_of(const Problem& problem) const;
+  bool fits(const Problem& problem, std::size_t bytes) const;
+  Rows load(Source& source, const Layout& layout, std::uint64_t first, std::size_t count,
+            std::size_t at);
+  // `here`, which lies in the first `used` bytes of the room, with all rows of `source`. With a
+  // split: those alone that may meet slab s.
+  void pass_by(Rows here, std::size_t used, Source& source, const Layout& layout, Told told,
+               const Split* split, int s, std::uint64_t first = 0);
+  void search(const Rows& a, const Rows* b, Told told);
+  bool try_search(const Rows& a, const Rows* b, Told told, Result& result);
+  void advance(double work);
+
+  SolverSizes sizes_;
+  Options options_;
+  Scratch& scratch_;
+  PairOutput& output_;
+  std::function<void(double)> progress_;
+  std::pmr::vector<char> room_;
+  std::size_t home_bytes_;  // of the room, what a slab's own rows may take
+  Finder finder_;
+  std::string name_;
+  Seen seen_;
+  std::uint64_t searches_ = 0, slabs_ = 0;
+  throng::Plan plan_;
+  double search_ms_ = 0;
+  double work_done_ = 0, work_ = 0;  // in rows, some times each
+  double share_ = 0;
+};
+
+}  // namespace throng::stream

@@ -1,0 +1,143 @@
+#include "stream/split.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace throng::stream {
+namespace {
+
+constexpr std::size_t spot_rows =
+    16;                        // looked at together: a place in a file costs more than a row
+constexpr double fill = 0.85;  // of a slab: what a sample says is not exact
+
+std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
+  std::uint64_t total = 0, seen = 0;
+  for (int side = 0; side < request.side_count; ++side) total += request.sides[side]->count();
+  std::vector<Box> sample;
+  for (int side = 0; side < request.side_count; ++side) {
+    Source& source = const_cast<Source&>(*request.sides[side]);
+    const std::size_t bytes = request.layouts[side]->bytes;
+    const std::uint64_t count = source.count();
+    const double share = static_cast<double>(count) / static_cast<double>(total);
+    const auto spots = static_cast<std::uint64_t>(
+        std::ceil(share * static_cast<double>(request.sample_rows) / spot_rows));
+    const std::uint64_t step = std::max<std::uint64_t>(spot_rows, spots ? count / spots : count);
+    char rows[spot_rows * Layout::most_bytes];
+    for (std::uint64_t at = 0; at < count; at += step) {
+      const auto here = static_cast<std::size_t>(std::min<std::uint64_t>(spot_rows, count - at));
+      source.read(at, here, rows);
+      seen += here;
+      for (std::size_t i = 0; i < here; ++i) {
+        const Box box = Rows::box_of(rows + i * bytes);
+        if (is_active(box)) sample.push_back(box);
+      }
+    }
+  }
+  rows_a_sample = seen ? static_cast<double>(total) / static_cast<double>(seen) : 0;
+  return sample;
+}
+
+// Rows compared where `rows` are taken block by block, each block with itself and all later ones.
+double by_blocks(double rows, double slab_rows) {
+  return rows <= slab_rows ? rows : rows + 2 * rows * rows / slab_rows;
+}
+
+// Rows written, read and compared: what a split costs.
+double cost(const Split& split, const std::vector<Box>& sample, double scale, double slab_rows) {
+  const auto slabs = static_cast<std::size_t>(split.slabs());
+  std::vector<double> home(slabs), wide(slabs);
+  double copies = 0, all_wide = 0;
+  for (const Box& box : sample) {
+    const int first = split.home(box), last = split.last(box, first);
+    if (last - first > Split::most_halos) {
+      all_wide += scale;
+      for (int s = std::max(0, first - Split::most_halos); s <= last; ++s) {
+        wide[static_cast<std::size_t>(s)] += scale;
+      }
+    } else {
+      home[static_cast<std::size_t>(first)] += scale;
+      copies += scale * (last - first);
+    }
+  }
+  const double all = scale * static_cast<double>(sample.size());
+  double sum = 2 * (all + copies) + by_blocks(all_wide, slab_rows);
+  for (std::size_t s = 0; s < slabs; ++s) {
+    double here = by_blocks(home[s], slab_rows);
+    // Too many for a slab, but another cut should help.
+    if (home[s] < 0.7 * all) here = std::min(here, 5 * home[s]);
+    sum += here + wide[s];
+    if (wide[s] > 0) sum += home[s] * std::ceil(3 * wide[s] / slab_rows);
+  }
+  return sum;
+}
+
+}  // namespace
+
+double Split::reach(const Box& b) const noexcept {
+  const double end = upper(b, axis);
+  if (margin == 0) return end;
+  // a overlaps b if a.lower - m, rounded down to a float, is <= e = b.upper + m, rounded up. Then
+  // a.lower - m is below the float that follows e. Rounding up and one float more are less than
+  // 2^-22 of e's size, and four times the smallest float; so is, many times over, what doubles
+  // lose here. Where e is infinite everything overlaps.
+  const double far = end + 2.0 * margin;
+  const double slack = 0x1p-20 * (std::fabs(end) + 2.0 * margin) + 0x1p-140;
+  return far + slack >= std::numeric_limits<float>::max() ? std::numeric_limits<double>::infinity()
+                                                          : far + slack;
+}
+
+int Split::home(const Box& b) const noexcept {
+  // std::upper_bound by arithmetic: its branches would be guessed wrong at every box.
+  const float x = lower(b, axis);
+  const float* at = borders.data();
+  for (std::size_t left = borders.size(); left > 0;) {
+    const std::size_t half = (left + 1) / 2;
+    at += half * static_cast<std::size_t>(at[half - 1] <= x);
+    left -= half;
+  }
+  return static_cast<int>(at - borders.data());
+}
+
+int Split::last(const Box& b, int home) const noexcept {
+  const double end = reach(b);
+  auto s = static_cast<std::size_t>(home);
+  if (s == borders.size() || static_cast<double>(borders[s]) > end) return home;
+  const auto at = std::upper_bound(borders.begin() + home, borders.end(), end,
+                                   [](double e, float t) { return e < static_cast<double>(t); });
+  return static_cast<int>(at - borders.begin());
+}
+
+Split choose_split(const SplitRequest& request) {
+  double scale = 0;
+  const std::vector<Box> sample = look(request, scale);
+  Split best;
+  best.margin = request.margin;
+  if (sample.empty()) return best;
+  const double slab_rows = static_cast<double>(request.slab_rows);
+  const double all = scale * static_cast<double>(sample.size());
+  double least = by_blocks(all, slab_rows);
+  const auto slabs = static_cast<std::size_t>(std::clamp(std::ceil(all / (fill * slab_rows)), 2.0,
+                                                         static_cast<double>(request.most_slabs)));
+  std::vector<float> lowers(sample.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < sample.size(); ++i) lowers[i] = lower(sample[i], axis);
+    std::sort(lowers.begin(), lowers.end());
+    Split split;
+    split.axis = axis;
+    split.margin = request.margin;
+    for (std::size_t k = 1; k < slabs; ++k) {
+      const float border = lowers[sample.size() * k / slabs];
+      const float before = split.borders.empty() ? lowers.front() : split.borders.back();
+      if (border > before) split.borders.push_back(border);
+    }
+    const double mine = cost(split, sample, scale, slab_rows);
+    if (!split.borders.empty() && mine < least) {
+      least = mine;
+      best = split;
+    }
+  }
+  return best;
+}
+
+}  // namespace throng::stream

@@ -1,0 +1,123 @@
+// throng pairs --memory: boxes that do not fit, and what is left when it goes wrong.
+#include "cli/child.hpp"
+
+#include <chrono>
+#include <thread>
+
+namespace throng::test {
+namespace {
+
+class Memory : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    // Temporary files go where files() sees them.
+    setenv("TMPDIR", folder_.c_str(), 1);
+  }
+  void TearDown() override {
+    unsetenv("TMPDIR");
+    CliTest::TearDown();
+  }
+  void make(const std::string& scene, const std::string& n) const {
+    ASSERT_EQ(run({"scene", scene, "--objects", n, "-o", at("boxes.npy")}).status, 0);
+  }
+};
+
+TEST_F(Memory, slabs_find_the_same_within_the_cap) {
+  make("pile", "100K");
+  const auto free = json({"pairs", at("boxes.npy"), "-o", at("free.npy"), "--order", "canonical"});
+  for (const char* order : {"any", "canonical"}) {
+    const auto j =
+        json({"pairs", at("boxes.npy"), "--memory", "6M", "-o", at("slabs.npy"), "--order", order});
+    EXPECT_EQ(j.at("n"), 100000);
+    EXPECT_EQ(j.at("pairs"), free.at("pairs"));
+    EXPECT_EQ(j.at("checksum"), free.at("checksum"));
+    EXPECT_GT(j.at("streamed").at("slabs"), 2);
+    EXPECT_GT(j.at("streamed").at("scratch_bytes"), 100000 * 28);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    // Besides what is counted there are pages of the program first touched now, and stacks.
+    EXPECT_LT(j.at("peak_bytes").get<std::size_t>(), (6u << 20) + (3u << 20));
+#endif
+    EXPECT_EQ(slurp(at("slabs.npy")).size(), slurp(at("free.npy")).size());
+  }
+  EXPECT_EQ(slurp(at("slabs.npy")), slurp(at("free.npy")));
+  EXPECT_EQ(files(), 3u);
+  // Where all fits nothing is streamed.
+  EXPECT_FALSE(json({"pairs", at("boxes.npy"), "--memory", "64M"}).contains("streamed"));
+}
+
+TEST_F(Memory, people_are_told_of_slabs) {
+  make("uniform", "50K");
+  const Said said = run({"pairs", at("boxes.npy"), "--memory", "4M"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_NE(said.out.find(" slabs, "), std::string::npos) << said.out;
+  EXPECT_EQ(said.err, "");
+}
+
+TEST_F(Memory, a_cap_that_is_too_small_names_the_bytes) {
+  make("uniform", "1000");
+  const Said said = run({"pairs", at("boxes.npy"), "--memory", "100"});
+  EXPECT_EQ(said.status, 2);
+  const std::string before = "found 100 bytes, wanted at least ";
+  const std::size_t found = said.err.find(before);
+  ASSERT_NE(found, std::string::npos) << said.err;
+  const std::string least = std::to_string(std::stoull(said.err.substr(found + before.size())));
+  EXPECT_EQ(run({"pairs", at("boxes.npy"), "--memory", least}).status, 0);
+}
+
+TEST_F(Memory, a_truncated_file_is_one_error) {
+  make("uniform", "50K");
+  fs::resize_file(at("boxes.npy"), 1000000);
+  refuses({"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy")},
+          {"boxes.npy", "1200000", "999872"});
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(Memory, a_full_disk_is_one_error) {
+  make("pile", "50K");
+  spill(at("p.npy"), "old");
+  // The temporary file of rows is what meets the limit first, then the pairs.
+  Limits limits;
+  limits.file_size = 1 << 20;
+  refuses({"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy")},
+          {"temporary file", folder_.string(), "TMPDIR"}, limits);
+  limits.file_size = 1900 << 10;
+  refuses({"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy")}, {"p.npy"}, limits);
+  EXPECT_EQ(slurp(at("p.npy")), "old");
+  EXPECT_EQ(files(), 2u);
+}
+
+#ifdef __linux__
+TEST_F(Memory, an_interrupted_search_leaves_nothing) {
+  make("pile", "600K");
+  for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int wait_ms : {30, 200, 500}) {
+      const pid_t pid = start(
+          THRONG_PROGRAM,
+          {"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy"), "--order", "canonical"},
+          at("said.out"), at("said.err"), folder_, {});
+      ASSERT_GT(pid, 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+      kill(pid, signal);
+      // Before the first file is made a signal ends the program at once: nothing is to be cleared.
+      const int status = wait_for(pid);
+      EXPECT_TRUE(status == 130 || status == 128 + signal) << status;
+      EXPECT_EQ(files(), 1u) << "only the boxes may be there, after " << wait_ms << " ms";
+    }
+  }
+}
+#endif
+
+TEST_F(Memory, scenes_are_written_in_little_memory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need the whole address space";
+#endif
+  Limits limits;
+  limits.address_space = rlim_t{96} << 20;  // the file has 192 MB
+  EXPECT_EQ(run({"scene", "worlds", "--objects", "8M", "-o", at("u.npy")}, limits).status, 0);
+  EXPECT_EQ(fs::file_size(at("u.npy")), 192000128u);
+  EXPECT_EQ(fs::file_size(at("u-world.npy")), 32000128u);
+}
+
+}  // namespace
+}  // namespace throng::test
