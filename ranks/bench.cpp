@@ -1,7 +1,6 @@
 // throng-mpi bench: strong and weak scaling, in counted work and in time.
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include <throng/mpi.hpp>
 
+#include "mpi/least.hpp"
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
@@ -37,8 +37,8 @@ struct Slice {
   std::vector<Box> boxes;
 };
 
-// The boxes of frame f for which `mine` says so. Every rank makes all boxes by rule, so that nothing
-// but what is measured is sent.
+// The boxes of frame f for which `mine` says so. Every rank makes all boxes by rule, so that
+// nothing but what is measured is sent.
 template <class Mine>
 Slice make(const scene::Scene& scene, std::size_t f, Mine&& mine) {
   Slice slice;
@@ -107,12 +107,6 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   return row;
 }
 
-// The copies a box that cuts into cubes of equal volume would give to unit cubes, or one plane.
-double least_copies(const Row& row, double side) {
-  if (row.ranks == 1) return 0;
-  return std::max(1 / side, std::pow(1 + (std::cbrt(row.ranks) - 1) / side, 3) - 1);
-}
-
 void run(const Arguments& a) {
   const std::uint64_t objects = program::parse_count(a.objects, "--objects");
   MPI_Comm world = MPI_COMM_WORLD;
@@ -141,16 +135,15 @@ void run(const Arguments& a) {
     scene::Spec spec;
     spec.name = a.scene;
     spec.objects = row.boxes;
-    const double least = least_copies(row, scene::Scene(spec).side());
-    table.add_row({fmt::format("{}", k), report::format_count(row.boxes),
-                   report::format_count(row.pairs), report::format_ms(row.ms),
-                   fmt::format("{:.1f}", static_cast<double>(row.work) / boxes),
-                   fmt::format("{:.4f}", static_cast<double>(row.most_work) / first_work),
-                   fmt::format("{:.3f}", row.imbalance), fmt::format("{:.4f}", copies),
-                   a.scene == "uniform" && k > 1 ? fmt::format("{:.2f}", copies / least) : "",
-                   report::format_bytes(static_cast<double>(row.bytes)),
-                   report::format_count(row.messages),
-                   report::format_bytes(static_cast<double>(row.balance_bytes))});
+    const double least = mpi::least_copies(k, scene::Scene(spec).side());
+    table.add_row(
+        {fmt::format("{}", k), report::format_count(row.boxes), report::format_count(row.pairs),
+         report::format_ms(row.ms), fmt::format("{:.1f}", static_cast<double>(row.work) / boxes),
+         fmt::format("{:.4f}", static_cast<double>(row.most_work) / first_work),
+         fmt::format("{:.3f}", row.imbalance), fmt::format("{:.4f}", copies),
+         a.scene == "uniform" && k > 1 ? fmt::format("{:.2f}", copies / least) : "",
+         report::format_bytes(static_cast<double>(row.bytes)), report::format_count(row.messages),
+         report::format_bytes(static_cast<double>(row.balance_bytes))});
   }
   table.add_note(
       "Median time of frames in which all boxes move. Work is counted: comparisons, boxes, pairs.");

@@ -39,8 +39,9 @@ void read_at(MPI_File file, const std::string& path, std::uint64_t at, void* out
     int got = 0;
     MPI_Get_count(&status, MPI_BYTE, &got);
     if (static_cast<std::size_t>(got) != next) {
-      throw Failure(fmt::format("{}: found a file that grew shorter while read, wanted {} bytes at {}",
-                                path, next, at + done));
+      throw Failure(
+          fmt::format("{}: found a file that grew shorter while read, wanted {} bytes at {}", path,
+                      next, at + done));
     }
     done += next;
   }
@@ -90,8 +91,8 @@ BoxSlices::BoxSlices(const std::string& path, MPI_Comm comm) : path_(path), comm
     for (int k = 0; k < 3; ++k) {
       const std::uint64_t most = most_of(mine[k], comm_), least = ~most_of(~mine[k], comm_);
       if (most == least) continue;
-      throw Failure(fmt::format("{}: found files of {} to {} {}, wanted the same on all ranks", path_,
-                                least, most, names[k]));
+      throw Failure(fmt::format("{}: found files of {} to {} {}, wanted the same on all ranks",
+                                path_, least, most, names[k]));
     }
   } catch (...) {
     if (file_ != MPI_FILE_NULL) MPI_File_close(&file_);
@@ -132,8 +133,8 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
       const std::size_t next = std::min(piece, bytes - done);
       MPI_Status status;
       check(MPI_File_write_at(file, static_cast<MPI_Offset>(at + done),
-                              static_cast<const char*>(data) + done, static_cast<int>(next), MPI_BYTE,
-                              &status),
+                              static_cast<const char*>(data) + done, static_cast<int>(next),
+                              MPI_BYTE, &status),
             path, "cannot be written");
       int got = 0;
       MPI_Get_count(&status, MPI_BYTE, &got);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "mpi/bisect.hpp"
+#include "mpi/least.hpp"
 #include "program/failure.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/together.hpp"
@@ -55,7 +56,8 @@ Cost simulate(double objects, int ranks) {
     double volume = 1, grown = 1;
     mpi::Reach reach;
     for (int k = 0; k < 3; ++k) {
-      const bool first = b.lower[k] <= mpi::key_of(0), last = b.upper[k] > mpi::key_of(static_cast<float>(side));
+      const bool first = b.lower[k] <= mpi::key_of(0),
+                 last = b.upper[k] > mpi::key_of(static_cast<float>(side));
       const double low = first ? 0 : static_cast<double>(mpi::float_of(b.lower[k]));
       const double high = last ? side : static_cast<double>(mpi::float_of(b.upper[k]));
       volume *= high - low;
@@ -82,19 +84,19 @@ std::string short_of(double n) { return fmt::format("{:.0e}", n); }
 
 void run(const Arguments& a) {
   if (rank_of(MPI_COMM_WORLD) != 0) return;
-  report::Table table("Unit cubes, half a pair a box",
-                      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most", "bytes, mean",
-                       "messages, mean", "most", "of the least", "volume, most of mean"});
+  report::Table table(
+      "Unit cubes, half a pair a box",
+      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most", "bytes, mean",
+       "messages, mean", "most", "of the least", "volume, most of mean"});
   for (const double n : a.objects) {
     for (const int ranks : a.ranks) {
-      if (ranks < 1) throw program::Failure(fmt::format("--ranks: found {}, wanted 1 or more", ranks));
+      if (ranks < 1)
+        throw program::Failure(fmt::format("--ranks: found {}, wanted 1 or more", ranks));
       const double each = n / ranks;
       if (each < a.least) continue;
       const Cost c = simulate(n, ranks);
       const double side = 2 * std::cbrt(n);
-      const double least =
-          ranks == 1 ? 0
-                     : each * std::max(1 / side, std::pow(1 + (std::cbrt(ranks) - 1) / side, 3) - 1);
+      const double least = each * mpi::least_copies(ranks, side);
       table.add_row({short_of(n), fmt::format("{}", ranks), short_of(each),
                      fmt::format("{:.4g}", c.copies_mean), fmt::format("{:.4g}", c.copies_most),
                      report::format_bytes(c.copies_mean * record),

@@ -104,7 +104,8 @@ void run(const Arguments& a) {
       const auto start = std::chrono::steady_clock::now();
       const Result r = finder.find(mine);
       times[k] +=
-          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+              .count();
       require_ok(r, a.input);
       if (k != 0) continue;
       found += r.found;

@@ -56,8 +56,8 @@ void together(MPI_Comm comm, const std::function<void()>& f) {
 
 void require_ok(const Result& result, const std::string& name) {
   if (result.ok()) return;
-  throw program::Failure(fmt::format(
-      "{}: {}", name, result.message[0] ? result.message : to_string(result.status)));
+  throw program::Failure(
+      fmt::format("{}: {}", name, result.message[0] ? result.message : to_string(result.status)));
 }
 
 void say(const std::string& text, MPI_Comm comm) {

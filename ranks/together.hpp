@@ -16,8 +16,8 @@ int size_of(MPI_Comm comm);
 std::uint64_t sum_of(std::uint64_t mine, MPI_Comm comm);
 std::uint64_t most_of(std::uint64_t mine, MPI_Comm comm);
 
-// Collective: runs f on every rank. Where it throws on some, every rank throws program::Failure with
-// the words of the first of them.
+// Collective: runs f on every rank. Where it throws on some, every rank throws program::Failure
+// with the words of the first of them.
 void together(MPI_Comm comm, const std::function<void()>& f);
 
 // The same on every rank already: throws Failure with the result's words, `name` before them.

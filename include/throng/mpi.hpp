@@ -23,8 +23,8 @@
 namespace throng::mpi {
 
 struct Settings {
-  // Of the search on each rank. margin, nan and order must be the same on all ranks; the rest is each
-  // rank's own: its backend (the CPU or its GPU), threads, executor and memory.
+  // Of the search on each rank. margin, nan and order must be the same on all ranks; the rest is
+  // each rank's own: its backend (the CPU or its GPU), threads, executor and memory.
   Options search;
   // Space is cut anew before a search where, in the last one, the largest rank's work was so many
   // times the mean. Work is counted, not timed, so that runs repeat. The same on all ranks.
@@ -32,8 +32,8 @@ struct Settings {
   // How long a call waits for other ranks; 0: for ever.
   double seconds = 600;
   // A box that reaches more regions than this is handed on along the tree of regions, from rank to
-  // rank, rather than sent by its owner to each: no rank sends many messages for it. The same on all
-  // ranks.
+  // rank, rather than sent by its owner to each: no rank sends many messages for it. The same on
+  // all ranks.
   unsigned wide = 32;
   // BroadPhase: an object goes to the rank in whose region its lower corner lies.
   bool migrate = true;
@@ -46,15 +46,15 @@ struct Counts {
 
 // Of the last call.
 struct Traffic {
-  std::uint64_t home = 0;         // boxes whose lower corner lies in this rank's region
-  std::uint64_t known = 0;        // boxes that this rank searched: those, and copies of others' boxes
-  std::uint64_t wide = 0;         // boxes of this rank that were handed on along the tree
-  Counts halo;                    // boxes sent to other ranks
-  Counts balance;                 // cutting space anew
-  Counts control;                 // agreement, and the check of ids
-  bool cut_anew = false;          // before the search
-  std::uint64_t work = 0;         // of this rank, counted
-  double imbalance = 1;           // the largest rank's work over the mean
+  std::uint64_t home = 0;   // boxes whose lower corner lies in this rank's region
+  std::uint64_t known = 0;  // boxes that this rank searched: those, and copies of others' boxes
+  std::uint64_t wide = 0;   // boxes of this rank that were handed on along the tree
+  Counts halo;              // boxes sent to other ranks
+  Counts balance;           // cutting space anew
+  Counts control;           // agreement, and the check of ids
+  bool cut_anew = false;    // before the search
+  std::uint64_t work = 0;   // of this rank, counted
+  double imbalance = 1;     // the largest rank's work over the mean
 };
 
 // A view of pairs; good until the next call. first < second in the one-set form.
@@ -78,8 +78,8 @@ struct RankBoxes {
 };
 
 // Finds all overlapping pairs, frame after frame. Result::found, inactive and comparisons are sums
-// over all ranks, `written` is how many pairs this rank tells. The communicator is duplicated at the
-// first call; the object must end before MPI_Finalize.
+// over all ranks, `written` is how many pairs this rank tells. The communicator is duplicated at
+// the first call; the object must end before MPI_Finalize.
 class Finder {
  public:
   explicit Finder(MPI_Comm comm, const Settings& settings = {}) noexcept;
@@ -89,8 +89,8 @@ class Finder {
   Finder(const Finder&) = delete;
   Finder& operator=(const Finder&) = delete;
 
-  // Collective. A rank may have no boxes. Of two sets `first` is an id of a, `second` one of b; each
-  // set has ids of its own.
+  // Collective. A rank may have no boxes. Of two sets `first` is an id of a, `second` one of b;
+  // each set has ids of its own.
   Result find(const RankBoxes& boxes) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b) noexcept;
   // Those that this rank tells; with Order::canonical sorted.
@@ -116,13 +116,14 @@ struct Departure {
 
 // Objects that live across ranks: each is held by one rank, which adds, moves and removes it; a
 // collective update() then tells which pairs began and ended, each on one rank: a pair that began
-// where its home corner is now, one that ended where it was before. That a pair's home goes from rank
-// to rank is no event. The cost follows the objects that changed.
+// where its home corner is now, one that ended where it was before. That a pair's home goes from
+// rank to rank is no event. The cost follows the objects that changed.
 //
 // The calls on objects are this rank's own: they are checked here and fail here, and change nothing
 // if they do. That an id is given twice over all ranks is told by update(), to all, which then
 // changes nothing: remove() takes the addition back. An id may be given away again only after an
-// update has told its removal. An update that fails by memory or by MPI leaves the object of no use.
+// update has told its removal. An update that fails by memory or by MPI leaves the object of no
+// use.
 class BroadPhase {
  public:
   explicit BroadPhase(MPI_Comm comm, const Settings& settings = {}) noexcept;

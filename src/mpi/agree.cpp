@@ -53,7 +53,8 @@ void share_failure(Link& link, Result& r) {
 
 // Which of them differ, and how: the values are compared by or of all and or of all inverses.
 bool share_difference(Link& link, Result& r, const Agreed& mine, const std::uint64_t* differ) {
-  const char* names[] = {"margin",        "Settings::imbalance", "NaN policy", "order",
+  const char* names[] = {"margin",         "Settings::imbalance",
+                         "NaN policy",     "order",
                          "Settings::wide", "form of the call (one set or two, ids given or not)"};
   std::uint64_t words[6];
   std::memcpy(words, &mine, sizeof words);
@@ -149,8 +150,10 @@ bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
     if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
   }
   if (r.invalid_count != 0) {
-    say(r, Status::bad_filter, "%llu boxes have a world below -1, the first is its box %llu; use -1 "
-        "for every world, 0 and up for one", ull{r.invalid_count}, ull{r.first_invalid});
+    say(r, Status::bad_filter,
+        "%llu boxes have a world below -1, the first is its box %llu; use -1 "
+        "for every world, 0 and up for one",
+        ull{r.invalid_count}, ull{r.first_invalid});
   }
   return r.ok();
 }
@@ -175,8 +178,10 @@ bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
     }
   }
   if (r.invalid_count != 0) {
-    say(r, Status::nan_box, "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
-        "them as inactive by Options::nan", ull{r.invalid_count}, ull{r.first_invalid});
+    say(r, Status::nan_box,
+        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
+        "them as inactive by Options::nan",
+        ull{r.invalid_count}, ull{r.first_invalid});
   }
   return r.ok();
 }

@@ -40,8 +40,8 @@ bool agree(Link& link, Result& r, const Agreed& settings, std::uint64_t* bits, i
 // Settings and the state of MPI, as far as this rank alone can tell.
 bool valid(const Settings& settings, Result& r) noexcept;
 
-// What the door of a search would say of these boxes, before they are sent: the first bad one by its
-// place here.
+// What the door of a search would say of these boxes, before they are sent: the first bad one by
+// its place here.
 bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept;
 bool valid_filters(const Filters& filters, std::size_t count, Result& r) noexcept;
 

@@ -10,8 +10,8 @@
 
 namespace throng::mpi {
 
-// What a search cost, in units of a comparison of two boxes: entering a box into cells costs as much
-// as some 64 of them, writing a pair as some 8. Only ratios matter, and only to balance.
+// What a search cost, in units of a comparison of two boxes: entering a box into cells costs as
+// much as some 64 of them, writing a pair as some 8. Only ratios matter, and only to balance.
 constexpr std::uint64_t box_work = 64, pair_work = 8;
 inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,
                              std::uint64_t pairs) noexcept {
@@ -28,14 +28,14 @@ void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t wei
 // Every k-th point, k times as heavy.
 void thin_out(std::vector<Point>& points);
 
-// Collective: the regions that bisect() gives for the points of all ranks together. Each level costs
-// two rounds of words and at most five of 2 KB among the ranks of the node, then one message, the
-// points that are on the wrong side.
+// Collective: the regions that bisect() gives for the points of all ranks together. Each level
+// costs two rounds of words and at most five of 2 KB among the ranks of the node, then one message,
+// the points that are on the wrong side.
 Regions bisect(Link& link, std::vector<Point> points);
 
-// Collective: hands records on along the tree: wanted(begin, end, record) tells whether some rank of
-// that node needs it. Gives the records that came to this rank or were here; it may not need all.
-// A rank sends one message a level, and a record once for each node that it goes on into.
+// Collective: hands records on along the tree: wanted(begin, end, record) tells whether some rank
+// of that node needs it. Gives the records that came to this rank or were here; it may not need
+// all. A rank sends one message a level, and a record once for each node that it goes on into.
 template <class Wanted>
 Bytes hand_on(Link& link, Bytes records, std::size_t record_bytes, Wanted&& wanted) {
   link.make_nodes();

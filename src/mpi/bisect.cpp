@@ -59,16 +59,17 @@ bool CutSearch::narrow(const Histogram& histogram) noexcept {
     for (const std::uint64_t weight : histogram) total += weight;
     const auto left = static_cast<std::uint64_t>(left_), parts = static_cast<std::uint64_t>(parts_);
     target_ = total / parts * left + total % parts * left / parts;
+    enough_ = total >> 11;
   }
   std::size_t bin = 0;
   std::uint64_t below = below_;
   while (bin + 1 < bins && below + histogram[bin] < target_) below += histogram[bin++];
   const std::int64_t start = low_ + static_cast<std::int64_t>(bin) * width_;
-  if (width_ == 1) {
-    // Before this key or after it, whichever leaves the left side nearer to its share.
+  if (width_ == 1 || histogram[bin] <= enough_) {
+    // Before these keys or after them, whichever leaves the left side nearer to its share.
     const std::uint64_t after = below + histogram[bin];
     const bool include = after >= target_ && after - target_ < target_ - std::min(below, target_);
-    cut_.at = static_cast<Key>(start + (include ? 1 : 0));
+    cut_.at = static_cast<Key>(start + (include ? width_ : 0));
     return false;
   }
   low_ = start;

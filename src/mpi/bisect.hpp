@@ -47,7 +47,7 @@ class CutSearch {
   int left_, parts_;
   bool first_ = true;
   std::int64_t low_, width_;
-  std::uint64_t below_ = 0, target_ = 0;
+  std::uint64_t below_ = 0, target_ = 0, enough_ = 0;
 };
 
 // Puts the points left of the cut first; tells how many.

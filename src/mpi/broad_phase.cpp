@@ -171,8 +171,8 @@ void BroadPhase::State::update(Result& r) {
   broken = false;
 }
 
-// Ids that come are checked by those who judge them before anything changes; those that go stay taken
-// until this is over.
+// Ids that come are checked by those who judge them before anything changes; those that go stay
+// taken until this is over.
 bool BroadPhase::State::check_ids(Result& r) {
   std::vector<std::uint64_t> come, gone;
   attempt(r, [&] {
@@ -254,11 +254,12 @@ bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
       if (!data.second.empty()) changes.push_back({rank, std::move(data.second)});
     }
   });
-  std::uint64_t bits = (moves.empty() ? 0u : 1u) | (changes.empty() ? 0u : 2u) |
-                       (out.wide.empty() ? 0u : 4u);
+  std::uint64_t bits =
+      (moves.empty() ? 0u : 1u) | (changes.empty() ? 0u : 2u) | (out.wide.empty() ? 0u : 4u);
   if (!agree(*link, r, &bits, 1)) return false;
   const int rank = link->rank();
-  const Bounds before = regions_before.bounds(rank, rank + 1), here = regions.bounds(rank, rank + 1);
+  const Bounds before = regions_before.bounds(rank, rank + 1),
+               here = regions.bounds(rank, rank + 1);
   const auto take = [&](const Change& c) { known.take(c, before, here); };
   if (bits & 1) {
     for (const Parcel& parcel : link->exchange(std::move(moves))) {
@@ -327,9 +328,8 @@ void BroadPhase::State::finish(Result& r) {
   traffic.home = known.home_count(regions.bounds(rank, rank + 1));
   traffic.work = work_of(traffic.known, 0, known.pair_count());
   std::uint64_t sums[4] = {begun.size(), ended.size(), r.comparisons, traffic.work};
-  link->sum(sums, 4);
   std::uint64_t most = traffic.work;
-  link->most(&most, 1);
+  link->sum_and_most(sums, 4, most);
   total += sums[0] - sums[1];
   r.found = total;
   r.written = begun.size() + ended.size();
@@ -445,7 +445,8 @@ Result BroadPhase::set_filters(const std::uint64_t* ids, std::size_t count,
 Result BroadPhase::update() noexcept {
   Result r = local([](State&, Result&) {});
   if (!state_) return r;
-  return call(state_->link, comm_, settings_, [&](Link&, Result& result) { state_->update(result); });
+  return call(state_->link, comm_, settings_,
+              [&](Link&, Result& result) { state_->update(result); });
 }
 
 namespace {

@@ -25,7 +25,9 @@ struct Sent {
   std::vector<std::uint8_t> above;   // bit k: on axis k the lower corner is not below the region
   std::vector<std::uint32_t> pairs;  // told here, for the weights; twice
 
-  std::uint64_t id(std::size_t i) const noexcept { return given->ids ? given->ids[i] : first_id + i; }
+  std::uint64_t id(std::size_t i) const noexcept {
+    return given->ids ? given->ids[i] : first_id + i;
+  }
 };
 
 constexpr std::uint8_t all_above = 7;
@@ -42,8 +44,8 @@ struct Finder::State {
   std::unique_ptr<Link> link;
   throng::Finder search;
   Regions regions;
-  bool cut = false;          // into regions, once at least
-  std::uint64_t hash = 0;    // of the ids that were checked last
+  bool cut = false;           // into regions, once at least
+  std::uint64_t hash = 0;     // of the ids that were checked last
   std::vector<Point> points;  // of the last search, with what they cost
   double imbalance = 1;
   unsigned patience = 0, waited = 0;  // cuts that did not help make the next ones rarer
@@ -112,11 +114,11 @@ void Finder::State::find(const Settings& settings, const RankBoxes* const* given
     deliver(set);
     if (some_wide != 0) {
       const std::size_t bytes = set.local.record_bytes();
-      const Bytes got = hand_on(*link, std::move(set.wide), bytes,
-                                [&](int begin, int end, const std::byte* record) {
-                                  return regions.bounds(begin, end).meets(
-                                      reach_of(LocalSet::box_of(record), settings.search.margin));
-                                });
+      const Bytes got = hand_on(
+          *link, std::move(set.wide), bytes, [&](int begin, int end, const std::byte* record) {
+            return regions.bounds(begin, end)
+                .meets(reach_of(LocalSet::box_of(record), settings.search.margin));
+          });
       for (std::size_t at = 0; at < got.size(); at += bytes) set.local.read(got.data() + at);
     }
   }
@@ -200,7 +202,8 @@ void Finder::State::search_here(const Settings& settings, Sent* sets, int count,
     for (std::size_t i = 0; i < set.local.size(); ++i) {
       const Reach reach = reach_of(set.local.box(i), settings.search.margin);
       std::uint8_t bits = 0;
-      for (int k = 0; k < 3; ++k) bits |= static_cast<std::uint8_t>((reach.lower[k] >= here.lower[k]) << k);
+      for (int k = 0; k < 3; ++k)
+        bits |= static_cast<std::uint8_t>((reach.lower[k] >= here.lower[k]) << k);
       set.above[i] = bits;
       home += bits == all_above;
     }
@@ -231,8 +234,7 @@ void Finder::State::search_here(const Settings& settings, Sent* sets, int count,
   if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
   traffic.work = work_of(traffic.known, r.comparisons, pairs.size());
   points.clear();
-  const std::uint64_t shared =
-      home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
+  const std::uint64_t shared = home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
   for (int s = 0; s < count; ++s) {
     const std::size_t step = sets[s].local.size() / most_points + 1;
     for (std::size_t i = 0; i < sets[s].local.size(); ++i) {
@@ -252,9 +254,8 @@ bool Finder::State::finish(const Sent* sets, int count, Result& r) {
     for (std::size_t i = 0; i < boxes.size(); ++i) given_inactive += reach_of(boxes[i], 0).empty();
   }
   std::uint64_t sums[4] = {pairs.size(), given_inactive, r.comparisons, traffic.work};
-  link->sum(sums, 4);
   std::uint64_t most = traffic.work;
-  link->most(&most, 1);
+  link->sum_and_most(sums, 4, most);
   r.found = sums[0];
   r.inactive = sums[1];
   r.comparisons = sums[2];
@@ -278,7 +279,9 @@ Finder& Finder::operator=(Finder&& other) noexcept = default;
 Result Finder::find(const RankBoxes& boxes) noexcept {
   Result r;
   const RankBoxes* sets[] = {&boxes};
-  attempt(r, [&] { if (!state_) state_ = std::make_unique<State>(); });
+  attempt(r, [&] {
+    if (!state_) state_ = std::make_unique<State>();
+  });
   if (!r.ok()) return r;
   return call(state_->link, comm_, settings_,
               [&](Link&, Result& result) { state_->find(settings_, sets, 1, result); });
@@ -287,7 +290,9 @@ Result Finder::find(const RankBoxes& boxes) noexcept {
 Result Finder::find(const RankBoxes& a, const RankBoxes& b) noexcept {
   Result r;
   const RankBoxes* sets[] = {&a, &b};
-  attempt(r, [&] { if (!state_) state_ = std::make_unique<State>(); });
+  attempt(r, [&] {
+    if (!state_) state_ = std::make_unique<State>();
+  });
   if (!r.ok()) return r;
   return call(state_->link, comm_, settings_,
               [&](Link&, Result& result) { state_->find(settings_, sets, 2, result); });

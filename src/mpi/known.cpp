@@ -29,7 +29,8 @@ bool same(const Filter& a, const Filter& b) noexcept {
          a.is_static == b.is_static;
 }
 
-Known::Known(const Options& options, float margin) : search_(for_search(options)), margin_(margin) {}
+Known::Known(const Options& options, float margin)
+    : search_(for_search(options)), margin_(margin) {}
 
 void Known::take(const Move& move) {
   moved_.push_back(objects_.at(move.id));

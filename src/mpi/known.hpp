@@ -1,17 +1,17 @@
-// The objects whose boxes reach this rank's region, wherever they are held, and what began and ended
-// among them.
+// The objects whose boxes reach this rank's region, wherever they are held, and what began and
+// ended among them.
 //
-// Why begun and ended are exact although each rank sees only a part. Between two updates an object's
-// box and the regions may both change, so an object can enter a rank's sight and leave it. What
-// enters is first added with its box of the last update, and what leaves is moved to its box of now
-// before it is dropped:
+// Why begun and ended are exact although each rank sees only a part. Between two updates an
+// object's box and the regions may both change, so an object can enter a rank's sight and leave it.
+// What enters is first added with its box of the last update, and what leaves is moved to its box
+// of now before it is dropped:
 //   1. add what enters, as it was;  2. move, filter, add what is new, remove what is gone;
 //   3. drop what left.
-// Only step 2 tells. Before it this rank has all that it knew at the last update or knows now, as it
-// was then; after it, as it is now. A pair that lives now has its home here only if both are known
-// here now, so that step 2 sees it begin exactly if it did not live then; a pair that lived has had
-// its home here only if both were known here then, so that step 2 sees it end exactly if it no
-// longer lives. So each event is told once: by the rank of the home now, or of the home then.
+// Only step 2 tells. Before it this rank has all that it knew at the last update or knows now, as
+// it was then; after it, as it is now. A pair that lives now has its home here only if both are
+// known here now, so that step 2 sees it begin exactly if it did not live then; a pair that lived
+// has had its home here only if both were known here then, so that step 2 sees it end exactly if it
+// no longer lives. So each event is told once: by the rank of the home now, or of the home then.
 #pragma once
 
 #include <cstddef>

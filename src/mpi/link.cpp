@@ -15,7 +15,8 @@ struct Link::Pending {
   std::vector<Parcel> parcels;
   std::vector<MPI_Request> sends;
   Bytes data;
-  MPI_Request request = MPI_REQUEST_NULL;
+  std::uint64_t most = 0, most_out = 0;
+  MPI_Request request = MPI_REQUEST_NULL, second = MPI_REQUEST_NULL;
 };
 
 namespace {
@@ -104,13 +105,26 @@ void Link::reduce(void* values, int count, MPI_Datatype type, MPI_Op op, int lev
   counts_.collective_bytes += bytes;
 }
 
+void Link::sum_and_most(std::uint64_t* sums, int count, std::uint64_t& most) {
+  Pending& p = *pending_;
+  p.most = most;
+  check(MPI_Iallreduce(&p.most, &p.most_out, 1, MPI_UINT64_T, MPI_MAX, comm_, &p.second),
+        "MPI_Iallreduce");
+  sum(sums, count);
+  wait_for(p.second);
+  most = p.most_out;
+  ++counts_.collectives;
+  counts_.collective_bytes += sizeof most;
+}
+
 std::uint64_t Link::before(std::uint64_t mine) {
   if (broken_) throw Broken("an earlier call failed");
   Pending& p = *pending_;
   p.words.assign(1, mine);
   p.words_out.assign(1, 0);
-  check(MPI_Iexscan(p.words.data(), p.words_out.data(), 1, MPI_UINT64_T, MPI_SUM, comm_, &p.request),
-        "MPI_Iexscan");
+  check(
+      MPI_Iexscan(p.words.data(), p.words_out.data(), 1, MPI_UINT64_T, MPI_SUM, comm_, &p.request),
+      "MPI_Iexscan");
   wait_for(p.request);
   ++counts_.collectives;
   counts_.collective_bytes += sizeof mine;
@@ -191,8 +205,9 @@ std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
     while (receive(MPI_ANY_SOURCE, tag_, parcel)) got.push_back(std::move(parcel));
     int done = 0;
     if (!all_sent) {
-      check(MPI_Testall(static_cast<int>(p.sends.size()), p.sends.data(), &done, MPI_STATUSES_IGNORE),
-            "MPI_Testall");
+      check(
+          MPI_Testall(static_cast<int>(p.sends.size()), p.sends.data(), &done, MPI_STATUSES_IGNORE),
+          "MPI_Testall");
       if (!done) return false;
       all_sent = true;
       check(MPI_Ibarrier(comm_, &p.request), "MPI_Ibarrier");

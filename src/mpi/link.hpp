@@ -26,8 +26,9 @@ struct Parcel {
   Bytes data;
 };
 
-// Every call is collective unless said otherwise, waits at most the seconds given, and throws Broken.
-// After that the Link is broken for good, and what MPI may still touch is left where it lies.
+// Every call is collective unless said otherwise, waits at most the seconds given, and throws
+// Broken. After that the Link is broken for good, and what MPI may still touch is left where it
+// lies.
 class Link {
  public:
   // `comm` is duplicated. seconds <= 0: for ever.
@@ -45,6 +46,8 @@ class Link {
   void any_bits(std::uint64_t* values, int count) {
     reduce(values, count, MPI_UINT64_T, MPI_BOR, 0);
   }
+  // Both at once.
+  void sum_and_most(std::uint64_t* sums, int count, std::uint64_t& most);
   // The sum over the ranks before this one.
   std::uint64_t before(std::uint64_t mine);
   // The bytes of `root` for all.
@@ -52,10 +55,10 @@ class Link {
   // `bytes` of each rank, in order of the ranks; out has room for all.
   void gather(const void* mine, int bytes, void* out);
 
-  // Parcels to any ranks, this one among them or not; gives what came, one a rank, by rank. Costs each rank its own parcels and a barrier, whatever the number of ranks:
-  // who sends to whom need not be known. (Hoefler, Siebert and Lumsdaine, "Scalable communication
-  // protocols for dynamic sparse data exchange", PPoPP 2010: synchronous sends, then a barrier that
-  // does not block.)
+  // Parcels to any ranks, this one among them or not; gives what came, one a rank, by rank. Costs
+  // each rank its own parcels and a barrier, whatever the number of ranks: who sends to whom need
+  // not be known. (Hoefler, Siebert and Lumsdaine, "Scalable communication protocols for dynamic
+  // sparse data exchange", PPoPP 2010: synchronous sends, then a barrier that does not block.)
   std::vector<Parcel> exchange(std::vector<Parcel> parcels);
 
   // The nodes of the tree of regions that this rank lies in, from the root: levels() of them.
@@ -74,7 +77,8 @@ class Link {
   void most(int level, std::int64_t* values, int count) {
     reduce(values, count, MPI_INT64_T, MPI_MAX, level);
   }
-  // Gives data to a partner in the other half of node `level`, and adds what partners gave to `got`.
+  // Gives data to a partner in the other half of node `level`, and adds what partners gave to
+  // `got`.
   void swap(int level, const Bytes& data, Bytes& got);
 
   // Since the last reset.

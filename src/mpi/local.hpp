@@ -14,7 +14,13 @@
 namespace throng::mpi {
 
 // Which filters some rank has; a rank that lacks one gives what allows all.
-enum Present : unsigned { has_group = 1, has_mask = 2, has_owner = 4, has_world = 8, has_static = 16 };
+enum Present : unsigned {
+  has_group = 1,
+  has_mask = 2,
+  has_owner = 4,
+  has_world = 8,
+  has_static = 16
+};
 
 inline unsigned present(const Filters& f) noexcept {
   return (f.group ? has_group : 0u) | (f.mask ? has_mask : 0u) | (f.owner ? has_owner : 0u) |
@@ -23,8 +29,7 @@ inline unsigned present(const Filters& f) noexcept {
 
 // A box as it is sent: 24 bytes, its id, and four bytes for each filter that is present.
 inline std::size_t record_bytes(unsigned filters) noexcept {
-  return sizeof(Box) + sizeof(std::uint64_t) +
-         4 * static_cast<std::size_t>(std::popcount(filters));
+  return sizeof(Box) + sizeof(std::uint64_t) + 4 * static_cast<std::size_t>(std::popcount(filters));
 }
 
 class LocalSet {

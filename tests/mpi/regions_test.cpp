@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mpi/bisect.hpp"
+#include "mpi/least.hpp"
 #include "mpi/regions.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -107,8 +108,7 @@ TEST(Bisection, TakesNoPointsAndPointsInOnePlace) {
   EXPECT_LT(regions.home(same[0].at), 4);
 }
 
-// A cube of unit boxes: the copies at the cuts are near the least there can be. That is what cubes of
-// equal volume would need, or one plane: no two parts of a cube have less between them.
+// A cube of unit boxes.
 TEST(Bisection, CutsUniformSpaceNearlyAsWellAsCubes) {
   Random random(8);
   const double side = 100;
@@ -123,9 +123,8 @@ TEST(Bisection, CutsUniformSpaceNearlyAsWellAsCubes) {
       regions.visit(reach_of(box, 0), [&](int) { return ++reached > 0; });
       copies += static_cast<std::uint64_t>(reached - 1);
     }
-    const double cubes =
-        std::max(1 / side, std::pow(1 + (std::cbrt(ranks) - 1) / side, 3) - 1);
-    EXPECT_LT(static_cast<double>(copies), 1.3 * cubes * static_cast<double>(boxes.size()))
+    EXPECT_LT(static_cast<double>(copies),
+              1.3 * least_copies(ranks, side) * static_cast<double>(boxes.size()))
         << ranks;
   }
 }
