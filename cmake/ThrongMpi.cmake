@@ -13,3 +13,16 @@ if(THRONG_MPI AND NOT CMAKE_CROSSCOMPILING)
                         "libopenmpi-dev), or set THRONG_MPI=OFF.")
   endif()
 endif()
+
+# throng_mpi_test(NAME RANKS PROGRAM arguments...): a program on so many ranks, which share the cores.
+function(throng_mpi_test name ranks)
+  set(words ${MPIEXEC_NUMPROC_FLAG} ${ranks})
+  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  if(said MATCHES "Open ?MPI|OpenRTE")
+    list(PREPEND words --oversubscribe --bind-to none)
+  endif()
+  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${words} ${ARGN})
+  # As root, too: in a container.
+  set_tests_properties(${name} PROPERTIES LABELS mpi TIMEOUT 300 PROCESSORS 2
+    ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1")
+endfunction()
