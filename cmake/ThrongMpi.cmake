@@ -14,11 +14,19 @@ if(THRONG_MPI AND NOT CMAKE_CROSSCOMPILING)
   endif()
 endif()
 
+# Open MPI has words of its own for more ranks than cores.
+set(THRONG_OPEN_MPI OFF)
+if(THRONG_MPI_FOUND)
+  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE throng_said ERROR_VARIABLE throng_said)
+  if(throng_said MATCHES "Open ?MPI|OpenRTE")
+    set(THRONG_OPEN_MPI ON)
+  endif()
+endif()
+
 # throng_mpi_test(NAME RANKS PROGRAM arguments...): a program on so many ranks, which share the cores.
 function(throng_mpi_test name ranks)
   set(words ${MPIEXEC_NUMPROC_FLAG} ${ranks})
-  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE said ERROR_VARIABLE said)
-  if(said MATCHES "Open ?MPI|OpenRTE")
+  if(THRONG_OPEN_MPI)
     list(PREPEND words --oversubscribe --bind-to none)
   endif()
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${words} ${ARGN})

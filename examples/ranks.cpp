@@ -36,7 +36,8 @@ int run(int rank, int ranks) {
   // snippet-begin: live
   throng::mpi::BroadPhase live(MPI_COMM_WORLD);
   std::vector<std::uint64_t> ids;  // an id belongs to one object, over all ranks
-  for (std::uint64_t i = 0; i < mine.size(); ++i) ids.push_back(1000000u * static_cast<std::uint64_t>(rank) + i);
+  for (std::uint64_t i = 0; i < mine.size(); ++i)
+    ids.push_back(1000000u * static_cast<std::uint64_t>(rank) + i);
   live.add(ids.data(), mine);
   result = live.update();  // collective; objects go to the ranks in whose regions they lie
   for (std::size_t i = 0; i < live.arrived_count(); ++i) {

@@ -32,7 +32,7 @@ struct Arguments {
 constexpr double record = 32;  // bytes of a box and its id
 
 struct Cost {
-  double copies_mean = 0, copies_most = 0, messages_mean = 0, messages_most = 0, imbalance = 1;
+  double copies_mean = 0, copies_most = 0, messages_mean = 0, messages_most = 0;
 };
 
 // Points stand for all boxes: enough that each region has a hundred and a half.
@@ -50,7 +50,6 @@ Cost simulate(double objects, int ranks) {
   const mpi::Regions regions = mpi::bisect(points.data(), points.size(), ranks);
   Cost cost;
   const double density = objects / (side * side * side);
-  double most_volume = 0;
   for (int rank = 0; rank < ranks; ++rank) {
     const Bounds b = regions.bounds(rank, rank + 1);
     double volume = 1, grown = 1;
@@ -74,9 +73,7 @@ Cost simulate(double objects, int ranks) {
     cost.copies_most = std::max(cost.copies_most, copies);
     cost.messages_mean += static_cast<double>(reached) / ranks;
     cost.messages_most = std::max(cost.messages_most, static_cast<double>(reached));
-    most_volume = std::max(most_volume, volume);
   }
-  cost.imbalance = most_volume * ranks / (side * side * side);
   return cost;
 }
 
@@ -84,10 +81,9 @@ std::string short_of(double n) { return fmt::format("{:.0e}", n); }
 
 void run(const Arguments& a) {
   if (rank_of(MPI_COMM_WORLD) != 0) return;
-  report::Table table(
-      "Unit cubes, half a pair a box",
-      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most", "bytes, mean",
-       "messages, mean", "most", "of the least", "volume, most of mean"});
+  report::Table table("Unit cubes, half a pair a box",
+                      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most",
+                       "bytes, mean", "messages, mean", "most", "of the least"});
   for (const double n : a.objects) {
     for (const int ranks : a.ranks) {
       if (ranks < 1)
@@ -101,8 +97,7 @@ void run(const Arguments& a) {
                      fmt::format("{:.4g}", c.copies_mean), fmt::format("{:.4g}", c.copies_most),
                      report::format_bytes(c.copies_mean * record),
                      fmt::format("{:.1f}", c.messages_mean), fmt::format("{:.0f}", c.messages_most),
-                     ranks == 1 ? "" : fmt::format("{:.2f}", c.copies_mean / least),
-                     fmt::format("{:.2f}", c.imbalance)});
+                     ranks == 1 ? "" : fmt::format("{:.2f}", c.copies_mean / least)});
     }
   }
   say(table.text(), MPI_COMM_SELF);

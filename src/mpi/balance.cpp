@@ -4,6 +4,8 @@
 #include <cstring>
 #include <limits>
 
+#include "mpi/ids.hpp"
+
 namespace throng::mpi {
 
 void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t weight) {
@@ -16,13 +18,16 @@ void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t wei
                     static_cast<std::uint32_t>(std::min<std::uint64_t>(weight, 1u << 20))});
 }
 
+// One of each run of `step`, and not always the same: a caller's order may have that period.
 void thin_out(std::vector<Point>& points) {
   const std::size_t step = (points.size() + most_points - 1) / most_points;
   if (step <= 1) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < points.size(); i += step) {
-    points[kept] = points[i];
-    points[kept++].weight *= static_cast<std::uint32_t>(step);
+    Point point = points[std::min(i + mixed(i) % step, points.size() - 1)];
+    const std::uint64_t weight = std::uint64_t{point.weight} * step;
+    point.weight = static_cast<std::uint32_t>(std::min<std::uint64_t>(weight, 0xffffffffu));
+    points[kept++] = point;
   }
   points.resize(kept);
 }

@@ -25,7 +25,7 @@ constexpr std::size_t most_points = 16384;
 // A point at the reach's lower corner, unless it is infinite.
 void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t weight);
 
-// Every k-th point, k times as heavy.
+// One point of each k, k times as heavy.
 void thin_out(std::vector<Point>& points);
 
 // Collective: the regions that bisect() gives for the points of all ranks together. Each level

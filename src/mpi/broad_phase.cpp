@@ -147,7 +147,7 @@ void BroadPhase::State::update(Result& r) {
   if ((bits & 1) && !check_ids(r)) return;
   traffic.control = link->counts();
   link->reset_counts();
-  broken = true;  // until it is done
+  broken = true;                              // until it is done
   if (!cut) regions = Regions(link->size());  // some cuts, as there are no objects yet
   regions_before = regions;
   if (!cut || (imbalance > settings.imbalance && ++waited > patience)) cut_space();

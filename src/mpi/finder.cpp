@@ -143,9 +143,8 @@ void Finder::State::cut_space(const Settings& settings, const Sent* sets, int co
     points.clear();
     for (int s = 0; s < count; ++s) {
       const Boxes& boxes = sets[s].given->boxes;
-      const std::size_t step = boxes.size() / most_points + 1;
-      for (std::size_t i = 0; i < boxes.size(); i += step) {
-        add_point(points, reach_of(boxes[i], settings.search.margin), step);
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        add_point(points, reach_of(boxes[i], settings.search.margin), 1);
       }
     }
   }
@@ -236,11 +235,10 @@ void Finder::State::search_here(const Settings& settings, Sent* sets, int count,
   points.clear();
   const std::uint64_t shared = home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
   for (int s = 0; s < count; ++s) {
-    const std::size_t step = sets[s].local.size() / most_points + 1;
     for (std::size_t i = 0; i < sets[s].local.size(); ++i) {
-      if (sets[s].above[i] != all_above || mixed(i) % step != 0) continue;
+      if (sets[s].above[i] != all_above) continue;
       add_point(points, reach_of(sets[s].local.box(i), settings.search.margin),
-                step * (shared + sets[s].pairs[i] * pair_work / 2));
+                shared + sets[s].pairs[i] * pair_work / 2);
     }
   }
 }

@@ -24,7 +24,8 @@ class Program : public CliTest {
     }
     return run_program(THRONG_MPIRUN, words);
   }
-  // Exit status 2, nothing on standard output, and as many lines of the program as ranks, all alike.
+  // Exit status 2, nothing on standard output, and as many lines of the program as ranks, all
+  // alike.
   void refuses_all(const Said& said, std::size_t count, const std::string& words) const {
     EXPECT_EQ(said.status, 2) << said.err;
     EXPECT_EQ(said.out, "");
@@ -48,7 +49,8 @@ TEST_F(Program, finds_the_pairs_of_the_recorded_data) {
   } known[] = {{"bounds02.npy", 14969, "8a5b4278ca3373ad"},
                {"cloth-funnel.npy", 805888, "9e35f6c6f96859f1"}};
   for (const auto& k : known) {
-    const Said said = ranks(4, {"pairs", std::string(folder) + "/" + k.file, "--threads", "1", "--json"});
+    const Said said =
+        ranks(4, {"pairs", std::string(folder) + "/" + k.file, "--threads", "1", "--json"});
     ASSERT_EQ(said.status, 0) << said.err;
     const auto json = nlohmann::json::parse(said.out);
     EXPECT_EQ(json["pairs"], k.pairs) << k.file;
@@ -57,7 +59,8 @@ TEST_F(Program, finds_the_pairs_of_the_recorded_data) {
 }
 
 TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
-  ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status, 0);
+  ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status,
+            0);
   const auto one = json({"pairs", at("w.npy"), "--world", at("w-world.npy")});
   const Said said = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--threads", "1",
                               "--json", "-o", at("p.npy")});
@@ -80,14 +83,16 @@ TEST_F(Program, says_what_is_wrong_once_a_rank) {
   ASSERT_EQ(run({"scene", "uniform", "--objects", "500", "-o", at("a.npy")}).status, 0);
   std::string bytes = slurp(at("a.npy"));
   spill(at("short.npy"), bytes.substr(0, bytes.size() - 24));
-  refuses_all(ranks(2, {"pairs", at("short.npy")}), 2, "rank 0: " + at("short.npy") + ": found float32");
+  refuses_all(ranks(2, {"pairs", at("short.npy")}), 2,
+              "rank 0: " + at("short.npy") + ": found float32");
   refuses_all(ranks(2, {"pairs", at("a.npy")}, {"pairs", at("none.npy")}), 3, "rank 2: ");
   refuses_all(ranks(1, {"pairs", at("a.npy")}, {"pairs", at("a.npy"), "--margin", "1"}), 2,
               "disagree on the margin: from 0 to 1");
   const float nan = std::numeric_limits<float>::quiet_NaN();
   bytes.replace(128 + 24 * 300, 4, reinterpret_cast<const char*>(&nan), 4);
   spill(at("nan.npy"), bytes);
-  refuses_all(ranks(2, {"pairs", at("nan.npy")}), 2, "rank 1: 1 boxes have a NaN, the first is its box 50");
+  refuses_all(ranks(2, {"pairs", at("nan.npy")}), 2,
+              "rank 1: 1 boxes have a NaN, the first is its box 50");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A user's program across ranks, in C++17 without exceptions and RTTI; here one rank, without mpirun.
+// A user's program across ranks, in C++17 without exceptions and RTTI; here one rank, without
+// mpirun.
 #include <throng/mpi.hpp>
 
 #include <cstdio>
