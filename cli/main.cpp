@@ -1,4 +1,5 @@
 // throng: every pair of overlapping boxes, from the command line.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -26,6 +27,7 @@ const char* help_text =
   throng demo
   throng scene uniform --objects 100K -o boxes.npy
   throng pairs boxes.npy
+  mpirun -n 4 throng pairs --mpi boxes.npy
   throng check boxes.npy
 'throng COMMAND --help' tells the options of each.)";
 
@@ -40,6 +42,8 @@ constexpr Companion companions[] = {
     {"paper", "throng-paper", "The paper's tables and figures, measured here"},
     {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine"},
 };
+// What `pairs --mpi` and `bench --mpi` are: the same commands of the program that has MPI.
+constexpr Companion across_ranks = {"pairs --mpi", "throng-mpi", ""};
 
 const Companion* companion_of(const std::string& command) {
   for (const Companion& companion : companions) {
@@ -62,6 +66,12 @@ int start(const Companion& companion, const std::vector<std::string>& arguments)
 int dispatch(int argc, char** argv) {
   // Their arguments are theirs, --help among them: they never come to the parser here.
   if (argc > 1) {
+    std::vector<std::string> arguments(argv + 1, argv + argc);
+    const auto mpi = std::find(arguments.begin(), arguments.end(), "--mpi");
+    if (mpi != arguments.end() && (arguments[0] == "pairs" || arguments[0] == "bench")) {
+      arguments.erase(mpi);
+      return start(across_ranks, arguments);
+    }
     if (const Companion* companion = companion_of(argv[1])) {
       return start(*companion, {argv + 2, argv + argc});
     }

@@ -11,6 +11,12 @@ install(TARGETS throng EXPORT throng-targets
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/throng" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
         FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}")
+# The component mpi: who does not ask for it needs no MPI.
+if(TARGET throng_mpi)
+  install(TARGETS throng_mpi EXPORT throng-mpi-targets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  install(EXPORT throng-mpi-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}")
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
         DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 

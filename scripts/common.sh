@@ -13,8 +13,10 @@ program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-
 # Engines that there are adapters for: their tests, and throng-simulate, are built where they are.
 engine_packages=(libbullet-dev libfcl-dev)
 test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
+# The search across ranks, and its tests, are built where MPI is.
+mpi_packages=(libopenmpi-dev openmpi-bin)
 rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
-check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
+check_packages=("${test_packages[@]}" "${mpi_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }

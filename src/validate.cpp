@@ -72,6 +72,10 @@ const char* to_string(Status status) noexcept {
       return "bad id";
     case Status::busy:
       return "busy";
+    case Status::ranks_disagree:
+      return "ranks disagree";
+    case Status::rank_failed:
+      return "rank failed";
   }
   return "unknown";
 }

@@ -65,6 +65,8 @@ enum class Status : std::uint8_t {
   bad_shape,             // of a body; see first_invalid, invalid_count
   bad_id,                // not alive, or twice in one list; see first_invalid, invalid_count
   busy,                  // another thread is in a call on the same object
+  ranks_disagree,        // MPI ranks gave different options, or one id twice
+  rank_failed,           // an MPI rank did not come in time, or MPI failed; the message says which
 };
 
 const char* to_string(Algorithm) noexcept;

@@ -30,6 +30,19 @@ constexpr bool operator<(Pair a, Pair b) noexcept {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
+// The same across MPI ranks, by ids that the caller gave.
+struct Pair64 {
+  std::uint64_t first, second;
+};
+
+constexpr bool operator==(Pair64 a, Pair64 b) noexcept {
+  return a.first == b.first && a.second == b.second;
+}
+constexpr bool operator!=(Pair64 a, Pair64 b) noexcept { return !(a == b); }
+constexpr bool operator<(Pair64 a, Pair64 b) noexcept {
+  return a.first != b.first ? a.first < b.first : a.second < b.second;
+}
+
 // The largest number of boxes in one set: indices are 32 bits wide and 0xffffffff is not one.
 constexpr std::uint64_t max_box_count = 0xffffffffull;
 

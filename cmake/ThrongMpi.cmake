@@ -1,0 +1,36 @@
+# MPI, where it is wanted and found: THRONG_MPI_FOUND tells.
+set(THRONG_MPI_FOUND OFF)
+if(THRONG_MPI AND NOT CMAKE_CROSSCOMPILING)
+  set(MPI_CXX_SKIP_MPICXX ON)  # the C functions alone: the old C++ ones are full of warnings
+  find_package(MPI 3.0 QUIET COMPONENTS CXX)
+  if(MPI_CXX_FOUND)
+    set(THRONG_MPI_FOUND ON)
+  elseif(THRONG_MPI STREQUAL "AUTO")
+    message(STATUS "throng: no MPI was found; the search across ranks and throng-mpi are left out "
+                   "(package libopenmpi-dev)")
+  else()
+    message(FATAL_ERROR "THRONG_MPI is ${THRONG_MPI}, but no MPI was found. Install one (package "
+                        "libopenmpi-dev), or set THRONG_MPI=OFF.")
+  endif()
+endif()
+
+# Open MPI has words of its own for more ranks than cores.
+set(THRONG_OPEN_MPI OFF)
+if(THRONG_MPI_FOUND)
+  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE throng_said ERROR_VARIABLE throng_said)
+  if(throng_said MATCHES "Open ?MPI|OpenRTE")
+    set(THRONG_OPEN_MPI ON)
+  endif()
+endif()
+
+# throng_mpi_test(NAME RANKS PROGRAM arguments...): a program on so many ranks, which share the cores.
+function(throng_mpi_test name ranks)
+  set(words ${MPIEXEC_NUMPROC_FLAG} ${ranks})
+  if(THRONG_OPEN_MPI)
+    list(PREPEND words --oversubscribe --bind-to none)
+  endif()
+  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${words} ${ARGN})
+  # As root, too: in a container.
+  set_tests_properties(${name} PROPERTIES LABELS mpi TIMEOUT 300 PROCESSORS 2
+    ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1")
+endfunction()

@@ -1,0 +1,184 @@
+// throng-mpi bench: strong and weak scaling, in counted work and in time.
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <throng/mpi.hpp>
+
+#include "mpi/least.hpp"
+#include "program/failure.hpp"
+#include "program/median.hpp"
+#include "program/numbers.hpp"
+#include "ranks/commands.hpp"
+#include "ranks/file.hpp"
+#include "ranks/together.hpp"
+#include "report/format.hpp"
+#include "report/table.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::ranks {
+namespace {
+
+struct Arguments {
+  std::string scene = "uniform", objects = "100K", csv;
+  bool weak = false;
+  std::size_t frames = 5;
+  unsigned threads = 1;
+};
+
+// What each box is, and where it is at home: who holds it.
+struct Slice {
+  std::vector<std::uint64_t> ids;
+  std::vector<Box> boxes;
+};
+
+// The boxes of frame f for which `mine` says so. Every rank makes all boxes by rule, so that
+// nothing but what is measured is sent.
+template <class Mine>
+Slice make(const scene::Scene& scene, std::size_t f, Mine&& mine) {
+  Slice slice;
+  std::vector<Box> some(4096);
+  for (std::size_t i = 0; i < scene.size(); i += some.size()) {
+    const std::size_t end = std::min(scene.size(), i + some.size());
+    scene.boxes(f, i, end, some.data());
+    for (std::size_t k = i; k < end; ++k) {
+      if (!mine(k, some[k - i])) continue;
+      slice.ids.push_back(k);
+      slice.boxes.push_back(some[k - i]);
+    }
+  }
+  return slice;
+}
+
+struct Row {
+  int ranks = 0;
+  std::uint64_t boxes = 0, pairs = 0, bytes = 0, messages = 0, most_work = 0, work = 0, known = 0;
+  std::uint64_t balance_bytes = 0;
+  double ms = 0, imbalance = 1;
+};
+
+Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
+  scene::Spec spec;
+  spec.name = a.scene;
+  spec.objects = objects;
+  spec.frames = a.frames + 4;
+  const scene::Scene scene(spec);
+  mpi::Settings settings;
+  settings.search.threads = a.threads;
+  mpi::Finder finder(comm, settings);
+  const int rank = rank_of(comm), size = size_of(comm);
+  Row row;
+  row.ranks = size;
+  row.boxes = objects;
+  std::vector<double> times;
+  const std::uint64_t begin = slice_begin(objects, rank, size);
+  const std::uint64_t end = slice_begin(objects, rank + 1, size);
+  // The first frames cut space and balance it; then each rank has what is at home with it.
+  for (std::size_t f = 0; f < a.frames + 4; ++f) {
+    const bool first = f == 0;
+    const Slice slice = make(scene, f, [&](std::size_t i, const Box& box) {
+      return first ? i >= begin && i < end : finder.home(box) == rank;
+    });
+    MPI_Barrier(comm);
+    const auto start = std::chrono::steady_clock::now();
+    const Result r = finder.find({Boxes(slice.boxes), slice.ids.data()});
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    require_ok(r, a.scene);
+    row.balance_bytes = std::max(row.balance_bytes, finder.traffic().balance.bytes);
+    if (f < 4) continue;
+    times.push_back(ms);
+    row.pairs = r.found;
+  }
+  const mpi::Traffic& t = finder.traffic();
+  row.bytes = most_of(t.halo.bytes, comm);
+  row.messages = most_of(t.halo.messages, comm);
+  row.balance_bytes = most_of(row.balance_bytes, comm);
+  row.most_work = most_of(t.work, comm);
+  row.work = sum_of(t.work, comm);
+  row.known = sum_of(t.known, comm);
+  row.imbalance = t.imbalance;
+  row.ms = program::median(times);
+  return row;
+}
+
+void run(const Arguments& a) {
+  const std::uint64_t objects = program::parse_count(a.objects, "--objects");
+  MPI_Comm world = MPI_COMM_WORLD;
+  std::vector<int> counts;
+  for (int k = 1; k < size_of(world); k *= 2) counts.push_back(k);
+  counts.push_back(size_of(world));
+  report::Table table(
+      fmt::format("{}: {} boxes{}", a.scene, report::format_count(objects),
+                  a.weak ? " a rank (weak scaling)" : " (strong scaling)"),
+      {"ranks", "boxes", "pairs", "ms", "work a box", "most work, of 1 rank's", "imbalance",
+       "copies a box", "of the least", "sent by a rank", "in messages", "to balance"});
+  double first_work = 0;
+  for (const int k : counts) {
+    MPI_Comm some = MPI_COMM_NULL;
+    MPI_Comm_split(world, rank_of(world) < k ? 0 : MPI_UNDEFINED, 0, &some);
+    Row row;
+    together(world, [&] {
+      if (some == MPI_COMM_NULL) return;
+      row = measure(a, a.weak ? objects * static_cast<std::uint64_t>(k) : objects, some);
+    });
+    if (some != MPI_COMM_NULL) MPI_Comm_free(&some);
+    if (rank_of(world) != 0) continue;
+    const double boxes = static_cast<double>(row.boxes);
+    if (k == 1) first_work = static_cast<double>(row.most_work);
+    const double copies = static_cast<double>(row.known) / boxes - 1;
+    scene::Spec spec;
+    spec.name = a.scene;
+    spec.objects = row.boxes;
+    const double least = mpi::least_copies(k, scene::Scene(spec).side());
+    table.add_row(
+        {fmt::format("{}", k), report::format_count(row.boxes), report::format_count(row.pairs),
+         report::format_ms(row.ms), fmt::format("{:.1f}", static_cast<double>(row.work) / boxes),
+         fmt::format("{:.4f}", static_cast<double>(row.most_work) / first_work),
+         fmt::format("{:.3f}", row.imbalance), fmt::format("{:.4f}", copies),
+         a.scene == "uniform" && k > 1 ? fmt::format("{:.2f}", copies / least) : "",
+         report::format_bytes(static_cast<double>(row.bytes)), report::format_count(row.messages),
+         report::format_bytes(static_cast<double>(row.balance_bytes))});
+  }
+  table.add_note(
+      "Median time of frames in which all boxes move. Work is counted: comparisons, boxes, pairs.");
+  say(table.text(), world);
+  together(world, [&] {
+    if (a.csv.empty() || rank_of(world) != 0) return;
+    std::ofstream file(a.csv, std::ios::binary);
+    file << table.csv();
+    if (!file.flush()) throw program::Failure(fmt::format("{}: cannot be written", a.csv));
+  });
+}
+
+const char* help_text =
+    R"(Runs on 1, 2, 4, ... of the ranks, up to all. Strong scaling: the boxes are shared out; with --weak
+each rank adds as many.
+
+Examples:
+  mpirun -n 8 throng bench --mpi --objects 1M
+  mpirun -n 64 --oversubscribe throng bench --mpi --weak --objects 2K --scene pile)";
+
+}  // namespace
+
+Run add_bench(CLI::App& program) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App& app = *program.add_subcommand("bench", "Strong and weak scaling");
+  app.footer(help_text);
+  app.add_option("--scene", a->scene, "as of 'throng scene' (uniform)")->type_name("NAME");
+  app.add_option("--objects", a->objects, "in all, or with --weak a rank (100K)")->type_name("N");
+  app.add_flag("--weak", a->weak, "as many boxes more with each rank");
+  app.add_option("--frames", a->frames, "to take the median of (5)")
+      ->check(CLI::Range(1, 100000).description(""))
+      ->type_name("F");
+  app.add_option("--threads", a->threads, "of each rank (1)")->type_name("N");
+  app.add_option("-o,--output", a->csv, "write the table")->type_name("FILE.csv");
+  return [a] { run(*a); };
+}
+
+}  // namespace throng::ranks

@@ -1,0 +1,16 @@
+// The commands. Each adds itself to the command line; what it returns runs it, on every rank.
+#pragma once
+
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+namespace throng::ranks {
+
+using Run = std::function<void()>;
+
+Run add_pairs(CLI::App& program);
+Run add_bench(CLI::App& program);
+Run add_model(CLI::App& program);
+
+}  // namespace throng::ranks

@@ -1,0 +1,75 @@
+// throng-mpi: the search across MPI ranks, from the command line.
+#include <mpi.h>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <throng/version.hpp>
+
+#include "program/failure.hpp"
+#include "ranks/commands.hpp"
+#include "ranks/together.hpp"
+
+namespace throng::ranks {
+namespace {
+
+int dispatch(int argc, char** argv) {
+  CLI::App app("throng-mpi finds every pair of overlapping boxes on many ranks.", "throng-mpi");
+  app.set_version_flag("--version", "throng-mpi " THRONG_VERSION);
+  app.require_subcommand(1);
+  const std::vector<std::pair<std::string, Run>> runs = {
+      {"pairs", add_pairs(app)}, {"bench", add_bench(app)}, {"model", add_model(app)}};
+  // What is wrong with the words is wrong on every rank; or else only there, and is told to all.
+  int status = program::exit_done;
+  bool parsed = false;
+  together(MPI_COMM_WORLD, [&] {
+    try {
+      app.parse(argc, argv);
+      parsed = true;
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() != 0) throw program::Failure(error.what());
+      if (rank_of(MPI_COMM_WORLD) == 0) app.exit(error);  // help
+    }
+  });
+  if (!parsed) return status;
+  for (const auto& [name, run] : runs) {
+    if (app.got_subcommand(name)) run();
+  }
+  return status;
+}
+
+int guarded(int argc, char** argv) {
+  std::string words = "out of memory";
+  int status = program::exit_bad;
+  try {
+    return dispatch(argc, argv);
+  } catch (const program::Failure& failure) {
+    words = failure.what();
+    status = failure.status();
+  } catch (const std::bad_alloc&) {
+    // No room for more than the plain words.
+  } catch (const std::exception& failure) {
+    words = failure.what();
+  }
+  // One line of each rank: which of them a user gets to see is the launcher's choice.
+  std::fputs(("throng-mpi: " + words + "\n").c_str(), stderr);
+  return status;
+}
+
+}  // namespace
+}  // namespace throng::ranks
+
+int main(int argc, char** argv) {
+  if (MPI_Init(&argc, &argv) != MPI_SUCCESS) return throng::program::exit_bad;
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+  const int status = throng::ranks::guarded(argc, argv);
+  MPI_Finalize();
+  return status;
+}

@@ -1,0 +1,118 @@
+// throng-mpi model: what each rank of many would hold and send, by the decomposition itself without
+// the ranks. Unit cubes anywhere in a cube, half a pair a box.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "mpi/bisect.hpp"
+#include "mpi/least.hpp"
+#include "program/failure.hpp"
+#include "ranks/commands.hpp"
+#include "ranks/together.hpp"
+#include "report/format.hpp"
+#include "report/table.hpp"
+#include "scene/random.hpp"
+
+namespace throng::ranks {
+namespace {
+
+using mpi::Bounds;
+using mpi::Key;
+
+struct Arguments {
+  std::vector<double> objects = {1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
+  std::vector<int> ranks = {1, 8, 64, 512, 4096, 32768, 100000};
+  double least = 1000;  // boxes a rank, below which a row is left out
+};
+
+constexpr double record = 32;  // bytes of a box and its id
+
+struct Cost {
+  double copies_mean = 0, copies_most = 0, messages_mean = 0, messages_most = 0;
+};
+
+// Points stand for all boxes: enough that each region has a hundred and a half.
+Cost simulate(double objects, int ranks) {
+  const double side = 2 * std::cbrt(objects);  // half a pair a box: 8 n / side^3 = 1
+  const auto count = static_cast<std::size_t>(std::min(objects, 160.0 * ranks));
+  std::vector<mpi::Point> points(count);
+  const scene::Random random(1, 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (unsigned k = 0; k < 3; ++k) {
+      points[i].at[k] = mpi::key_of(static_cast<float>(side * scene::unit(random.word(i, k))));
+    }
+    points[i].weight = 1;
+  }
+  const mpi::Regions regions = mpi::bisect(points.data(), points.size(), ranks);
+  Cost cost;
+  const double density = objects / (side * side * side);
+  for (int rank = 0; rank < ranks; ++rank) {
+    const Bounds b = regions.bounds(rank, rank + 1);
+    double volume = 1, grown = 1;
+    mpi::Reach reach;
+    for (int k = 0; k < 3; ++k) {
+      const bool first = b.lower[k] <= mpi::key_of(0),
+                 last = b.upper[k] > mpi::key_of(static_cast<float>(side));
+      const double low = first ? 0 : static_cast<double>(mpi::float_of(b.lower[k]));
+      const double high = last ? side : static_cast<double>(mpi::float_of(b.upper[k]));
+      volume *= high - low;
+      // A box reaches here from one unit below, where there is a region below.
+      grown *= high - low + (first ? 0 : 1);
+      // Whom this rank's boxes reach: their lower corners are here, their upper ones one above.
+      reach.lower[k] = mpi::key_of(static_cast<float>(low));
+      reach.upper[k] = mpi::key_of(static_cast<float>(std::min(high + 1, side)));
+    }
+    int reached = -1;
+    regions.visit(reach, [&](int) { return ++reached >= 0; });
+    const double copies = density * (grown - volume);
+    cost.copies_mean += copies / ranks;
+    cost.copies_most = std::max(cost.copies_most, copies);
+    cost.messages_mean += static_cast<double>(reached) / ranks;
+    cost.messages_most = std::max(cost.messages_most, static_cast<double>(reached));
+  }
+  return cost;
+}
+
+std::string short_of(double n) { return fmt::format("{:.0e}", n); }
+
+void run(const Arguments& a) {
+  if (rank_of(MPI_COMM_WORLD) != 0) return;
+  report::Table table("Unit cubes, half a pair a box",
+                      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most",
+                       "bytes, mean", "messages, mean", "most", "of the least"});
+  for (const double n : a.objects) {
+    for (const int ranks : a.ranks) {
+      if (ranks < 1)
+        throw program::Failure(fmt::format("--ranks: found {}, wanted 1 or more", ranks));
+      const double each = n / ranks;
+      if (each < a.least) continue;
+      const Cost c = simulate(n, ranks);
+      const double side = 2 * std::cbrt(n);
+      const double least = each * mpi::least_copies(ranks, side);
+      table.add_row({short_of(n), fmt::format("{}", ranks), short_of(each),
+                     fmt::format("{:.4g}", c.copies_mean), fmt::format("{:.4g}", c.copies_most),
+                     report::format_bytes(c.copies_mean * record),
+                     fmt::format("{:.1f}", c.messages_mean), fmt::format("{:.0f}", c.messages_most),
+                     ranks == 1 ? "" : fmt::format("{:.2f}", c.copies_mean / least)});
+    }
+  }
+  say(table.text(), MPI_COMM_SELF);
+}
+
+}  // namespace
+
+Run add_model(CLI::App& program) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App& app = *program.add_subcommand("model", "What ranks would send that are not here");
+  app.add_option("--objects", a->objects, "such as 1e6,1e9")->delimiter(',')->type_name("N,...");
+  app.add_option("--ranks", a->ranks, "such as 8,64")->delimiter(',')->type_name("P,...");
+  app.add_option("--least", a->least, "boxes a rank, below which a row is left out (1000)")
+      ->type_name("N");
+  return [a] { run(*a); };
+}
+
+}  // namespace throng::ranks

@@ -1,0 +1,203 @@
+// throng-mpi pairs: finds the pairs of one file of boxes, each rank with its slice of it.
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <throng/mpi.hpp>
+
+#include "program/failure.hpp"
+#include "program/median.hpp"
+#include "ranks/commands.hpp"
+#include "ranks/file.hpp"
+#include "ranks/together.hpp"
+#include "report/format.hpp"
+#include "scene/checksum.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::ranks {
+namespace {
+
+struct Arguments {
+  std::string input, output, group, mask, owner, world, is_static;
+  std::string backend = "auto", order = "any", nan = "refuse";
+  float margin = 0;
+  unsigned threads = 0;
+  std::size_t repeat = 1;
+  double seconds = 600;
+  bool json = false;
+};
+
+struct Values {
+  std::vector<std::uint32_t> group, mask;
+  std::vector<std::int32_t> owner, world;
+  std::vector<std::uint8_t> is_static;
+};
+
+template <class T>
+Strided<T> strided(const std::vector<T>& values, const std::string& path) {
+  return path.empty() ? Strided<T>{} : Strided<T>{values.data(), values.size()};
+}
+
+// A filter of no values is still there where the file was given: null would mean none.
+Filters filters_of(const Values& v, const Arguments& a) {
+  return {strided(v.group, a.group), strided(v.mask, a.mask), strided(v.owner, a.owner),
+          strided(v.world, a.world), strided(v.is_static, a.is_static)};
+}
+
+Values read_filters(const Arguments& a, std::uint64_t count, MPI_Comm comm) {
+  Values values;
+  together(comm, [&] {
+    const auto load = [&](const std::string& path, auto& out, auto* read) {
+      if (!path.empty()) out = slice(read(path, count), rank_of(comm), size_of(comm));
+    };
+    load(a.group, values.group, &scene::read_u32);
+    load(a.mask, values.mask, &scene::read_u32);
+    load(a.owner, values.owner, &scene::read_i32);
+    load(a.world, values.world, &scene::read_i32);
+    load(a.is_static, values.is_static, &scene::read_u8);
+  });
+  return values;
+}
+
+std::uint64_t checksum_of(const mpi::Pairs64& pairs, std::uint64_t count) {
+  std::uint64_t sum = 0;
+  for (const Pair64& pair : pairs) {
+    // As of a single process where ids have 32 bits.
+    sum += count <= max_box_count ? scene::mix(pair.first << 32 | pair.second)
+                                  : scene::mix(scene::mix(pair.first) ^ pair.second);
+  }
+  return sum;
+}
+
+mpi::Settings settings_of(const Arguments& a) {
+  mpi::Settings settings;
+  settings.search.margin = a.margin;
+  settings.search.threads = a.threads;
+  settings.search.order = a.order == "canonical" ? Order::canonical : Order::any;
+  settings.search.nan = a.nan == "inactive" ? NanPolicy::inactive : NanPolicy::refuse;
+  settings.search.backend = a.backend == "cuda"  ? Backend::cuda
+                            : a.backend == "cpu" ? Backend::cpu
+                                                 : Backend::automatic;
+  settings.seconds = a.seconds;
+  return settings;
+}
+
+void run(const Arguments& a) {
+  MPI_Comm comm = MPI_COMM_WORLD;
+  const BoxSlices file(a.input, comm);
+  const Values values = read_filters(a, file.count(), comm);
+  mpi::Finder finder(comm, settings_of(a));
+  std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0;
+  std::uint64_t bytes = 0, messages = 0, known = 0;
+  std::vector<Pair64> kept;
+  std::vector<double> times(a.repeat);
+  for (std::uint64_t f = 0; f < file.frames(); ++f) {
+    const std::vector<Box> boxes = file.read(f);
+    mpi::RankBoxes mine{Boxes(boxes), nullptr};
+    mine.boxes.filters = filters_of(values, a);
+    for (std::size_t k = 0; k < a.repeat; ++k) {
+      MPI_Barrier(comm);
+      const auto start = std::chrono::steady_clock::now();
+      const Result r = finder.find(mine);
+      times[k] +=
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+              .count();
+      require_ok(r, a.input);
+      if (k != 0) continue;
+      found += r.found;
+      inactive += r.inactive;
+      comparisons += r.comparisons;
+      const mpi::Pairs64 pairs = finder.pairs();
+      checksum += sum_of(checksum_of(pairs, file.count()), comm);
+      if (!a.output.empty()) {
+        together(comm, [&] { kept.insert(kept.end(), pairs.begin(), pairs.end()); });
+      }
+      bytes += most_of(finder.traffic().halo.bytes, comm);
+      messages += most_of(finder.traffic().halo.messages, comm);
+      known += sum_of(finder.traffic().known, comm);
+    }
+  }
+  if (!a.output.empty()) write_pairs(a.output, kept, comm);
+  const double total_ms = program::median(times);
+  const double imbalance = finder.traffic().imbalance;
+  std::string text;
+  if (a.json) {
+    nlohmann::ordered_json json = {{"n", file.count()},
+                                   {"pairs", found},
+                                   {"checksum", fmt::format("{:016x}", checksum)},
+                                   {"inactive", inactive},
+                                   {"ranks", size_of(comm)},
+                                   {"total_ms", total_ms},
+                                   {"comparisons", comparisons},
+                                   {"imbalance", imbalance},
+                                   {"boxes_searched", known},
+                                   {"most_bytes_a_rank", bytes},
+                                   {"most_messages_a_rank", messages}};
+    text = json.dump(2) + "\n";
+  } else {
+    text = fmt::format(
+        "{}: {} boxes on {} ranks\npairs     {}\nchecksum  {:016x}\ninactive  {}\n"
+        "time      {} ms (median of {}, the first with the cutting of space)\n"
+        "compared  {} candidates, the largest rank's work {:.2f} of the mean\n"
+        "sent      {} in {} messages at most by a rank\n",
+        a.input, report::format_count(file.count()), size_of(comm), report::format_count(found),
+        checksum, report::format_count(inactive), report::format_ms(total_ms), a.repeat,
+        report::format_count(comparisons), imbalance,
+        report::format_bytes(static_cast<double>(bytes)), report::format_count(messages));
+    if (!a.output.empty()) text += fmt::format("pairs are in {}\n", a.output);
+  }
+  say(text, comm);
+}
+
+const char* help_text =
+    R"(Each rank reads its slice of the file. Pairs are numbered by the places of the boxes in the file;
+the checksum is that of 'throng pairs'. With -o they are uint64 of shape (pairs, 2), rank after rank.
+
+Examples:
+  mpirun -n 4 throng pairs --mpi boxes.npy
+  mpirun -n 4 throng pairs --mpi boxes.npy --world worlds.npy -o pairs.npy --json
+Exit status: 0 done, 2 bad input or an output that cannot be written.)";
+
+}  // namespace
+
+Run add_pairs(CLI::App& program) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App& app = *program.add_subcommand("pairs", "Find the overlapping pairs of a file of boxes");
+  app.footer(help_text);
+  app.add_option("boxes", a->input, "float32 of shape (n, 6) or (frames, n, 6)")
+      ->required()
+      ->type_name("BOXES.npy");
+  app.add_option("-o,--output", a->output, "write the pairs")->type_name("PAIRS.npy");
+  const auto filter = [&](const char* name, std::string& path) {
+    app.add_option(name, path, "a value a box")->type_name("FILE.npy");
+  };
+  filter("--group", a->group);
+  filter("--mask", a->mask);
+  filter("--owner", a->owner);
+  filter("--world", a->world);
+  filter("--static", a->is_static);
+  app.add_option("--margin", a->margin, "boxes grow by it on every side")->type_name("M");
+  app.add_option("--nan", a->nan, "refuse or inactive (refuse)")
+      ->check(CLI::IsMember({"refuse", "inactive"}))
+      ->type_name("HOW");
+  app.add_option("--order", a->order, "any or canonical, of each rank's pairs (any)")
+      ->check(CLI::IsMember({"any", "canonical"}))
+      ->type_name("ORDER");
+  app.add_option("--backend", a->backend, "auto, cpu or cuda, of each rank (auto)")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->type_name("BACKEND");
+  app.add_option("--threads", a->threads, "of each rank, at most; 0: all")->type_name("N");
+  app.add_option("--repeat", a->repeat, "searches of a frame to take the median of (1)")
+      ->check(CLI::Range(1, 1000000).description(""))
+      ->type_name("K");
+  app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: for ever (600)")
+      ->type_name("S");
+  app.add_flag("--json", a->json, "print one JSON object");
+  return [a] { run(*a); };
+}
+
+}  // namespace throng::ranks

@@ -1,0 +1,196 @@
+#include "mpi/agree.hpp"
+
+#include <bit>
+#include <cfenv>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <type_traits>
+#include <vector>
+
+namespace throng::mpi {
+
+using ull = unsigned long long;
+
+void say(Result& r, Status status, const char* format, ...) noexcept {
+  r.status = status;
+  std::va_list args;
+  va_start(args, format);
+  std::vsnprintf(r.message, sizeof r.message, format, args);
+  va_end(args);
+}
+
+Agreed agreed(const Settings& s, std::uint64_t form) noexcept {
+  return {std::bit_cast<std::uint32_t>(s.search.margin),
+          std::bit_cast<std::uint64_t>(s.imbalance),
+          static_cast<std::uint64_t>(s.search.nan),
+          static_cast<std::uint64_t>(s.search.order),
+          s.wide,
+          form};
+}
+
+namespace {
+
+// The words of the first bad rank, with its number before them.
+void share_failure(Link& link, Result& r) {
+  const auto ranks = static_cast<std::uint64_t>(link.size());
+  std::uint64_t first = r.ok() ? 0 : ranks - static_cast<std::uint64_t>(link.rank());
+  link.most(&first, 1);
+  const int root = static_cast<int>(ranks - first);
+  static_assert(std::is_trivially_copyable_v<Result>);
+  Result told = r;
+  told.plan.reason = "";  // a pointer is of no use elsewhere
+  if (link.rank() == root) {
+    char text[sizeof r.message];
+    std::memcpy(text, r.message, sizeof text);
+    std::snprintf(told.message, sizeof told.message, "rank %d: %.200s", root, text);
+  }
+  link.from(root, &told, sizeof told);
+  told.plan.reason = "";
+  r = told;
+}
+
+// Which of them differ, and how: the values are compared by or of all and or of all inverses.
+bool share_difference(Link& link, Result& r, const Agreed& mine, const std::uint64_t* differ) {
+  const char* names[] = {"margin",         "Settings::imbalance",
+                         "NaN policy",     "order",
+                         "Settings::wide", "form of the call (one set or two, ids given or not)"};
+  std::uint64_t words[6];
+  std::memcpy(words, &mine, sizeof words);
+  int k = 0;
+  while (differ[k] == 0) ++k;
+  std::uint64_t ends[2] = {words[k], ~words[k]};
+  link.most(ends, 2);
+  const std::uint64_t most = ends[0], least = ~ends[1];
+  double high = static_cast<double>(most), low = static_cast<double>(least);
+  if (k == 0) {
+    high = static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(most)));
+    low = static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(least)));
+  } else if (k == 1) {
+    high = std::bit_cast<double>(most);
+    low = std::bit_cast<double>(least);
+  }
+  say(r, Status::ranks_disagree,
+      "the ranks disagree on the %s: from %g to %g; give all ranks the same", names[k], low, high);
+  return false;
+}
+
+}  // namespace
+
+bool agree(Link& link, Result& r, std::uint64_t* bits, int count) {
+  std::vector<std::uint64_t> words(bits, bits + count);
+  words.push_back(r.ok() ? 0 : 1);
+  link.any_bits(words.data(), count + 1);
+  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  if (words.back() == 0) return true;
+  share_failure(link, r);
+  return false;
+}
+
+bool agree(Link& link, Result& r, const Agreed& settings, std::uint64_t* bits, int count) {
+  constexpr int fields = sizeof(Agreed) / sizeof(std::uint64_t);
+  std::uint64_t mine[fields];
+  std::memcpy(mine, &settings, sizeof mine);
+  std::vector<std::uint64_t> words(bits, bits + count);
+  for (const std::uint64_t word : mine) {
+    words.push_back(word);
+    words.push_back(~word);
+  }
+  if (!agree(link, r, words.data(), static_cast<int>(words.size()))) return false;
+  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  std::uint64_t differ[fields];
+  bool same = true;
+  for (int k = 0; k < fields; ++k) {
+    differ[k] = words[static_cast<std::size_t>(count + 2 * k)] &
+                words[static_cast<std::size_t>(count + 2 * k + 1)];
+    same = same && differ[k] == 0;
+  }
+  return same || share_difference(link, r, settings, differ);
+}
+
+bool valid(const Settings& s, Result& r) noexcept {
+  if (!(s.search.margin >= 0) || !std::isfinite(s.search.margin)) {
+    say(r, Status::bad_option, "the margin is %g; it must be finite and not negative",
+        static_cast<double>(s.search.margin));
+  } else if (!(s.imbalance >= 1)) {
+    say(r, Status::bad_option, "Settings::imbalance is %g; it must be at least 1", s.imbalance);
+  } else if (std::isnan(s.seconds)) {
+    say(r, Status::bad_option, "Settings::seconds is no number; give 0 to wait for ever");
+  } else if (s.wide == 0) {
+    say(r, Status::bad_option, "Settings::wide is 0; it must be at least 1");
+  }
+  return r.ok();
+}
+
+namespace {
+
+template <class T>
+bool valid(const Strided<T>& filter, std::size_t boxes, const char* name, Result& r) noexcept {
+  if (!filter) return true;
+  if (filter.count != boxes) {
+    say(r, Status::bad_filter, "filter '%s' has %llu values for %llu boxes; give one value a box",
+        name, ull{filter.count}, ull{boxes});
+  } else if (filter.stride_bytes % alignof(T) != 0) {
+    say(r, Status::bad_filter, "the stride of filter '%s' is %llu bytes; wanted a multiple of %llu",
+        name, ull{filter.stride_bytes}, ull{alignof(T)});
+  }
+  return r.ok();
+}
+
+}  // namespace
+
+bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
+  if (!valid(f.group, n, "group", r) || !valid(f.mask, n, "mask", r) ||
+      !valid(f.owner, n, "owner", r) || !valid(f.world, n, "world", r) ||
+      !valid(f.is_static, n, "static", r)) {
+    return false;
+  }
+  for (std::size_t i = 0; f.world && i < n; ++i) {
+    if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  if (r.invalid_count != 0) {
+    say(r, Status::bad_filter,
+        "%llu boxes have a world below -1, the first is its box %llu; use -1 "
+        "for every world, 0 and up for one",
+        ull{r.invalid_count}, ull{r.first_invalid});
+  }
+  return r.ok();
+}
+
+bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
+  const std::size_t n = boxes.size();
+  if (n > max_box_count) {
+    say(r, Status::too_many_boxes, "%llu boxes, at most %llu on a rank; use more ranks", ull{n},
+        ull{max_box_count});
+  } else if (!boxes.complete()) {
+    say(r, Status::bad_boxes, "a coordinate array is null; only both z arrays may be missing");
+  } else if (boxes.stride_bytes() % alignof(float) != 0) {
+    say(r, Status::bad_boxes, "the stride of the boxes is %llu bytes; wanted a multiple of 4",
+        ull{boxes.stride_bytes()});
+  }
+  if (!r.ok() || !valid_filters(boxes.filters, n, r)) return false;
+  for (std::size_t i = 0; options.nan == NanPolicy::refuse && i < n; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      if (!std::isnan(boxes.corner(i, k))) continue;
+      if (r.invalid_count++ == 0) r.first_invalid = i;
+      break;
+    }
+  }
+  if (r.invalid_count != 0) {
+    say(r, Status::nan_box,
+        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
+        "them as inactive by Options::nan",
+        ull{r.invalid_count}, ull{r.first_invalid});
+  }
+  return r.ok();
+}
+
+DefaultFloats::DefaultFloats() noexcept {
+  static_assert(sizeof(std::fenv_t) <= sizeof saved_ && alignof(std::fenv_t) <= 16);
+  std::fegetenv(reinterpret_cast<std::fenv_t*>(saved_));
+  std::fesetenv(FE_DFL_ENV);
+}
+DefaultFloats::~DefaultFloats() { std::fesetenv(reinterpret_cast<const std::fenv_t*>(saved_)); }
+
+}  // namespace throng::mpi

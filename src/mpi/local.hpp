@@ -1,0 +1,108 @@
+// The boxes that a rank searches: its region's, and copies of those that reach into it.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include <throng/boxes.hpp>
+
+#include "mpi/link.hpp"
+
+namespace throng::mpi {
+
+// Which filters some rank has; a rank that lacks one gives what allows all.
+enum Present : unsigned {
+  has_group = 1,
+  has_mask = 2,
+  has_owner = 4,
+  has_world = 8,
+  has_static = 16
+};
+
+inline unsigned present(const Filters& f) noexcept {
+  return (f.group ? has_group : 0u) | (f.mask ? has_mask : 0u) | (f.owner ? has_owner : 0u) |
+         (f.world ? has_world : 0u) | (f.is_static ? has_static : 0u);
+}
+
+// A box as it is sent: 24 bytes, its id, and four bytes for each filter that is present.
+inline std::size_t record_bytes(unsigned filters) noexcept {
+  return sizeof(Box) + sizeof(std::uint64_t) + 4 * static_cast<std::size_t>(std::popcount(filters));
+}
+
+class LocalSet {
+ public:
+  explicit LocalSet(unsigned filters = 0) : filters_(filters) {}
+
+  std::size_t size() const noexcept { return boxes_.size(); }
+  std::size_t record_bytes() const noexcept { return mpi::record_bytes(filters_); }
+  const Box& box(std::size_t i) const noexcept { return boxes_[i]; }
+  std::uint64_t id(std::size_t i) const noexcept { return ids_[i]; }
+
+  // Box i of a caller's as a record at the end of `out`.
+  void write(const Boxes& boxes, std::size_t i, std::uint64_t id, Bytes& out) const {
+    const Filters& f = boxes.filters;
+    const std::size_t at = out.size();
+    out.resize(at + record_bytes());
+    std::byte* p = out.data() + at;
+    put(p, boxes[i]);
+    put(p, id);
+    if (filters_ & has_group) put(p, f.group ? f.group[i] : 0xffffffffu);
+    if (filters_ & has_mask) put(p, f.mask ? f.mask[i] : 0xffffffffu);
+    if (filters_ & has_owner) put(p, f.owner ? f.owner[i] : std::int32_t{-1});
+    if (filters_ & has_world) put(p, f.world ? f.world[i] : std::int32_t{-1});
+    if (filters_ & has_static) put(p, std::uint32_t{f.is_static && f.is_static[i] ? 1u : 0u});
+  }
+  static Box box_of(const std::byte* record) noexcept {
+    Box box;
+    std::memcpy(&box, record, sizeof box);
+    return box;
+  }
+
+  // Adds the record.
+  void read(const std::byte* p) {
+    boxes_.push_back(take<Box>(p));
+    ids_.push_back(take<std::uint64_t>(p));
+    if (filters_ & has_group) group_.push_back(take<std::uint32_t>(p));
+    if (filters_ & has_mask) mask_.push_back(take<std::uint32_t>(p));
+    if (filters_ & has_owner) owner_.push_back(take<std::int32_t>(p));
+    if (filters_ & has_world) world_.push_back(take<std::int32_t>(p));
+    if (filters_ & has_static) static_.push_back(static_cast<std::uint8_t>(take<std::uint32_t>(p)));
+  }
+
+  Boxes view() const {
+    Boxes view(boxes_.data(), boxes_.size());
+    const std::size_t n = size();
+    if (filters_ & has_group) view.filters.group = {group_.data(), n};
+    if (filters_ & has_mask) view.filters.mask = {mask_.data(), n};
+    if (filters_ & has_owner) view.filters.owner = {owner_.data(), n};
+    if (filters_ & has_world) view.filters.world = {world_.data(), n};
+    if (filters_ & has_static) view.filters.is_static = {static_.data(), n};
+    return view;
+  }
+
+ private:
+  template <class T>
+  static void put(std::byte*& p, const T& value) noexcept {
+    std::memcpy(p, &value, sizeof value);
+    p += sizeof value;
+  }
+  template <class T>
+  static T take(const std::byte*& p) noexcept {
+    T value;
+    std::memcpy(&value, p, sizeof value);
+    p += sizeof value;
+    return value;
+  }
+
+  unsigned filters_;
+  std::vector<Box> boxes_;
+  std::vector<std::uint64_t> ids_;
+  std::vector<std::uint32_t> group_, mask_;
+  std::vector<std::int32_t> owner_, world_;
+  std::vector<std::uint8_t> static_;
+};
+
+}  // namespace throng::mpi

@@ -1,0 +1,112 @@
+// Space cut into regions, one a rank, and which of them a box reaches. No MPI: the model of scale
+// and the tests use this as it is.
+//
+// All of it works on keys, integers in the order of the floats, so that no rounding mode and no
+// flush-to-zero of a rank's caller can make two ranks differ.
+//
+// Why each pair is told by exactly one rank. The home corner of a pair is, on each axis, the larger
+// of the two lower corners. Cuts are half-open: below the cut is left, at or above it is right, so
+// the home corner lies in exactly one region. That region's rank knows both boxes: where boxes
+// overlap the home corner h has lower <= h <= upper for each of them on every axis. At a cut c of
+// its axis h < c gives lower < c, and h >= c gives upper >= c: visit() goes down the side of h for
+// both. By induction over the cuts both come to the region of h. Infinities are keys like others.
+// With a margin the same holds for any reach that contains the grown box, as long as all ranks
+// compute the same one: see reach_of.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <throng/types.hpp>
+
+namespace throng::mpi {
+
+using Key = std::int32_t;
+
+// -0 and 0 have the same key. Not for NaN.
+inline Key key_of(float x) noexcept {
+  const auto bits = std::bit_cast<std::int32_t>(x);
+  return bits >= 0 ? bits : std::numeric_limits<std::int32_t>::min() - bits;
+}
+inline float float_of(Key key) noexcept {
+  return std::bit_cast<float>(key >= 0 ? key : std::numeric_limits<std::int32_t>::min() - key);
+}
+
+// Closed. Nothing reaches where a lower key is above the upper one: inactive boxes.
+struct Reach {
+  Key lower[3], upper[3];
+
+  bool empty() const noexcept {
+    return lower[0] > upper[0] || lower[1] > upper[1] || lower[2] > upper[2];
+  }
+};
+
+// Contains the box that is compared, grown by the margin. A box with a NaN, or lower > upper, has
+// an empty one. In the default floating-point environment.
+Reach reach_of(const Box& box, float margin) noexcept;
+
+// Half-open, [lower, upper) on each axis; the largest key stands for no end.
+struct Bounds {
+  Key lower[3], upper[3];
+
+  bool meets(const Reach& r) const noexcept {
+    bool all = true;
+    for (int k = 0; k < 3; ++k) all &= (r.lower[k] < upper[k]) & (r.upper[k] >= lower[k]);
+    return all & !r.empty();
+  }
+};
+
+struct Cut {
+  Key at = 0;
+  std::int32_t axis = 0;
+};
+
+// A tree over the ranks 0 .. count-1: the node [begin, end) is cut at middle(begin, end), and each
+// rank but 0 is the middle of exactly one node, so the tree is an array of one cut a rank.
+class Regions {
+ public:
+  explicit Regions(int count = 1) : cuts_(static_cast<std::size_t>(count)) {}
+
+  int count() const noexcept { return static_cast<int>(cuts_.size()); }
+  static int middle(int begin, int end) noexcept { return begin + (end - begin) / 2; }
+  Cut& cut(int middle) noexcept { return cuts_[static_cast<std::size_t>(middle)]; }
+  const Cut& cut(int middle) const noexcept { return cuts_[static_cast<std::size_t>(middle)]; }
+  Cut* data() noexcept { return cuts_.data(); }
+
+  // The rank in whose region the point lies.
+  int home(const Key (&at)[3]) const noexcept {
+    int begin = 0, end = count();
+    while (end - begin > 1) {
+      const int m = middle(begin, end);
+      const Cut& c = cut(m);
+      (at[c.axis] < c.at ? end : begin) = m;
+    }
+    return begin;
+  }
+
+  // f(rank) for each rank whose region is reached, by rank; until f gives false. False if it did.
+  template <class F>
+  bool visit(const Reach& reach, F&& f) const {
+    return reach.empty() || visit(0, count(), reach, f);
+  }
+
+  // Of the node [begin, end), which must be one of the tree.
+  Bounds bounds(int begin, int end) const noexcept;
+
+ private:
+  template <class F>
+  bool visit(int begin, int end, const Reach& reach, F& f) const {
+    if (end - begin == 1) return f(begin);
+    const int m = middle(begin, end);
+    const Cut& c = cut(m);
+    return (reach.lower[c.axis] >= c.at || visit(begin, m, reach, f)) &&
+           (reach.upper[c.axis] < c.at || visit(m, end, reach, f));
+  }
+
+  std::vector<Cut> cuts_;
+};
+
+}  // namespace throng::mpi

@@ -1,0 +1,130 @@
+// What fails on one rank fails on all, in the same words and in bounded time.
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <thread>
+
+#include "mpi/all_ranks.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::mpi {
+namespace {
+
+bool is_last() { return rank_here() == rank_count() - 1; }
+
+// The same status and words on every rank, with this in them; and the next call succeeds.
+void expect_failure(const Result& r, Status status, const std::string& words) {
+  EXPECT_EQ(r.status, status) << r.message;
+  EXPECT_NE(std::string(r.message).find(words), std::string::npos)
+      << "no '" << words << "' in: " << r.message;
+  char first[sizeof r.message];
+  std::memcpy(first, r.message, sizeof first);
+  MPI_Bcast(first, sizeof first, MPI_CHAR, 0, MPI_COMM_WORLD);
+  EXPECT_STREQ(first, r.message);
+}
+
+std::string last() { return "rank " + std::to_string(rank_count() - 1) + ": "; }
+
+TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
+  auto boxes = tests::uniform_boxes(50, 1);
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  const std::vector<Box> good = boxes;
+  boxes[17].upper.y = std::nanf("");
+  expect_failure(finder.find({Boxes(is_last() ? boxes : good), nullptr}), Status::nan_box,
+                 last() + "1 boxes have a NaN, the first is its box 17");
+  std::vector<std::int32_t> worlds(50, -1);
+  if (is_last()) worlds[3] = -2;
+  RankBoxes mine{Boxes(good), nullptr};
+  mine.boxes.filters.world = {worlds.data(), worlds.size()};
+  expect_failure(finder.find(mine), Status::bad_filter, last() + "1 boxes have a world below -1");
+  if (is_last()) mine.boxes.filters.world.count = 49;
+  expect_failure(finder.find(mine), Status::bad_filter, "49 values for 50 boxes");
+  EXPECT_TRUE(finder.find({Boxes(good), nullptr}).ok());
+}
+
+TEST(Failures, OptionsThatDifferAreNamed) {
+  if (rank_count() == 1) GTEST_SKIP() << "one rank agrees with itself";
+  const auto boxes = tests::uniform_boxes(20, 2);
+  Settings settings = test_settings();
+  settings.search.margin = is_last() ? 0.5f : 0.25f;
+  Finder finder(MPI_COMM_WORLD, settings);
+  expect_failure(finder.find({Boxes(boxes), nullptr}), Status::ranks_disagree,
+                 "disagree on the margin: from 0.25 to 0.5");
+  settings = test_settings();
+  settings.search.nan = is_last() ? NanPolicy::inactive : NanPolicy::refuse;
+  Finder other(MPI_COMM_WORLD, settings);
+  expect_failure(other.find({Boxes(boxes), nullptr}), Status::ranks_disagree, "NaN policy");
+  settings = test_settings();
+  settings.imbalance = is_last() ? 0.5 : 1.5;
+  Finder third(MPI_COMM_WORLD, settings);
+  expect_failure(third.find({Boxes(boxes), nullptr}), Status::bad_option,
+                 last() + "Settings::imbalance is 0.5");
+}
+
+TEST(Failures, IdsGivenTwiceAreNamed) {
+  const auto boxes = tests::uniform_boxes(20, 3);
+  std::vector<std::uint64_t> ids(20);
+  for (std::size_t i = 0; i < 20; ++i) ids[i] = 100 * static_cast<std::uint64_t>(rank_here()) + i;
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  EXPECT_TRUE(finder.find({Boxes(boxes), ids.data()}).ok());
+  if (is_last()) ids[4] = 7;  // rank 0's; with one rank its own
+  expect_failure(finder.find({Boxes(boxes), ids.data()}), Status::ranks_disagree,
+                 "id 7 was given twice, by ranks 0 and " + std::to_string(rank_count() - 1));
+  if (is_last()) ids[4] = 999999;
+  EXPECT_TRUE(finder.find({Boxes(boxes), ids.data()}).ok());
+  if (rank_count() == 1) return;
+  expect_failure(finder.find({Boxes(boxes), is_last() ? nullptr : ids.data()}),
+                 Status::ranks_disagree, "some ranks give ids");
+}
+
+// A search that cannot run on one rank: an instruction set that nobody has.
+TEST(Failures, OfOneRanksSearchAreThoseOfAll) {
+  const auto boxes = tests::uniform_boxes(20, 4);
+  Settings settings = test_settings();
+#ifdef __aarch64__
+  if (is_last()) settings.search.isa = Isa::avx2;
+#else
+  if (is_last()) settings.search.isa = Isa::neon;
+#endif
+  Finder finder(MPI_COMM_WORLD, settings);
+  expect_failure(finder.find({Boxes(boxes), nullptr}), Status::unsupported_isa, last());
+}
+
+// Run by itself (tests/CMakeLists.txt): afterwards the communicator is in pieces.
+TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
+  const auto boxes = tests::uniform_boxes(20, 5);
+  Settings settings = test_settings();
+  settings.seconds = 1;
+  Finder finder(MPI_COMM_WORLD, settings);
+  ASSERT_TRUE(finder.find({Boxes(boxes), nullptr}).ok());
+  const auto start = std::chrono::steady_clock::now();
+  if (rank_here() != 0) {
+    for (int k = 0; k < 2; ++k) {
+      const Result r = finder.find({Boxes(boxes), nullptr});
+      EXPECT_EQ(r.status, Status::rank_failed);
+      EXPECT_NE(std::string(r.message).find(k == 0 ? "did not come" : "an earlier call failed"),
+                std::string::npos)
+          << r.message;
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    std::printf("told of the late one\n");
+  }
+  std::fflush(stdout);
+  MPI_Barrier(MPI_COMM_WORLD);
+  // What the others began with rank 0 is never finished: only this ends in order everywhere.
+  if (rank_here() == 0) MPI_Abort(MPI_COMM_WORLD, 3);
+  std::this_thread::sleep_for(std::chrono::seconds(60));
+}
+
+TEST(DISABLED_Dead, ARankThatDiesEndsAll) {
+  const auto boxes = tests::uniform_boxes(20, 6);
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  ASSERT_TRUE(finder.find({Boxes(boxes), nullptr}).ok());
+  if (rank_here() == 1) std::raise(SIGKILL);
+  finder.find({Boxes(boxes), nullptr});
+  std::printf("not reached\n");
+}
+
+}  // namespace
+}  // namespace throng::mpi

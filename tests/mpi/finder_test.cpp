@@ -1,0 +1,285 @@
+// The search across ranks against the double loop, however the boxes are spread.
+#include <cfenv>
+#include <cmath>
+
+#include <throng/find_pairs.hpp>
+
+#include "mpi/all_ranks.hpp"
+#include "mpi/least.hpp"
+#include "scene/scene.hpp"
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::mpi {
+namespace {
+
+// Who has a box at first.
+enum class Spread { slices, one_rank, shuffled, not_the_last };
+constexpr Spread spreads[] = {Spread::slices, Spread::one_rank, Spread::shuffled,
+                              Spread::not_the_last};
+
+int holder(Spread spread, std::size_t i, std::size_t n) {
+  const auto ranks = static_cast<std::size_t>(rank_count());
+  switch (spread) {
+    case Spread::slices:
+      return static_cast<int>(i * ranks / n);
+    case Spread::one_rank:
+      return rank_count() / 2;
+    case Spread::shuffled:
+      return static_cast<int>(i * 2654435761u % 1000003u % ranks);
+    case Spread::not_the_last:
+      return static_cast<int>(i % std::max<std::size_t>(1, ranks - 1));
+  }
+  return 0;
+}
+
+struct Mine {
+  std::vector<Box> boxes;
+  std::vector<std::uint64_t> ids;
+
+  Mine(const std::vector<Box>& all, Spread spread, std::uint64_t first = 0,
+       std::uint64_t step = 1) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (holder(spread, i, all.size()) != rank_here()) continue;
+      boxes.push_back(all[i]);
+      ids.push_back(first + step * i);
+    }
+  }
+  RankBoxes view() const { return {Boxes(boxes), ids.data()}; }
+};
+
+void expect_pairs(Finder& finder, const RankBoxes& mine, const std::vector<Pair64>& wanted,
+                  const std::string& what) {
+  const Result r = finder.find(mine);
+  ASSERT_TRUE(r.ok()) << what << ": " << r.message;
+  EXPECT_EQ(r.found, wanted.size()) << what;
+  EXPECT_EQ(r.written, finder.pairs().size());
+  const std::vector<Pair64> found = from_all(finder.pairs());
+  EXPECT_TRUE(found == wanted) << what << ": " << difference(found, wanted);
+}
+
+TEST(Finder, FindsWhatTheDoubleLoopFinds) {
+  // What reaches two regions is handed on along the tree, or nothing is. Space stays cut as it was
+  // for another scene, or is cut anew.
+  Settings settings[2] = {test_settings(), test_settings()};
+  settings[0].wide = 1;
+  settings[1].imbalance = 1;
+  Finder finders[2] = {Finder(MPI_COMM_WORLD, settings[0]), Finder(MPI_COMM_WORLD, settings[1])};
+  std::size_t turn = 0;
+  for (const tests::HardScene& scene : tests::hard_scenes(200)) {
+    const auto wanted = widened(tests::reference_pairs(scene.boxes).pairs);
+    const Mine mine(scene.boxes, spreads[turn / 2 % 4]);
+    ASSERT_NO_FATAL_FAILURE(expect_pairs(finders[turn++ % 2], mine.view(), wanted, scene.name));
+  }
+}
+
+TEST(Finder, FindsTheScenes) {
+  Settings settings = test_settings();
+  settings.imbalance = 1;  // cut anew whenever it might help
+  Finder finder(MPI_COMM_WORLD, settings);
+  std::size_t turn = 0;
+  for (const std::string& name : scene::names()) {
+    scene::Spec spec;
+    spec.name = name;
+    spec.objects = 1500;
+    const scene::Scene scene(spec);
+    std::vector<Box> boxes(spec.objects);
+    scene.frame(0, boxes.data());
+    const auto wanted = widened(find_pairs(Boxes(boxes)));
+    const Mine mine(boxes, spreads[turn++ % 4]);
+    ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, name));
+  }
+}
+
+TEST(Finder, HeedsMarginAndFilters) {
+  Settings settings = test_settings();
+  settings.search.margin = 0.3f;
+  Finder finder(MPI_COMM_WORLD, settings);
+  std::size_t turn = 0;
+  for (const tests::HardScene& scene : tests::hard_scenes(120)) {
+    if (turn++ % 4 != 0) continue;
+    const std::size_t n = scene.boxes.size();
+    std::vector<std::uint32_t> group(n), mask(n);
+    std::vector<std::int32_t> owner(n), world(n);
+    std::vector<std::uint8_t> fixed(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      group[i] = 1u << (i % 3);
+      mask[i] = i % 5 == 0 ? 1u : 7u;
+      owner[i] = static_cast<std::int32_t>(i % 11) - 1;
+      world[i] = static_cast<std::int32_t>(i % 4) - 1;
+      fixed[i] = i % 6 == 0;
+    }
+    Boxes all(scene.boxes);
+    all.filters = {{group.data(), n},
+                   {mask.data(), n},
+                   {owner.data(), n},
+                   {world.data(), n},
+                   {fixed.data(), n}};
+    // Slices, and only the even ranks give filters: what is left out allows all.
+    const std::size_t ranks = static_cast<std::size_t>(rank_count());
+    const std::size_t rank = static_cast<std::size_t>(rank_here());
+    const std::size_t begin = n * rank / ranks, end = n * (rank + 1) / ranks;
+    for (std::size_t r = 1; r < ranks; r += 2) {
+      for (std::size_t i = n * r / ranks; i < n * (r + 1) / ranks; ++i) {
+        group[i] = mask[i] = 0xffffffffu;
+        owner[i] = world[i] = -1;
+        fixed[i] = 0;
+      }
+    }
+    RankBoxes mine{Boxes(scene.boxes.data() + begin, end - begin), nullptr};
+    if (rank % 2 == 0) {
+      const std::size_t m = end - begin;
+      mine.boxes.filters = {{group.data() + begin, m},
+                            {mask.data() + begin, m},
+                            {owner.data() + begin, m},
+                            {world.data() + begin, m},
+                            {fixed.data() + begin, m}};
+    }
+    const auto wanted = widened(tests::reference_pairs(all, 0.3f).pairs);
+    ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine, wanted, scene.name));
+  }
+}
+
+TEST(Finder, FindsPairsOfTwoSets) {
+  const auto a = tests::uniform_boxes(300, 5), b = tests::huge_among_small(200, 6);
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  const Mine mine_a(a, Spread::shuffled, 1000), mine_b(b, Spread::one_rank, 500);
+  const Result r = finder.find(mine_a.view(), mine_b.view());
+  ASSERT_TRUE(r.ok()) << r.message;
+  std::vector<Pair64> wanted;
+  for (const Pair pair : tests::reference_pairs(Boxes(a), Boxes(b)).pairs) {
+    wanted.push_back({1000u + pair.first, 500u + pair.second});
+  }
+  std::sort(wanted.begin(), wanted.end());
+  EXPECT_TRUE(from_all(finder.pairs()) == wanted) << difference(from_all(finder.pairs()), wanted);
+}
+
+TEST(Finder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
+  const auto boxes = tests::uniform_boxes(300, 7);
+  const std::uint64_t first = std::uint64_t{1} << 63, step = std::uint64_t{0} - 1000003;
+  Settings settings = test_settings();
+  settings.search.order = Order::canonical;
+  Finder finder(MPI_COMM_WORLD, settings);
+  const Mine mine(boxes, Spread::shuffled, first, step);
+  std::vector<Pair64> wanted;
+  for (const Pair pair : tests::reference_pairs(Boxes(boxes)).pairs) {
+    const std::uint64_t one = first + step * pair.first, two = first + step * pair.second;
+    wanted.push_back({std::min(one, two), std::max(one, two)});
+  }
+  std::sort(wanted.begin(), wanted.end());
+  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "large ids"));
+  EXPECT_TRUE(std::is_sorted(finder.pairs().begin(), finder.pairs().end()));
+}
+
+TEST(Finder, TakesNoBoxesAndBoxesThatAllTeleport) {
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, {}, {}, "none"));
+  auto boxes = tests::uniform_boxes(400, 9);
+  for (int frame = 0; frame < 4; ++frame) {
+    const Mine mine(boxes, spreads[frame]);
+    const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
+    ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "teleport"));
+    for (Box& box : boxes) {
+      const float far = frame % 2 ? -977.0f : 1013.0f;
+      box = {{box.lower.z + far, box.lower.x, box.lower.y},
+             {box.upper.z + far, box.upper.x, box.upper.y}};
+    }
+  }
+}
+
+// A plane over everything goes along the tree: its owner sends one message a level.
+TEST(Finder, AnObjectThatSpansAllIsHandedOn) {
+  auto boxes = tests::uniform_boxes(500, 11);
+  const float far = tests::infinity;
+  boxes[0] = {{-far, -far, -far}, {far, far, far}};
+  boxes[1] = {{-1e6f, -1e6f, 2}, {1e6f, 1e6f, 3}};
+  Settings settings = test_settings();
+  settings.wide = 1;
+  Finder finder(MPI_COMM_WORLD, settings);
+  const Mine mine(boxes, Spread::slices);
+  const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
+  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "spanning"));
+  EXPECT_EQ(sum_over_ranks(finder.traffic().wide) >= 2, rank_count() > 1);
+}
+
+// In a caller's odd floating-point state, which may differ by rank.
+TEST(Finder, HeedsNoRoundingModeOfItsCaller) {
+  const auto boxes = tests::denormal_boxes(400, 12);
+  const auto wanted = widened(tests::reference_pairs(Boxes(boxes), 1e-41f).pairs);
+  Settings settings = test_settings();
+  settings.search.margin = 1e-41f;
+  const Mine mine(boxes, Spread::shuffled);
+  const int modes[] = {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO, FE_TONEAREST};
+  std::fesetround(modes[rank_here() % 4]);
+#ifdef __SSE__
+  const unsigned state = __builtin_ia32_stmxcsr();
+  if (rank_here() % 2 == 0) __builtin_ia32_ldmxcsr(state | 0x8040);  // flush to zero, both ways
+#endif
+  Finder finder(MPI_COMM_WORLD, settings);
+  const Result r = finder.find(mine.view());
+#ifdef __SSE__
+  __builtin_ia32_ldmxcsr(state);
+#endif
+  std::fesetround(FE_TONEAREST);
+  ASSERT_TRUE(r.ok()) << r.message;
+  const auto found = from_all(finder.pairs());
+  EXPECT_TRUE(found == wanted) << difference(found, wanted);
+}
+
+// What is counted repeats, and comes below the threshold for scenes that are uneven.
+TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
+  for (const char* name : {"clusters", "pile", "uniform"}) {
+    scene::Spec spec;
+    spec.name = name;
+    spec.objects = 12000;
+    const scene::Scene scene(spec);
+    std::vector<Box> boxes(spec.objects);
+    scene.frame(0, boxes.data());
+    std::vector<std::uint64_t> work[2];
+    double imbalance = 9;
+    for (auto& run : work) {
+      if (&run == &work[1] && std::string(name) != "clusters") continue;
+      Settings settings = test_settings();
+      settings.imbalance = 1.05;
+      Finder finder(MPI_COMM_WORLD, settings);
+      const Mine mine(boxes, Spread::slices);
+      for (int frame = 0; frame < 4; ++frame) {
+        ASSERT_TRUE(finder.find(mine.view()).ok());
+        run.push_back(finder.traffic().work);
+        run.push_back(finder.traffic().halo.bytes);
+        imbalance = finder.traffic().imbalance;
+      }
+    }
+    if (!work[1].empty()) {
+      EXPECT_EQ(work[0], work[1]) << name;
+    }
+    EXPECT_LT(imbalance, 1.1) << name;
+  }
+}
+
+// Boxes that lie where they are at home: only what crosses a cut is sent.
+TEST(Traffic, IsNearTheLeastForUniformBoxes) {
+  scene::Spec spec;
+  spec.name = "uniform";
+  spec.objects = 20000;
+  const scene::Scene scene(spec);
+  std::vector<Box> boxes(spec.objects);
+  scene.frame(0, boxes.data());
+  Finder finder(MPI_COMM_WORLD, test_settings());
+  ASSERT_TRUE(finder.find(Mine(boxes, Spread::slices).view()).ok());
+  std::vector<Box> mine;
+  std::vector<std::uint64_t> ids;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (finder.home(boxes[i]) != rank_here()) continue;
+    mine.push_back(boxes[i]);
+    ids.push_back(i);
+  }
+  ASSERT_TRUE(finder.find({Boxes(mine), ids.data()}).ok());
+  const double least = 20000 * least_copies(rank_count(), scene.side());
+  const double bytes = static_cast<double>(sum_over_ranks(finder.traffic().halo.bytes));
+  EXPECT_LE(bytes, 1.3 * 32 * least);
+  EXPECT_EQ(finder.traffic().home, mine.size());
+}
+
+}  // namespace
+}  // namespace throng::mpi

@@ -1,0 +1,99 @@
+// throng-mpi under mpirun: the recorded data, and what is wrong with files and options.
+#include <cstdlib>
+#include <limits>
+
+#include "cli/child.hpp"
+
+namespace throng::test {
+namespace {
+
+class Program : public CliTest {
+ protected:
+  // The words of mpirun before the program, which the build found.
+  Said ranks(int count, const std::vector<std::string>& arguments,
+             const std::vector<std::string>& others = {}) const {
+    std::vector<std::string> words = {"--oversubscribe", "--bind-to", "none"};
+    const auto add = [&](int n, const std::vector<std::string>& more) {
+      words.insert(words.end(), {"-n", std::to_string(n), THRONG_RANKS});
+      words.insert(words.end(), more.begin(), more.end());
+    };
+    add(count, arguments);
+    if (!others.empty()) {
+      words.push_back(":");
+      add(1, others);
+    }
+    return run_program(THRONG_MPIRUN, words);
+  }
+  // Exit status 2, nothing on standard output, and as many lines of the program as ranks, all
+  // alike.
+  void refuses_all(const Said& said, std::size_t count, const std::string& words) const {
+    EXPECT_EQ(said.status, 2) << said.err;
+    EXPECT_EQ(said.out, "");
+    std::size_t lines = 0;
+    for (std::size_t at = 0; (at = said.err.find("throng-mpi: ", at)) != std::string::npos; ++at) {
+      EXPECT_NE(said.err.substr(at, said.err.find('\n', at) - at).find(words), std::string::npos)
+          << "no '" << words << "' in: " << said.err;
+      ++lines;
+    }
+    EXPECT_EQ(lines, count) << said.err;
+  }
+};
+
+TEST_F(Program, finds_the_pairs_of_the_recorded_data) {
+  const char* folder = std::getenv("THRONG_DATA");
+  if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded boxes";
+  const struct {
+    const char* file;
+    std::uint64_t pairs;
+    const char* checksum;
+  } known[] = {{"bounds02.npy", 14969, "8a5b4278ca3373ad"},
+               {"cloth-funnel.npy", 805888, "9e35f6c6f96859f1"}};
+  for (const auto& k : known) {
+    const Said said =
+        ranks(4, {"pairs", std::string(folder) + "/" + k.file, "--threads", "1", "--json"});
+    ASSERT_EQ(said.status, 0) << said.err;
+    const auto json = nlohmann::json::parse(said.out);
+    EXPECT_EQ(json["pairs"], k.pairs) << k.file;
+    EXPECT_EQ(json["checksum"], k.checksum) << k.file;
+  }
+}
+
+TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
+  ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status,
+            0);
+  const auto one = json({"pairs", at("w.npy"), "--world", at("w-world.npy")});
+  const Said said = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--threads", "1",
+                              "--json", "-o", at("p.npy")});
+  ASSERT_EQ(said.status, 0) << said.err;
+  const auto many = nlohmann::json::parse(said.out);
+  EXPECT_EQ(many["pairs"], one["pairs"]);
+  EXPECT_EQ(many["checksum"], one["checksum"]);
+  EXPECT_EQ(many["ranks"], 3);
+  const std::string bytes = slurp(at("p.npy"));
+  EXPECT_EQ(bytes.size(), 128 + 16 * one["pairs"].get<std::size_t>());
+  EXPECT_NE(bytes.find("'<u8'"), std::string::npos);
+  EXPECT_FALSE(exists("p.npy.part"));
+  // The front door: the same program under the name that users know.
+  const Said front = run({"pairs", "--mpi", at("w.npy"), "--world", at("w-world.npy"), "--json"});
+  ASSERT_EQ(front.status, 0) << front.err;
+  EXPECT_EQ(nlohmann::json::parse(front.out)["checksum"], one["checksum"]);
+}
+
+TEST_F(Program, says_what_is_wrong_once_a_rank) {
+  ASSERT_EQ(run({"scene", "uniform", "--objects", "500", "-o", at("a.npy")}).status, 0);
+  std::string bytes = slurp(at("a.npy"));
+  spill(at("short.npy"), bytes.substr(0, bytes.size() - 24));
+  refuses_all(ranks(2, {"pairs", at("short.npy")}), 2,
+              "rank 0: " + at("short.npy") + ": found float32");
+  refuses_all(ranks(2, {"pairs", at("a.npy")}, {"pairs", at("none.npy")}), 3, "rank 2: ");
+  refuses_all(ranks(1, {"pairs", at("a.npy")}, {"pairs", at("a.npy"), "--margin", "1"}), 2,
+              "disagree on the margin: from 0 to 1");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  bytes.replace(128 + 24 * 300, 4, reinterpret_cast<const char*>(&nan), 4);
+  spill(at("nan.npy"), bytes);
+  refuses_all(ranks(2, {"pairs", at("nan.npy")}), 2,
+              "rank 1: 1 boxes have a NaN, the first is its box 50");
+}
+
+}  // namespace
+}  // namespace throng::test
