@@ -75,6 +75,7 @@ int dispatch(int argc, char** argv) {
   runs.emplace_back("pairs", add_pairs(app));
   runs.emplace_back("scene", add_scene(app));
   runs.emplace_back("check", add_check(app));
+  runs.emplace_back("replay", add_replay(app));
   runs.emplace_back("explain", add_explain(app));
   for (const Companion& companion : companions) {
     // `bench` is named even where it is not built, so that one learns how to get it.
