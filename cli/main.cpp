@@ -131,6 +131,6 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::cli
 
 int main(int argc, char** argv) {
-  throng::cli::ignore_broken_pipes();
+  throng::cli::ignore_write_signals();
   return throng::cli::guarded(argc, argv);
 }

@@ -69,7 +69,9 @@ void write_frames(const scene::Scene& made, const Arguments& arguments) {
 void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
   std::vector<std::int32_t> worlds(n);
   for (std::size_t i = 0; i < n; ++i) worlds[i] = made.world(i);
+  const InterruptGuard guard;
   scene::write_i32(path, worlds.data(), n);
+  guard.check();
 }
 
 int run(Arguments& arguments) {

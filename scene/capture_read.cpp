@@ -264,7 +264,8 @@ class Reader {
     }
     if (set.flags & capture::has_static) bytes_each += 1;
     const std::size_t n = count_of(bytes_each);
-    if (n > max_box_count) wrong_here(std::to_string(n) + " boxes", "2^32 - 1 at most");
+    if (n > max_box_count)
+      wrong_here(std::to_string(n) + " boxes", std::to_string(max_box_count) + " at most");
     set.boxes.resize(n);
     for (Box& box : set.boxes) {
       box.lower = vec3();

@@ -61,7 +61,8 @@ class Cells {
 
   // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
-  // that overlaps this one, some of them several times, and returns how many were compared.
+  // that overlaps this one, some of them several times, and returns how many were compared. What f
+  // throws comes through: it may want memory.
   struct Reach {
     static constexpr std::uint32_t most = 40, room = 62;
     std::uint32_t count;  // above `most`: too many to list
@@ -76,7 +77,7 @@ class Cells {
     }
   }
   template <class F>
-  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept;
+  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
   void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
@@ -136,11 +137,11 @@ class Cells {
     used_ &= (1u << classes) - 1;
   }
   template <class F>
-  void each_home(const Box& box, Worlds worlds, F&& f) const noexcept;
+  void each_home(const Box& box, Worlds worlds, F&& f) const;
   template <class F>
-  void each_home(const Range& range, int c, std::int32_t world, F&& f) const noexcept;
+  void each_home(const Range& range, int c, std::int32_t world, F&& f) const;
   template <class F>
-  std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept;
+  std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const;
 
   List<Line> lines_;
   std::uint32_t mask_ = 0;        // cells - 1, a power of two less one
@@ -153,7 +154,7 @@ class Cells {
 };
 
 template <class F>
-std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept {
+std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const {
   std::uint64_t compared = 0;
   for (std::uint32_t i = home; i != none;) {
     const Line& line = lines_[i];
@@ -168,7 +169,7 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
 }
 
 template <class F>
-void Cells::each_home(const Box& box, Worlds worlds, F&& f) const noexcept {
+void Cells::each_home(const Box& box, Worlds worlds, F&& f) const {
   const Range range = quantise(box);
   for (std::uint32_t used = used_; used != 0; used &= used - 1) {
     const int c = std::countr_zero(used);
@@ -180,7 +181,7 @@ void Cells::each_home(const Box& box, Worlds worlds, F&& f) const noexcept {
 }
 
 template <class F>
-void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept {
+void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const {
   for (std::int32_t z = cells.lower[2]; z <= cells.upper[2]; ++z) {
     for (std::int32_t y = cells.lower[1]; y <= cells.upper[1]; ++y) {
       const std::uint32_t h = row(c, world, y, z);
@@ -193,7 +194,7 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
 
 // Chains and hits are put on lists, at no branch: nobody can guess where they are.
 template <class F>
-std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept {
+std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const {
   const cpu::PackedQuery query(box);
   std::uint64_t compared = 0;
   if (reach.count <= Reach::most) {

@@ -45,6 +45,10 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
   return real(thread, attributes, start, argument);
 }
 
+// GCC sees free() behind one and not malloc() behind the other.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
 void* operator new(std::size_t bytes) {
   if (void* memory = take(bytes)) return memory;
   throw std::bad_alloc();
