@@ -12,6 +12,7 @@ using Run = std::function<int()>;  // gives the exit status
 Run add_pairs(CLI::App& program);
 Run add_scene(CLI::App& program);
 Run add_check(CLI::App& program);
+Run add_replay(CLI::App& program);
 Run add_explain(CLI::App& program);
 Run add_demo(CLI::App& program);
 

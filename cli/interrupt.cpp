@@ -19,11 +19,18 @@ InterruptGuard::InterruptGuard() {
   interrupted = false;
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
+#ifdef SIGHUP
+  hangs_up_ = std::signal(SIGHUP, note_interrupt) != SIG_IGN;
+  if (!hangs_up_) std::signal(SIGHUP, SIG_IGN);  // nohup
+#endif
 }
 
 InterruptGuard::~InterruptGuard() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
+#ifdef SIGHUP
+  if (hangs_up_) std::signal(SIGHUP, SIG_DFL);
+#endif
 }
 
 void InterruptGuard::check() const {
@@ -32,15 +39,21 @@ void InterruptGuard::check() const {
 
 const std::atomic<bool>& InterruptGuard::flag() noexcept { return interrupted; }
 
-void ignore_broken_pipes() {
+void ignore_write_signals() {
 #ifdef SIGPIPE
   std::signal(SIGPIPE, SIG_IGN);
 #endif
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, SIG_IGN);
+#endif
 }
 
-void restore_broken_pipes() {
+void restore_write_signals() {
 #ifdef SIGPIPE
   std::signal(SIGPIPE, SIG_DFL);
+#endif
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, SIG_DFL);
 #endif
 }
 

@@ -8,8 +8,8 @@ namespace throng::cli {
 
 struct Interrupted {};
 
-// While one lives, SIGINT and SIGTERM only set a flag, which the writing loop asks for; the second
-// one kills. Everywhere else they end the program at once, as there is nothing to clean up.
+// While one lives, SIGINT, SIGTERM and SIGHUP only set a flag, which the writing loop asks for; the
+// second one kills. Everywhere else they end the program at once, as there is nothing to clean up.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -21,11 +21,15 @@ class InterruptGuard {
   void check() const;
   // True from then on; for Options::stop.
   static const std::atomic<bool>& flag() noexcept;
+
+ private:
+  bool hangs_up_ = true;  // SIGHUP was not ignored
 };
 
-// A pipe that nobody reads must be an error of the write, not the end of the program: half files
-// are to be cleared away. Undone for programs that are started from here.
-void ignore_broken_pipes();
-void restore_broken_pipes();
+// A pipe that nobody reads, and a file that may grow no further, must be errors of the write, not
+// the end of the program: half files are to be cleared away. Undone for programs that are started
+// from here.
+void ignore_write_signals();
+void restore_write_signals();
 
 }  // namespace throng::cli

@@ -85,6 +85,7 @@ int dispatch(int argc, char** argv) {
   runs.emplace_back("pairs", add_pairs(app));
   runs.emplace_back("scene", add_scene(app));
   runs.emplace_back("check", add_check(app));
+  runs.emplace_back("replay", add_replay(app));
   runs.emplace_back("explain", add_explain(app));
   for (const Companion& companion : companions) {
     // `bench` is named even where it is not built, so that one learns how to get it.
@@ -140,6 +141,6 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::cli
 
 int main(int argc, char** argv) {
-  throng::cli::ignore_broken_pipes();
+  throng::cli::ignore_write_signals();
   return throng::cli::guarded(argc, argv);
 }

@@ -125,6 +125,7 @@ class Runner {
       ms = ms_since(start);
     }
     require_ok(result, input_, f);
+    if (result.message[0] && f == 0) complain(fmt::format("throng: note: {}", result.message));
     if (!capped()) {
       const Pairs pairs = finder_.pairs();
       frame.checksum = scene::pair_checksum(pairs.data(), pairs.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -9,8 +10,10 @@ namespace throng::cli {
 
 Truth::Truth(const Boxes& a, const Boxes* b, float margin,
              const std::function<void(std::size_t)>& progress)
-    : loop_(double_loop(a, b, margin, progress)) {
-  rows_.assign(a.size() + 1, 0);
+    : Truth(a.size(), double_loop(a, b, margin, progress)) {}
+
+Truth::Truth(std::size_t rows, LoopResult right) : loop_(std::move(right)) {
+  rows_.assign(rows + 1, 0);
   for (const Pair& pair : loop_.pairs) ++rows_[std::size_t{pair.first} + 1];
   for (std::size_t i = 1; i < rows_.size(); ++i) rows_[i] += rows_[i - 1];
   seen_.resize(loop_.pairs.size());
@@ -22,9 +25,11 @@ std::vector<std::string> Truth::differences(const Pair* pairs, std::size_t count
       (count == 0 || std::memcmp(pairs, loop_.pairs.data(), count * sizeof(Pair)) == 0)) {
     return list;
   }
+  first_.reset();
   std::fill(seen_.begin(), seen_.end(), std::uint8_t{0});
   std::uint64_t extra = 0, twice = 0, missing = 0;
   const auto note = [&](std::uint64_t& how_many, const char* what, const Pair& pair) {
+    if (list.empty()) first_ = {what, pair};
     if (how_many++ < 3) list.push_back(fmt::format("{} ({}, {})", what, pair.first, pair.second));
   };
   for (std::size_t k = 0; k < count; ++k) {

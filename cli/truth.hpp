@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,17 +20,27 @@ class Truth {
   Truth(const Boxes& a, const Boxes* b, float margin,
         const std::function<void(std::size_t)>& progress);
 
+  // What is taken for right without a double loop; its pairs stand in canonical order.
+  Truth(std::size_t rows, LoopResult right);
+
   const std::vector<Pair>& pairs() const noexcept { return loop_.pairs; }
   std::uint64_t inactive() const noexcept { return loop_.inactive; }
 
   // Empty where `pairs` holds each right pair once and nothing else, and stands in canonical order
   // where that is asked for; else the first differences and how many there are.
   std::vector<std::string> differences(const Pair* pairs, std::size_t count, bool in_order);
+  // The first pair that was wrong in the last list that was, and how.
+  struct Difference {
+    const char* what;  // missing, extra, twice
+    Pair pair;
+  };
+  const std::optional<Difference>& first() const noexcept { return first_; }
 
  private:
   std::size_t find(const Pair& pair) const;
 
   LoopResult loop_;
+  std::optional<Difference> first_;
   std::vector<std::uint64_t> rows_;  // where each first index begins
   std::vector<std::uint8_t> seen_;   // by place in the sorted list
 };

@@ -1,5 +1,6 @@
 # What all targets of the house share: the language, warnings, bit-exact floating point, one bin/.
 include(GNUInstallDirs)
+include(ThrongHarden)
 
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
@@ -14,6 +15,9 @@ function(throng_room target)
     target_compile_options(${target} PRIVATE
       "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off>"
       "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${THRONG_WERROR}>>:-Werror>")
+  endif()
+  if(THRONG_HARDEN)
+    throng_harden(${target})
   endif()
 endfunction()
 

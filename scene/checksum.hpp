@@ -1,28 +1,11 @@
-// A checksum of a set of pairs that does not depend on their order.
+// The checksum of a set of pairs, and the mixing that scenes are made by.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-
-#include <throng/types.hpp>
+#include <throng/checksum.hpp>
 
 namespace throng::scene {
 
-// The splitmix64 generator: state x in, 64 well mixed bits out; a bijection.
-constexpr std::uint64_t mix(std::uint64_t x) noexcept {
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
-
-// The sum mod 2^64 of mix(first << 32 | second): checksums of blocks of pairs add up.
-inline std::uint64_t pair_checksum(const Pair* pairs, std::size_t count) noexcept {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    sum += mix(std::uint64_t{pairs[i].first} << 32 | pairs[i].second);
-  }
-  return sum;
-}
+using throng::pair_checksum;
+constexpr std::uint64_t mix(std::uint64_t x) noexcept { return mix64(x); }
 
 }  // namespace throng::scene

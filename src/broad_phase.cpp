@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include <throng/find_pairs.hpp>
 
+#include "capture/log.hpp"
 #include "cpu/float_state.hpp"
 #include "live/tracker.hpp"
 #include "validate.hpp"
@@ -24,6 +26,7 @@ struct BroadPhase::State {
   std::pmr::memory_resource* resource;
   live::Tracker tracker;
   std::atomic<bool> in_call{false};
+  capture::Log log;
 };
 
 struct BroadPhaseAccess {
@@ -44,10 +47,14 @@ struct BroadPhaseAccess {
     } catch (const cpu::NoMemory& failure) {
       explain_failure(r, {Status::out_of_memory, failure.bytes});
     }
-    state.in_call.store(false, std::memory_order_release);
     if (!r.ok()) explain(r, false, false);
+    state.log.answer(r);
+    state.in_call.store(false, std::memory_order_release);
     return r;
   }
+
+  // Of a call that runs: where it is written down once it is known to be valid.
+  static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
   // Makes the state at the first call.
   static bool prepare(BroadPhase& it, Result& r) noexcept {
@@ -71,6 +78,7 @@ struct BroadPhaseAccess {
       return false;
     }
     it.state_ = new (room) BroadPhase::State(options, memory);
+    if (const char* folder = capture::folder_of(options)) it.state_->log.open(folder, options);
     return true;
   }
 
@@ -85,6 +93,7 @@ struct BroadPhaseAccess {
 namespace {
 
 using Access = BroadPhaseAccess;
+using capture::Operation;
 
 LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
 
@@ -125,6 +134,25 @@ bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options,
   return r.invalid_count == 0 || refuse(r, Status::nan_box);
 }
 constexpr auto all = [](std::size_t) { return true; };
+
+// What a capture keeps of what was told.
+std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
+  for (const LivePair& pair : pairs) {
+    sum = capture::chain(sum, std::uint64_t{pair.first} << 32 | pair.second);
+    sum = capture::chain(sum, pair.slot);
+  }
+  return capture::chain(sum, pairs.size());
+}
+std::uint64_t fold_of(const SweepHitList& hits) noexcept {
+  std::uint64_t sum = 0;
+  for (const SweepHit& hit : hits) {
+    std::uint64_t time;
+    std::memcpy(&time, &hit.time, sizeof time);
+    sum = capture::chain(sum, std::uint64_t{hit.sweep} << 32 | hit.object);
+    sum = capture::chain(sum, time);
+  }
+  return sum;
+}
 
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
@@ -178,6 +206,11 @@ Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
     }
     options_.margin = other.options_.margin;
     r.found = mine.objects().count();
+    if (capture::Log& log = Access::log(*this)) {
+      log.begin(Operation::restart, 1, 0, 0, {options_.margin, 0, 0});
+      log.boxes(mine.objects().view());
+      log.list(mine.objects().limit(), [&](std::size_t id) { return mine.objects().is_alive(id); });
+    }
   });
 }
 
@@ -192,13 +225,19 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
       r.status = Status::too_many_boxes;
       return;
     }
+    capture::Log& log = Access::log(*this);
+    log.begin(Operation::add, 1);
+    log.boxes(boxes);
     objects.reserve_more(boxes.size());
+    std::uint64_t told = 0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       Filter filter;
       set(filter, boxes.filters, i);
       const ObjectId id = objects.add(boxes[i], filter);
       if (ids) ids[i] = id;
+      if (log) told = capture::chain(told, id);
     }
+    log.told(told);
     r.found = objects.count();
   });
 }
@@ -221,6 +260,8 @@ ObjectId BroadPhase::add(const Box& box, const Filter& filter) {
 Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     if (!valid_ids(tracker.objects(), ids, count, r)) return;
+    Access::log(*this).begin(Operation::remove, 0);
+    Access::log(*this).ids(ids, count);
     for (std::size_t i = 0; i < count; ++i) tracker.objects().remove(ids[i]);
     r.found = tracker.objects().count();
   });
@@ -234,6 +275,9 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     if (!valid(bare, nullptr, options_, r)) return;
     if (!valid_ids(tracker.objects(), ids, boxes.size(), r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    Access::log(*this).begin(Operation::move, 1);
+    Access::log(*this).ids(ids, boxes.size());
+    Access::log(*this).boxes(bare);
     for (std::size_t i = 0; i < boxes.size(); ++i) tracker.objects().move(ids[i], boxes[i]);
     r.found = tracker.objects().count();
   });
@@ -256,6 +300,8 @@ Result BroadPhase::move_all(const Boxes& boxes) noexcept {
     }
     const auto alive = [&](std::size_t id) { return objects.is_alive(id); };
     if (!valid_floats(boxes, boxes.size(), options_, alive, r)) return;
+    Access::log(*this).begin(Operation::move_all, 1);
+    Access::log(*this).boxes(bare);
     tracker.move_all(boxes, options_);
     r.found = objects.count();
   });
@@ -270,6 +316,9 @@ Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
     Boxes stand_in(&some, count, 0);  // one box, repeated: the filters are what is looked at
     stand_in.filters = filters;
     if (!valid(stand_in, nullptr, options_, r)) return;
+    Access::log(*this).begin(Operation::set_filters, 1);
+    Access::log(*this).ids(ids, count);
+    Access::log(*this).boxes(stand_in);
     for (std::size_t i = 0; i < count; ++i) {
       Filter filter = objects.filter(ids[i]);
       set(filter, filters, i);
@@ -290,6 +339,7 @@ Result BroadPhase::shift_origin(const Vec3& by) noexcept {
       r.status = Status::bad_option;
       return;
     }
+    Access::log(*this).begin(Operation::shift_origin, 0, 0, 0, by);
     live::Objects& objects = tracker.objects();
     const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
     for (std::size_t i = 0; i < objects.limit(); ++i) {
@@ -303,8 +353,12 @@ Result BroadPhase::shift_origin(const Vec3& by) noexcept {
 }
 
 Result BroadPhase::update() noexcept {
-  return Access::call(*this,
-                      [&](live::Tracker& tracker, Result& r) { tracker.update(options_, r); });
+  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    capture::Log& log = Access::log(*this);
+    log.begin(Operation::update, 0);
+    tracker.update(options_, r);
+    if (log) log.told(fold_of(fold_of(0, begun()), ended()));
+  });
 }
 
 LivePairs BroadPhase::begun() const noexcept {
@@ -323,7 +377,11 @@ Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
     tracker.queries().overlaps().clear();
     if (!valid(boxes, nullptr, options_, r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    capture::Log& log = Access::log(*this);
+    log.begin(Operation::find_overlaps, 1);
+    log.boxes(boxes);
     tracker.find_overlaps(boxes, options_, r);
+    if (log) log.told(pair_checksum(overlaps().data(), overlaps().size()));
   });
 }
 Pairs BroadPhase::overlaps() const noexcept {
@@ -351,8 +409,13 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
       r.status = Status::nan_box;
       return;
     }
+    capture::Log& log = Access::log(*this);
+    log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
+    log.sweeps(sweeps, count);
+    log.boxes(boxes);
     tracker.find_hits(sweeps, count, which, filters, options_);
     r.found = r.written = tracker.queries().hits().size();
+    if (log) log.told(fold_of(hits()));
   });
 }
 SweepHitList BroadPhase::hits() const noexcept {

@@ -1,5 +1,6 @@
 // The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <new>
 #include <utility>
@@ -7,6 +8,7 @@
 #include <throng/throng.hpp>
 
 #include "automatic.hpp"
+#include "capture/log.hpp"
 #include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
@@ -107,6 +109,43 @@ struct FinderAccess {
     Result r;
     finder.pairs_ = {};
     if (!valid(a, b, finder.options_, r)) return r;
+    if (const char* folder = capture::folder_of(finder.options_))
+      return captured(folder, finder, a, b, output, consumer);
+    return search(finder, a, b, output, consumer);
+  }
+
+  // The same, written to a file: what goes in before the search, and then what came out.
+  static Result captured(const char* folder, Finder& finder, const Boxes& a, const Boxes* b,
+                         core::Output* output, const Consumer* consumer) {
+    const capture::Form form = consumer                  ? capture::Form::consumer
+                               : output && !output->grow ? capture::Form::buffer
+                                                         : capture::Form::growing;
+    capture::Log log;
+    log.open(folder, finder.options_);
+    log.begin(capture::Operation::find, b ? 2 : 1,
+              form == capture::Form::buffer ? output->capacity : 0,
+              static_cast<std::uint32_t>(form));
+    log.boxes(a);
+    if (b) log.boxes(*b);
+    std::atomic<std::uint64_t> sum{0};
+    const auto count_in = [&](const Pair* pairs, std::size_t count) {
+      sum += pair_checksum(pairs, count);
+      return (*consumer)(pairs, count);
+    };
+    const Consumer counting(count_in);
+    Result r = search(finder, a, b, output, consumer ? &counting : nullptr);
+    if (output)
+      sum = pair_checksum(output->data, static_cast<std::size_t>(r.written));
+    else if (!consumer)
+      sum = pair_checksum(finder.pairs_.data(), finder.pairs_.size());
+    log.told(sum);
+    log.answer(r);
+    return r;
+  }
+
+  static Result search(Finder& finder, const Boxes& a, const Boxes* b, core::Output* output,
+                       const Consumer* consumer) {
+    Result r;
     if (!finder.state_) {
       std::pmr::memory_resource* memory = finder.options_.memory;
       if (!memory) memory = std::pmr::new_delete_resource();

@@ -78,8 +78,8 @@ struct SweepHitList {
 // call during another one is refused with Status::busy. Result::found of a call on objects is how
 // many there are then, of update() how many pairs live.
 //
-// Of Options these hold here: nan, isa, margin, threads, measure_stages, executor and memory, both
-// of which must outlive the object; backend must be automatic or cpu.
+// Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory,
+// the last two of which must outlive the object; backend must be automatic or cpu.
 class BroadPhase {
  public:
   BroadPhase() noexcept = default;

@@ -112,6 +112,12 @@ struct Options {
   // nothing found; what stands in a buffer of the caller's is then of no use. It is looked at
   // before each column or tile. Null: nobody stops it. It must outlive the call.
   const std::atomic<bool>* stop = nullptr;
+  // A folder that is there already. Each call of a Finder writes a new file into it, a BroadPhase
+  // one file from its first call on: boxes, options, and what was answered, for `throng replay`.
+  // Null: that of the environment variable THRONG_CAPTURE, if any, as the process's first search
+  // finds it. A file takes memory beside the resource, and the time to write it. Where one cannot
+  // be written the answer is the same, and Result::message says why. It must outlive the call.
+  const char* capture = nullptr;
 };
 
 // What the planner chose, and why.

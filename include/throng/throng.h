@@ -35,7 +35,7 @@ typedef enum throng_status {
   THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is odd */
   THRONG_BAD_FILTER,       /* its stride is odd, or a world is below -1 */
   THRONG_BAD_OPTION,       /* also: options that throng_options_init has not seen */
-  THRONG_TOO_MANY_BOXES,   /* more than 2^32 - 1 in one set */
+  THRONG_TOO_MANY_BOXES,   /* more than 2^32 - 2^16 in one set */
   THRONG_OUT_OF_MEMORY,    /* see bytes_needed */
   THRONG_MEMORY_CAP_TOO_SMALL,
   THRONG_UNSUPPORTED_ISA,

@@ -43,7 +43,9 @@ constexpr bool operator<(Pair64 a, Pair64 b) noexcept {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
-// The largest number of boxes in one set: indices are 32 bits wide and 0xffffffff is not one.
-constexpr std::uint64_t max_box_count = 0xffffffffull;
+// The largest number of boxes in one set, 2^32 - 2^16. Indices are 32 bits wide; what is left above
+// them is for marks that are no index, and so that a count and the little that is read or written
+// beyond an array has a number of 32 bits, too.
+constexpr std::uint64_t max_box_count = 0xffff0000ull;
 
 }  // namespace throng

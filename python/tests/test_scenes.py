@@ -40,7 +40,7 @@ def test_wrong_scene() -> None:
     with pytest.raises(TypeError, match="density: found 'high'"):
         throng.scene("uniform", 10, density="high")  # type: ignore[arg-type]
     with pytest.raises(MemoryError):
-        throng.scene("uniform", 2**32 - 1, frames=2**24)
+        throng.scene("uniform", 2**32 - 2**16, frames=2**24)
 
 
 def test_files(tmp_path: Path) -> None:

@@ -87,6 +87,9 @@ constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    
                                            80,  96,  112, 128, 160, 192,  224,  256,  320,  384,
                                            448, 512, 640, 768, 896, 1024, 1536, 2048, 3072, 4096};
 
+// Columns have numbers of 32 bits: a plan has 2^17 at most, sections times parts, as price() and
+// the loops over sections see to. A position along an axis, columns * 32768 - 1 at most, fits 31.
+static_assert(std::uint64_t{max_columns_per_axis} * words_per_column <= 0x7fffffffu);
 Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   Quantiser map;
   for (int k = 0; k < 3; ++k) {

@@ -62,6 +62,10 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   // Tile pairs with the diagonal are the strict upper triangle of one row more: (r, c + 1).
   const std::uint64_t triangle = problem.self ? rows * (rows + 1) / 2 : 0;
   const std::uint64_t work = triangle + rows * columns;
+  // Each of the two is below 2^32 squared over a tile squared, and `next` passes their sum by one a
+  // task. A tile's number fits 32 bits, as a box's does.
+  constexpr std::uint64_t boxes = FloatSpace::tile_boxes;
+  static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
   std::atomic<std::uint64_t> next{0};
   auto task = [&](unsigned t) {
     for (;;) {

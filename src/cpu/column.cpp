@@ -31,6 +31,11 @@ std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept
   return count;
 }
 
+// Counts of a column fit 32 bits: a side's box is entered into a column once at most, so a side has
+// max_box_count records there at most, and what is read beyond them, too, has a number. Of both
+// sides together that need not be so: nothing here adds them up in 32 bits.
+static_assert(max_box_count + strip_padding + 63 <= 0xffffffffu);
+
 // One worker's way through columns.
 class ColumnSearch {
  public:
@@ -204,7 +209,7 @@ void ColumnSearch::run(std::uint32_t column) {
   const Raw raw_a = collect(column, 0);
   const bool has_targets = problem_.targets.count != 0;
   const Raw raw_b = has_targets ? collect(column, 1) : Raw{0, 0, 0};
-  if (raw_a.records + raw_b.records == 0) return;
+  if ((raw_a.records | raw_b.records) == 0) return;  // their sum may be 2^32
   Strip a, b;
   set_buckets(raw_a, raw_b, a, b);
   arrange(raw_a, level_.query_strip, a);
@@ -271,7 +276,7 @@ const std::uint32_t* GridSpace::densest_first() {
 
 // Pairs of two wide boxes: those that no column saw.
 void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker) {
-  if (wide_count_[0] + wide_count_[1] == 0) return;
+  if ((wide_count_[0] | wide_count_[1]) == 0) return;
   for (unsigned side = 0; side < 2; ++side) {
     const std::uint32_t count = wide_count_[side];
     std::uint32_t* ids = wide_ids_[side].room(count + 1);

@@ -6,7 +6,11 @@ namespace throng::cpu {
 
 void* Memory::take(std::size_t bytes, std::size_t alignment) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (cap_ != 0 && (bytes > cap_ || held_ > cap_ - bytes)) throw CapExceeded{held_ + bytes};
+  if (cap_ != 0 && (bytes > cap_ || held_ > cap_ - bytes)) {
+    // Their sum, or the largest number where it has none.
+    throw CapExceeded{bytes > static_cast<std::size_t>(-1) - held_ ? static_cast<std::size_t>(-1)
+                                                                   : held_ + bytes};
+  }
   void* p = nullptr;
   try {
     p = upstream_->allocate(bytes, alignment);

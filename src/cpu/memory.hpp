@@ -66,7 +66,7 @@ class Buffer {
     if (count > capacity_) {
       release();
       const std::size_t want = exact ? count : count + count / 8;
-      data_ = static_cast<T*>(memory_->take(want * sizeof(T), 64));
+      data_ = static_cast<T*>(memory_->take(bytes_of(want, count), 64));
       capacity_ = want;
     }
     return data_;
@@ -75,7 +75,7 @@ class Buffer {
   T* grow(std::size_t count, std::size_t keep) {
     if (count > capacity_) {
       const std::size_t want = count + count / 2;
-      T* fresh = static_cast<T*>(memory_->take(want * sizeof(T), 64));
+      T* fresh = static_cast<T*>(memory_->take(bytes_of(want, count), 64));
       for (std::size_t i = 0; i < keep; ++i) fresh[i] = data_[i];
       release();
       data_ = fresh;
@@ -103,6 +103,14 @@ class Buffer {
   std::size_t bytes() const noexcept { return capacity_ * sizeof(T); }
 
  private:
+  // A count of pairs may be as high as 2^64 - 2^33: their bytes have no number then, and there is
+  // no such memory. `want` is wrapped if it is below what it was made from.
+  static std::size_t bytes_of(std::size_t want, std::size_t count) {
+    constexpr std::size_t most = static_cast<std::size_t>(-1) / sizeof(T);
+    if (want < count || want > most) throw NoMemory{static_cast<std::size_t>(-1)};
+    return want * sizeof(T);
+  }
+
   Memory* memory_;
   T* data_ = nullptr;
   std::size_t capacity_ = 0;

@@ -17,6 +17,7 @@ bool static_of(const Boxes& boxes, std::uint32_t i) noexcept {
 // slots holds (static, world + 1, id) in one number each, sorted: by counting where worlds are
 // numbered densely, by comparison where they are not.
 void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport& report) {
+  static_assert(max_box_count + 1 <= 0xffffffffu, "n + 1 below has a number");
   const auto n = static_cast<std::uint32_t>(boxes.size());
   out.boxes = &boxes;
   std::int32_t most = -1;
@@ -56,6 +57,7 @@ void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport&
       else
         report.add_inactive(i, core::has_nan(box), is_second);
     }
+    // worlds <= 2^31 + 1, as a world is an int32: slots are below 2^33, in 64 bits throughout.
     out.runs.room(2 * worlds);
     for (std::uint64_t s = 0; s < 2 * worlds; ++s) {
       const auto count = static_cast<std::uint32_t>(at[s]);

@@ -35,6 +35,7 @@ void label(const Strip& strip, std::uint32_t first, Level& inner) {
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     inner.labels[first + i] = first + i;
     // Three bits a grid, at most three grids, the inner one's lowest.
+    static_assert(3 * (Worker::max_depth - 1) <= 16, "the bits of all outer grids fit a word");
     inner.before[first + i] = static_cast<std::uint16_t>(strip.begins[i] << 3);
   }
 }
@@ -43,8 +44,9 @@ void label(const Strip& strip, std::uint32_t first, Level& inner) {
 
 bool refine(Search& search, const Problem& problem, Worker& worker, const Strip& a, const Strip& b,
             unsigned depth) {
-  const std::uint32_t boxes = a.count + b.count;
-  if (boxes < least_boxes || depth + 1 >= Worker::max_depth) return false;
+  // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
+  const std::size_t boxes = std::size_t{a.count} + b.count;
+  if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= Worker::max_depth) return false;
   const double lanes = search.kernels->lanes;
   double vectors = 0;
   if (problem.self) vectors += a.count * (mean_window(a, a) / lanes + 0.5);
@@ -52,7 +54,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
     vectors += a.count * (mean_window(a, b) / lanes + 0.5);
     vectors += b.count * (mean_window(b, a) / lanes + 0.5);
   }
-  if (vectors < boxes * least_vectors) return false;
+  if (vectors < static_cast<double>(boxes) * least_vectors) return false;
 
   Level& inner = worker.level(depth + 1);
   inner.ids.room(boxes);

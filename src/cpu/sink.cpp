@@ -5,10 +5,14 @@
 
 namespace throng::cpu {
 
+// Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
+// one set fewer; so there are less than 2^64 - 2^33. next_ counts beside them what was left empty:
+// two rooms a worker, of most_pairs each at most.
 namespace {
 // A piece of the output: large enough that few are asked for, and less where little is left, so
 // that no worker sits on what another needs.
 constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
+static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - 2 * max_workers * most_pairs);
 }  // namespace
 
 void BufferSink::take(const Pair* pairs, std::size_t count) {

@@ -3,6 +3,8 @@
 #include "cpu/float_state.hpp"
 
 #if defined(THRONG_THREADS_TBB)
+#include <atomic>
+
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #else
@@ -19,8 +21,21 @@ unsigned hardware_threads() noexcept {
   return n > 0 ? static_cast<unsigned>(n) : 1u;
 }
 void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-  tbb::parallel_for(
-      0u, count, [&](unsigned i) { task(context, i); }, tbb::simple_partitioner{});
+  // Whoever is called takes the next task. So where oneTBB throws, for want of memory or of
+  // threads, the caller does what is left, and each is done once. Tasks themselves throw nothing.
+  std::atomic<unsigned> next{0};
+  const auto take = [&] {
+    const unsigned i = next.fetch_add(1, std::memory_order_relaxed);
+    if (i < count) task(context, i);
+    return i < count;
+  };
+  try {
+    tbb::parallel_for(
+        0u, count, [&](unsigned) { take(); }, tbb::simple_partitioner{});
+  } catch (...) {
+  }
+  while (take()) {
+  }
 }
 #else
 unsigned hardware_threads() noexcept {
@@ -30,9 +45,9 @@ unsigned hardware_threads() noexcept {
 void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
   // The caller takes the last task; where a thread cannot be started the caller does its work too.
   std::vector<std::thread> threads;
-  threads.reserve(count);
   unsigned next = 0;
   try {
+    threads.reserve(count);
     for (; next + 1 < count; ++next) threads.emplace_back(task, context, next);
   } catch (...) {
   }

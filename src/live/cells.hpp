@@ -64,7 +64,8 @@ class Cells {
 
   // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
-  // that overlaps this one, some of them several times, and returns how many were compared.
+  // that overlaps this one, some of them several times, and returns how many were compared. What f
+  // throws comes through: it may want memory.
   struct Reach {
     static constexpr std::uint32_t most = 40, room = 64;
     std::uint32_t count;  // above `most`: too many to list
@@ -79,7 +80,7 @@ class Cells {
     }
   }
   template <class F>
-  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept;
+  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
   // The same where few overlap: writes all but `self` to hits, which has most_hits of room, and
   // returns how many. Above most_hits: they are more, or many lines were to be looked at.
   static constexpr std::uint32_t most_hits = 2 * Reach::room;
@@ -196,11 +197,11 @@ class Cells {
     return one_class() ? std::countr_zero(used_) : class_of(quantise(entry.box()));
   }
   template <class F>
-  void each_home(const Range& range, Worlds worlds, F&& f) const noexcept;
+  void each_home(const Range& range, Worlds worlds, F&& f) const;
   template <class F>
-  void each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept;
+  void each_home(const Range& cells, int c, std::int32_t world, F&& f) const;
   template <class F>
-  std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept;
+  std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const;
 
   List<Line> lines_;
   std::uint32_t homes_ = 1;  // of cells; the one after is that of too wide boxes
@@ -214,7 +215,7 @@ class Cells {
 };
 
 template <class F>
-std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const noexcept {
+std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const {
   std::uint64_t compared = 0;
   for (std::uint32_t i = home; i != none;) {
     const Line& line = lines_[i];
@@ -228,7 +229,7 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
 }
 
 template <class F>
-void Cells::each_home(const Range& range, Worlds worlds, F&& f) const noexcept {
+void Cells::each_home(const Range& range, Worlds worlds, F&& f) const {
   for (std::uint32_t used = used_; used != 0; used &= used - 1) {
     const int c = std::countr_zero(used);
     const Range cells = cells_of(range, c);
@@ -239,7 +240,7 @@ void Cells::each_home(const Range& range, Worlds worlds, F&& f) const noexcept {
 }
 
 template <class F>
-void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const noexcept {
+void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const {
   const std::uint32_t first = first_part(c, world);
   const Cursor x0 = cursor(cells.lower[0], axis_[0]), y0 = cursor(cells.lower[1], axis_[1]);
   Cursor z = cursor(cells.lower[2], axis_[2]);
@@ -253,7 +254,7 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
 }
 
 template <class F>
-std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const noexcept {
+std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const {
   std::uint64_t compared = 0;
   ObjectId hits[most_hits];
   const std::uint32_t count = search_few(box, none, reach, hits, compared);

@@ -22,6 +22,10 @@ struct Part {
 
 // Writes the new pairs with the slots of those that lived already; begun ones with their index
 // instead. No branch on what comes next, as nobody can guess it.
+//
+// The index is cut to 32 bits, and that is enough. Whoever uses it has called reserve_slots()
+// before, which refuses 2^32 - 1 slots or more, and there are as many slots as pairs at least:
+// those that lived keep theirs, and each that begun gets one that is free or new.
 void merge(const Pair* pairs, const LivePair* live, Part& part, LivePair* out, LivePair* begun,
            LivePair* ended) noexcept {
   std::size_t i = part.begin, j = part.live_begin, begun_count = 0, ended_count = 0;

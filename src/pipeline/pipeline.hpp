@@ -143,6 +143,10 @@ struct Workspace {
   }
 };
 
+// The counts of all cells, of the row beyond them and of the one that counts all have numbers of 32
+// bits, and so have the boxes of both sets together, which are counted there.
+static_assert(max_pipeline_boxes * 9 / 4 + 1024 + Workspace::row_cells + 1 <= 0xffffffffu);
+
 template <class Device>
 class Pipeline {
  public:

@@ -1,0 +1,59 @@
+// A folder for the captures of a test, and what stands in it.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "scene/capture.hpp"
+#include "scene/npy.hpp"
+
+namespace throng::tests {
+
+class CaptureTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "throng-capture-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Options options() const {
+    Options o;
+    o.capture = folder_.c_str();
+    return o;
+  }
+  // In the order in which they were begun.
+  std::vector<std::string> files() const {
+    std::vector<std::string> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_))
+      paths.push_back(entry.path().string());
+    std::sort(paths.begin(), paths.end());
+    return paths;
+  }
+  scene::Capture last() const {
+    const auto paths = files();
+    EXPECT_FALSE(paths.empty());
+    return paths.empty() ? scene::Capture{} : scene::read_capture(paths.back());
+  }
+  std::string last_bytes() const {
+    std::ifstream file(files().back(), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  std::string folder_;
+};
+
+inline scene::Capture parse(const std::string& bytes) {
+  return scene::parse_capture(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
+                              "capture");
+}
+
+}  // namespace throng::tests

@@ -1,0 +1,186 @@
+// throng replay: what a program asked, run again; and captures that tell what is not so.
+#include "cli/child.hpp"
+
+#include <throng/capture.hpp>
+#include <throng/throng.hpp>
+
+namespace throng::test {
+namespace {
+
+class Replay : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    fs::create_directory(at("captures"));
+  }
+  // The newest capture.
+  std::string newest() const {
+    std::string path;
+    for (const auto& entry : fs::directory_iterator(at("captures")))
+      path = std::max(path, entry.path().string());
+    return path;
+  }
+  Said captured(const std::vector<std::string>& arguments, const std::string& folder) const {
+    setenv("THRONG_CAPTURE", folder.c_str(), 1);
+    const Said said = run(arguments);
+    unsetenv("THRONG_CAPTURE");
+    return said;
+  }
+  static std::vector<Box> boxes(int n) {
+    std::vector<Box> list;
+    for (int i = 0; i < n; ++i) {
+      const float x = static_cast<float>(i) * 0.75f;
+      list.push_back({{x, 0, 0}, {x + 1, 1, 1}});
+    }
+    return list;
+  }
+  // Changes a number of the last section, the answer, and seals it again.
+  static void lie(const std::string& path, std::size_t offset) {
+    std::string bytes = slurp(path);
+    const std::size_t at = bytes.size() - (16 + 7 * 8 + 4 * 4 + 8);
+    bytes[at + offset] = static_cast<char>(bytes[at + offset] ^ 1);
+    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+    std::uint64_t sum = capture::fold(capture::fold_start, data + at, bytes.size() - 8 - at);
+    for (std::size_t k = bytes.size() - 8; k < bytes.size(); ++k, sum >>= 8)
+      bytes[k] = static_cast<char>(sum);
+    spill(path, bytes);
+  }
+};
+
+TEST_F(Replay, what_the_program_asked) {
+  ASSERT_EQ(run({"scene", "mixed", "--objects", "700", "-o", at("a.npy")}).status, 0);
+  ASSERT_EQ(
+      captured({"pairs", at("a.npy"), "--margin", "0.5", "--order", "canonical", "--threads", "2"},
+               at("captures"))
+          .status,
+      0);
+  const nlohmann::json told = json({"replay", newest()});
+  EXPECT_EQ(told["agrees"], true);
+  EXPECT_EQ(told["capture_agrees"], true);
+  EXPECT_EQ(told["n"], 700);
+  EXPECT_EQ(told["options"]["margin"], 0.5);
+  EXPECT_EQ(told["options"]["order"], "canonical");
+  EXPECT_EQ(told["right"]["by"], "the double loop");
+  EXPECT_GT(told["right"]["pairs"], 100);
+  EXPECT_GE(told["rows"].size(), 9u);
+  const Said text = run({"replay", newest()});
+  EXPECT_EQ(text.status, 0);
+  EXPECT_NE(text.out.find("emulated"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("all agree"), std::string::npos) << text.out;
+}
+
+TEST_F(Replay, a_capture_that_cannot_be_written_is_told) {
+  ASSERT_EQ(run({"scene", "uniform", "--objects", "50", "-o", at("a.npy")}).status, 0);
+  const Said said = captured({"pairs", at("a.npy")}, at("no/such/folder"));
+  EXPECT_EQ(said.status, 0);
+  EXPECT_NE(said.err.find("capture was not written"), std::string::npos) << said.err;
+  EXPECT_NE(said.out.find("checksum"), std::string::npos);
+  EXPECT_FALSE(exists("no"));
+  // Nor does an empty name mean the folder at hand.
+  EXPECT_EQ(captured({"pairs", at("a.npy")}, "").err, "");
+  EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(Replay, a_wrong_answer_differs) {
+  const std::string folder = at("captures");
+  Options options;
+  options.capture = folder.c_str();
+  ASSERT_EQ(find_pairs(boxes(100), options).size(), 99u);
+  const std::string good = slurp(newest());
+  for (const std::size_t offset : {16, 16 + 6 * 8}) {  // how many pairs; their checksum
+    spill(newest(), good);
+    EXPECT_EQ(run({"replay", newest()}).status, 0);
+    lie(newest(), offset);
+    const Said said = run({"replay", newest()});
+    EXPECT_EQ(said.status, 1) << said.out;
+    EXPECT_NE(said.out.find("DIFFERS from the double loop"), std::string::npos) << said.out;
+  }
+}
+
+TEST_F(Replay, a_refused_box_is_refused_again) {
+  const std::string folder = at("captures");
+  Options options;
+  options.capture = folder.c_str();
+  std::vector<Box> list = boxes(10);
+  list[4].lower.x = NAN;
+  Finder finder(options);
+  ASSERT_EQ(finder.find(list).status, Status::nan_box);
+  const Said said = run({"replay", newest()});
+  EXPECT_EQ(said.status, 0) << said.out;
+  EXPECT_NE(said.out.find("box 4"), std::string::npos) << said.out;
+}
+
+TEST_F(Replay, the_life_of_a_broad_phase) {
+  const std::string folder = at("captures");
+  Options options;
+  options.capture = folder.c_str();
+  const auto live_on = [&](BroadPhase& live) {
+    for (int k = 0; k < 6; ++k) {
+      std::vector<Box> moved = boxes(60);
+      for (int i = 0; i < 60; i += k < 3 ? 1 : 20) moved[i].lower.x -= 0.3f * static_cast<float>(k);
+      ASSERT_TRUE(live.move_all(moved).ok());
+      if (k == 4) {
+        ASSERT_TRUE(live.shift_origin({1, -2, 0.5f}).ok());
+      }
+      ASSERT_TRUE(live.update().ok());
+      ASSERT_TRUE(live.find_overlaps(boxes(5)).ok());
+      const Sweep sweep{boxes(1)[0], {20, 0, 0}};
+      ASSERT_TRUE(live.find_hits(&sweep, 1).ok());
+    }
+  };
+  {
+    BroadPhase live(options);
+    std::vector<ObjectId> ids(60);
+    ASSERT_TRUE(live.add(boxes(60), ids.data()).ok());
+    ASSERT_TRUE(live.update().ok());
+    Filter filter;
+    filter.is_static = 1;
+    for (int i = 0; i < 20; ++i) ASSERT_EQ(live.set_filter(ids[i], filter), Status::ok);
+    live_on(live);
+    const std::string first = newest();
+    nlohmann::json told = json({"replay", first});
+    EXPECT_EQ(told["agrees"], true);
+    EXPECT_EQ(told["updates"], 7);
+    // What a copy did, from the objects that it began with.
+    BroadPhase copy(options);
+    ASSERT_TRUE(copy.copy_from(live).ok());
+    live_on(copy);
+    ASSERT_NE(newest(), first);
+    told = json({"replay", newest()});
+    EXPECT_EQ(told["agrees"], true) << told.dump(2);
+    EXPECT_EQ(told["updates"], 6);
+    ASSERT_TRUE(live.update().ok());
+    EXPECT_EQ(run({"replay", first}).status, 0);
+    lie(first, 16 + 6 * 8);
+    const Said said = run({"replay", first});
+    EXPECT_EQ(said.status, 1) << said.out;
+    EXPECT_NE(said.out.find("began and ended"), std::string::npos) << said.out;
+  }
+}
+
+TEST_F(Replay, files_that_are_no_captures) {
+  refuses({"replay", at("nowhere")}, {"nowhere"});
+  refuses({"replay", folder_.string()}, {folder_.string()});
+  spill(at("a"), "");
+  refuses({"replay", at("a")}, {"no capture"});
+  spill(at("b"), npy("<f4", "1, 6", std::vector<float>(6)));
+  refuses({"replay", at("b")}, {"no capture"});
+  const std::string folder = at("captures");
+  Options options;
+  options.capture = folder.c_str();
+  (void)find_pairs(boxes(30), options);
+  const std::string good = slurp(newest());
+  spill(at("c"), good.substr(0, 300));
+  refuses({"replay", at("c")}, {"cut short"});
+  std::string newer = good;
+  newer[8] = 2;
+  spill(at("d"), newer);
+  refuses({"replay", at("d")}, {"format 2"});
+  newer = good;
+  newer[400] = static_cast<char>(newer[400] ^ 1);
+  spill(at("e"), newer);
+  refuses({"replay", at("e")}, {"damaged"});
+}
+
+}  // namespace
+}  // namespace throng::test

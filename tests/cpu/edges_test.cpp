@@ -1,0 +1,91 @@
+// Counts at the edge of 32 and of 64 bits, where nothing so large needs to be there: what is asked
+// of memory is the right number, and what is counted goes on.
+#include <gtest/gtest.h>
+
+#include <throng/types.hpp>
+
+#include "cpu/kernels.hpp"
+#include "cpu/memory.hpp"
+#include "cpu/sink.hpp"
+#include "cpu/worker.hpp"
+#include "support/counting.hpp"
+
+namespace throng::cpu {
+namespace {
+
+constexpr std::size_t all_ones = static_cast<std::size_t>(-1);
+
+// Keeps what was asked for last, and gives nothing.
+struct Asked : std::pmr::memory_resource {
+  std::size_t bytes = 0;
+  void* do_allocate(std::size_t wanted, std::size_t) override {
+    bytes = wanted;
+    throw std::bad_alloc();
+  }
+  void do_deallocate(void*, std::size_t, std::size_t) override {}
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
+
+TEST(Edges, BytesThatHaveNoNumberAreRefused) {
+  Asked asked;
+  Memory memory(&asked, 0);
+  for (const std::size_t count :
+       {all_ones, all_ones - 1, all_ones / sizeof(Pair) + 1, all_ones / 9 * 8 / sizeof(Pair) + 9,
+        std::size_t{1} << 61, (std::size_t{1} << 61) + 3, std::size_t{1} << 63}) {
+    Buffer<Pair> pairs(memory);
+    for (const bool exact : {false, true}) {
+      try {
+        pairs.room(count, exact);
+        ADD_FAILURE() << count << " pairs were given";
+      } catch (const NoMemory& e) {
+        EXPECT_GE(e.bytes / sizeof(Pair), std::min(count, all_ones / sizeof(Pair))) << count;
+      }
+    }
+    EXPECT_THROW(pairs.grow(count, 0), NoMemory);
+    EXPECT_EQ(pairs.capacity(), 0u);
+  }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+TEST(Edges, ACapThatTheSumPassesIsTold) {
+  tests::CountingResource resource;
+  Memory memory(&resource, 100);
+  memory.set_cap(1000);
+  try {
+    memory.take(all_ones - 50, 8);
+    ADD_FAILURE() << "was given";
+  } catch (const CapExceeded& e) {
+    EXPECT_EQ(e.bytes_needed, all_ones);
+  }
+}
+
+// The arrays of a strip as long as a set may be: in 32 bits their length would begin anew.
+TEST(Edges, AStripOfTheMostBoxes) {
+  Asked asked;
+  Memory memory(&asked, 0);
+  StripSpace space(memory);
+  for (const std::uint64_t count : {max_box_count, max_box_count - 1, std::uint64_t{1} << 31}) {
+    Strip strip;
+    strip.count = static_cast<std::uint32_t>(count);
+    EXPECT_THROW(space.lay_out(strip), NoMemory);
+    EXPECT_GE(asked.bytes, 7 * count * sizeof(std::int16_t));
+  }
+}
+
+// Pairs without room for one of them are only counted.
+TEST(Edges, ASinkCountsOn) {
+  BufferSink sink(nullptr, 0, true);
+  const std::size_t blocks[] = {(std::size_t{1} << 24) + 1, (std::size_t{1} << 31) + 1,
+                                std::size_t{1} << 32, (std::size_t{1} << 63) - 1};
+  std::uint64_t sum = 0;
+  for (const std::size_t block : blocks) {
+    sink.take(nullptr, block);
+    sum += block;
+    EXPECT_EQ(sink.found(), sum);
+    EXPECT_EQ(sink.written(), 0u);
+  }
+  EXPECT_GT(sum, std::uint64_t{1} << 63);
+}
+
+}  // namespace
+}  // namespace throng::cpu

@@ -1,0 +1,38 @@
+// A memory resource that refuses one request, or that one and all after it.
+#pragma once
+
+#include <new>
+
+#include "support/counting.hpp"
+
+namespace throng::tests {
+
+class FailingResource : public CountingResource {
+ public:
+  static constexpr std::size_t never = static_cast<std::size_t>(-1);
+  // Of the requests from now on number `at`, from 0 on, fails; with `all_after` those that follow,
+  // too.
+  void fail(std::size_t at, bool all_after) {
+    at_ = at;
+    seen_ = 0;
+    refused_ = 0;
+    all_after_ = all_after;
+  }
+  void calm() { fail(never, false); }
+  std::size_t refused() const { return refused_; }
+  std::size_t seen() const { return seen_; }
+
+ private:
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    const std::size_t number = seen_++;
+    if (number == at_ || (all_after_ && number > at_)) {
+      ++refused_;
+      throw std::bad_alloc();
+    }
+    return CountingResource::do_allocate(bytes, alignment);
+  }
+  std::size_t at_ = never, seen_ = 0, refused_ = 0;
+  bool all_after_ = false;
+};
+
+}  // namespace throng::tests

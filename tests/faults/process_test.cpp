@@ -1,0 +1,222 @@
+// What fails beside the memory resource: threads that cannot be started, and the process's own
+// operator new, at each call in turn.
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <new>
+
+#include <throng/throng.h>
+#include <throng/throng.hpp>
+
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace {
+
+std::atomic<bool> no_threads{false};
+std::atomic<unsigned> threads_refused{0};
+// Of the calls of operator new from now on this one fails; negative: none does.
+std::atomic<long> failing_new{-1};
+std::atomic<unsigned> news_refused{0};
+
+bool refuse_new() {
+  if (failing_new.load(std::memory_order_relaxed) < 0) return false;
+  if (failing_new.fetch_sub(1) != 0) return false;
+  ++news_refused;
+  return true;
+}
+void* take(std::size_t bytes) noexcept {
+  return refuse_new() ? nullptr : std::malloc(bytes ? bytes : 1);
+}
+
+}  // namespace
+
+// A sanitizer has one of its own, which must see each thread.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define THRONG_SANITIZED
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define THRONG_SANITIZED
+#endif
+#ifndef THRONG_SANITIZED
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
+                              void* (*start)(void*), void* argument) {
+  if (no_threads) {
+    ++threads_refused;
+    return EAGAIN;
+  }
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto real = reinterpret_cast<Create>(dlsym(RTLD_NEXT, "pthread_create"));
+  return real(thread, attributes, start, argument);
+}
+#endif
+
+// GCC sees free() behind one and not malloc() behind the other.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
+void* operator new(std::size_t bytes) {
+  if (void* memory = take(bytes)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return take(bytes); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  const auto step = static_cast<std::size_t>(alignment);
+  void* memory =
+      refuse_new() ? nullptr : std::aligned_alloc(step, (bytes + step - 1) / step * step);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace throng::tests {
+namespace {
+
+// First of all, while no thread has been started: what cannot be had is done by the caller.
+TEST(AFailingProcess, HasNoThreads) {
+  if (sanitized) GTEST_SKIP() << "a sanitizer has a pthread_create of its own";
+  const BoxList boxes = uniform_boxes(20000, 1);
+  const Answer answer = swept_pairs(boxes);
+  Options options;
+  options.threads = 4;
+  no_threads = true;
+  Finder finder(options);
+  const Result r = finder.find(boxes);
+  BroadPhase live(options);
+  std::vector<ObjectId> ids(boxes.size());
+  const Result added = live.add(boxes, ids.data()), updated = live.update();
+  no_threads = false;
+  EXPECT_GT(threads_refused, 0u) << "nobody asked for a thread";
+  EXPECT_TRUE(r.ok()) << r.message;
+  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
+  EXPECT_TRUE(added.ok() && updated.ok());
+  EXPECT_EQ(updated.found, answer.pairs.size());
+  EXPECT_TRUE(finder.find(boxes).ok());
+  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
+}
+
+// act() with each call of operator new failing in turn; it says whether it succeeded, and checks
+// what it gave.
+template <class Act>
+unsigned every_new(const Act& act) {
+  unsigned failures = 0;
+  for (long k = 0; k < 2000; ++k) {
+    news_refused = 0;
+    failing_new = k;
+    const bool done = act();
+    failing_new = -1;
+    if (news_refused == 0) {
+      EXPECT_TRUE(done);
+      return failures;
+    }
+    failures += !done;
+  }
+  ADD_FAILURE() << "there was no end to it";
+  return failures;
+}
+
+TEST(AFailingProcess, FindPairs) {
+  const BoxList boxes = uniform_boxes(3000, 1);
+  const Answer answer = swept_pairs(boxes);
+  for (const Backend backend : {Backend::cpu, Backend::emulated}) {
+    for (const unsigned threads : {1u, 3u}) {
+      Options options;
+      options.backend = backend;
+      options.threads = threads;
+      const unsigned failures = every_new([&] {
+        std::vector<Pair> out;
+        const Result r = find_pairs(boxes, out, options);
+        failing_new = -1;
+        if (r.ok()) {
+          EXPECT_TRUE(same_pairs(out, answer.pairs));
+        } else {
+          EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
+          EXPECT_TRUE(out.empty());
+        }
+        return r.ok();
+      });
+      EXPECT_GT(failures, 2u);
+      // The form that throws.
+      every_new([&] {
+        try {
+          std::vector<Pair> pairs = find_pairs(boxes, options);
+          failing_new = -1;
+          EXPECT_TRUE(same_pairs(std::move(pairs), answer.pairs));
+          return true;
+        } catch (const Error& error) {
+          EXPECT_EQ(error.result().status, Status::out_of_memory);
+        } catch (const std::bad_alloc&) {  // of the Error's own text
+        }
+        return false;
+      });
+    }
+  }
+}
+
+TEST(AFailingProcess, Explain) {
+  const BoxList boxes = uniform_boxes(1500, 1);
+  const Answer answer = reference_pairs(boxes);
+  Finder finder;
+  every_new([&] {
+    try {
+      const Explanation e = finder.explain(boxes);
+      failing_new = -1;
+      EXPECT_EQ(e.result.found, answer.pairs.size());
+      return true;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.result().status, Status::out_of_memory);
+    } catch (const std::bad_alloc&) {
+    }
+    return false;
+  });
+  EXPECT_TRUE(finder.find(boxes).ok());
+  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
+}
+
+TEST(AFailingProcess, BroadPhase) {
+  const BoxList boxes = uniform_boxes(800, 1);
+  const Answer answer = reference_pairs(boxes);
+  Options options;
+  options.threads = 2;
+  every_new([&] {
+    throng::BroadPhase live(options);
+    const Result added = live.add(boxes, nullptr);
+    const Result updated = live.update();
+    failing_new = -1;
+    EXPECT_TRUE(added.ok() || added.status == Status::out_of_memory);
+    EXPECT_TRUE(updated.ok() || updated.status == Status::out_of_memory);
+    if (!added.ok()) {
+      EXPECT_TRUE(live.add(boxes, nullptr).ok());
+    }
+    EXPECT_TRUE(live.update().ok());
+    EXPECT_EQ(live.pair_count(), answer.pairs.size());
+    return added.ok() && updated.ok();
+  });
+}
+
+TEST(AFailingProcess, CInterface) {
+  const BoxList boxes = uniform_boxes(500, 1);
+  const throng_boxes view =
+      throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
+  const unsigned failures = every_new([&] {
+    throng_finder* finder = throng_finder_create(nullptr);
+    if (!finder) return false;
+    const throng_status status = throng_find(finder, &view, nullptr);
+    failing_new = -1;
+    EXPECT_TRUE(status == THRONG_OK || status == THRONG_OUT_OF_MEMORY);
+    throng_finder_destroy(finder);
+    return status == THRONG_OK;
+  });
+  EXPECT_GT(failures, 2u);
+}
+
+}  // namespace
+}  // namespace throng::tests

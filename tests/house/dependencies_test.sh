@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Whatever the scripts install is told of, with its licence, in docs/dependencies.md.
+set -euo pipefail
+root="$1" paper="$1/docs/dependencies.md"
+# shellcheck source=/dev/null disable=SC2154
+source "$root/scripts/common.sh"
+missing=0
+# shellcheck disable=SC2154
+for package in "${check_packages[@]}" "${rival_packages[@]}"; do
+  grep -qF "\`$package\`" "$paper" || { echo "docs/dependencies.md does not name $package"; missing=1; }
+done
+[ "${#check_packages[@]}" -gt 10 ]
+[ "$missing" -eq 0 ]
