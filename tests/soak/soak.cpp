@@ -157,7 +157,7 @@ class Soak {
     // Plain searches of the CPU on one thread cost some 0.05 us a box; starting threads, and what a
     // GPU runs, many times as much where boxes are few. Many pairs take time to compare.
     const std::size_t crowd = judge_.truth().pairs().size() / (c.size() + 1);
-    const std::uint32_t searches = crowd > 12 ? 4 : crowd > 3 ? 12 : 48;
+    const std::uint32_t searches = crowd > 8 ? 3 : crowd > 1 ? 10 : 64;
     const auto count = static_cast<std::uint32_t>(judge_.configs().size());
     for (std::uint32_t k = 0; k < searches; ++k) {
       std::uint32_t config = random_.below(count);

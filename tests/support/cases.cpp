@@ -191,7 +191,10 @@ BoxList scattered_boxes(Bytes& bytes, std::size_t n) {
   const std::uint32_t kind = bytes.next();
   const int spread = kind & 1 ? 0 : bytes.between(1, 8), flat = kind & 2 ? 2 : 3;
   const bool clumps = (kind & 12) == 12;
-  const float side = std::cbrt(static_cast<float>(n)) * (flat == 3 ? 2.0f : 4.0f);
+  // From as close as a heap to a tenth of a pair a box.
+  const float apart = std::ldexp(1.0f, bytes.between(-1, 1));
+  const float side = apart * (flat == 3 ? std::cbrt(static_cast<float>(n)) * 0.75f
+                                        : std::sqrt(static_cast<float>(n)));
   Vec3 middle = random.point(0, side);
   BoxList boxes;
   while (boxes.size() < n) {

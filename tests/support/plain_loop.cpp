@@ -5,6 +5,15 @@
 
 namespace throng::tests {
 
+// One copy of the loop for each instruction set, chosen when the program starts. Not under
+// sanitizers, which are not ready yet when that choice runs.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define THRONG_PLAIN_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define THRONG_PLAIN_CLONES
+#endif
+
 // An inactive box is all NaN: no comparison with it holds, not even against infinite bounds.
 void PlainLoop::Side::read(const Boxes& boxes, float margin) {
   const std::vector<Item> items = read_items(boxes, margin);
@@ -27,21 +36,38 @@ void PlainLoop::Side::read(const Boxes& boxes, float margin) {
   filtered = f.group || f.mask || f.owner || f.world || f.is_static;
 }
 
-void PlainLoop::row(const Side& c, std::size_t i, std::size_t begin, std::size_t end) {
-  const float alx = left_.lower[0][i], aly = left_.lower[1][i], alz = left_.lower[2][i];
-  const float aux = left_.upper[0][i], auy = left_.upper[1][i], auz = left_.upper[2][i];
-  const float *lx = c.lower[0].data(), *ly = c.lower[1].data(), *lz = c.lower[2].data();
-  const float *ux = c.upper[0].data(), *uy = c.upper[1].data(), *uz = c.upper[2].data();
-  std::uint8_t* hit = hit_.data();
-  const auto u = [](bool b) { return static_cast<unsigned>(b); };
-  unsigned any = 0;
+namespace {
+
+struct Corners {
+  const float *lx, *ly, *lz, *ux, *uy, *uz;
+};
+
+// Which of the boxes from begin to end meet the one whose corners are given.
+THRONG_PLAIN_CLONES
+std::uint32_t meets_any(const Corners& c, const float (&a)[6], std::size_t begin, std::size_t end,
+                        std::uint32_t* hit) {
+  const float alx = a[0], aly = a[1], alz = a[2], aux = a[3], auy = a[4], auz = a[5];
+  const float *lx = c.lx, *ly = c.ly, *lz = c.lz, *ux = c.ux, *uy = c.uy, *uz = c.uz;
+  const auto u = [](bool b) { return static_cast<std::uint32_t>(b); };
+  std::uint32_t any = 0;
   for (std::size_t j = begin; j < end; ++j) {
-    const unsigned h = u(alx <= ux[j]) & u(lx[j] <= aux) & u(aly <= uy[j]) & u(ly[j] <= auy) &
-                       u(alz <= uz[j]) & u(lz[j] <= auz);
-    hit[j] = static_cast<std::uint8_t>(h);
+    const std::uint32_t h = u(alx <= ux[j]) & u(lx[j] <= aux) & u(aly <= uy[j]) & u(ly[j] <= auy) &
+                            u(alz <= uz[j]) & u(lz[j] <= auz);
+    hit[j] = h;
     any |= h;
   }
-  if (!any) return;
+  return any;
+}
+
+}  // namespace
+
+void PlainLoop::row(const Side& c, std::size_t i, std::size_t begin, std::size_t end) {
+  const Corners corners{c.lower[0].data(), c.lower[1].data(), c.lower[2].data(),
+                        c.upper[0].data(), c.upper[1].data(), c.upper[2].data()};
+  const float own[6] = {left_.lower[0][i], left_.lower[1][i], left_.lower[2][i],
+                        left_.upper[0][i], left_.upper[1][i], left_.upper[2][i]};
+  const std::uint32_t* hit = hit_.data();
+  if (!meets_any(corners, own, begin, end, hit_.data())) return;
   const bool filtered = left_.filtered || c.filtered;
   for (std::size_t j = begin; j < end; ++j) {
     if (!hit[j]) continue;

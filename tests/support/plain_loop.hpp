@@ -35,7 +35,8 @@ class PlainLoop {
   void row(const Side& columns, std::size_t i, std::size_t begin, std::size_t end);
 
   Side left_, right_;
-  std::vector<std::uint8_t> hit_, seen_;
+  std::vector<std::uint32_t> hit_;
+  std::vector<std::uint8_t> seen_;
   std::vector<std::ptrdiff_t> begin_;  // of each first index among the pairs
   std::vector<Pair> pairs_;
   std::uint64_t inactive_ = 0;
