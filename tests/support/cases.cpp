@@ -199,7 +199,9 @@ BoxList scattered_boxes(Bytes& bytes, std::size_t n) {
   BoxList boxes;
   while (boxes.size() < n) {
     if (clumps && random.one_in(50)) middle = random.point(-20 * side, 20 * side);
-    const Vec3 at = random.point(-side, side);
+    Vec3 at = random.point(-side, side);
+    if (kind & 16)
+      at = {std::floor(at.x * 4) * 0.25f, std::floor(at.y), std::floor(at.z * 2) * 0.5f};
     Box box = cube(clumps ? middle.x + at.x * 0.25f : at.x, clumps ? middle.y + at.y * 0.25f : at.y,
                    flat == 3 ? at.z : 0.0f, 1);
     if (spread)

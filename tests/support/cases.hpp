@@ -50,6 +50,8 @@ struct Case {
 
 // About at most `most` boxes; `most` at least 32.
 Case make_case(Bytes& bytes, std::size_t most);
+// The first byte of a case of the usual kind: scattered boxes few of which meet.
+constexpr std::uint8_t scattered_shape = 9;
 
 // Whether some pair that may meet has faces within two ulps of each other, where nothing else keeps
 // the two boxes apart: a case whose answer hangs on the last bit.
