@@ -81,6 +81,8 @@ void Judge::search(const Case& c, std::size_t at, std::uint32_t choice) {
       break;
     }
   }
+  // Memory that one large answer took is not kept by every configuration.
+  if (finder.memory_bytes() > std::size_t{4} << 20) finder = Finder();
   const unsigned filters = c.filters_a | (c.two_sets ? c.filters_b : 0);
   ++reached_[at][0];
   if (c.two_sets) ++reached_[at][1];
