@@ -7,16 +7,15 @@
 #include <iterator>
 #include <string>
 
-#include "fuzz/target.hpp"
+#include "support/bytes.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace {
 
-using throng::tests::Bytes;
-
 bool run(const std::string& name, const std::vector<std::uint8_t>& input) {
   try {
-    Bytes bytes(input);
-    throng::tests::run(bytes);
+    LLVMFuzzerTestOneInput(input.data(), input.size());
     return true;
   } catch (const throng::tests::Difference& difference) {
     std::printf("%s: %s\n", name.c_str(), difference.what());
