@@ -201,7 +201,8 @@ throng_finder* throng_finder_create(const throng_options* options) {
     const size_t known = std::min(options->struct_bytes, sizeof given);
     std::memcpy(&given, options, known);
     // Shorter: an older caller's. Longer: a newer one's, whose new fields are not known here.
-    given.struct_bytes = options->struct_bytes == 0 ? 0 : sizeof given;
+    // Shorter than its first member: nobody's.
+    given.struct_bytes = options->struct_bytes < sizeof options->struct_bytes ? 0 : sizeof given;
   }
   return new (std::nothrow) throng_finder(given);
 }

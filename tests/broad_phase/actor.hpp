@@ -4,6 +4,7 @@
 #include <string>
 
 #include "broad_phase/model.hpp"
+#include "broad_phase/questions.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/random.hpp"
 
@@ -134,15 +135,6 @@ class Actor {
     if (r.found != broad_phase.pair_count())
       return testing::AssertionFailure() << r.found << " pairs found";
     return testing::AssertionSuccess();
-  }
-
-  static Filters view_of(const std::vector<Filter>& f) {
-    const std::size_t n = f.size(), stride = sizeof(Filter);
-    return {{&f[0].group, n, stride},
-            {&f[0].mask, n, stride},
-            {&f[0].owner, n, stride},
-            {&f[0].world, n, stride},
-            {&f[0].is_static, n, stride}};
   }
 
  private:

@@ -9,12 +9,6 @@
 namespace throng::tests {
 namespace {
 
-Item item_of(const Box& box, const Filter& f) {
-  Boxes one(&box, 1);
-  one.filters = {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
-  return read_items(one, 0)[0];
-}
-
 testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool filtered) {
   BoxList boxes;
   std::vector<Filter> filters;
@@ -22,79 +16,7 @@ testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool fil
     boxes.push_back(actor.any_box());
     filters.push_back(filtered ? actor.any_filter() : Filter{});
   }
-  Boxes view = boxes;
-  if (filtered) view.filters = Actor::view_of(filters);
-  std::vector<Pair> want;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Item a = item_of(boxes[i], filters[i]);
-    for (const ObjectId id : actor.model.ids()) {
-      const Item b = item_of(actor.model.at(id).box, actor.model.at(id).filter);
-      if (a.active && b.active && !disjoint(a, b) && wanted(a, b))
-        want.push_back({static_cast<std::uint32_t>(i), id});
-    }
-  }
-  const Result r = actor.broad_phase.find_overlaps(view);
-  if (!r.ok()) return testing::AssertionFailure() << r.message;
-  const std::vector<Pair> got = to_vector(actor.broad_phase.overlaps());
-  if (r.found != got.size()) return testing::AssertionFailure() << "found " << r.found;
-  if (!std::is_sorted(got.begin(), got.end())) return testing::AssertionFailure() << "not sorted";
-  return same_pairs(got, want);
-}
-
-// As the header says it.
-bool meets(const Sweep& s, const Box& b, double& time) {
-  const float sl[3] = {s.box.lower.x, s.box.lower.y, s.box.lower.z};
-  const float su[3] = {s.box.upper.x, s.box.upper.y, s.box.upper.z};
-  const float bl[3] = {b.lower.x, b.lower.y, b.lower.z}, bu[3] = {b.upper.x, b.upper.y, b.upper.z};
-  const float by[3] = {s.by.x, s.by.y, s.by.z};
-  double from = 0, to = 1;
-  for (int k = 0; k < 3; ++k) {
-    if (!(sl[k] <= su[k] && bl[k] <= bu[k])) return false;
-    if (by[k] == 0) {
-      if (su[k] < bl[k] || bu[k] < sl[k]) return false;
-      continue;
-    }
-    const double d = by[k], p = (double(bl[k]) - double(su[k])) / d,
-                 q = (double(bu[k]) - double(sl[k])) / d;
-    from = std::fmax(from, d > 0 ? p : q);  // fmax, fmin: a NaN is no bound
-    to = std::fmin(to, d > 0 ? q : p);
-  }
-  time = from;
-  return from <= to;
-}
-
-testing::AssertionResult same_hits(Actor& actor, const std::vector<Sweep>& sweeps,
-                                   const std::vector<Filter>& filters) {
-  std::vector<SweepHit> all, first;
-  for (std::size_t i = 0; i < sweeps.size(); ++i) {
-    SweepHit best{0, 0, 2};
-    for (const ObjectId id : actor.model.ids()) {
-      const Model::Object& o = actor.model.at(id);
-      double time = 0;
-      if (!meets(sweeps[i], o.box, time)) continue;
-      if (!wanted(item_of(sweeps[i].box, filters[i]), item_of(o.box, o.filter))) continue;
-      all.push_back({static_cast<std::uint32_t>(i), id, time});
-      if (time < best.time) best = all.back();
-    }
-    if (best.time < 2) first.push_back(best);
-  }
-  const auto same = [](const SweepHitList& got, const std::vector<SweepHit>& want) {
-    return std::equal(got.begin(), got.end(), want.begin(), want.end(),
-                      [](const SweepHit& a, const SweepHit& b) {
-                        return a.sweep == b.sweep && a.object == b.object && a.time == b.time;
-                      });
-  };
-  for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
-    const Result r =
-        actor.broad_phase.find_hits(sweeps.data(), sweeps.size(), which, Actor::view_of(filters));
-    if (!r.ok()) return testing::AssertionFailure() << r.message;
-    const std::vector<SweepHit>& want = which == SweepHits::all ? all : first;
-    if (!same(actor.broad_phase.hits(), want) || r.found != want.size())
-      return testing::AssertionFailure()
-             << (which == SweepHits::all ? "all: " : "first: ") << actor.broad_phase.hits().size()
-             << " hits instead of " << want.size();
-  }
-  return testing::AssertionSuccess();
+  return same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered);
 }
 
 Sweep any_sweep(Actor& actor, float side) {
@@ -138,7 +60,7 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin)
       sweeps.push_back(any_sweep(actor, side));
       filters.push_back(filtered ? actor.any_filter() : Filter{});
     }
-    ASSERT_TRUE(same_hits(actor, sweeps, filters)) << "step " << step;
+    ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters)) << "step " << step;
   }
   ASSERT_TRUE(actor.update());
 }

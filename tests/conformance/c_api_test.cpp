@@ -229,6 +229,12 @@ TEST_F(CApi, OtherVersionsOfTheOptions) {
   finder_ = throng_finder_create(&older);
   EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << message();
   EXPECT_EQ(pairs(), want);
+  throng_finder_destroy(finder_);
+
+  older.struct_bytes = sizeof older.struct_bytes - 1;  // no version's
+  finder_ = throng_finder_create(&older);
+  EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message(), "");
 }
 
 }  // namespace

@@ -1,24 +1,29 @@
 // Any bytes as a .npy file: boxes or a FileError, never a crash nor a large allocation.
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
 #include <string>
 
+#include "fuzz/target.hpp"
 #include "scene/npy.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+namespace throng::tests {
+
+void run(Bytes& bytes) {
+  std::vector<unsigned char> file_bytes;
+  while (!bytes.empty()) file_bytes.push_back(static_cast<unsigned char>(bytes.next()));
+  const std::size_t size = file_bytes.size();
   for (const bool outward : {false, true}) {
     try {
-      const throng::scene::BoxFile file =
-          throng::scene::parse_boxes(data, size, "fuzz.npy", outward);
+      const scene::BoxFile file = scene::parse_boxes(file_bytes.data(), size, "fuzz.npy", outward);
       // Every box there is was in the bytes: four bytes at least a coordinate.
-      if (file.count != 0 && file.frames > size / 24 / file.count) std::abort();
+      if (file.count != 0 && file.frames > size / 24 / file.count)
+        throw Difference("more boxes than bytes");
       volatile float sum = 0;
       for (std::size_t i = 0; i < file.frames * file.count; ++i)
         sum = sum + file.boxes[i].lower.x + file.boxes[i].upper.z;
-    } catch (const throng::scene::FileError& error) {
-      if (std::string(error.what()).find("fuzz.npy") == std::string::npos) std::abort();
+    } catch (const scene::FileError& error) {
+      if (std::string(error.what()).find("fuzz.npy") == std::string::npos)
+        throw Difference(std::string("an error without the file's name: ") + error.what());
     }
   }
-  return 0;
 }
+
+}  // namespace throng::tests

@@ -5,6 +5,7 @@
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/judge.hpp"
 
 namespace throng::tests {
 namespace {
@@ -60,6 +61,25 @@ void assert_same(std::vector<Pair> got, const std::vector<Pair>& want) {
 
 void check_property(const char* what, const std::function<void()>& property) {
   EXPECT_TRUE(rc::check(what, property)) << what;
+}
+
+// The generator that fuzzers and the soak share: rapidcheck draws its bytes, and shrinks them.
+TEST(Property, AnyBytesGiveTheDoubleLoopsPairs) {
+  Judge judge;
+  check_property("a case made of bytes has the pairs of a double loop", [&judge] {
+    const auto bytes = *rc::gen::resize(
+        800, rc::gen::container<std::vector<std::uint8_t>>(rc::gen::arbitrary<std::uint8_t>()));
+    Bytes stream(bytes);
+    const Case c = make_case(stream, 300);
+    const auto config = *rc::gen::inRange<std::size_t>(0, judge.configs().size());
+    RC_LOG() << judge.configs()[config].name() << ": " << describe(c) << '\n';
+    judge.begin(c);
+    try {
+      for (std::uint32_t form = 0; form < 3; ++form) judge.search(c, config, form);
+    } catch (const Difference& difference) {
+      RC_FAIL(difference.what());
+    }
+  });
 }
 
 TEST(Property, SameAsTheDoubleLoop) {

@@ -1,0 +1,106 @@
+// What questions to a BroadPhase must answer, by a loop over the model's objects: overlaps by the
+// reference's own comparison, sweeps by the formula that the header gives.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "broad_phase/model.hpp"
+
+namespace throng::tests {
+
+inline Item item_of(const Box& box, const Filter& f) {
+  Boxes one(&box, 1);
+  one.filters = {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
+  return read_items(one, 0)[0];
+}
+
+// One value of each filter an element.
+inline Filters view_of(const std::vector<Filter>& f) {
+  const std::size_t n = f.size(), stride = sizeof(Filter);
+  if (n == 0) return {};
+  return {{&f[0].group, n, stride},
+          {&f[0].mask, n, stride},
+          {&f[0].owner, n, stride},
+          {&f[0].world, n, stride},
+          {&f[0].is_static, n, stride}};
+}
+
+inline testing::AssertionResult same_overlaps(BroadPhase& b, const Model& model,
+                                              const std::vector<Box>& boxes,
+                                              const std::vector<Filter>& filters, bool filtered) {
+  Boxes view = boxes;
+  if (filtered) view.filters = view_of(filters);
+  std::vector<Pair> want;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Item a = item_of(boxes[i], filtered ? filters[i] : Filter{});
+    for (const ObjectId id : model.ids()) {
+      const Item o = item_of(model.at(id).box, model.at(id).filter);
+      if (a.active && o.active && !disjoint(a, o) && wanted(a, o))
+        want.push_back({static_cast<std::uint32_t>(i), id});
+    }
+  }
+  const Result r = b.find_overlaps(view);
+  if (!r.ok()) return testing::AssertionFailure() << r.message;
+  const std::vector<Pair> got = to_vector(b.overlaps());
+  if (r.found != got.size()) return testing::AssertionFailure() << "found " << r.found;
+  if (!std::is_sorted(got.begin(), got.end())) return testing::AssertionFailure() << "not sorted";
+  return same_pairs(got, want);
+}
+
+// As the header says it.
+inline bool meets(const Sweep& s, const Box& b, double& time) {
+  const float sl[3] = {s.box.lower.x, s.box.lower.y, s.box.lower.z};
+  const float su[3] = {s.box.upper.x, s.box.upper.y, s.box.upper.z};
+  const float bl[3] = {b.lower.x, b.lower.y, b.lower.z}, bu[3] = {b.upper.x, b.upper.y, b.upper.z};
+  const float by[3] = {s.by.x, s.by.y, s.by.z};
+  double from = 0, to = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (!(sl[k] <= su[k] && bl[k] <= bu[k])) return false;
+    if (by[k] == 0) {
+      if (su[k] < bl[k] || bu[k] < sl[k]) return false;
+      continue;
+    }
+    const double d = by[k], p = (double(bl[k]) - double(su[k])) / d,
+                 q = (double(bu[k]) - double(sl[k])) / d;
+    from = std::fmax(from, d > 0 ? p : q);  // fmax, fmin: a NaN is no bound
+    to = std::fmin(to, d > 0 ? q : p);
+  }
+  time = from;
+  return from <= to;
+}
+
+inline testing::AssertionResult same_hits(BroadPhase& b, const Model& model,
+                                          const std::vector<Sweep>& sweeps,
+                                          const std::vector<Filter>& filters) {
+  std::vector<SweepHit> all, first;
+  for (std::size_t i = 0; i < sweeps.size(); ++i) {
+    SweepHit best{0, 0, 2};
+    for (const ObjectId id : model.ids()) {
+      const Model::Object& o = model.at(id);
+      double time = 0;
+      if (!meets(sweeps[i], o.box, time)) continue;
+      if (!wanted(item_of(sweeps[i].box, filters[i]), item_of(o.box, o.filter))) continue;
+      all.push_back({static_cast<std::uint32_t>(i), id, time});
+      if (time < best.time) best = all.back();
+    }
+    if (best.time < 2) first.push_back(best);
+  }
+  const auto same = [](const SweepHitList& got, const std::vector<SweepHit>& want) {
+    return std::equal(got.begin(), got.end(), want.begin(), want.end(),
+                      [](const SweepHit& x, const SweepHit& y) {
+                        return x.sweep == y.sweep && x.object == y.object && x.time == y.time;
+                      });
+  };
+  for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+    const Result r = b.find_hits(sweeps.data(), sweeps.size(), which, view_of(filters));
+    if (!r.ok()) return testing::AssertionFailure() << r.message;
+    const std::vector<SweepHit>& want = which == SweepHits::all ? all : first;
+    if (!same(b.hits(), want) || r.found != want.size())
+      return testing::AssertionFailure() << (which == SweepHits::all ? "all: " : "first: ")
+                                         << b.hits().size() << " hits instead of " << want.size();
+  }
+  return testing::AssertionSuccess();
+}
+
+}  // namespace throng::tests

@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""Mutation testing: breaks the library in one place at a time and sees whether the tests find it.
+
+All mutants of mutants.txt are compiled into one library: where the i-th stands, the code takes the
+mutated form if the environment variable THRONG_MUTANT is i, and its own otherwise. So there is one
+build, and a mutant costs only the tests that find it. The tests run from the cheapest on; a mutant
+is killed by the first that fails, crashes or takes too long.
+
+    mutate.py TREE BUILD [--only FIRST-LAST] [--jobs N] [--table FILE]
+
+TREE is a copy of the source tree, which is changed; BUILD is made in it by scripts/mutate.
+"""
+
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+HEADER = """// Which mutant is alive; see mutate.py.
+#pragma once
+#include <cstdlib>
+#include <type_traits>
+inline const int throng_mutant =
+    std::getenv("THRONG_MUTANT") ? std::atoi(std::getenv("THRONG_MUTANT")) : 0;
+#define THRONG_MUTANT(i) (!std::is_constant_evaluated() && throng_mutant == (i))
+"""
+
+
+class Mutant:
+    def __init__(self, number, file, old, new, nth, statement, line):
+        self.number, self.file, self.old, self.new = number, file, old, new
+        self.nth, self.statement, self.line = nth, statement, line
+
+    def __str__(self):
+        return f"{self.number:3d} {self.file}: {self.old} {'~>' if self.statement else '=>'} {self.new}"
+
+
+def read_mutants(path):
+    mutants, file = [], None
+    for line_number, line in enumerate(path.read_text().splitlines(), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        if line.startswith("@ "):
+            file = line[2:].strip()
+            continue
+        nth = re.match(r"\[(\d+)\] ", line)
+        body = line[nth.end():] if nth else line
+        statement = " ~> " in body
+        old, new = body.split(" ~> " if statement else " => ")
+        mutants.append(Mutant(len(mutants) + 1, file, old.strip(), new.strip(),
+                              int(nth.group(1)) if nth else 0, statement, line_number))
+    return mutants
+
+
+def place_of(text, mutant):
+    """Where its code stands: (begin, end)."""
+    pattern = r"\s+".join(re.escape(word) for word in mutant.old.split())
+    found = [m for m in re.finditer(pattern, text)
+             if "//" not in text[text.rfind("\n", 0, m.start()) + 1:m.start()]]
+    where = f"mutants.txt:{mutant.line}: '{mutant.old}' stands {len(found)} times in {mutant.file}"
+    if mutant.nth == 0 and len(found) != 1:
+        raise SystemExit(where)
+    if mutant.nth > len(found):
+        raise SystemExit(where)
+    return found[max(mutant.nth, 1) - 1].span()
+
+
+def render(text, begin, end, places):
+    """The code from begin to end with the mutants in it, one within another's code too."""
+    inner = {p: group for p, group in places.items()
+             if begin <= p[0] and p[1] <= end and p != (begin, end)}
+    code, at = "", begin
+    for place in sorted(inner, key=lambda p: (p[0], -p[1])):
+        if place[1] <= at:
+            continue  # within the one before
+        if place[0] < at:
+            raise SystemExit(f"mutants.txt:{inner[place][0].line}: half overlaps another's code")
+        code += text[at:place[0]] + render(text, *place, inner)
+        at = place[1]
+    code += text[at:end]
+    for m in places.get((begin, end), []):
+        if m.statement:
+            code = f"if (THRONG_MUTANT({m.number})) {{ {m.new} }} else {{ {code} }}"
+        else:
+            code = f"(THRONG_MUTANT({m.number}) ? ({m.new}) : ({code}))"
+    return code
+
+
+def apply(tree, mutants):
+    """Writes all mutants of each file into the tree."""
+    for file in sorted({m.file for m in mutants}):
+        path = tree / "src" / file
+        text = path.read_text()
+        places = {}
+        for m in (m for m in mutants if m.file == file):
+            places.setdefault(place_of(text, m), []).append(m)
+        path.write_text(render(text, 0, len(text), places))
+    (tree / "src" / "mutant.hpp").write_text(HEADER)
+
+
+def suites(build):
+    """The tests, the cheapest first: a name, a command, processor seconds it may take, ten times
+    what it does at least."""
+    bin_ = build / "bin"
+    soak = [bin_ / "throng-soak", "--tell", "1e9"]
+    only = "--gtest_filter="
+    brief = ["--gtest_brief=1", "--gtest_fail_fast"]
+    found = [
+        ("soak", [*soak, "--rounds", "300", "--seed", "3"], 15),
+        ("soak of emulated", [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"], 20),
+        ("core", [bin_ / "core_test", *brief, only + "-WorldBox*:Margin*"], 20),
+        ("bounds of bodies", [bin_ / "core_test", *brief, only + "WorldBox*:Margin*"], 40),
+        ("pipeline", [bin_ / "pipeline_test", *brief], 120),
+        ("broad phase", [bin_ / "broad_phase_test", *brief, only + "-*Soak*:*SameEverywhere*"], 120),
+        ("bodies", [bin_ / "conformance_test", *brief, only + "*UpdateBoxes*"], 180),
+        ("conformance", [bin_ / "conformance_test", *brief,
+                         only + "*_1_any:*emulated*_1_*:*auto*:CApi*:*grid_scalar_3_*"], 400),
+        ("guest", [bin_ / "guest_test", *brief], 200),
+        ("long soak", [*soak, "--rounds", "4000", "--seed", "5"], 400),
+    ]
+    return [(name, [str(word) for word in command], limit) for name, command, limit in found]
+
+
+def limit_time(seconds):
+    """Of the processor, so that a busy machine kills no mutant."""
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+
+
+def kill(mutant, tests, folder):
+    """(the killer or None, how, seconds)"""
+    environment = dict(os.environ, THRONG_MUTANT=str(mutant))
+    start = time.time()
+    for name, command, limit in tests:
+        try:
+            done = subprocess.run(command, env=environment, cwd=folder, timeout=20 * limit,
+                                  preexec_fn=lambda: limit_time(limit),
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        except subprocess.TimeoutExpired:
+            return name, "hung", time.time() - start
+        if done.returncode != 0:
+            how = ("hung" if done.returncode == -signal.SIGXCPU
+                   else "crashed" if done.returncode < 0 else "failed")
+            return name, how, time.time() - start
+    return None, "survived", time.time() - start
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("tree", type=pathlib.Path)
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("--apply", action="store_true", help="write the mutants into the tree, and stop")
+    parser.add_argument("--only", default="1-1000000", help="FIRST-LAST, or numbers: 3,17,20")
+    parser.add_argument("--suites", type=int, default=100, help="only so many of the tests")
+    parser.add_argument("--jobs", type=int, default=1)
+    arguments = parser.parse_args()
+    mutants = read_mutants(HERE / "mutants.txt")
+    if arguments.apply:
+        apply(arguments.tree, mutants)
+        print(f"{len(mutants)} mutants")
+        return 0
+    arguments.build = arguments.build.resolve()
+    tests = suites(arguments.build)[:arguments.suites]
+    folder = arguments.build / "mutation"
+    folder.mkdir(exist_ok=True)
+    killer, how, seconds = kill(0, tests, folder)
+    if killer:
+        raise SystemExit(f"without a mutant, the tests fail: {killer} {how}")
+    print(f"no mutant: all tests pass, in {seconds:.0f} s", flush=True)
+    if "-" in arguments.only:
+        first, last = map(int, arguments.only.split("-"))
+        chosen = [m for m in mutants if first <= m.number <= last]
+    else:
+        chosen = [m for m in mutants if str(m.number) in arguments.only.split(",")]
+    survivors = []
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        results = pool.map(lambda m: kill(m.number, tests, folder), chosen)
+        for mutant, (killer, how, seconds) in zip(chosen, results):
+            by = f"by {killer}" if killer else ""
+            print(f"{how:8s} {seconds:6.1f} s  {mutant}  {by}", flush=True)
+            if not killer:
+                survivors.append(mutant)
+    killed = len(chosen) - len(survivors)
+    print(f"{len(chosen)} mutants, {killed} killed: {100 * killed / max(len(chosen), 1):.1f} %; survivors:")
+    for mutant in survivors:
+        print(mutant)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,270 @@
+// throng-soak: random scenes and operations, each held against a plain method, for as long as one
+// likes. Says how many boxes and pairs were compared; stops at the first difference, makes its case
+// small, and leaves it as a test ready to compile, boxes as .npy and the bytes it came from.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include <unistd.h>
+
+#include "broad_phase/life.hpp"
+#include "scene/npy.hpp"
+#include "support/judge.hpp"
+#include "support/minimise.hpp"
+
+namespace throng::tests {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Wanted {
+  double seconds = 3600;
+  std::uint64_t boxes = ~std::uint64_t{0}, rounds = ~std::uint64_t{0}, seed = 1;
+  bool emulated = false;  // what a GPU runs, and little else
+  double tell_seconds = 60;
+  std::string folder = ".", minimise;
+};
+
+// Resident memory now; 0 where the system does not tell it in /proc.
+double resident_mib() {
+  std::ifstream statm("/proc/self/statm");
+  double size = 0, resident = 0;
+  statm >> size >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+void save(const std::string& path, const void* data, std::size_t size) {
+  std::ofstream(path, std::ios::binary)
+      .write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+  std::printf("  left %s\n", path.c_str());
+}
+
+// How large a case may get: the bytes say the rest. Small ones mostly: the double loop is dear.
+constexpr std::size_t tiny = 300, small = 4000, medium = 8000, large = 30000;
+
+// Whether a configuration gives something else than the double loop, in any form of search.
+bool differs(Judge& judge, const Case& c, std::size_t config) {
+  try {
+    judge.begin(c);
+    for (std::uint32_t form = 0; form < 3; ++form) judge.search(c, config, form);
+  } catch (const Difference&) {
+    return true;
+  }
+  return false;
+}
+
+// The failing case made small, and left as files.
+void tell_case(const std::string& folder, const Case& found, std::size_t config) {
+  Judge judge;
+  const auto fails = [&](const Case& c) { return differs(judge, c, config); };
+  if (!fails(found)) {
+    std::printf("  it does not fail again with Finders that are fresh: they carry it\n");
+    return;
+  }
+  const Case c = minimise_case(found, fails);
+  const std::string test = as_test(c, judge.configs()[config], "Minimised");
+  std::printf("%s", test.c_str());
+  save(folder + "/difference_test.cpp", test.data(), test.size());
+  const auto write = [&](const std::string& name, const Set& set) {
+    const std::string path = folder + "/difference_" + name + ".npy";
+    scene::write_boxes(path, set.boxes.data(), 1, set.size());
+    std::printf("  left %s: throng check %s\n", path.c_str(), path.c_str());
+  };
+  write("a", c.a);
+  if (c.two_sets) write("b", c.b);
+}
+
+class Soak {
+ public:
+  explicit Soak(const Wanted& wanted) : wanted_(wanted), random_(wanted.seed) {}
+
+  int run() {
+    start_ = last_told_ = Clock::now();
+    double warm_mib = 0;
+    while (seconds() < wanted_.seconds && total_boxes() < wanted_.boxes &&
+           rounds_ < wanted_.rounds) {
+      if (!round()) return 1;
+      ++rounds_;
+      // All sizes have been met by then, and the workspaces are as large as they get.
+      if (warm_mib == 0 && seconds() > wanted_.seconds / 5 && rounds_ > 2000)
+        warm_mib = resident_mib();
+      if (std::chrono::duration<double>(Clock::now() - last_told_).count() > wanted_.tell_seconds)
+        tell();
+    }
+    tell();
+    std::printf("%s", judge_.table().c_str());
+    const double end_mib = resident_mib();
+    if (warm_mib > 0)
+      std::printf("resident memory: %.0f MiB after a fifth of the time, %.0f MiB at the end\n",
+                  warm_mib, end_mib);
+    if (warm_mib > 0 && end_mib > 1.25 * warm_mib + 48) {
+      std::printf("MEMORY GREW\n");
+      return 1;
+    }
+    std::printf("no difference\n");
+    return 0;
+  }
+
+ private:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  std::uint64_t total_boxes() const { return judge_.tally.boxes + lives_.boxes; }
+
+  // In every 80 rounds one life; in some thousands a large scene.
+  bool round() {
+    const std::uint32_t kind = random_.below(4000);
+    if (kind % 80 == 0) return life();
+    return scene(kind == 1 ? large : kind < 20 ? medium : kind % 2 ? small : tiny);
+  }
+
+  bool life() {
+    const std::vector<std::uint8_t> bytes = random_bytes(random_, 64 + random_.below(1500));
+    try {
+      Bytes stream(bytes);
+      const LifeCount c = live(stream);
+      lives_.updates += c.updates, lives_.boxes += c.boxes, lives_.pairs += c.pairs;
+      lives_.questions += c.questions;
+      return true;
+    } catch (const Difference& difference) {
+      std::printf("DIFFERENCE in round %llu, seed %llu: %s\n", number(rounds_),
+                  number(wanted_.seed), difference.what());
+      const std::vector<std::uint8_t> least = minimise_bytes(bytes, [](const auto& b) {
+        try {
+          Bytes stream(b);
+          live(stream);
+        } catch (const Difference&) {
+          return true;
+        }
+        return false;
+      });
+      save(wanted_.folder + "/difference_broad_phase", least.data(), least.size());
+      std::printf("  put it into tests/fuzz/corpus/broad_phase, and the tests run it\n");
+      return false;
+    }
+  }
+
+  bool scene(std::size_t most) {
+    // Enough bytes for all boxes, or too few.
+    std::vector<std::uint8_t> bytes = random_bytes(
+        random_, random_.one_in(3) ? 40 + random_.below(200) : 40 + random_.below(6000));
+    // Most of the larger scenes are of the usual kind, which costs least to search and to compare.
+    if (most == small && !random_.one_in(4)) bytes[0] = scattered_shape;
+    Bytes stream(bytes);
+    const Case c = make_case(stream, most);
+    judge_.begin(c);
+    if (rounds_ % 64 == 0) {
+      ++judge_.tally.looked_close;
+      if (has_close_pair(c)) ++judge_.tally.close_cases;
+    }
+    // Plain searches of the CPU on one thread cost some 0.05 us a box; starting threads, and what a
+    // GPU runs, many times as much where boxes are few. Many pairs take time to compare.
+    const std::size_t crowd = judge_.truth().pairs().size() / (c.size() + 1);
+    const std::uint32_t searches = most == tiny ? 20 : crowd > 8 ? 6 : crowd > 1 ? 20 : 192;
+    for (std::uint32_t k = 0; k < searches; ++k) {
+      const std::size_t config = random_.below(static_cast<std::uint32_t>(judge_.configs().size()));
+      if (!worth_it(judge_.configs()[config], c.size(), most)) continue;
+      try {
+        judge_.search(c, config, random_.below(1u << 20));
+      } catch (const Difference& difference) {
+        std::printf("DIFFERENCE in round %llu, seed %llu, %s: %s\n", number(rounds_),
+                    number(wanted_.seed), describe(c).c_str(), difference.what());
+        tell_case(wanted_.folder, c, config);
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Whether to take a configuration that was drawn: what is slow comes less often.
+  bool worth_it(const Config& how, std::size_t boxes, std::size_t most) {
+    if (wanted_.emulated) return how.backend == Backend::emulated && how.threads == 1;
+    const bool dear = how.threads != 1 || how.backend != Backend::cpu;
+    if (dear && most != large && !random_.one_in(16)) return false;
+    // One comparison at a time, and brute force over many boxes.
+    const bool slow = boxes > 100 && (how.isa == Isa::scalar ||
+                                      (how.algorithm == Algorithm::all_pairs && boxes > 2000));
+    return !slow || random_.one_in(40);
+  }
+  static unsigned long long number(std::uint64_t n) { return n; }
+  void tell() {
+    last_told_ = Clock::now();
+    const Tally& t = judge_.tally;
+    std::printf(
+        "%7.0f s  seed %llu  %llu rounds  %llu boxes and %llu pairs compared: %llu searches of "
+        "%llu "
+        "scenes, %llu updates, %llu questions; %.0f %% of the scenes touch within 2 ulp; %.0f "
+        "MiB\n",
+        seconds(), number(wanted_.seed), number(rounds_), number(total_boxes()),
+        number(t.pairs + lives_.pairs), number(t.searches), number(t.cases), number(lives_.updates),
+        number(lives_.questions),
+        100.0 * static_cast<double>(t.close_cases) /
+            static_cast<double>(std::max<std::uint64_t>(t.looked_close, 1)),
+        resident_mib());
+    std::fflush(stdout);
+  }
+
+  Wanted wanted_;
+  Random random_;
+  Judge judge_;
+  LifeCount lives_;
+  std::uint64_t rounds_ = 0;
+  Clock::time_point start_, last_told_;
+};
+
+// An input on which the fuzz target find_pairs fails, as a test; see there.
+int minimise(const Wanted& wanted) {
+  std::ifstream file(wanted.minimise, std::ios::binary);
+  const std::vector<std::uint8_t> input{std::istreambuf_iterator<char>(file), {}};
+  Bytes bytes(input);
+  const std::uint32_t choice = bytes.next();
+  const Case c = make_case(bytes, 600);
+  Judge judge;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::size_t config = (choice + k * 11) % judge.configs().size();
+    if (!differs(judge, c, config)) continue;
+    tell_case(wanted.folder, c, config);
+    return 0;
+  }
+  std::printf("throng-soak: %s: no configuration of this input differs from the double loop\n",
+              wanted.minimise.c_str());
+  return 1;
+}
+
+}  // namespace
+}  // namespace throng::tests
+
+int main(int argc, char** argv) {
+  throng::tests::Wanted wanted;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
+    if (value && name == "--seconds") {
+      wanted.seconds = std::strtod(value, nullptr);
+    } else if (value && name == "--boxes") {
+      wanted.boxes = static_cast<std::uint64_t>(std::strtod(value, nullptr));
+    } else if (value && name == "--rounds") {
+      wanted.rounds = std::strtoull(value, nullptr, 10);
+    } else if (value && name == "--emulated") {
+      wanted.emulated = std::strtoull(value, nullptr, 10) != 0;
+    } else if (value && name == "--seed") {
+      wanted.seed = std::strtoull(value, nullptr, 10);
+    } else if (value && name == "--tell") {
+      wanted.tell_seconds = std::strtod(value, nullptr);
+    } else if (value && name == "--minimise") {
+      wanted.minimise = value;
+    } else if (value && name == "--folder") {
+      wanted.folder = value;
+    } else {
+      std::printf(
+          "throng-soak: '%s' is unknown or lacks its value; there are: --seconds S (3600), --boxes "
+          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --tell "
+          "SECONDS (60), --folder WHERE (.), --minimise INPUT (of the fuzz target find_pairs)\n",
+          argv[i]);
+      return 2;
+    }
+  }
+  if (!wanted.minimise.empty()) return throng::tests::minimise(wanted);
+  return throng::tests::Soak(wanted).run();
+}
