@@ -130,6 +130,14 @@ bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options,
 }
 constexpr auto all = [](std::size_t) { return true; };
 
+// Of a question, which may then have left out some of what it was asked.
+bool stopped(const Options& options, Result& r) noexcept {
+  if (!options.stop || !options.stop->load()) return false;
+  r.found = r.written = 0;
+  r.status = Status::stopped;
+  return true;
+}
+
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
@@ -328,6 +336,7 @@ Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
     if (!valid(boxes, nullptr, options_, r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
     tracker.find_overlaps(boxes, options_, r);
+    if (stopped(options_, r)) tracker.queries().overlaps().clear();
   });
 }
 Pairs BroadPhase::overlaps() const noexcept {
@@ -357,6 +366,7 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
     }
     tracker.find_hits(sweeps, count, which, filters, options_);
     r.found = r.written = tracker.queries().hits().size();
+    if (stopped(options_, r)) tracker.queries().forget_hits();
   });
 }
 SweepHitList BroadPhase::hits() const noexcept {

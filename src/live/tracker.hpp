@@ -49,7 +49,7 @@ class Tracker {
   void make_cells();
   void want_cells(double ns_an_object);
   bool settle_cells(double most_lines);
-  void search_around(Result& result);
+  void search_around(const Options& options, Result& result);
   void find_all(const Options& options, unsigned tasks, Result& result);
   Cells::Worlds worlds_of(ObjectId id) const noexcept;
 
