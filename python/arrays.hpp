@@ -2,9 +2,13 @@
 // copy wherever the values are what the library reads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <initializer_list>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nanobind/nanobind.h>
@@ -67,6 +71,23 @@ class BoxArray {
 // fit. What lives in `kept` must outlive the view.
 template <class T>
 Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept);
+
+// A NumPy array that owns its values.
+template <class T>
+nb::object numpy_array(std::unique_ptr<T[]> values, std::initializer_list<std::size_t> shape) {
+  T* data = values.get();
+  const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(data, shape.size(), shape.begin(), owner));
+}
+
+// The same, of a copy of `count` things of T, each `columns` values.
+template <class Value, class T>
+nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
+  static_assert(sizeof(T) % sizeof(Value) == 0);
+  auto copy = std::make_unique<Value[]>(std::max<std::size_t>(count * columns, 1));
+  if (count) std::memcpy(copy.get(), from, count * sizeof(T));
+  return numpy_array(std::move(copy), {count, columns});
+}
 
 // n rows of `columns` floats that lie together; None: absent (count 0). count: rows wanted, or -1.
 template <class T>

@@ -10,11 +10,15 @@
 
 #include <nanobind/nanobind.h>
 
+#include <throng/explain.hpp>
 #include <throng/finder.hpp>
 
 #include "python/arrays.hpp"
 
 namespace throng::python {
+
+// Below so many boxes a search takes less than what anybody waits for, and a thread's turn counts.
+inline constexpr std::size_t long_from = 32768;
 
 // Runs `body` without the interpreter's lock. A long one runs on a thread of the pool, so that the
 // caller hears Ctrl-C: then *stop becomes true, and when the body has returned, what the signal's
@@ -52,6 +56,7 @@ class FinderObject {
   // (m, 2) uint32. `b` may be null.
   nb::object find(const BoxArray& a, const BoxArray* b);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
+  Explanation explain(const BoxArray& a, const BoxArray* b);
 
   Rounding rounding() const noexcept { return rounding_; }
   const Result& result() const noexcept { return result_; }
@@ -59,6 +64,7 @@ class FinderObject {
 
  private:
   class Busy;
+  static void require_same_dimensions(const BoxArray& a, const BoxArray* b);
   void search(const BoxArray& a, const BoxArray* b, const std::function<Result()>& call);
 
   Finder finder_;

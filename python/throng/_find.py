@@ -65,7 +65,7 @@ def find_pairs(
     MemoryError, RuntimeError. The message names the argument, what it was, and what would do.
 
     Other Python threads run meanwhile. Ctrl-C ends a search on the CPU soon and raises
-    KeyboardInterrupt; an emulated one ends first.
+    KeyboardInterrupt.
     """
     finder = _throng.Finder(
         order, algorithm, backend, nan, isa, margin, threads, 0, round, True
@@ -162,6 +162,34 @@ class Finder:
             (other_group, other_mask, other_owner, other_world, other_static),
         )
         return self._finder.result
+
+    def explain(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+        other_group: Array | None = None,
+        other_mask: Array | None = None,
+        other_owner: Array | None = None,
+        other_world: Array | None = None,
+        other_static: Array | None = None,
+    ) -> _throng.Explanation:
+        """Finds the pairs as find() does, and tells why that costs what it does, and what would make
+        it faster: cells and how full they are, the largest boxes, memory, advice.
+
+        By the CPU alone. Takes some 100 times as long as find() for small sets.
+        """
+        return self._finder.explain(
+            boxes,
+            other,
+            (group, mask, owner, world, static),
+            (other_group, other_mask, other_owner, other_world, other_static),
+        )
 
     @property
     def result(self) -> _throng.Result:

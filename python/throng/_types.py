@@ -6,6 +6,7 @@ Order: TypeAlias = Literal["any", "canonical"]
 Algorithm: TypeAlias = Literal["auto", "all-pairs", "grid"]
 Backend: TypeAlias = Literal["auto", "cpu", "cuda", "emulated"]
 Nan: TypeAlias = Literal["refuse", "inactive"]
+Hits: TypeAlias = Literal["all", "first"]
 Round: TypeAlias = Literal["outward"]
 Isa: TypeAlias = Literal["auto", "scalar", "sse4", "avx2", "avx512", "neon"]
 
