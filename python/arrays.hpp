@@ -24,9 +24,22 @@ using AnyArray = nb::ndarray<nb::ro>;
 // What must outlive a view of it; let go of under the interpreter's lock.
 using Kept = std::vector<std::shared_ptr<void>>;
 
-// An array on the CPU. TypeError where it is none, ValueError where it lies on another device;
-// `wanted` ends the message: "float32 of shape (n, 6)".
-AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted);
+// Where the arrays of one call lie: in host memory, or on one GPU. The first of them decides.
+struct Place {
+  // The caller's stream: an array of a GPU is good for what comes after on it.
+  std::uintptr_t stream = 0;
+  bool on_gpu = false;
+  int device = 0;
+  std::string decided_by;  // the argument that did; empty: none yet
+
+  std::string name() const { return on_gpu ? "cuda:" + std::to_string(device) : "the CPU"; }
+};
+
+// TypeError where the value is no array, ValueError where it lies elsewhere than the others of the
+// call; `place` null: anywhere but in host memory. `wanted` ends the message: "float32 of shape
+// (n, 6)".
+AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
+                      Place* place = nullptr);
 // "float32 of shape (5, 6)"
 std::string described(const AnyArray& array);
 bool is_float32(const AnyArray& array) noexcept;
@@ -42,7 +55,7 @@ Rounding rounding_of(nb::handle round);
 // Boxes as given, (n, 6), (n, 4) or (lower, upper), and what must live for the view to be good.
 class BoxArray {
  public:
-  BoxArray(nb::handle value, const std::string& name, Rounding rounding);
+  BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place = nullptr);
 
   const Boxes& view() const noexcept { return view_; }
   std::size_t size() const noexcept { return view_.size(); }
@@ -62,15 +75,17 @@ class BoxArray {
 
   Boxes view_;
   unsigned dimensions_ = 3;
+  Place* place_;  // null: host memory
   std::vector<AnyArray> arrays_;
   std::unique_ptr<float[]> converted_;
   Kept filters_;
 };
 
 // One value of T a box: the array itself where it has that type, else values converted, which must
-// fit. What lives in `kept` must outlive the view.
+// fit; on a GPU nothing is converted. What lives in `kept` must outlive the view.
 template <class T>
-Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept);
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept,
+                         Place* place = nullptr);
 
 // A NumPy array that owns its values.
 template <class T>

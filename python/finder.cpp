@@ -112,7 +112,9 @@ FinderObject::FinderObject(const Options& options, Rounding rounding, bool once)
   finder_.set_options(o);
 }
 
-std::size_t FinderObject::memory_bytes() const { return finder_.memory_bytes(); }
+std::size_t FinderObject::memory_bytes() const {
+  return finder_.memory_bytes() + (on_gpu_ ? on_gpu_->memory_bytes() : 0);
+}
 
 void FinderObject::require_same_dimensions(const BoxArray& a, const BoxArray* b) {
   if (!b || a.dimensions() == b->dimensions() || a.size() == 0 || b->size() == 0) return;
@@ -143,8 +145,25 @@ void FinderObject::search(const BoxArray& a, const BoxArray* b,
   run_unlocked(a.size() + (b ? b->size() : 0) >= long_from, stop_, [&] { result_ = call(); });
 }
 
-nb::object FinderObject::find(const BoxArray& a, const BoxArray* b) {
+nb::object FinderObject::find_on_gpu(const BoxArray& a, const BoxArray* b, const Place& place,
+                                     bool to_host) {
+  const Backend backend = finder_.options().backend;
+  if (backend != Backend::automatic && backend != Backend::cuda) {
+    value_error(std::string("backend: found '") + to_string(backend) + "' for boxes on " +
+                place.name() + "; give 'auto', or copy them to the host");
+  }
+  require_same_dimensions(a, b);
+  if (!on_gpu_ || on_gpu_->device() != place.device) {
+    on_gpu_.reset();
+    on_gpu_ = std::make_unique<DeviceFinder>(finder_.options(), place.device);
+  }
+  return on_gpu_->find(a, b, place.stream, to_host, result_);
+}
+
+nb::object FinderObject::find(const BoxArray& a, const BoxArray* b, const Place& place,
+                              bool to_host) {
   const Busy busy(*this);
+  if (place.on_gpu) return find_on_gpu(a, b, place, to_host);
   const std::size_t boxes = a.size() + (b ? b->size() : 0);
   std::size_t capacity = std::min(pairs_a_box * boxes + fewest_pairs, most_pairs);
   if (has_found_) capacity = static_cast<std::size_t>(result_.found + result_.found / 8) + 64;

@@ -14,6 +14,7 @@
 #include <throng/finder.hpp>
 
 #include "python/arrays.hpp"
+#include "python/device.hpp"
 
 namespace throng::python {
 
@@ -53,8 +54,8 @@ class FinderObject {
   // `once`: what is found is all that is kept.
   FinderObject(const Options& options, Rounding rounding, bool once);
 
-  // (m, 2) uint32. `b` may be null.
-  nb::object find(const BoxArray& a, const BoxArray* b);
+  // (m, 2) uint32. `b` may be null. What is found on a GPU stays there, or is copied `to_host`.
+  nb::object find(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
   Explanation explain(const BoxArray& a, const BoxArray* b);
 
@@ -65,11 +66,13 @@ class FinderObject {
  private:
   class Busy;
   static void require_same_dimensions(const BoxArray& a, const BoxArray* b);
+  nb::object find_on_gpu(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void search(const BoxArray& a, const BoxArray* b, const std::function<Result()>& call);
 
   Finder finder_;
   Rounding rounding_;
   bool once_;
+  std::unique_ptr<DeviceFinder> on_gpu_;
   bool has_found_ = false;
   std::shared_ptr<PairRooms> rooms_ = std::make_shared<PairRooms>();
   std::atomic<bool> stop_{false};

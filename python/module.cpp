@@ -21,14 +21,15 @@ using Set = std::unique_ptr<BoxArray>;
 
 // Boxes and their filters: (group, mask, owner, world, static), each an array or None.
 Set box_set(nb::handle boxes, const char* name, const nb::tuple& filters, const char* prefix,
-            Rounding rounding) {
-  auto set = std::make_unique<BoxArray>(boxes, name, rounding);
+            Rounding rounding, Place* place = nullptr) {
+  auto set = std::make_unique<BoxArray>(boxes, name, rounding, place);
   set->set_filters(prefix, filters[0], filters[1], filters[2], filters[3], filters[4]);
   return set;
 }
 
-Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding) {
-  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding);
+Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding,
+              Place* place = nullptr) {
+  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding, place);
   for (const nb::handle filter : filters) {
     if (filter.is_none()) continue;
     value_error("other: found None, wanted a second set of boxes for the filters other_...");
@@ -60,13 +61,15 @@ void bind_finder(nb::module_& m) {
       .def(
           "find",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
-             const nb::tuple& other_filters) {
-            const Set a = box_set(boxes, "boxes", filters, "", self.rounding());
-            const Set b = other_set(other, other_filters, self.rounding());
-            return self.find(*a, b.get());
+             const nb::tuple& other_filters, std::uint64_t stream, bool to_host) {
+            Place place;
+            place.stream = static_cast<std::uintptr_t>(stream);
+            const Set a = box_set(boxes, "boxes", filters, "", self.rounding(), &place);
+            const Set b = other_set(other, other_filters, self.rounding(), &place);
+            return self.find(*a, b.get(), place, to_host);
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
-          nb::arg("other_filters"))
+          nb::arg("other_filters"), nb::arg("stream"), nb::arg("to_host"))
       .def(
           "consume",
           [](FinderObject& self, nb::handle boxes, nb::handle callback, nb::handle other,
@@ -97,6 +100,7 @@ void bind_finder(nb::module_& m) {
 NB_MODULE(_throng, m) {
   using namespace throng::python;
   m.attr("__version__") = THRONG_VERSION;
+  m.attr("has_cuda") = gpu_is_built();
   bind_results(m);
   bind_finder(m);
   bind_scenes(m);

@@ -133,8 +133,7 @@ void bind_explanation(nb::module_& m) {
               "what would make it faster, each a sentence with its reason")
       .def("__repr__", [](const Explanation& e) {
         return "Explanation(boxes=" + std::to_string(e.boxes) +
-               ", cells=" + std::to_string(e.cells) +
-               ", tests_per_box=" + fixed(e.tests_per_box) +
+               ", cells=" + std::to_string(e.cells) + ", tests_per_box=" + fixed(e.tests_per_box) +
                ", advice=" + std::to_string(e.advice.size()) + ")";
       });
 }

@@ -11,6 +11,7 @@ Filters: TypeAlias = tuple[Any, Any, Any, Any, Any]
 Bounds: TypeAlias = tuple[float, float, float, float, float, float]
 
 __version__: str
+has_cuda: bool
 scene_names: tuple[str, ...]
 
 class StageTimes:
@@ -180,8 +181,14 @@ class Finder:
         once: bool,
     ) -> None: ...
     def find(
-        self, boxes: Any, other: Any, filters: Filters, other_filters: Filters
-    ) -> NDArray[numpy.uint32]: ...
+        self,
+        boxes: Any,
+        other: Any,
+        filters: Filters,
+        other_filters: Filters,
+        stream: int,
+        to_host: bool,
+    ) -> Any: ...
     def consume(
         self,
         boxes: Any,
