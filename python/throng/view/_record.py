@@ -13,9 +13,11 @@ if TYPE_CHECKING:
 
 # Overlaps from which on a box has the last colour: the scale is the same for all frames and files.
 FULL = 64
-# From few to many; dark to light, so that it is read without colour, too.
+# More boxes than this are drawn as edges alone.
+FILLED = 20_000
+# From few to many.
 SCALE = numpy.array(
-    [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 255, 235]]
+    [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 120, 60]]
 )
 ALONE = [120, 120, 130]
 BEGAN, ENDED, PAIR = [80, 220, 100], [235, 80, 70], [150, 170, 255]
@@ -47,7 +49,7 @@ def layout() -> "rerun.blueprint.Blueprint":
             ),
             column_shares=[3, 2],
         ),
-        bp.TimePanel(timeline="frame", state="collapsed"),
+        bp.TimePanel(timeline="frame", state="collapsed", play_state="following"),
         bp.SelectionPanel(state="hidden"),
         bp.BlueprintPanel(state="hidden"),
     )
@@ -87,13 +89,15 @@ def _world(stream: "rerun.RecordingStream", frame: Frame) -> None:
             mins=corners[:, :3],
             sizes=corners[:, 3:] - corners[:, :3],
             colors=colours(frame.overlaps[frame.shown]),
+            fill_mode="transparentfillmajorwireframe" if len(corners) <= FILLED else "majorwireframe",
         ),
     )
     for name, colour in (("pairs", PAIR), ("begun", BEGAN), ("ended", ENDED)):
         pairs: Pairs = frame.lines(getattr(frame, name))
         ends = frame.corners(pairs.reshape(-1))
         middle = ((ends[:, :3] + ends[:, 3:]) / 2).reshape(-1, 2, 3).astype(numpy.float32)
-        stream.log(f"world/{name}", rr.LineStrips3D(middle, colors=[colour]))
+        width = rr.Radius.ui_points(0.75 if name == "pairs" else 2)
+        stream.log(f"world/{name}", rr.LineStrips3D(middle, colors=[colour], radii=[width]))
 
 
 def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
@@ -107,7 +111,12 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
     heat = colours(FULL * counts.astype(numpy.float64) / counts.max())
     stream.log(
         "world/cells",
-        rr.Boxes3D(mins=bounds[:, :3], sizes=bounds[:, 3:] - bounds[:, :3], colors=heat),
+        rr.Boxes3D(
+            mins=bounds[:, :3],
+            sizes=bounds[:, 3:] - bounds[:, :3],
+            colors=heat,
+            fill_mode="majorwireframe",
+        ),
     )
     stream.log("grid/occupancy", rr.Tensor(frame.occupancy, dim_names=frame.axes))
 
@@ -120,7 +129,8 @@ def lists(frame: Frame) -> str:
         f"{len(frame.begun):,} began, {len(frame.ended):,} ended. {plan.algorithm}: {plan.reason}; "
         f"{told.tests_per_box:.1f} tests a box.",
         "",
-        f"Colours of boxes: grey overlaps none; dark 1, light {FULL} or more.",
+        f"Boxes: grey overlaps none, blue 1, green some 10, yellow 30, orange {FULL} or more. Lines: pairs; "
+        "green ones began, red ones ended.",
         "",
         "| largest boxes | extent | overlaps | cells |",
         "|---|---|---|---|",
