@@ -110,6 +110,7 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
     const AnyArray& a = arrays_[k];
     if (a.ndim() != 2 || (a.shape(1) != 3 && a.shape(1) != 2))
       value_error(names[k] + ": found " + described(a) + ", wanted " + wanted);
+    (void)is_double(a, names[k], wanted);  // of another type: a TypeError
   }
   if (lower.shape(0) != upper.shape(0) || lower.shape(1) != upper.shape(1) ||
       lower.dtype() != upper.dtype()) {
