@@ -96,7 +96,7 @@ def _world(stream: "rerun.RecordingStream", frame: Frame) -> None:
         pairs: Pairs = frame.lines(getattr(frame, name))
         ends = frame.corners(pairs.reshape(-1))
         middle = ((ends[:, :3] + ends[:, 3:]) / 2).reshape(-1, 2, 3).astype(numpy.float32)
-        width = -0.75 if name == "pairs" else -2.0  # negative: pixels of the screen
+        width = -0.5 if name == "pairs" else -1.25  # negative: pixels of the screen
         stream.log(f"world/{name}", rr.LineStrips3D(middle, colors=[colour], radii=width))
 
 
