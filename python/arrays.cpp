@@ -1,6 +1,7 @@
 // Arrays of any kind: what they are, where they lie, and whether they can be read there.
 #include "python/arrays.hpp"
 
+#include "python/device.hpp"
 #include "python/errors.hpp"
 
 namespace throng::python {
@@ -46,27 +47,67 @@ std::string described_array(nb::handle value) {
   return text;
 }
 
-// Not the CPU: told before the array is taken, as a device's memory cannot even be looked at here.
-void require_cpu(nb::handle value, const std::string& name) {
-  constexpr int cpu = 1, cuda = 2, cuda_pinned = 3, cuda_managed = 13;
-  if (!nb::hasattr(value, "__dlpack_device__")) return;
+struct Where {
+  int type = 1, index = 0;  // DLPack's numbers
+
+  // Pinned host memory is the host's.
+  bool is_host() const noexcept { return type == 1 || type == 3; }
+  bool is_gpu() const noexcept { return type == 2 || type == 13; }
+  std::string name() const {
+    if (is_host()) return "the CPU";
+    return is_gpu() ? "cuda:" + std::to_string(index) : "device type " + std::to_string(type);
+  }
+};
+
+// What an object says of itself before its array is taken: a device's memory cannot be looked at.
+Where where_is(nb::handle value, const std::string& name) {
+  Where where;
+  if (!nb::hasattr(value, "__dlpack_device__")) return where;
   nb::object device;
   try {
     device = value.attr("__dlpack_device__")();
   } catch (const nb::python_error&) {
-    return;  // a read-only array of older kinds; taking it tells
+    return where;  // a read-only array of older kinds; taking it tells
   }
-  int type = cpu, index = 0;
   if (!nb::isinstance<nb::tuple>(device) || nb::len(device) != 2 ||
-      !nb::try_cast(device[0], type) || !nb::try_cast(device[1], index)) {
+      !nb::try_cast(device[0], where.type) || !nb::try_cast(device[1], where.index)) {
     type_error(name + ": its __dlpack_device__ gives no (type, index)");
   }
-  if (type == cpu || type == cuda_pinned) return;
-  const bool is_cuda = type == cuda || type == cuda_managed;
-  value_error(name + ": found an array on " + (is_cuda ? "cuda:" : "device type ") +
-              (is_cuda ? std::to_string(index) : std::to_string(type)) +
-              ", and this build searches on the CPU alone; copy it to the host first (CuPy: "
-              "x.get(), PyTorch: x.cpu(), JAX: numpy.asarray(x))");
+  return where;
+}
+
+// Whether an array that lies there can be one of this call's.
+void require_place(const Where& where, const std::string& name, Place* place) {
+  const bool can = where.is_host() || (where.is_gpu() && place && gpu_is_built());
+  if (!can) {
+    value_error(name + ": found an array on " + where.name() +
+                (where.is_gpu() && place ? ", and this build searches on the CPU alone; build with "
+                                           "THRONG_CUDA=ON, or copy it"
+                                         : ", which is of no use here; copy it") +
+                " to the host first (CuPy: x.get(), PyTorch: x.cpu(), JAX: numpy.asarray(x))");
+  }
+  if (!place) return;
+  if (place->decided_by.empty()) {
+    place->on_gpu = where.is_gpu();
+    place->device = where.is_gpu() ? where.index : 0;
+    place->decided_by = name;
+  } else if (place->on_gpu != where.is_gpu() || (place->on_gpu && place->device != where.index)) {
+    value_error(name + ": found an array on " + where.name() + ", and " + place->decided_by +
+                " lies on " + place->name() + "; give all in one place");
+  }
+}
+
+// What the producer did to the array comes before what is put on the stream next.
+nb::object capsule_for(nb::handle value, std::uintptr_t stream) {
+  constexpr std::uintptr_t default_stream = 1;
+  const nb::object give = value.attr("__dlpack__");
+  const nb::int_ number(stream ? stream : default_stream);
+  try {
+    return give(nb::arg("stream") = number);
+  } catch (const nb::python_error& error) {
+    if (!error.matches(PyExc_BufferError)) throw;  // read-only arrays ask for the newer form
+  }
+  return give(nb::arg("stream") = number, nb::arg("max_version") = nb::make_tuple(1, 0));
 }
 
 }  // namespace
@@ -85,12 +126,25 @@ std::size_t row_stride(const AnyArray& a, const std::string& name, std::size_t i
               " values); give a copy: numpy.ascontiguousarray(" + name + ")");
 }
 
-AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted) {
-  require_cpu(value, name);
+AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
+                      Place* place) {
+  const Where where = where_is(value, name);
+  const bool is_capsule = PyCapsule_CheckExact(value.ptr());
+  if (!is_capsule) require_place(where, name, place);
+  nb::object source = nb::borrow(value);
+  if (where.is_gpu()) source = capsule_for(value, place->stream);
   AnyArray array;
-  if (!nb::try_cast(value, array) || !array.is_valid()) {
+  if (!nb::try_cast(source, array) || !array.is_valid()) {
     type_error(name + ": found " + described_array(value) + ", wanted an array of " + wanted +
                " in this machine's byte order; numpy.asarray(x, dtype=...) makes one");
+  }
+  const Where lies{array.device_type(), array.device_id()};
+  if (is_capsule) {
+    require_place(lies, name, place);
+  } else if (lies.is_host() != where.is_host() ||
+             (!lies.is_host() && (lies.type != where.type || lies.index != where.index))) {
+    type_error(name + ": its __dlpack_device__ says " + where.name() + ", its __dlpack__ gives " +
+               lies.name() + "; both must tell the same");
   }
   return array;
 }

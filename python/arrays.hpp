@@ -2,9 +2,13 @@
 // copy wherever the values are what the library reads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <initializer_list>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nanobind/nanobind.h>
@@ -20,9 +24,22 @@ using AnyArray = nb::ndarray<nb::ro>;
 // What must outlive a view of it; let go of under the interpreter's lock.
 using Kept = std::vector<std::shared_ptr<void>>;
 
-// An array on the CPU. TypeError where it is none, ValueError where it lies on another device;
-// `wanted` ends the message: "float32 of shape (n, 6)".
-AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted);
+// Where the arrays of one call lie: in host memory, or on one GPU. The first of them decides.
+struct Place {
+  // The caller's stream: an array of a GPU is good for what comes after on it.
+  std::uintptr_t stream = 0;
+  bool on_gpu = false;
+  int device = 0;
+  std::string decided_by;  // the argument that did; empty: none yet
+
+  std::string name() const { return on_gpu ? "cuda:" + std::to_string(device) : "the CPU"; }
+};
+
+// TypeError where the value is no array, ValueError where it lies elsewhere than the others of the
+// call; `place` null: anywhere but in host memory. `wanted` ends the message: "float32 of shape
+// (n, 6)".
+AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
+                      Place* place = nullptr);
 // "float32 of shape (5, 6)"
 std::string described(const AnyArray& array);
 bool is_float32(const AnyArray& array) noexcept;
@@ -38,7 +55,7 @@ Rounding rounding_of(nb::handle round);
 // Boxes as given, (n, 6), (n, 4) or (lower, upper), and what must live for the view to be good.
 class BoxArray {
  public:
-  BoxArray(nb::handle value, const std::string& name, Rounding rounding);
+  BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place = nullptr);
 
   const Boxes& view() const noexcept { return view_; }
   std::size_t size() const noexcept { return view_.size(); }
@@ -58,15 +75,34 @@ class BoxArray {
 
   Boxes view_;
   unsigned dimensions_ = 3;
+  Place* place_;  // null: host memory
   std::vector<AnyArray> arrays_;
   std::unique_ptr<float[]> converted_;
   Kept filters_;
 };
 
 // One value of T a box: the array itself where it has that type, else values converted, which must
-// fit. What lives in `kept` must outlive the view.
+// fit; on a GPU nothing is converted. What lives in `kept` must outlive the view.
 template <class T>
-Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept);
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept,
+                         Place* place = nullptr);
+
+// A NumPy array that owns its values.
+template <class T>
+nb::object numpy_array(std::unique_ptr<T[]> values, std::initializer_list<std::size_t> shape) {
+  T* data = values.get();
+  const nb::capsule owner(values.release(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(data, shape.size(), shape.begin(), owner));
+}
+
+// The same, of a copy of `count` things of T, each `columns` values.
+template <class Value, class T>
+nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
+  static_assert(sizeof(T) % sizeof(Value) == 0);
+  auto copy = std::make_unique<Value[]>(std::max<std::size_t>(count * columns, 1));
+  if (count) std::memcpy(copy.get(), from, count * sizeof(T));
+  return numpy_array(std::move(copy), {count, columns});
+}
 
 // n rows of `columns` floats that lie together; None: absent (count 0). count: rows wanted, or -1.
 template <class T>

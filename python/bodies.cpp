@@ -36,11 +36,11 @@ nb::object update(nb::handle position, nb::handle shapes, nb::handle rotation,
   bodies.points = import_rows<Vec3>(points, "points", -1, kept);
   std::unique_ptr<Box[]> boxes(new (std::nothrow) Box[n + 1]);
   if (!boxes) memory_error("no memory for " + std::to_string(n) + " boxes of 24 bytes");
+  std::atomic<bool> stop{false};
+  options.stop = &stop;
   Result result;
-  {
-    const nb::gil_scoped_release unlocked;
-    result = update_boxes(bodies, boxes.get(), options);
-  }
+  run_unlocked(n >= long_from, stop,
+               [&] { result = throng::update_boxes(bodies, boxes.get(), options); });
   require_ok(result);
   auto* floats = reinterpret_cast<float*>(boxes.get());
   const nb::capsule owner(boxes.release(), [](void* p) noexcept { delete[] static_cast<Box*>(p); });

@@ -78,7 +78,8 @@ bool is_double(const AnyArray& a, const std::string& name, const std::string& wa
 
 }  // namespace
 
-BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding) {
+BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place)
+    : place_(place) {
   if (PyTuple_Check(value.ptr()))
     take_two(value, name, rounding);
   else
@@ -87,7 +88,7 @@ BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding)
 
 void BoxArray::take_one(nb::handle value, const std::string& name, Rounding rounding) {
   const std::string wanted = "float32 of shape (n, 6), (n, 4) for 2-D, or a tuple (lower, upper)";
-  AnyArray a = import_array(value, name, wanted);
+  AnyArray a = import_array(value, name, wanted, place_);
   if (a.ndim() != 2 || (a.shape(1) != 6 && a.shape(1) != 4)) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
   }
@@ -103,12 +104,13 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
                 ", wanted (lower, upper)");
   }
   const std::string names[2] = {name + "[0]", name + "[1]"};
-  for (int k = 0; k < 2; ++k) arrays_.push_back(import_array(pair[k], names[k], wanted));
+  for (int k = 0; k < 2; ++k) arrays_.push_back(import_array(pair[k], names[k], wanted, place_));
   const AnyArray &lower = arrays_[0], &upper = arrays_[1];
   for (int k = 0; k < 2; ++k) {
     const AnyArray& a = arrays_[k];
     if (a.ndim() != 2 || (a.shape(1) != 3 && a.shape(1) != 2))
       value_error(names[k] + ": found " + described(a) + ", wanted " + wanted);
+    (void)is_double(a, names[k], wanted);  // of another type: a TypeError
   }
   if (lower.shape(0) != upper.shape(0) || lower.shape(1) != upper.shape(1) ||
       lower.dtype() != upper.dtype()) {
@@ -123,6 +125,10 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
                     const std::string& lower_name, const std::string& upper_name,
                     const std::string& wanted, Rounding rounding) {
   const bool converting = is_double(lower, lower_name, wanted);
+  if (converting && place_ && place_->on_gpu) {
+    type_error(lower_name + ": found " + described(lower) + " on " + place_->name() +
+               ", where nothing is converted; wanted float32, as by x.astype(float32)");
+  }
   const std::size_t count = lower.shape(0);
   const unsigned d = dimensions_;
   if (count > max_box_count) {
@@ -185,11 +191,11 @@ void BoxArray::set_filters(const std::string& prefix, nb::handle group, nb::hand
                            nb::handle owner, nb::handle world, nb::handle is_static) {
   Filters& f = view_.filters;
   const std::size_t n = size();
-  f.group = import_values<std::uint32_t>(group, prefix + "group", n, filters_);
-  f.mask = import_values<std::uint32_t>(mask, prefix + "mask", n, filters_);
-  f.owner = import_values<std::int32_t>(owner, prefix + "owner", n, filters_);
-  f.world = import_values<std::int32_t>(world, prefix + "world", n, filters_);
-  f.is_static = import_values<std::uint8_t>(is_static, prefix + "static", n, filters_);
+  f.group = import_values<std::uint32_t>(group, prefix + "group", n, filters_, place_);
+  f.mask = import_values<std::uint32_t>(mask, prefix + "mask", n, filters_, place_);
+  f.owner = import_values<std::int32_t>(owner, prefix + "owner", n, filters_, place_);
+  f.world = import_values<std::int32_t>(world, prefix + "world", n, filters_, place_);
+  f.is_static = import_values<std::uint8_t>(is_static, prefix + "static", n, filters_, place_);
 }
 
 }  // namespace throng::python

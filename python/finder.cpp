@@ -6,14 +6,13 @@
 #include <optional>
 #include <stdexcept>
 
+#include <throng/find_pairs.hpp>
+
 #include "python/errors.hpp"
 #include "python/pool.hpp"
 
 namespace throng::python {
 namespace {
-
-// Below so many boxes a search takes less than what anybody waits for, and a thread's turn counts.
-constexpr std::size_t long_from = 32768;
 
 // Room for pairs before it is known how many there are. Pages that are not written take no memory.
 constexpr std::size_t pairs_a_box = 16, fewest_pairs = 4096, most_pairs = std::size_t{1} << 27;
@@ -113,20 +112,58 @@ FinderObject::FinderObject(const Options& options, Rounding rounding, bool once)
   finder_.set_options(o);
 }
 
-std::size_t FinderObject::memory_bytes() const { return finder_.memory_bytes(); }
+std::size_t FinderObject::memory_bytes() const {
+  return finder_.memory_bytes() + (on_gpu_ ? on_gpu_->memory_bytes() : 0);
+}
+
+void FinderObject::require_same_dimensions(const BoxArray& a, const BoxArray* b) {
+  if (!b || a.dimensions() == b->dimensions() || a.size() == 0 || b->size() == 0) return;
+  value_error("other: found " + std::to_string(b->dimensions()) + "-D boxes and " +
+              std::to_string(a.dimensions()) + "-D ones in boxes, wanted the same of both");
+}
+
+Explanation FinderObject::explain(const BoxArray& a, const BoxArray* b) {
+  const Busy busy(*this);
+  Explanation told;
+  search(a, b, [&] {
+    try {
+      told = b ? finder_.explain(a.view(), b->view()) : finder_.explain(a.view());
+      return told.result;
+    } catch (const Error& error) {
+      return error.result();
+    }
+  });
+  require_ok(result_);
+  has_found_ = true;
+  return told;
+}
 
 void FinderObject::search(const BoxArray& a, const BoxArray* b,
                           const std::function<Result()>& call) {
-  if (b && a.dimensions() != b->dimensions() && a.size() && b->size()) {
-    value_error("other: found " + std::to_string(b->dimensions()) + "-D boxes and " +
-                std::to_string(a.dimensions()) + "-D ones in boxes, wanted the same of both");
-  }
+  require_same_dimensions(a, b);
   stop_ = false;
   run_unlocked(a.size() + (b ? b->size() : 0) >= long_from, stop_, [&] { result_ = call(); });
 }
 
-nb::object FinderObject::find(const BoxArray& a, const BoxArray* b) {
+nb::object FinderObject::find_on_gpu(const BoxArray& a, const BoxArray* b, const Place& place,
+                                     bool to_host) {
+  const Backend backend = finder_.options().backend;
+  if (backend != Backend::automatic && backend != Backend::cuda) {
+    value_error(std::string("backend: found '") + to_string(backend) + "' for boxes on " +
+                place.name() + "; give 'auto', or copy them to the host");
+  }
+  require_same_dimensions(a, b);
+  if (!on_gpu_ || on_gpu_->device() != place.device) {
+    on_gpu_.reset();
+    on_gpu_ = std::make_unique<DeviceFinder>(finder_.options(), place.device);
+  }
+  return on_gpu_->find(a, b, place.stream, to_host, result_);
+}
+
+nb::object FinderObject::find(const BoxArray& a, const BoxArray* b, const Place& place,
+                              bool to_host) {
   const Busy busy(*this);
+  if (place.on_gpu) return find_on_gpu(a, b, place, to_host);
   const std::size_t boxes = a.size() + (b ? b->size() : 0);
   std::size_t capacity = std::min(pairs_a_box * boxes + fewest_pairs, most_pairs);
   if (has_found_) capacity = static_cast<std::size_t>(result_.found + result_.found / 8) + 64;

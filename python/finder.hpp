@@ -10,11 +10,16 @@
 
 #include <nanobind/nanobind.h>
 
+#include <throng/explain.hpp>
 #include <throng/finder.hpp>
 
 #include "python/arrays.hpp"
+#include "python/device.hpp"
 
 namespace throng::python {
+
+// Below so many boxes a search takes less than what anybody waits for, and a thread's turn counts.
+inline constexpr std::size_t long_from = 32768;
 
 // Runs `body` without the interpreter's lock. A long one runs on a thread of the pool, so that the
 // caller hears Ctrl-C: then *stop becomes true, and when the body has returned, what the signal's
@@ -49,9 +54,10 @@ class FinderObject {
   // `once`: what is found is all that is kept.
   FinderObject(const Options& options, Rounding rounding, bool once);
 
-  // (m, 2) uint32. `b` may be null.
-  nb::object find(const BoxArray& a, const BoxArray* b);
+  // (m, 2) uint32. `b` may be null. What is found on a GPU stays there, or is copied `to_host`.
+  nb::object find(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
+  Explanation explain(const BoxArray& a, const BoxArray* b);
 
   Rounding rounding() const noexcept { return rounding_; }
   const Result& result() const noexcept { return result_; }
@@ -59,11 +65,14 @@ class FinderObject {
 
  private:
   class Busy;
+  static void require_same_dimensions(const BoxArray& a, const BoxArray* b);
+  nb::object find_on_gpu(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void search(const BoxArray& a, const BoxArray* b, const std::function<Result()>& call);
 
   Finder finder_;
   Rounding rounding_;
   bool once_;
+  std::unique_ptr<DeviceFinder> on_gpu_;
   bool has_found_ = false;
   std::shared_ptr<PairRooms> rooms_ = std::make_shared<PairRooms>();
   std::atomic<bool> stop_{false};

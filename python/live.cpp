@@ -1,7 +1,6 @@
 // BroadPhase: objects that live.
 #include <algorithm>
 #include <atomic>
-#include <cstring>
 #include <functional>
 #include <memory>
 #include <new>
@@ -14,24 +13,13 @@
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
+#include "python/finder.hpp"
 #include "python/options.hpp"
 #include "python/pool.hpp"
 #include "python/scenes.hpp"
 
 namespace throng::python {
 namespace {
-
-// A copy of `count` things of T as rows of `columns` values.
-template <class Value, class T>
-nb::object rows(const T* from, std::size_t count, std::size_t columns) {
-  static_assert(sizeof(T) % sizeof(Value) == 0);
-  auto copy = std::make_unique<Value[]>(std::max<std::size_t>(count * columns, 1));
-  if (count) std::memcpy(copy.get(), from, count * sizeof(T));
-  auto* data = copy.get();
-  const nb::capsule owner(copy.release(),
-                          [](void* p) noexcept { delete[] static_cast<Value*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, Value>(data, {count, columns}, owner));
-}
 
 class LiveObject {
  public:
@@ -42,11 +30,18 @@ class LiveObject {
     o.threads = threads_of(threads);
     o.isa = isa_of(isa);
     o.executor = &executor();
+    o.stop = &stop_;
     live_ = BroadPhase(o);
   }
   LiveObject(const LiveObject& other) {
-    other.alone([&] { live_ = other.live_; });
-    result_ = other.result_;
+    other.alone([&] {
+      Options o = other.live_.options();
+      o.stop = &stop_;
+      live_ = BroadPhase(o);
+      require_ok(live_.copy_from(other.live_));
+      result_ = other.result_;
+      changed_ = other.changed_;
+    });
   }
 
   nb::object add(nb::handle boxes, const nb::tuple& f) {
@@ -54,16 +49,13 @@ class LiveObject {
     given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
     const std::size_t n = given.size();
     auto ids = std::make_unique<ObjectId[]>(std::max<std::size_t>(n, 1));
-    call([&] { return live_.add(given.view(), ids.get()); });
-    auto* data = ids.get();
-    const nb::capsule owner(ids.release(),
-                            [](void* p) noexcept { delete[] static_cast<ObjectId*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, ObjectId>(data, {n}, owner));
+    change(n, [&] { return live_.add(given.view(), ids.get()); });
+    return numpy_array(std::move(ids), {n});
   }
 
   void remove(nb::handle ids) {
     const Ids list(ids);
-    call([&] { return live_.remove(list.data(), list.size()); });
+    change(list.size(), [&] { return live_.remove(list.data(), list.size()); });
   }
 
   void move(nb::handle ids, nb::handle boxes) {
@@ -73,27 +65,28 @@ class LiveObject {
       value_error("boxes: found " + std::to_string(given.size()) + " boxes for " +
                   std::to_string(list.size()) + " ids; give one a box");
     }
-    call([&] { return live_.move(list.data(), given.view()); });
+    change(list.size(), [&] { return live_.move(list.data(), given.view()); });
   }
 
   void move_all(nb::handle boxes) {
     const BoxArray given(boxes, "boxes", Rounding::exact);
-    call([&] { return live_.move_all(given.view()); });
+    change(given.size(), [&] { return live_.move_all(given.view()); });
   }
 
   void set_filters(nb::handle ids, const nb::tuple& f) {
     const Ids list(ids);
     Kept kept;
     const Filters filters = filters_of(f, list.size(), kept);
-    call([&] { return live_.set_filters(list.data(), list.size(), filters); });
+    change(list.size(), [&] { return live_.set_filters(list.data(), list.size(), filters); });
   }
 
   void shift_origin(float x, float y, float z) {
-    call([&] { return live_.shift_origin({x, y, z}); });
+    change(live_.object_count(), [&] { return live_.shift_origin({x, y, z}); });
   }
 
   Result update() {
-    call([&] { return live_.update(); });
+    call(
+        changed_ >= long_from, [&] { return live_.update(); }, [&] { changed_ = 0; });
     return result_;
   }
 
@@ -112,8 +105,44 @@ class LiveObject {
     BoxArray given(boxes, "boxes", Rounding::exact);
     given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
     nb::object found;
-    call([&] { return live_.find_overlaps(given.view()); },
-         [&] { found = rows<std::uint32_t>(live_.overlaps().data(), live_.overlaps().size(), 2); });
+    const auto read = [&] {
+      const Pairs pairs = live_.overlaps();
+      found = numpy_rows<std::uint32_t>(pairs.data(), pairs.size(), 2);
+    };
+    call(
+        given.size() >= long_from, [&] { return live_.find_overlaps(given.view()); }, read);
+    return found;
+  }
+
+  // ((m, 2): sweep, object; (m,): time).
+  nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which, const nb::tuple& f) {
+    BoxArray given(boxes, "boxes", Rounding::exact);
+    const SweepHits wanted = hits_of(which);
+    Kept kept;
+    const std::size_t n = given.size();
+    const auto ways = import_rows<Vec3>(by, "by", static_cast<std::int64_t>(n), kept);
+    if (by.is_none()) type_error("by: found None, wanted float32 of shape (n, 3), one a box");
+    const Filters filters = filters_of(f, n, kept);
+    std::unique_ptr<Sweep[]> sweeps(new (std::nothrow) Sweep[n + 1]);
+    if (!sweeps) memory_error("no memory for " + std::to_string(n) + " sweeps of 36 bytes");
+    for (std::size_t i = 0; i < n; ++i) sweeps[i] = {given.view()[i], ways[i]};
+    nb::object found;
+    const auto read = [&] {
+      const SweepHitList hits = live_.hits();
+      const std::size_t m = hits.size();
+      auto pairs = std::make_unique<std::uint32_t[]>(2 * m + 1);
+      auto times = std::make_unique<double[]>(m + 1);
+      for (std::size_t i = 0; i < m; ++i) {
+        pairs[2 * i] = hits[i].sweep;
+        pairs[2 * i + 1] = hits[i].object;
+        times[i] = hits[i].time;
+      }
+      found =
+          nb::make_tuple(numpy_array(std::move(pairs), {m, 2}), numpy_array(std::move(times), {m}));
+    };
+    call(
+        n >= long_from / 8, [&] { return live_.find_hits(sweeps.get(), n, wanted, filters); },
+        read);
     return found;
   }
 
@@ -176,31 +205,36 @@ class LiveObject {
   }
 
   // One of the library's, without the interpreter's lock; `then` reads what it told.
-  void call(
-      const std::function<Result()>& body, const std::function<void()>& then = [] {}) {
+  template <class F, class Then>
+  void call(bool is_long, const F& body, const Then& then) {
     alone([&] {
       Result result;
-      {
-        const nb::gil_scoped_release unlocked;
-        result = body();
-      }
+      stop_ = false;
+      run_unlocked(is_long, stop_, [&] { result = body(); });
       require_ok(result);
       result_ = result;
       then();
     });
+  }
+  // Of `count` objects; the next update has more to do by them.
+  template <class F>
+  void change(std::size_t count, const F& body) {
+    call(false, body, [&] { changed_ += count; });
   }
 
   nb::object told(const std::function<LivePairs()>& pairs) const {
     nb::object array;
     alone([&] {
       const LivePairs view = pairs();
-      array = rows<std::uint32_t>(view.data(), view.size(), 3);
+      array = numpy_rows<std::uint32_t>(view.data(), view.size(), 3);
     });
     return array;
   }
 
   BroadPhase live_;
   Result result_;
+  std::size_t changed_ = 0;  // objects that calls have named since the last update
+  std::atomic<bool> stop_{false};
   mutable std::atomic<bool> busy_{false};
 };
 
@@ -225,6 +259,8 @@ void bind_live(nb::module_& m) {
       .def("ended", &LiveObject::ended)
       .def("pairs", &LiveObject::pairs)
       .def("find_overlaps", &LiveObject::find_overlaps, nb::arg("boxes").none(), nb::arg("filters"))
+      .def("find_hits", &LiveObject::find_hits, nb::arg("boxes").none(), nb::arg("by").none(),
+           nb::arg("which").none(), nb::arg("filters"))
       .def("is_alive", &LiveObject::is_alive, nb::arg("id").none())
       .def_prop_ro("object_count", number(&BroadPhase::object_count))
       .def_prop_ro("pair_count", number(&BroadPhase::pair_count))

@@ -21,14 +21,15 @@ using Set = std::unique_ptr<BoxArray>;
 
 // Boxes and their filters: (group, mask, owner, world, static), each an array or None.
 Set box_set(nb::handle boxes, const char* name, const nb::tuple& filters, const char* prefix,
-            Rounding rounding) {
-  auto set = std::make_unique<BoxArray>(boxes, name, rounding);
+            Rounding rounding, Place* place = nullptr) {
+  auto set = std::make_unique<BoxArray>(boxes, name, rounding, place);
   set->set_filters(prefix, filters[0], filters[1], filters[2], filters[3], filters[4]);
   return set;
 }
 
-Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding) {
-  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding);
+Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding,
+              Place* place = nullptr) {
+  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding, place);
   for (const nb::handle filter : filters) {
     if (filter.is_none()) continue;
     value_error("other: found None, wanted a second set of boxes for the filters other_...");
@@ -51,61 +52,6 @@ void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb:
   new (self) FinderObject(o, rounding_of(round), once);
 }
 
-std::string fixed(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
-}
-
-void bind_result(nb::module_& m) {
-  nb::class_<StageTimes>(m, "StageTimes", "How long each stage of a search took, in milliseconds.")
-      .def_ro("plan_ms", &StageTimes::plan_ms, "sampling, planning, splitting by world and static")
-      .def_ro("bin_ms", &StageTimes::bin_ms, "reading, checking and sorting the boxes into columns")
-      .def_ro("find_ms", &StageTimes::find_ms, "finding and writing pairs")
-      .def_ro("order_ms", &StageTimes::order_ms, "sorting pairs, where order is 'canonical'")
-      .def_ro("total_ms", &StageTimes::total_ms)
-      .def("__repr__", [](const StageTimes& t) {
-        return "StageTimes(plan_ms=" + fixed(t.plan_ms) + ", bin_ms=" + fixed(t.bin_ms) +
-               ", find_ms=" + fixed(t.find_ms) + ", order_ms=" + fixed(t.order_ms) +
-               ", total_ms=" + fixed(t.total_ms) + ")";
-      });
-  nb::class_<Plan>(m, "Plan", "What the planner chose, and why.")
-      .def_prop_ro("backend", [](const Plan& p) { return throng::to_string(p.backend); })
-      .def_prop_ro("algorithm", [](const Plan& p) { return throng::to_string(p.algorithm); })
-      .def_prop_ro("isa", [](const Plan& p) { return throng::to_string(p.isa); })
-      .def_ro("threads", &Plan::threads)
-      .def_ro("sweep_axis", &Plan::sweep_axis, "0, 1, 2: along which each column is swept")
-      .def_prop_ro(
-          "columns",
-          [](const Plan& p) { return nb::make_tuple(p.columns[0], p.columns[1], p.columns[2]); },
-          "how many columns, or finest cells, along each axis")
-      .def_ro("expected_ns", &Plan::expected_ns, "what the planner thought it would cost")
-      .def_prop_ro(
-          "reason", [](const Plan& p) { return p.reason; }, "one sentence")
-      .def("__repr__", [](const Plan& p) {
-        return std::string("Plan(algorithm='") + throng::to_string(p.algorithm) + "', isa='" +
-               throng::to_string(p.isa) + "', threads=" + std::to_string(p.threads) + ", reason='" +
-               p.reason + "')";
-      });
-  nb::class_<Result>(m, "Result", "What a search tells beside its pairs.")
-      .def_prop_ro(
-          "status", [](const Result& r) { return throng::to_string(r.status); },
-          "'ok', or 'stopped' where a consumer returned False")
-      .def_ro("found", &Result::found, "pairs there are")
-      .def_ro("written", &Result::written, "pairs returned, or handed to the consumer")
-      .def_ro("inactive", &Result::inactive,
-              "boxes that overlap nothing: lower > upper, or a NaN where allowed")
-      .def_ro("comparisons", &Result::comparisons, "candidate pairs compared")
-      .def_ro("plan", &Result::plan)
-      .def_ro("times", &Result::times)
-      .def("__repr__", [](const Result& r) {
-        return std::string("Result(status='") + throng::to_string(r.status) +
-               "', found=" + std::to_string(r.found) + ", inactive=" + std::to_string(r.inactive) +
-               ", comparisons=" + std::to_string(r.comparisons) +
-               ", total_ms=" + fixed(r.times.total_ms) + ")";
-      });
-}
-
 void bind_finder(nb::module_& m) {
   nb::class_<FinderObject>(m, "Finder")
       .def("__init__", init_finder, nb::arg("order").none(), nb::arg("algorithm").none(),
@@ -115,13 +61,15 @@ void bind_finder(nb::module_& m) {
       .def(
           "find",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
-             const nb::tuple& other_filters) {
-            const Set a = box_set(boxes, "boxes", filters, "", self.rounding());
-            const Set b = other_set(other, other_filters, self.rounding());
-            return self.find(*a, b.get());
+             const nb::tuple& other_filters, std::uint64_t stream, bool to_host) {
+            Place place;
+            place.stream = static_cast<std::uintptr_t>(stream);
+            const Set a = box_set(boxes, "boxes", filters, "", self.rounding(), &place);
+            const Set b = other_set(other, other_filters, self.rounding(), &place);
+            return self.find(*a, b.get(), place, to_host);
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
-          nb::arg("other_filters"))
+          nb::arg("other_filters"), nb::arg("stream"), nb::arg("to_host"))
       .def(
           "consume",
           [](FinderObject& self, nb::handle boxes, nb::handle callback, nb::handle other,
@@ -132,6 +80,16 @@ void bind_finder(nb::module_& m) {
           },
           nb::arg("boxes").none(), nb::arg("callback").none(), nb::arg("other").none(),
           nb::arg("filters"), nb::arg("other_filters"))
+      .def(
+          "explain",
+          [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
+             const nb::tuple& other_filters) {
+            const Set a = box_set(boxes, "boxes", filters, "", self.rounding());
+            const Set b = other_set(other, other_filters, self.rounding());
+            return self.explain(*a, b.get());
+          },
+          nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
+          nb::arg("other_filters"))
       .def_prop_ro("result", [](const FinderObject& self) { return self.result(); })
       .def_prop_ro("memory_bytes", &FinderObject::memory_bytes);
 }
@@ -142,7 +100,8 @@ void bind_finder(nb::module_& m) {
 NB_MODULE(_throng, m) {
   using namespace throng::python;
   m.attr("__version__") = THRONG_VERSION;
-  bind_result(m);
+  m.attr("has_cuda") = gpu_is_built();
+  bind_results(m);
   bind_finder(m);
   bind_scenes(m);
   bind_bodies(m);

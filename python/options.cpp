@@ -98,6 +98,8 @@ Isa isa_of(nb::handle value) {
                       {"neon", Isa::neon}});
 }
 
-const char* to_string(Order order) noexcept { return order == Order::any ? "any" : "canonical"; }
+SweepHits hits_of(nb::handle value) {
+  return choice<SweepHits>(value, "which", {{"all", SweepHits::all}, {"first", SweepHits::first}});
+}
 
 }  // namespace throng::python

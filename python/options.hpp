@@ -5,6 +5,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <throng/broad_phase.hpp>
 #include <throng/options.hpp>
 
 #include "python/errors.hpp"
@@ -20,9 +21,8 @@ Algorithm algorithm_of(nb::handle value);
 Backend backend_of(nb::handle value);
 NanPolicy nan_of(nb::handle value);
 Isa isa_of(nb::handle value);
+SweepHits hits_of(nb::handle value);
 // A whole number, 0 to `most`.
 unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most);
-
-const char* to_string(Order order) noexcept;
 
 }  // namespace throng::python

@@ -81,10 +81,7 @@ nb::object scene_worlds(const std::string& name, nb::handle objects) {
   if (!made.has_worlds()) return nb::none();
   auto worlds = std::make_unique<std::int32_t[]>(made.size());
   for (std::size_t i = 0; i < made.size(); ++i) worlds[i] = made.world(i);
-  auto* data = worlds.get();
-  const nb::capsule owner(worlds.release(),
-                          [](void* p) noexcept { delete[] static_cast<std::int32_t*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, std::int32_t>(data, {made.size()}, owner));
+  return numpy_array(std::move(worlds), {made.size()});
 }
 
 nb::object load_boxes(const std::string& path, nb::handle round) {

@@ -58,11 +58,12 @@ std::int64_t convert_any(const AnyArray& a, T* out, bool& known) {
 }  // namespace
 
 template <class T>
-Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept) {
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept,
+                         Place* place) {
   if (value.is_none()) return {};
   const std::string wanted =
       std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value a box";
-  AnyArray a = import_array(value, name, wanted);
+  AnyArray a = import_array(value, name, wanted, place);
   if (a.ndim() != 1 || a.shape(0) != count) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
   }
@@ -74,6 +75,10 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
     kept.push_back(std::make_shared<AnyArray>(a));
     const auto stride = count == 1 ? sizeof(T) : static_cast<std::size_t>(a.stride(0)) * sizeof(T);
     return {static_cast<const T*>(a.data()), count, stride};
+  }
+  if (place && place->on_gpu) {
+    type_error(name + ": found " + described(a) + " on " + place->name() +
+               ", where nothing is converted; wanted " + wanted + ", aligned, in rising order");
   }
   if (!aligned)
     value_error(name + ": its values are not aligned; give a copy: " + name + ".copy()");
@@ -121,9 +126,12 @@ Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t c
   return {static_cast<const T*>(a.data()), a.shape(0), stride * sizeof(float)};
 }
 
-template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
-template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
-template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t, Kept&);
+template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
+                                              Place*);
+template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
+                                             Place*);
+template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
+                                             Place*);
 template Strided<Vec3> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
 template Strided<Quaternion> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
 template Strided<Shape> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);

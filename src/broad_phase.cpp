@@ -154,6 +154,14 @@ std::uint64_t fold_of(const SweepHitList& hits) noexcept {
   return sum;
 }
 
+// Of a question, which may then have left out some of what it was asked.
+bool stopped(const Options& options, Result& r) noexcept {
+  if (!options.stop || !options.stop->load()) return false;
+  r.found = r.written = 0;
+  r.status = Status::stopped;
+  return true;
+}
+
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
@@ -381,7 +389,10 @@ Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
     log.begin(Operation::find_overlaps, 1);
     log.boxes(boxes);
     tracker.find_overlaps(boxes, options_, r);
-    if (log) log.told(pair_checksum(overlaps().data(), overlaps().size()));
+    if (stopped(options_, r))
+      tracker.queries().overlaps().clear();
+    else if (log)
+      log.told(pair_checksum(overlaps().data(), overlaps().size()));
   });
 }
 Pairs BroadPhase::overlaps() const noexcept {
@@ -415,7 +426,10 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
     log.boxes(boxes);
     tracker.find_hits(sweeps, count, which, filters, options_);
     r.found = r.written = tracker.queries().hits().size();
-    if (log) log.told(fold_of(hits()));
+    if (stopped(options_, r))
+      tracker.queries().forget_hits();
+    else if (log)
+      log.told(fold_of(hits()));
   });
 }
 SweepHitList BroadPhase::hits() const noexcept {

@@ -63,12 +63,14 @@ class Occupancy {
 
   void finish(Explanation& e) {
     for (int axis = 0; axis < 3; ++axis) sum_along(axis);
+    e.occupancy.reserve(map_.column_count());
     for (std::uint32_t x = 0; x < map_.columns[0]; ++x)
       for (std::uint32_t y = 0; y < map_.columns[1]; ++y)
         for (std::uint32_t z = 0; z < map_.columns[2]; ++z) {
           const auto boxes = static_cast<std::uint64_t>(differences_[at(x, y, z)]);
           e.entries += boxes;
           e.occupied += boxes > 0;
+          e.occupancy.push_back(static_cast<std::uint32_t>(boxes));
           if (boxes == 0) continue;
           if (e.densest.size() == listed && boxes <= e.densest.back().boxes) continue;
           const Explanation::DenseCell cell{bounds(x, y, z), boxes};
@@ -78,6 +80,9 @@ class Occupancy {
           if (e.densest.size() > listed) e.densest.pop_back();
         }
     e.cells = map_.column_count();
+    const Box first = bounds(0, 0, 0);
+    const Box last = bounds(map_.columns[0] - 1, map_.columns[1] - 1, map_.columns[2] - 1);
+    e.grid = {first.lower, last.upper};
   }
 
  private:

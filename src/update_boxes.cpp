@@ -143,12 +143,15 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   r.plan.threads = n < threads_pay_from ? 1 : std::max(threads, 1u);
   if (n != 0) {
     const cpu::BodyReport report =
-        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads);
+        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads, options.stop);
     r.first_invalid = report.first_invalid;
     r.invalid_count = report.invalid_count;
   }
   r.written = n;
-  if (r.invalid_count != 0) {
+  if (options.stop && options.stop->load()) {
+    r.written = r.first_invalid = r.invalid_count = 0;
+    r.status = Status::stopped;
+  } else if (r.invalid_count != 0) {
     r.status = Status::bad_shape;
     explain(r, job);
   }

@@ -25,3 +25,13 @@ capped = throng.Finder(memory_cap=64 << 20)  # all that the library may take, in
 result = capped.consume(boxes, narrow_phase)  # a block at a time; False from it stops the search
 # snippet-end: consume
 assert result.found == len(pairs) and total > 0
+
+# snippet-begin: explain
+told = finder.explain(boxes)
+print(f"{told.tests_per_box:.1f} tests a box; {told.occupied} of {told.cells} cells have boxes")
+for cell in told.densest[:3]:
+    print(f"{cell.boxes} boxes between {cell.bounds[:3]} and {cell.bounds[3:]}")
+for advice in told.advice:
+    print(advice)
+# snippet-end: explain
+assert told.result.found == len(pairs)

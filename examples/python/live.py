@@ -16,4 +16,13 @@ result = live.update()
 for first, second, slot in live.begun:
     pass  # the pair's slot is its own while it lives: a place for the contact
 # snippet-end: live
+
+# snippet-begin: hits
+origin = numpy.array([[0, 5, 5], [5, 5, -2]], numpy.float32)
+direction = numpy.array([[30, 0, 0], [0, 0, 30]], numpy.float32)
+pairs, times = live.find_hits((origin, origin), direction, which="first")
+for (ray, object_id), when in zip(pairs, times):
+    print(f"ray {ray} meets object {object_id} at {origin[ray] + when * direction[ray]}")
+# snippet-end: hits
+assert len(pairs) > 0
 assert result.found == live.pair_count == len(live.pairs) and len(live.ended) > 0

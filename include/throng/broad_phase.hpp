@@ -78,8 +78,9 @@ struct SweepHitList {
 // call during another one is refused with Status::busy. Result::found of a call on objects is how
 // many there are then, of update() how many pairs live.
 //
-// Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory,
-// the last two of which must outlive the object; backend must be automatic or cpu.
+// Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory
+// and stop, the last three of which must outlive the object; backend must be automatic or cpu. `stop` is heeded by
+// update() and by questions, which then have changed nothing: Status::stopped.
 class BroadPhase {
  public:
   BroadPhase() noexcept = default;

@@ -43,6 +43,11 @@ struct Explanation {
   };
   std::vector<DenseCell> densest;  // up to ten
 
+  // Boxes in each cell, of plan.columns[0] x [1] x [2] cells, the last axis fastest; empty where
+  // there are no cells.
+  std::vector<std::uint32_t> occupancy;
+  Box grid{};  // what the cells divide into equal parts; the outermost cells go on to infinity
+
   struct Part {
     const char* what = "";
     std::uint64_t bytes = 0;

@@ -1,6 +1,7 @@
 // update_boxes: from transforms and shapes to the boxes around them, rounded outward.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -90,6 +91,9 @@ struct UpdateOptions {
   Isa isa = Isa::automatic;
   // Where to run; null: the default (oneTBB). It must outlive the call.
   const Executor* executor = nullptr;
+  // Set it to true from any thread, and the call ends soon, with Status::stopped and some of the
+  // boxes written; looked at every 1024 bodies. Null: nobody stops it. It must outlive the call.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 // Writes the box of body i to the i-th of bodies.size() boxes, `stride_bytes` apart (at least

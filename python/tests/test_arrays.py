@@ -8,9 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
+from dlpack import OnDevice, OnlyDLPack
 from reference import as_pairs, box_rows, brute_force
 
 import throng
+from throng import _throng
 
 BOXES = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [3, 3, 3, 4, 4, 4]], numpy.float32)
 
@@ -81,30 +83,6 @@ def test_round_outward_contains(rows: Any) -> None:
     assert set(brute_force(boxes)) <= found or numpy.isnan(boxes).any()
 
 
-class OnDevice:
-    def __init__(self, device: Any) -> None:
-        self.device = device
-
-    def __dlpack_device__(self) -> Any:
-        return self.device
-
-    def __dlpack__(self, **_: Any) -> Any:
-        raise AssertionError("not to be asked")
-
-
-class OnlyDLPack:
-    """As of a library that is not NumPy."""
-
-    def __init__(self, values: Any) -> None:
-        self.values = values
-
-    def __dlpack_device__(self) -> Any:
-        return (1, 0)
-
-    def __dlpack__(self, **_: Any) -> Any:
-        return self.values.__dlpack__()
-
-
 def test_dlpack() -> None:
     assert as_pairs(throng.find_pairs(OnlyDLPack(BOXES))) == [(0, 1), (1, 2)]
     corners = OnlyDLPack(BOXES[:, :3]), OnlyDLPack(BOXES[:, 3:])
@@ -137,7 +115,6 @@ WRONG = [
     ((BOXES[:, :3], None), TypeError, r"boxes\[1\]: found None"),
     ((BOXES, BOXES), ValueError, r"boxes\[0\]: found float32 of shape \(3, 6\)"),
     (numpy.ones(49, numpy.uint8)[1:].view(numpy.float32).reshape(2, 6), ValueError, "copy"),
-    (OnDevice((2, 1)), ValueError, "found an array on cuda:1, and this build"),
     (OnDevice((10, 0)), ValueError, "device type 10"),
     (OnDevice("cuda"), TypeError, "__dlpack_device__"),
 ]
@@ -201,7 +178,8 @@ def test_wrong_options() -> None:
     refuses(ValueError, "margin: found nan", margin=float("nan"))
     refuses(ValueError, "margin: found 1e.39", margin=1e39)
     refuses(TypeError, "margin: found 'x'", margin="x")
-    refuses(RuntimeError, "no GPU backend; use backend='cpu'", backend="cuda")
+    if not _throng.has_cuda:
+        refuses(RuntimeError, "no GPU backend; use backend='cpu'", backend="cuda")
 
 
 types = st.sampled_from("? b B h H i I q Q e f d g F D >f4 >f8 <f4 O S3 U2 M8[s]".split())

@@ -51,6 +51,36 @@ def test_result() -> None:
     assert result.found == len(found)  # a result is not changed by the next call
 
 
+def test_explain() -> None:
+    boxes = throng.scene("mixed", 20000)[0].copy()
+    boxes[77, :3] -= 50
+    finder = throng.Finder()
+    told = finder.explain(boxes)
+    assert told.result.found == len(throng.find_pairs(boxes)) == finder.result.found
+    assert told.boxes == 20000 and told.cells == told.occupancy.size == told.occupancy.shape[0] * (
+        told.occupancy.shape[1] * told.occupancy.shape[2]
+    )
+    assert told.occupancy.shape == told.result.plan.columns
+    assert told.entries == told.occupancy.sum() and told.occupied == (told.occupancy > 0).sum()
+    assert told.densest[0].boxes == told.occupancy.max()
+    lower, upper = told.densest[0].bounds[:3], told.densest[0].bounds[3:]
+    assert all(g <= d for g, d in zip(told.grid[:3], lower)) and lower < upper
+    extents = (boxes[:, 3:] - boxes[:, :3]).max(axis=1)
+    assert told.largest[0].index == extents.argmax() and not told.largest[0].in_second_set
+    assert [b.extent for b in told.largest] == sorted(extents.tolist())[:-11:-1]
+    assert sum(c.boxes for c in told.size_classes) == 20000
+    for c in told.size_classes:
+        assert c.boxes == ((extents >= c.least) & (extents < c.below)).sum() and c.cells_per_box >= 1
+    assert sum(told.memory.values()) == told.memory_bytes > 0
+    assert "boxes=20000" in repr(told) and all(len(advice) > 20 for advice in told.advice)
+    few = finder.explain(boxes[:50], boxes[:9])
+    assert few.cells == 0 and few.occupancy.shape == (0, 0, 0) and "59 boxes are few" in few.advice[0]
+    with pytest.raises(ValueError, match="boxes: found"):
+        finder.explain(boxes[:, :5])
+    with pytest.raises(ValueError, match="explained on the CPU alone; set backend"):
+        throng.Finder(backend="emulated").explain(boxes)
+
+
 def test_second_set_and_growth() -> None:
     finder = throng.Finder(order="canonical")
     few = throng.scene("uniform", 500)[0]
@@ -157,19 +187,27 @@ def test_one_thread_at_a_time_and_others_run() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
-@pytest.mark.parametrize("consume", [False, True])
-def test_ctrl_c(consume: bool) -> None:
+@pytest.mark.parametrize("way", ["find", "consume", "emulated", "explain", "update_boxes"])
+def test_ctrl_c(way: str) -> None:
     boxes = throng.scene("sparse", 1500000)[0]
-    finder = throng.Finder(algorithm="all-pairs", margin=0.0)
+    backend: Any = "emulated" if way == "emulated" else "cpu"
+    finder = throng.Finder(algorithm="all-pairs", backend=backend)
+    position = numpy.broadcast_to(numpy.zeros(3, numpy.float32), (20000000, 3))
     timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
     started = time.monotonic()
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        if consume:
+        if way == "consume":
             finder.consume(boxes, lambda pairs: None)
+        elif way == "explain":
+            finder.explain(boxes)
+        elif way == "update_boxes":
+            # A hull of many points: 2e11 of them in all.
+            points = numpy.zeros((10000, 3), numpy.float32)
+            throng.update_boxes(position, [throng.convex(0, 10000)], points=points)
         else:
             finder.find(boxes)
-    assert time.monotonic() - started < 10  # the whole search takes minutes
+    assert time.monotonic() - started < 10  # the whole work takes minutes
     assert len(finder.find(boxes[:100])) >= 0
 
 

@@ -1,5 +1,9 @@
 """BroadPhase against two double loops, before and after."""
 
+import os
+import signal
+import threading
+import time
 from typing import Any
 
 import numpy
@@ -86,6 +90,79 @@ def test_calls() -> None:
     assert len(live) == 2996 and live.is_alive(4) and not live.is_alive(5)
 
 
+def touch_times(boxes: Any, by: Any, objects: Any) -> Any:
+    """(n, m) float64: when a sweep first touches an object; infinity: never."""
+    a, b, way = (x.astype(numpy.float64) for x in (boxes, objects, by))
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        first = (b[None, :, :3] - a[:, None, 3:]) / way[:, None, :]
+        last = (b[None, :, 3:] - a[:, None, :3]) / way[:, None, :]
+    first, last = numpy.where(way[:, None, :] < 0, (last, first), (first, last))
+    still = (way == 0)[:, None, :]
+    meet = (b[None, :, :3] <= a[:, None, 3:]) & (a[:, None, :3] <= b[None, :, 3:])
+    first = numpy.where(still, numpy.where(meet, 0.0, numpy.inf), first)
+    last = numpy.where(still, 1.0, last)
+    enter = numpy.maximum(first.max(axis=2), 0)
+    return numpy.where(enter <= numpy.minimum(last.min(axis=2), 1), enter, numpy.inf)
+
+
+@pytest.mark.parametrize("size, reach", [(0.0, 40.0), (0.5, 5.0), (0.0, 0.0)])
+def test_find_hits(size: float, reach: float) -> None:
+    random = numpy.random.default_rng(7)
+    objects = throng.scene("uniform", 2000)[0]
+    live = throng.BroadPhase()
+    live.add(objects)
+    low, high = objects[:, :3].min(), objects[:, 3:].max()
+    origin = random.uniform(low, high, (300, 3)).astype(numpy.float32)
+    by = random.uniform(-reach, reach, (300, 3)).astype(numpy.float32)
+    by[::7, 1] = 0
+    sweeps = origin, origin + numpy.float32(size)
+    wanted = touch_times(numpy.concatenate(sweeps, axis=1), by, objects)
+    pairs, times = live.find_hits(sweeps, by)
+    assert numpy.array_equal(pairs, numpy.argwhere(numpy.isfinite(wanted)))
+    assert numpy.array_equal(times, wanted[numpy.isfinite(wanted)])
+    assert len(pairs) > 20
+    pairs, times = live.find_hits(sweeps, by, which="first")
+    met = numpy.flatnonzero(numpy.isfinite(wanted.min(axis=1)))
+    assert numpy.array_equal(pairs, numpy.stack([met, wanted.argmin(axis=1)[met]], axis=1))
+    assert numpy.array_equal(times, wanted.min(axis=1)[met])
+    nobody, none = live.find_hits(sweeps, by, mask=numpy.zeros(300, numpy.uint32))
+    assert nobody.shape == (0, 2) and none.shape == (0,)
+
+
+def test_a_copy_keeps_its_options() -> None:
+    live = throng.BroadPhase(nan="inactive", margin=0.5)
+    live.add(numpy.array([[0, 0, 0, 1, 1, 1], [2, 0, 0, 3, 1, 1]], numpy.float32))
+    copy = live.copy()
+    copy.add(numpy.full((1, 6), numpy.nan, numpy.float32))
+    copy.update()
+    assert ids_of(copy.pairs) == {(0, 1)} and len(live) == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
+@pytest.mark.parametrize("ask", [False, True])
+def test_ctrl_c(ask: bool) -> None:
+    # Boxes that all overlap: half a billion pairs to compare again with each box asked about.
+    live = throng.BroadPhase()
+    everywhere = numpy.zeros((40000, 6), numpy.float32)
+    everywhere[:, 3:] = 1
+    live.add(everywhere, static=numpy.ones(40000, bool))
+    live.update()
+    many = numpy.broadcast_to(everywhere[0], (1500000, 6))
+    by = numpy.broadcast_to(numpy.ones(3, numpy.float32), (1500000, 3))
+    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+    started = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        if ask:
+            live.find_hits(many, by, static=numpy.ones(1500000, bool))
+        else:
+            while True:
+                live.move(numpy.arange(40000), everywhere)
+                live.update()
+    assert time.monotonic() - started < 10
+    assert len(live) == 40000 and live.update().found == 0
+
+
 def test_wrong() -> None:
     live = throng.BroadPhase()
     boxes = numpy.zeros((3, 6), numpy.float32)
@@ -106,6 +183,12 @@ def test_wrong() -> None:
     refuses(ValueError, "NaN", live.move, ids, boxes * numpy.nan)
     refuses(TypeError, "boxes: found a list", live.add, [1])
     refuses(ValueError, "group: found", live.add, boxes, group=numpy.array([1]))
+    by = numpy.zeros((3, 3), numpy.float32)
+    refuses(TypeError, "by: found None", live.find_hits, boxes, None)
+    refuses(TypeError, "by: found float64", live.find_hits, boxes, by.astype(float))
+    refuses(ValueError, r"by: found .* wanted float32 of shape \(3, 3\)", live.find_hits, boxes, by[:2])
+    refuses(ValueError, "first is sweep 0", live.find_hits, boxes, by + numpy.float32(numpy.inf))
+    refuses(ValueError, "which: found 'any'", live.find_hits, boxes, by, which="any")
     refuses(ValueError, "margin", throng.BroadPhase, margin=-1)
     refuses(ValueError, "nan", throng.BroadPhase, nan="ok")
     assert len(live) == 3 and len(live.pairs) == 3

@@ -29,13 +29,14 @@ from throng._scenes import (
     scene_names,
     scene_worlds,
 )
-from throng._throng import Plan, Result, StageTimes, __version__
+from throng._throng import Explanation, Plan, Result, StageTimes, __version__
 from throng._types import Array, BoxesLike
 
 __all__ = [
     "Array",
     "BoxesLike",
     "BroadPhase",
+    "Explanation",
     "Finder",
     "Plan",
     "Result",

@@ -71,7 +71,8 @@ def update_boxes(
     margin: added to every radius.
 
     Returns (n, 6) float32: lower x, y, z, upper x, y, z. A transform that is not finite gives a box
-    with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape.
+    with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape. Ctrl-C
+    ends a long call soon.
     """
     array = numpy.ascontiguousarray(shapes)
     if array.size == 0:

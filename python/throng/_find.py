@@ -1,14 +1,56 @@
 """Searches: find_pairs and Finder."""
 
 from collections.abc import Callable
+from typing import Any, Literal, Unpack, overload
 
 import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
-from throng._types import Algorithm, Array, Backend, BoxesLike, Isa, Nan, Order, Round
+from throng._exchange import check_result, like, stream_address
+from throng._types import (
+    Algorithm,
+    Array,
+    Backend,
+    BoxesLike,
+    FilterArrays,
+    Isa,
+    Nan,
+    NumpyBoxes,
+    Order,
+    ResultKind,
+    Round,
+    SearchOptions,
+)
 
 
+@overload
+def find_pairs(
+    boxes: NumpyBoxes,
+    other: BoxesLike | None = None,
+    *,
+    result: ResultKind = "auto",
+    stream: object = None,
+    **options: Unpack[SearchOptions],
+) -> NDArray[numpy.uint32]: ...
+@overload
+def find_pairs(
+    boxes: BoxesLike,
+    other: BoxesLike | None = None,
+    *,
+    result: Literal["numpy"],
+    stream: object = None,
+    **options: Unpack[SearchOptions],
+) -> NDArray[numpy.uint32]: ...
+@overload
+def find_pairs(
+    boxes: BoxesLike,
+    other: BoxesLike | None = None,
+    *,
+    result: ResultKind = "auto",
+    stream: object = None,
+    **options: Unpack[SearchOptions],
+) -> Any: ...
 def find_pairs(
     boxes: BoxesLike,
     other: BoxesLike | None = None,
@@ -31,14 +73,17 @@ def find_pairs(
     threads: int = 0,
     backend: Backend = "auto",
     isa: Isa = "auto",
-) -> NDArray[numpy.uint32]:
+    result: ResultKind = "auto",
+    stream: object = None,
+) -> Any:
     """All pairs of overlapping boxes.
 
     boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in units of your world; or (n, 4)
         for 2-D: lower x, y, upper x, y; or a tuple (lower, upper) of two arrays (n, 3) or (n, 2).
         NumPy's arrays and whatever speaks DLPack, read where they lie: any strides, so long as rows
         do not run backwards; read-only is fine. float64 is copied to float32, if every value is one.
-        No box may change during the call.
+        No box may change during the call. Arrays on a GPU (PyTorch, CuPy, JAX) stay there, in a
+        build with CUDA; all arrays of a call in one place, and there nothing is converted.
     other: a second set of boxes: pairs are then of a box of `boxes` and one of `other`.
     round: 'outward' takes any float64 and rounds lower corners down, upper ones up.
 
@@ -57,7 +102,13 @@ def find_pairs(
     nan: 'refuse' raises ValueError at a box with a NaN; 'inactive': such a box overlaps nothing.
     threads: at most so many; 0: as many as there are processors.
     backend: 'auto', 'cpu'; 'emulated': what a GPU would run, slowly, for tests.
-    isa: the instruction set; 'auto' takes the widest there is.
+    isa: the instruction set; 'auto' takes the widest there is. Of a GPU's arrays neither this nor
+        threads matters.
+    result: 'numpy': an array of NumPy. 'same': of the library that the boxes are of, where they lie,
+        made by its from_dlpack. 'auto': of NumPy for boxes on the CPU, 'same' for those on a GPU.
+    stream: for arrays on a GPU: the CUDA stream to search on, an object of PyTorch, CuPy or
+        cuda.core, or its address; None: that which PyTorch or CuPy works on, else the default one.
+        The pairs are there when this returns, for any stream.
 
     Returns (m, 2) uint32, which owns its memory: of one set first < second, each pair once.
 
@@ -65,17 +116,21 @@ def find_pairs(
     MemoryError, RuntimeError. The message names the argument, what it was, and what would do.
 
     Other Python threads run meanwhile. Ctrl-C ends a search on the CPU soon and raises
-    KeyboardInterrupt; an emulated one ends first.
+    KeyboardInterrupt.
     """
     finder = _throng.Finder(
         order, algorithm, backend, nan, isa, margin, threads, 0, round, True
     )
-    return finder.find(
+    check_result(result)
+    found = finder.find(
         boxes,
         other,
         (group, mask, owner, world, static),
         (other_group, other_mask, other_owner, other_world, other_static),
+        stream_address(stream, boxes),
+        result == "numpy",
     )
+    return like(found, boxes, result)
 
 
 class Finder:
@@ -104,6 +159,36 @@ class Finder:
             order, algorithm, backend, nan, isa, margin, threads, memory_cap, round, False
         )
 
+    @overload
+    def find(
+        self,
+        boxes: NumpyBoxes,
+        other: BoxesLike | None = None,
+        *,
+        result: ResultKind = "auto",
+        stream: object = None,
+        **filters: Unpack[FilterArrays],
+    ) -> NDArray[numpy.uint32]: ...
+    @overload
+    def find(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        result: Literal["numpy"],
+        stream: object = None,
+        **filters: Unpack[FilterArrays],
+    ) -> NDArray[numpy.uint32]: ...
+    @overload
+    def find(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        result: ResultKind = "auto",
+        stream: object = None,
+        **filters: Unpack[FilterArrays],
+    ) -> Any: ...
     def find(
         self,
         boxes: BoxesLike,
@@ -119,17 +204,24 @@ class Finder:
         other_owner: Array | None = None,
         other_world: Array | None = None,
         other_static: Array | None = None,
-    ) -> NDArray[numpy.uint32]:
+        result: ResultKind = "auto",
+        stream: object = None,
+    ) -> Any:
         """All pairs, as find_pairs gives them: (m, 2) uint32, an array of its own for each call.
 
-        The memory of an array that you let go of serves a later call. `result` tells the rest.
+        The memory of an array of NumPy's that you let go of serves a later call. `result` tells the
+        rest.
         """
-        return self._finder.find(
+        check_result(result)
+        found = self._finder.find(
             boxes,
             other,
             (group, mask, owner, world, static),
             (other_group, other_mask, other_owner, other_world, other_static),
+            stream_address(stream, boxes),
+            result == "numpy",
         )
+        return like(found, boxes, result)
 
     def consume(
         self,
@@ -162,6 +254,34 @@ class Finder:
             (other_group, other_mask, other_owner, other_world, other_static),
         )
         return self._finder.result
+
+    def explain(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+        other_group: Array | None = None,
+        other_mask: Array | None = None,
+        other_owner: Array | None = None,
+        other_world: Array | None = None,
+        other_static: Array | None = None,
+    ) -> _throng.Explanation:
+        """Finds the pairs as find() does, and tells why that costs what it does, and what would make
+        it faster: cells and how full they are, the largest boxes, memory, advice.
+
+        By the CPU alone. Takes some 100 times as long as find() for small sets.
+        """
+        return self._finder.explain(
+            boxes,
+            other,
+            (group, mask, owner, world, static),
+            (other_group, other_mask, other_owner, other_world, other_static),
+        )
 
     @property
     def result(self) -> _throng.Result:

@@ -6,14 +6,15 @@ import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
-from throng._types import Array, BoxesLike, Isa, Nan
+from throng._types import Array, BoxesLike, Hits, Isa, Nan
 
 
 class BroadPhase:
     """Keeps objects from frame to frame, and tells which pairs began and which ended.
 
     Objects are added, moved and removed, by ids; update() then tells what this did to the pairs. The
-    cost follows the objects that changed. A call that raises has changed nothing.
+    cost follows the objects that changed. A call that raises has changed nothing; Ctrl-C ends a long
+    update(), find_overlaps() or find_hits() soon, and what changed is told by the next update().
 
     margin, nan, threads, isa: as of find_pairs. One thread at a time; a call during another one
     raises RuntimeError.
@@ -114,6 +115,31 @@ class BroadPhase:
         Asks the objects as they were given last. The margin plays no part.
         """
         return self._live.find_overlaps(boxes, (group, mask, owner, world, static))
+
+    def find_hits(
+        self,
+        boxes: BoxesLike,
+        by: Array,
+        *,
+        which: Hits = "all",
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
+        """What boxes meet that go straight by `by` in the time from 0 to 1. A ray is a point that
+        does: find_hits((origin, origin), direction).
+
+        by: (n, 3) float32, one a box, in units of your world; finite.
+        which: 'all' objects on the way, or the 'first' that is met; of several at once that of the
+            lowest id.
+
+        Returns (pairs, times), sorted by pair: (m, 2) uint32, the number of a box and the id of an
+        object that it meets, and (m,) float64, when it first touches it: 0 where it does from the
+        start. Asks the objects as they were given last. The margin plays no part.
+        """
+        return self._live.find_hits(boxes, by, which, (group, mask, owner, world, static))
 
     def is_alive(self, id: int) -> bool:
         """Whether an object has this id."""

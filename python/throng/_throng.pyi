@@ -7,8 +7,11 @@ import numpy
 from numpy.typing import NDArray
 
 Filters: TypeAlias = tuple[Any, Any, Any, Any, Any]
+# Lower x, y, z, upper x, y, z.
+Bounds: TypeAlias = tuple[float, float, float, float, float, float]
 
 __version__: str
+has_cuda: bool
 scene_names: tuple[str, ...]
 
 class StageTimes:
@@ -76,6 +79,93 @@ class Result:
     @property
     def times(self) -> StageTimes: ...
 
+class SizeClass:
+    """Boxes whose largest extents are alike."""
+
+    @property
+    def least(self) -> float:
+        """Their extent is this or more, in units of your world."""
+    @property
+    def below(self) -> float:
+        """And less than this; 0: boxes of no extent."""
+    @property
+    def boxes(self) -> int: ...
+    @property
+    def cells_per_box(self) -> float:
+        """0 where there are no cells."""
+
+class LargeBox:
+    """One of the largest boxes."""
+
+    @property
+    def index(self) -> int: ...
+    @property
+    def in_second_set(self) -> bool:
+        """Whether `other` is where it stands."""
+    @property
+    def extent(self) -> float:
+        """The largest of the three, in units of your world."""
+    @property
+    def cells(self) -> int:
+        """How many it touches."""
+
+class DenseCell:
+    """One of the cells with the most boxes."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """The outermost cells go on to infinity."""
+    @property
+    def boxes(self) -> int: ...
+
+class Explanation:
+    """Why a search costs what it does."""
+
+    @property
+    def result(self) -> Result:
+        """Of the search that is explained."""
+    @property
+    def boxes(self) -> int:
+        """Of both sets, inactive ones included."""
+    @property
+    def cells(self) -> int:
+        """Of the grid; 0: there is no one grid for all boxes."""
+    @property
+    def entries(self) -> int:
+        """Boxes in cells: a box is in every cell that it touches."""
+    @property
+    def occupied(self) -> int:
+        """Cells with a box in them."""
+    @property
+    def tests_per_pair(self) -> float:
+        """Candidate pairs compared for each found; 0: none was found."""
+    @property
+    def tests_per_box(self) -> float: ...
+    @property
+    def memory_bytes(self) -> int:
+        """That the Finder holds."""
+    @property
+    def size_classes(self) -> list[SizeClass]:
+        """By largest extent, a factor of two from class to class, the smallest first."""
+    @property
+    def largest(self) -> list[LargeBox]:
+        """Up to ten boxes."""
+    @property
+    def densest(self) -> list[DenseCell]:
+        """Up to ten cells."""
+    @property
+    def occupancy(self) -> NDArray[numpy.uint32]:
+        """Boxes in each cell, by x, y, z; of shape (0, 0, 0) where there are no cells."""
+    @property
+    def grid(self) -> Bounds:
+        """What the cells divide into equal parts."""
+    @property
+    def memory(self) -> dict[str, int]:
+        """What the memory is for, in bytes."""
+    @property
+    def advice(self) -> list[str]:
+        """What would make it faster, each a sentence with its reason."""
+
 class Finder:
     def __init__(
         self,
@@ -91,8 +181,14 @@ class Finder:
         once: bool,
     ) -> None: ...
     def find(
-        self, boxes: Any, other: Any, filters: Filters, other_filters: Filters
-    ) -> NDArray[numpy.uint32]: ...
+        self,
+        boxes: Any,
+        other: Any,
+        filters: Filters,
+        other_filters: Filters,
+        stream: int,
+        to_host: bool,
+    ) -> Any: ...
     def consume(
         self,
         boxes: Any,
@@ -101,6 +197,9 @@ class Finder:
         filters: Filters,
         other_filters: Filters,
     ) -> None: ...
+    def explain(
+        self, boxes: Any, other: Any, filters: Filters, other_filters: Filters
+    ) -> Explanation: ...
     @property
     def result(self) -> Result: ...
     @property
@@ -120,6 +219,9 @@ class BroadPhase:
     def ended(self) -> NDArray[numpy.uint32]: ...
     def pairs(self) -> NDArray[numpy.uint32]: ...
     def find_overlaps(self, boxes: Any, filters: Filters) -> NDArray[numpy.uint32]: ...
+    def find_hits(
+        self, boxes: Any, by: Any, which: str, filters: Filters
+    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]: ...
     def is_alive(self, id: int) -> bool: ...
     @property
     def object_count(self) -> int: ...

@@ -1,7 +1,6 @@
 #include "cpu/body_boxes.hpp"
 
 #include <algorithm>
-#include <atomic>
 
 #include "cpu/threads.hpp"
 
@@ -116,7 +115,8 @@ static_assert(chunk % BodyBlock::size == 0);
 }  // namespace
 
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks) noexcept {
+                        const Executor& executor, unsigned tasks,
+                        const std::atomic<bool>* stop) noexcept {
   const PlaceBlock place = find_place_block(isa, job.rotation.data, job.displacement.data);
   const PlaceBlock unrotated = find_place_block(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
@@ -127,7 +127,7 @@ BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa
     Task task(job, place, unrotated);
     for (;;) {
       const std::size_t k = next.fetch_add(1, std::memory_order_relaxed);
-      if (k >= chunks) break;
+      if (k >= chunks || (stop && stop->load(std::memory_order_relaxed))) break;
       const std::size_t end = std::min(count, (k + 1) * chunk);
       for (std::size_t i = k * chunk; i < end; i += BodyBlock::size)
         task.run(i, std::min(BodyBlock::size, end - i));

@@ -1,6 +1,7 @@
 // Boxes of bodies on the CPU: blocks of bodies as vectors, shared out among threads.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -16,8 +17,10 @@ struct BodyReport {
 
 // Box by box what `job` says, of bodies 0 .. count-1, by so many tasks; by the very same
 // arithmetic. An instruction set that is not here does as well as another: the bits are the same.
+// Once *stop is true some boxes stay as they were.
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks) noexcept;
+                        const Executor& executor, unsigned tasks,
+                        const std::atomic<bool>* stop) noexcept;
 
 // A block of bodies with box shapes, an array a coordinate.
 struct BodyBlock {

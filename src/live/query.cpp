@@ -1,7 +1,6 @@
 #include "live/query.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -104,7 +103,8 @@ Queries::~Queries() {
 // Calls ask(i, list) for every question, in order within a task, and puts the lists together in
 // hits_. What one question finds is sorted by id, each object once.
 template <class Ask>
-void Queries::run(std::size_t count, const Executor& executor, unsigned tasks, Ask&& ask) {
+void Queries::run(std::size_t count, const Executor& executor, unsigned tasks,
+                  const std::atomic<bool>* stop, Ask&& ask) {
   hits_.clear();
   tasks = count < threads_ask_from ? 1 : tasks;
   for (unsigned t = 0; t < tasks; ++t) {
@@ -116,6 +116,7 @@ void Queries::run(std::size_t count, const Executor& executor, unsigned tasks, A
     List<SweepHit>& found = *found_[t];
     try {
       for (std::size_t i = count * t / tasks; i < count * (t + 1) / tasks; ++i) {
+        if (stop && stop->load(std::memory_order_relaxed)) break;
         const std::size_t before = found.size();
         ask(i, found);
         const auto by_id = [](const SweepHit& a, const SweepHit& b) { return a.object < b.object; };
@@ -140,8 +141,9 @@ void Queries::run(std::size_t count, const Executor& executor, unsigned tasks, A
 }
 
 void Queries::find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
-                            const Executor& executor, unsigned tasks) {
-  run(boxes.size(), executor, tasks, [&](std::size_t i, List<SweepHit>& found) {
+                            const Executor& executor, unsigned tasks,
+                            const std::atomic<bool>* stop) {
+  run(boxes.size(), executor, tasks, stop, [&](std::size_t i, List<SweepHit>& found) {
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
     const Filter filter = filter_at(boxes.filters, i);
@@ -161,8 +163,8 @@ void Queries::find_overlaps(const Objects& objects, const Cells& cells, const Bo
 
 void Queries::find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps,
                         std::size_t count, SweepHits which, const Filters& filters,
-                        const Executor& executor, unsigned tasks) {
-  run(count, executor, tasks, [&](std::size_t i, List<SweepHit>& found) {
+                        const Executor& executor, unsigned tasks, const std::atomic<bool>* stop) {
+  run(count, executor, tasks, stop, [&](std::size_t i, List<SweepHit>& found) {
     const Sweep& sweep = sweeps[i];
     if (!core::is_active(sweep.box)) return;
     const Filter filter = filter_at(filters, i);

@@ -1,6 +1,7 @@
 // Questions to the objects: what overlaps a box, what is in a box's way.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include <throng/broad_phase.hpp>
@@ -31,16 +32,19 @@ class Queries {
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
 
-  // By the cells, in which all objects are where they belong. Throw cpu::NoMemory.
+  // By the cells, in which all objects are where they belong. Throw cpu::NoMemory. Once *stop is
+  // true the questions that are left are not asked.
   void find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
-                     const Executor& executor, unsigned tasks);
+                     const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
   // `cells` null: compares with all objects.
   void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps, std::size_t count,
-                 SweepHits which, const Filters& filters, const Executor& executor, unsigned tasks);
+                 SweepHits which, const Filters& filters, const Executor& executor, unsigned tasks,
+                 const std::atomic<bool>* stop);
 
  private:
   template <class Ask>
-  void run(std::size_t count, const Executor& executor, unsigned tasks, Ask&& ask);
+  void run(std::size_t count, const Executor& executor, unsigned tasks,
+           const std::atomic<bool>* stop, Ask&& ask);
 
   cpu::Memory& memory_;
   List<SweepHit>* found_[cpu::max_workers] = {};  // by each task

@@ -102,7 +102,8 @@ void Tracker::update(const Options& options, Result& r) {
   } else if (few_changed(tasks)) {
     r.plan.threads = 1;
     r.plan.reason = "few objects changed: only around them was searched";
-    search_around(r);
+    search_around(options, r);
+    if (!r.ok()) return;
     objects_.settle();
   } else {
     find_all(options, tasks, r);
@@ -213,7 +214,7 @@ Cells::Worlds Tracker::worlds_of(ObjectId id) const noexcept {
 }
 
 // Of two objects that both changed, the one with the lower id tells of their pair.
-void Tracker::search_around(Result& r) {
+void Tracker::search_around(const Options& options, Result& r) {
   pairs_.next_begun().clear();
   pairs_.next_ended().clear();
   const List<ObjectId>& dirty = objects_.dirty_list();
@@ -231,6 +232,10 @@ void Tracker::search_around(Result& r) {
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
   ObjectId hits[Cells::most_hits];
   for (std::size_t i = 0; i < dirty.size(); ++i) {
+    if (options.stop && options.stop->load(std::memory_order_relaxed)) {
+      r.status = Status::stopped;
+      return;
+    }
     if (const std::size_t soon = i + ahead / 2; soon < dirty.size()) {
       if (objects_.body(dirty[soon]).home != none) cells_.prefetch_chains(reaches[soon % ahead]);
     }
@@ -350,7 +355,8 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
   if (few && !placed_) want_cells(search_object_ns);
   if (few && placed_) {
     settle_cells(no_limit);
-    queries_.find_overlaps(objects_, cells_, boxes, executor_of(options), task_count(options));
+    queries_.find_overlaps(objects_, cells_, boxes, executor_of(options), task_count(options),
+                           options.stop);
   } else {
     Options all = options;
     all.order = Order::canonical;
@@ -375,7 +381,7 @@ void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
   if (!placed_) want_cells(static_cast<double>(count) * touch_ns);
   if (placed_) settle_cells(no_limit);
   queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,
-                     executor_of(options), task_count(options));
+                     executor_of(options), task_count(options), options.stop);
 }
 
 void Tracker::reserve_for(const Tracker& other) {

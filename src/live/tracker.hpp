@@ -49,7 +49,7 @@ class Tracker {
   void make_cells();
   void want_cells(double ns_an_object);
   bool settle_cells(double most_lines);
-  void search_around(Result& result);
+  void search_around(const Options& options, Result& result);
   bool tells(ObjectId id, ObjectId other) const noexcept;
   void tell_begun(ObjectId id, ObjectId other);
   void tell_ended(ObjectId id, ObjectId other, std::uint32_t slot);

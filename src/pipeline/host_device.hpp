@@ -25,9 +25,12 @@ class HostDevice {
 
   HostDevice(std::pmr::memory_resource* memory, Run run) noexcept : memory_(memory), run_(run) {}
 
-  void begin(const Executor& executor, unsigned tasks) noexcept {
+  // Once *stop is true, what is launched ends soon and throws Failure: stopped.
+  void begin(const Executor& executor, unsigned tasks,
+             const std::atomic<bool>* stop = nullptr) noexcept {
     executor_ = executor;
     tasks_ = tasks;
+    stop_ = stop;
     times_ = {};
     last_ = Clock::now();
   }
@@ -153,7 +156,8 @@ class HostDevice {
       std::uint64_t count, piece;
       const F& body;
       std::atomic<std::uint64_t>& next;
-    } job{count, piece, body, next};
+      const HostDevice& device;
+    } job{count, piece, body, next, *this};
     const std::uint64_t pieces = (count + piece - 1) / piece;
     const auto tasks = static_cast<unsigned>(std::min<std::uint64_t>(tasks_, pieces));
     run_(
@@ -162,17 +166,21 @@ class HostDevice {
           Job& j = *static_cast<Job*>(context);
           for (;;) {
             const std::uint64_t begin = j.next.fetch_add(j.piece, std::memory_order_relaxed);
-            if (begin >= j.count) return;
+            if (begin >= j.count || j.device.stopped()) return;
             j.body(begin, std::min(begin + j.piece, j.count));
           }
         },
         &job);
+    // Some pieces were left out: nothing that comes after may read them.
+    if (stopped()) throw Failure{Status::stopped};
   }
+  bool stopped() const noexcept { return stop_ && stop_->load(std::memory_order_relaxed); }
 
   std::pmr::memory_resource* memory_;
   Run run_;
   Executor executor_;
   unsigned tasks_ = 1;
+  const std::atomic<bool>* stop_ = nullptr;
   Clock::time_point last_;
   StageTimes times_;
 };

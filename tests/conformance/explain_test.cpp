@@ -57,6 +57,24 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   EXPECT_EQ(e.cells,
             e.result.plan.columns[0] * e.result.plan.columns[1] * e.result.plan.columns[2]);
   EXPECT_LE(e.occupied, e.cells);
+  ASSERT_EQ(e.occupancy.size(), e.cells);
+  EXPECT_EQ(std::accumulate(e.occupancy.begin(), e.occupancy.end(), std::uint64_t{0}), e.entries);
+  EXPECT_EQ(*std::max_element(e.occupancy.begin(), e.occupancy.end()), e.densest[0].boxes);
+  EXPECT_LE(e.grid.lower.x, e.densest[0].bounds.lower.x);
+  EXPECT_GE(e.grid.upper.x, e.densest[0].bounds.upper.x);
+  // Where the densest cell is told to be, there it is.
+  std::size_t at = 0;
+  const float lower[3] = {e.grid.lower.x, e.grid.lower.y, e.grid.lower.z};
+  const float upper[3] = {e.grid.upper.x, e.grid.upper.y, e.grid.upper.z};
+  const Box& dense = e.densest[0].bounds;
+  const float middle[3] = {(dense.lower.x + dense.upper.x) / 2, (dense.lower.y + dense.upper.y) / 2,
+                           (dense.lower.z + dense.upper.z) / 2};
+  for (int k = 0; k < 3; ++k) {
+    const auto columns = static_cast<float>(e.result.plan.columns[k]);
+    at = at * e.result.plan.columns[k] +
+         static_cast<std::size_t>((middle[k] - lower[k]) / (upper[k] - lower[k]) * columns);
+  }
+  EXPECT_EQ(e.occupancy[at], e.densest[0].boxes);
   EXPECT_GE(e.entries, 4999u);
   EXPECT_GT(e.memory_bytes, 0u);
   EXPECT_EQ(e.memory_bytes, finder.memory_bytes());

@@ -2,6 +2,10 @@
 #include <atomic>
 #include <chrono>
 #include <thread>
+#include <vector>
+
+#include <throng/broad_phase.hpp>
+#include <throng/update_boxes.hpp>
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
@@ -11,9 +15,6 @@ namespace {
 
 class Stop : public Conformance {
  protected:
-  void SetUp() override {
-    if (config().backend == Backend::emulated) GTEST_SKIP() << "heeded on the CPU alone";
-  }
   Options stoppable() const {
     Options o = options();
     o.stop = &stop_;
@@ -76,6 +77,60 @@ TEST_P(Stop, FromAnotherThread) {
 }
 
 THRONG_INSTANTIATE(Stop, all_configs);
+
+TEST(StopUpdateBoxes, LeavesTheRest) {
+  const Transform here{{1, 2, 3}, {}};
+  const Shape ball = Shape::sphere(1);
+  const Bodies bodies(&here, 50000, &ball, 1, 0);
+  std::vector<Box> boxes(50000);
+  std::atomic<bool> stop{true};
+  UpdateOptions o;
+  o.stop = &stop;
+  const Result r = update_boxes(bodies, boxes.data(), o);
+  expect_stopped(r);
+  EXPECT_EQ(boxes.back().upper.x, 0);
+  stop = false;
+  EXPECT_TRUE(update_boxes(bodies, boxes.data(), o).ok());
+  EXPECT_GE(boxes.back().upper.x, 2);
+}
+
+TEST(StopBroadPhase, ChangesNothing) {
+  const BoxList boxes = uniform_boxes(5000, 3);
+  std::atomic<bool> stop{false};
+  Options o;
+  o.stop = &stop;
+  BroadPhase live(o);
+  ASSERT_TRUE(live.add(boxes, nullptr).ok());
+  const auto update_after_a_stop = [&] {
+    stop = true;
+    const std::uint64_t pairs = live.pair_count();
+    expect_stopped(live.update());
+    EXPECT_EQ(live.pair_count(), pairs);
+    stop = false;
+    ASSERT_TRUE(live.update().ok());
+  };
+  update_after_a_stop();  // all are new
+  EXPECT_EQ(live.pair_count(), reference_pairs(boxes).pairs.size());
+  // Few: cells are made once they have paid.
+  for (int k = 0; k < 300; ++k) {
+    for (const ObjectId id : {7u, 8u, 9u}) ASSERT_EQ(live.move(id, boxes[id + k % 2]), Status::ok);
+    update_after_a_stop();
+  }
+  EXPECT_STREQ(live.update().plan.reason, "nothing changed");
+  BoxList moved = boxes;
+  for (const std::size_t id : {7u, 8u, 9u}) moved[id] = boxes[id + 1];
+  EXPECT_EQ(live.pair_count(), reference_pairs(moved).pairs.size());
+
+  const Sweep all{{{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 1e9f}}, {1, 0, 0}};
+  stop = true;
+  expect_stopped(live.find_hits(&all, 1));
+  EXPECT_TRUE(live.hits().empty());
+  expect_stopped(live.find_overlaps(Boxes(&all.box, 1)));
+  EXPECT_TRUE(live.overlaps().empty());
+  stop = false;
+  EXPECT_EQ(live.find_hits(&all, 1).found, boxes.size());
+  EXPECT_EQ(live.find_overlaps(Boxes(&all.box, 1)).found, boxes.size());
+}
 
 }  // namespace
 }  // namespace throng::tests

@@ -1,0 +1,131 @@
+#include "python/device.hpp"
+
+#include <cuda_runtime_api.h>
+
+#include <algorithm>
+#include <string>
+
+#include <throng/cuda.hpp>
+
+#include "python/errors.hpp"
+
+namespace throng::python {
+namespace {
+
+// Room for pairs a box before it is known how many there are, as on the host; here it takes memory.
+constexpr std::size_t pairs_a_box = 4, fewest_pairs = 4096;
+
+void require(cudaError_t error, const char* what) {
+  if (error == cudaSuccess) return;
+  (void)cudaGetLastError();
+  throw std::runtime_error(std::string(what) + ": the GPU failed: " + cudaGetErrorString(error));
+}
+
+// A device is current as long as this lives: the caller's own stays what it was.
+class Current {
+ public:
+  explicit Current(int device) {
+    require(cudaGetDevice(&before_), "boxes");
+    require(cudaSetDevice(device), "boxes");
+  }
+  ~Current() { (void)cudaSetDevice(before_); }
+  Current(const Current&) = delete;
+  Current& operator=(const Current&) = delete;
+
+ private:
+  int before_ = 0;
+};
+
+// Pairs on the device that is current. cudaFree waits for all work there, so that an array may be
+// let go of while a kernel of the caller's still reads it.
+struct DevicePairs {
+  Pair* data = nullptr;
+  std::size_t capacity = 0;
+  int device = 0;
+
+  DevicePairs(std::size_t count, int on) : capacity(count), device(on) {
+    if (cudaMalloc(reinterpret_cast<void**>(&data), count * sizeof(Pair)) == cudaSuccess) return;
+    (void)cudaGetLastError();
+    memory_error("no memory on cuda:" + std::to_string(on) + " for " + std::to_string(count) +
+                 " pairs of 8 bytes; free some, or split the boxes");
+  }
+  ~DevicePairs() {
+    int before = 0;
+    (void)cudaGetDevice(&before);
+    (void)cudaSetDevice(device);
+    (void)cudaFree(data);
+    (void)cudaSetDevice(before);
+  }
+  DevicePairs(const DevicePairs&) = delete;
+  DevicePairs& operator=(const DevicePairs&) = delete;
+};
+
+nb::object host_array(const DevicePairs& pairs, std::size_t count, cuda::Stream stream) {
+  auto values = std::make_unique<std::uint32_t[]>(2 * count + 1);
+  {
+    const nb::gil_scoped_release unlocked;
+    require(cudaMemcpyAsync(values.get(), pairs.data, count * sizeof(Pair), cudaMemcpyDeviceToHost,
+                            stream),
+            "result");
+    require(cudaStreamSynchronize(stream), "result");
+  }
+  return numpy_array(std::move(values), {count, 2});
+}
+
+}  // namespace
+
+struct DeviceFinder::State {
+  cuda::Finder finder;
+  std::size_t last_found = 0;
+};
+
+bool gpu_is_built() noexcept { return true; }
+
+DeviceFinder::DeviceFinder(const Options& options, int device) : device_(device) {
+  require_ok(cuda::available());
+  state_ = std::unique_ptr<State>(new State{cuda::Finder(options)});
+}
+
+DeviceFinder::~DeviceFinder() {
+  int before = 0;
+  (void)cudaGetDevice(&before);
+  (void)cudaSetDevice(device_);
+  state_.reset();
+  (void)cudaSetDevice(before);
+}
+
+std::size_t DeviceFinder::memory_bytes() const noexcept { return state_->finder.memory_bytes(); }
+
+nb::object DeviceFinder::find(const BoxArray& a, const BoxArray* b, std::uintptr_t stream,
+                              bool to_host, Result& result) {
+  const Current current(device_);
+  auto* const on = reinterpret_cast<cuda::Stream>(stream);
+  std::size_t capacity = state_->last_found + state_->last_found / 8 + 64;
+  if (state_->last_found == 0)
+    capacity = pairs_a_box * (a.size() + (b ? b->size() : 0)) + fewest_pairs;
+  std::unique_ptr<DevicePairs> pairs;
+  for (;;) {
+    pairs.reset();
+    pairs = std::make_unique<DevicePairs>(capacity, device_);
+    {
+      const nb::gil_scoped_release unlocked;
+      cuda::Finder& finder = state_->finder;
+      result = b ? finder.find(a.view(), b->view(), pairs->data, capacity, on)
+                 : finder.find(a.view(), pairs->data, capacity, on);
+    }
+    if (result.status != Status::buffer_too_small) break;
+    capacity = static_cast<std::size_t>(result.found);
+  }
+  require_ok(result);
+  const auto found = state_->last_found = static_cast<std::size_t>(result.found);
+  if (to_host) return host_array(*pairs, found, on);
+  auto* const data = reinterpret_cast<std::uint32_t*>(pairs->data);
+  const nb::capsule owner(pairs.release(),
+                          [](void* p) noexcept { delete static_cast<DevicePairs*>(p); });
+  const std::size_t shape[2] = {found, 2};
+  return nb::cast(nb::ndarray<std::uint32_t>(data, 2, shape, owner, nullptr,
+                                             nb::dtype<std::uint32_t>(), nb::device::cuda::value,
+                                             device_));
+}
+
+}  // namespace throng::python

@@ -1,0 +1,17 @@
+// In place of device.cpp where there is no GPU backend. No array of a GPU comes as far as this.
+#include "python/device.hpp"
+#include "python/errors.hpp"
+
+namespace throng::python {
+
+struct DeviceFinder::State {};
+
+bool gpu_is_built() noexcept { return false; }
+DeviceFinder::DeviceFinder(const Options&, int device) : device_(device) {}
+DeviceFinder::~DeviceFinder() = default;
+std::size_t DeviceFinder::memory_bytes() const noexcept { return 0; }
+nb::object DeviceFinder::find(const BoxArray&, const BoxArray*, std::uintptr_t, bool, Result&) {
+  value_error("this build searches on the CPU alone; build with THRONG_CUDA=ON");
+}
+
+}  // namespace throng::python

@@ -1,0 +1,67 @@
+"""A page in a browser without a window: Chromium, spoken to over a pair of pipes."""
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from typing import Any
+
+PROGRAM = shutil.which("chromium") or shutil.which("google-chrome")
+
+
+class Browser:
+    def __init__(self, size: tuple[int, int], console: str) -> None:
+        """`console`: the file that what it has to say goes to."""
+        assert PROGRAM is not None
+        self.folder = tempfile.TemporaryDirectory()
+        theirs_in, self.to = os.pipe()
+        self.back, theirs_out = os.pipe()
+        # Descriptors 3 and 4 are where it reads and writes.
+        self.process = subprocess.Popen(
+            ["bash", "-c", f'exec "$@" 3<&{theirs_in} 4>&{theirs_out}', "bash", PROGRAM, "--headless=new",
+             "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={self.folder.name}",
+             "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
+             "--hide-scrollbars", "--enable-logging=stderr", f"--window-size={size[0]},{size[1]}"],
+            pass_fds=(theirs_in, theirs_out), stdout=subprocess.DEVNULL, stderr=open(console, "wb"),
+        )  # fmt: skip
+        os.close(theirs_in)
+        os.close(theirs_out)
+        self.buffer = b""
+        self.number = 0
+        self.session: dict[str, str] = {}
+
+    def open(self, address: str) -> None:
+        target = self.ask("Target.createTarget", url=address)["targetId"]
+        attached = self.ask("Target.attachToTarget", targetId=target, flatten=True)
+        self.session = {"sessionId": attached["sessionId"]}
+
+    def picture(self) -> bytes:
+        """A PNG of what is seen."""
+        return base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"])
+
+    def ask(self, method: str, **parameters: Any) -> Any:
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": parameters, **self.session}
+        os.write(self.to, json.dumps(message).encode() + b"\0")
+        until = time.monotonic() + 150
+        while time.monotonic() < until:
+            while b"\0" in self.buffer:
+                answer, _, self.buffer = self.buffer.partition(b"\0")
+                told = json.loads(answer)
+                if told.get("id") == self.number:
+                    assert "result" in told, told
+                    return told["result"]
+            if select.select([self.back], [], [], 1)[0]:
+                self.buffer += os.read(self.back, 1 << 20)
+        raise TimeoutError(f"no answer to {method}")
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.wait(20)
+        os.close(self.to)
+        os.close(self.back)
+        self.folder.cleanup()

@@ -1,0 +1,167 @@
+"""Whatever is given: taken, or refused by the conventional exception that names the argument, what it
+was and the remedy; never a crash. THRONG_EXAMPLES says how many cases of each kind, 100 without it."""
+
+import os
+from typing import Any
+
+import numpy
+import pytest
+from dlpack import CUDA, OnDevice, OnlyDLPack, capsule
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.lib.stride_tricks import as_strided
+from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force
+
+import throng
+from throng import _throng
+
+EXAMPLES = settings(max_examples=int(os.environ.get("THRONG_EXAMPLES", "100")), deadline=None)
+BOXES = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [3, 3, 3, 4, 4, 4]], numpy.float32)
+
+size = st.integers(0, 9)
+step = st.integers(1, 3)
+argument = st.sampled_from(["boxes", "other", "lower", "upper"])
+
+
+def call(name: str, array: Any) -> Any:
+    """`array` as the argument `name`, good ones beside it."""
+    if name == "boxes":
+        return throng.find_pairs(array)
+    if name == "other":
+        return throng.find_pairs(BOXES, array)
+    return throng.find_pairs((array, BOXES[:, 3:]) if name == "lower" else (BOXES[:, :3], array))
+
+
+def refused(kinds: Any, name: str, text: str, array: Any) -> None:
+    with pytest.raises(kinds, match=text) as caught:
+        call(name, array)
+    assert str(caught.value).startswith("other" if name == "other" else "boxes")
+    assert len(str(caught.value)) > 40
+
+
+@EXAMPLES
+@given(argument, st.sampled_from("? b B h H i I q Q e g F D G >f4 >f8 O S3 U2 M8[s] V4".split()), size)
+def test_types(name: str, kind: str, n: int) -> None:
+    columns = 3 if name in ("lower", "upper") else 6
+    refused(TypeError, name, "found .*wanted", numpy.zeros((n, columns), kind))
+
+
+@EXAMPLES
+@given(argument, st.sampled_from(["f4", "f8"]), st.lists(size, max_size=5))
+def test_shapes(name: str, kind: str, shape: list[int]) -> None:
+    array = numpy.zeros(shape, kind)
+    fits = len(shape) == 2 and shape[1] in (4, 6)
+    if name in ("lower", "upper"):
+        fits = shape == [3, 3] and kind == "f4"
+        # Corners in rows of different lengths have different strides.
+        refused(ValueError, name, "found|apart", array) if not fits else None
+    elif not fits:
+        refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array)
+    elif name == "boxes":
+        assert len(call(name, array)) == shape[0] * (shape[0] - 1) // 2
+
+
+@EXAMPLES
+@given(st.lists(st.sampled_from([None, (1, 0), (CUDA, 0), (CUDA, 1), (10, 0), (99, -1)]), min_size=4, max_size=4))
+def test_devices(devices: list[Any]) -> None:
+    def put(array: Any, device: Any) -> Any:
+        if device is None or device == (1, 0):
+            return array if device is None else OnlyDLPack(array)
+        return OnDevice(device, array)
+
+    world = numpy.zeros(3, numpy.int32)
+    boxes, other = put(BOXES, devices[0]), put(BOXES, devices[1])
+    filters = {"world": put(world, devices[2]), "other_world": put(world, devices[3])}
+    places = {(1, 0) if device is None else device for device in devices}
+    if places == {(1, 0)}:
+        assert len(throng.find_pairs(boxes, other, **filters)) == 7
+        return
+    kinds = (ValueError, RuntimeError) if _throng.has_cuda and len(places) == 1 else ValueError
+    with pytest.raises(kinds, match="found an array on|no GPU|GPU failed|device memory"):
+        throng.find_pairs(boxes, other, **filters)
+
+
+@EXAMPLES
+@given(box_rows(most=8), step, step, size, st.booleans(), st.booleans())
+def test_layouts(boxes: Any, row: int, column: int, first: int, frozen: bool, turned: bool) -> None:
+    wide = numpy.full((len(boxes) * row + 1, first + 6 * column), NAN, numpy.float32)
+    part = wide[: len(boxes) * row : row, first : first + 6 * column : column]
+    part[:] = boxes[:, ::-1] if turned else boxes
+    wide.flags.writeable = not frozen
+    given_ = part[:, ::-1] if turned else part
+    assert as_pairs(throng.find_pairs(given_)) == brute_force(boxes)
+    assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]))) == brute_force(boxes)
+
+
+@EXAMPLES
+@given(argument, st.sampled_from(["used", "another", "nowhere"]), size)
+def test_capsules(name: str, what: str, n: int) -> None:
+    columns = 3 if name in ("lower", "upper") else 6
+    array = numpy.zeros((n, columns), numpy.float32)
+    if what == "nowhere":  # on a device that is not: its address is never looked at
+        refused(ValueError, name, "found an array on device type 7", capsule(array, 1, (7, 0)))
+        return
+    held: Any = array.__dlpack__()
+    if what == "used":
+        numpy.from_dlpack(OnceMore(held))
+    else:
+        held = datetime_capsule()
+    refused(TypeError, name, "found a PyCapsule", held)
+
+
+class OnceMore:
+    def __init__(self, held: Any) -> None:
+        self.held = held
+
+    def __dlpack_device__(self) -> Any:
+        return (1, 0)
+
+    def __dlpack__(self, **_: Any) -> Any:
+        return self.held
+
+
+def datetime_capsule() -> Any:
+    """A capsule of quite another kind."""
+    import datetime
+
+    return getattr(datetime, "datetime_CAPI")
+
+
+@EXAMPLES
+@given(argument, st.integers(2**32, 2**57), st.sampled_from(["f4", "f8"]))
+def test_huge(name: str, n: int, kind: str) -> None:
+    one = numpy.zeros(6, kind)
+    if name in ("lower", "upper"):
+        refused(ValueError, name, "of one type and shape", as_strided(one, (n, 3), (0, one.itemsize)))
+    else:
+        refused(ValueError, name, f"found {n} boxes, at most 4294967295", as_strided(one, (n, 6), (0, one.itemsize)))
+
+
+@EXAMPLES
+@given(argument, st.integers(2, 9), step, st.sampled_from(["f4", "f8"]))
+def test_backwards(name: str, n: int, by: int, kind: str) -> None:
+    if name in ("lower", "upper"):
+        n = 3
+    array = numpy.zeros((n * by, 3 if name in ("lower", "upper") else 6), kind)[::-by]
+    if kind == "f4":
+        refused(ValueError, name, "run backwards|apart", array)
+    elif name in ("lower", "upper"):
+        refused(ValueError, name, "of one type", array)
+    else:
+        call(name, array)  # is copied in any case
+
+
+@EXAMPLES
+@given(box_rows(value=any_coordinate, most=8), box_rows(most=3))
+def test_nan(boxes: Any, other: Any) -> None:
+    bad = numpy.isnan(boxes).any(axis=1)
+    clean = numpy.where(bad[:, None], numpy.float32(NAN), boxes)
+    for one in (boxes, boxes.astype(numpy.float64)):
+        assert as_pairs(throng.find_pairs(one, other, nan="inactive")) == brute_force(clean, other)
+        if not bad.any():
+            continue
+        text = f"the first is box {int(bad.argmax())}.*pass nan='inactive'"
+        with pytest.raises(ValueError, match=text):
+            throng.find_pairs(one)
+        with pytest.raises(ValueError, match=text):
+            throng.find_pairs(other, one)

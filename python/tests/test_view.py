@@ -1,0 +1,193 @@
+"""throng.view: what is worked out of a frame, the recording read back, the page in a browser."""
+
+import os
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import browser
+import numpy
+import pytest
+from reference import INF, NAN, brute_force
+
+import throng
+
+SCENE = throng.scene("mixed", 3000, frames=3, seed=2)
+
+
+def saved(path: Path, scene: Any) -> str:
+    throng.save_boxes(path, scene)
+    return str(path)
+
+
+def as_set(pairs: Any) -> set[tuple[int, int]]:
+    return {(int(i), int(j)) for i, j in pairs}
+
+
+def test_frames() -> None:
+    view = pytest.importorskip("throng.view")
+    before: set[tuple[int, int]] | None = None
+    for number, frame in enumerate(view.frames(SCENE)):
+        boxes = SCENE[number]
+        now = set(brute_force(boxes))
+        assert as_set(frame.pairs) == now and frame.number == number
+        assert as_set(frame.begun) == (now - before if before is not None else set())
+        assert as_set(frame.ended) == (before - now if before is not None else set())
+        assert frame.overlaps[5] == sum(5 in pair for pair in now)
+        assert len(frame.shown) == len(boxes) and as_set(frame.lines(frame.pairs)) == now
+        assert frame.occupancy.ndim == 2 and frame.occupancy.sum() == frame.told.entries
+        bounds, counts = frame.cells()
+        assert counts[0] == frame.told.densest[0].boxes == frame.occupancy.max()
+        assert (counts > 0).all() and (numpy.diff(counts.astype(int)) <= 0).all()
+        plan = frame.told.result.plan
+        across = [k for k in range(3) if k != plan.sweep_axis]
+        dense = numpy.array(frame.told.densest[0].bounds)
+        columns = across + [k + 3 for k in across]
+        assert numpy.isclose(bounds[counts == counts[0]][:, columns], dense[columns], rtol=1e-3).all(1).any()
+        before = now
+
+
+def test_many_boxes_are_thinned_out() -> None:
+    view = pytest.importorskip("throng.view")
+    boxes = throng.scene("pile", 20000)[0].copy()
+    boxes[17] += numpy.float32(1)
+    boxes[17, :3] -= 30
+    boxes[18] = [1, 1, 1, 0, 0, 0]
+    chosen = []
+    for frame in view.frames([boxes, boxes], most=2000):
+        assert 1800 <= len(frame.shown) <= 2000 and 17 in frame.shown and 18 not in frame.shown
+        assert int(frame.overlaps.argmax()) in frame.shown
+        lines = frame.lines(frame.pairs, most=50)
+        assert 0 < len(lines) <= 50 and set(lines.reshape(-1)) <= set(frame.shown)
+        assert as_set(lines) <= as_set(frame.pairs)
+        chosen.append(frame.shown)
+    assert numpy.array_equal(*chosen)
+
+
+def test_infinite_and_empty() -> None:
+    view = pytest.importorskip("throng.view")
+    boxes = numpy.array(
+        [[-INF, -INF, -INF, INF, INF, 0], [1, 1, -1, 2, 2, 5], [NAN, 0, 0, 1, 1, 1]], numpy.float32
+    )
+    (frame,) = view.frames([boxes])
+    assert frame.shown.tolist() == [0, 1] and as_set(frame.pairs) == {(0, 1)}
+    corners = frame.corners(frame.shown)
+    assert numpy.isfinite(corners).all() and (corners[0, 3:] > corners[0, :3]).all()
+    assert numpy.array_equal(corners[1], boxes[1])
+    (nothing,) = view.frames([boxes[:0]])
+    assert nothing.corners(nothing.shown).shape == (0, 6)
+
+
+def test_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    pytest.importorskip("rerun")
+    from throng.view.__main__ import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    file = saved(tmp_path / "a.npy", SCENE[0])
+    numpy.save(tmp_path / "flat.npy", numpy.zeros((3, 4), numpy.float32))
+    for arguments, text in (
+        ([str(tmp_path / "none.npy"), "--save", "x.rrd"], "none.npy: No such file"),
+        ([str(tmp_path / "flat.npy"), "--save", "x.rrd"], "found shape (3, 4), wanted (n, 6)"),
+        ([__file__, "--save", "x.rrd"], "test_view.py: "),
+        ([file, "--save", str(tmp_path / "no" / "x.rrd")], "x.rrd: No such file or directory"),
+        ([file, "--save", "x.rrd", "--most", "0"], "--most 0: wanted 1 or more"),
+        ([file, "--save", "x.rrd", "--margin", "-1"], "margin: found -1.0"),
+        ([file], "there is no screen here; give --save FILE.rrd, or --serve"),
+    ):
+        assert main(arguments) == 1
+        assert text in capsys.readouterr().err
+    assert sorted(os.listdir(tmp_path)) == ["a.npy", "flat.npy"]
+
+
+def test_rerun_is_missing(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    from throng.view.__main__ import main
+
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    assert main(["boxes.npy", "--save", "x.rrd"]) == 1
+    assert 'pip install "throng[view]"' in capsys.readouterr().err
+
+
+def test_the_recording_read_back(tmp_path: Path) -> None:
+    chunk = pytest.importorskip("rerun.chunk")
+    file = saved(tmp_path / "mixed.npy", SCENE)
+    command = [sys.executable, "-m", "throng.view", file, "--save", str(tmp_path / "mixed.rrd")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and "3 frames" in done.stdout, done.stderr
+    assert sorted(os.listdir(tmp_path)) == ["mixed.npy", "mixed.rrd"]
+    reader = chunk.RrdReader(tmp_path / "mixed.rrd")
+    assert len(reader.recordings()) == len(reader.blueprints()) == 1
+    held: dict[str, dict[int, Any]] = defaultdict(dict)
+    for part in reader.stream(store=reader.recordings()[0]).to_chunks():
+        rows = part.to_record_batch()
+        if "frame" not in rows.schema.names:
+            continue
+        for name in (name for name in rows.schema.names if ":" in name):
+            values = held[part.entity_path + " " + name.split(":")[1]]
+            values.update(zip(rows.column("frame").to_pylist(), rows.column(name).to_pylist()))
+    before: set[tuple[int, int]] = set()
+    for number, boxes in enumerate(SCENE):
+        halves = numpy.array(held["/world/boxes half_sizes"][number])
+        centers = numpy.array(held["/world/boxes centers"][number])
+        assert numpy.allclose(centers - halves, boxes[:, :3], atol=1e-4)
+        assert numpy.allclose(centers + halves, boxes[:, 3:], atol=1e-4)
+        pairs = set(brute_force(boxes))
+        overlaps = numpy.bincount(numpy.array(sorted(pairs)).reshape(-1), minlength=len(boxes))
+        # One colour for one number of overlaps, and another for none.
+        colours = numpy.array(held["/world/boxes colors"][number])
+        for count in numpy.unique(overlaps):
+            assert len(numpy.unique(colours[overlaps == count])) == 1
+        assert set(colours[overlaps == 0]).isdisjoint(colours[overlaps > 0])
+        middle = (boxes[:, :3] + boxes[:, 3:]) / 2
+        strips = numpy.array(held["/world/pairs strips"][number])
+        wanted = numpy.array([[middle[i], middle[j]] for i, j in sorted(pairs)])
+        assert numpy.allclose(strips, wanted, atol=1e-4)
+        began, ended = (len(pairs - before), len(before - pairs)) if number else (0, 0)
+        assert began + ended > 0 or number == 0
+        assert len(held["/world/begun strips"][number]) == began
+        assert len(held["/world/ended strips"][number]) == ended
+        for name, count in (("pairs", len(pairs)), ("begun", began), ("ended", ended)):
+            assert held[f"/counts/{name} scalars"][number] == [count]
+        assert 0 < held["/times/find_ms scalars"][number][0] <= held["/times/total_ms scalars"][number][0]
+        told = throng.Finder(order="canonical").explain(boxes)
+        tensor = held["/grid/occupancy data"][number][0]
+        assert sum(tensor["buffer"]) == told.entries and max(tensor["buffer"]) == told.densest[0].boxes
+        assert len(held["/world/cells centers"][number]) == min(told.occupied, 2000)
+        text = held["/lists text"][number][0]
+        largest, densest = told.largest[0], told.densest[0]
+        assert f"| {largest.index} | {largest.extent:.4g} |" in text and f"| {densest.boxes} |" in text
+        assert f"{len(pairs):,} pairs" in text
+        before = pairs
+
+
+@pytest.mark.skipif(browser.PROGRAM is None, reason="no Chromium here")
+def test_the_page_in_a_browser(tmp_path: Path) -> None:
+    """A person should look at the picture, too: THRONG_VIEW_PICTURE names where it is kept."""
+    pytest.importorskip("rerun")
+    file = saved(tmp_path / "few.npy", throng.scene("mixed", 600, frames=3))
+    command = [sys.executable, "-m", "throng.view", file, "--serve", "--port", "19390", "--data-port", "19376"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    console = tmp_path / "console"
+    shown = browser.Browser((1200, 750), str(console))
+    try:
+        assert server.stdout is not None
+        address = server.stdout.readline().strip()
+        assert address == "http://localhost:19390/?url=rerun%2Bhttp://localhost:19376/proxy"
+        shown.open(address)
+        until = time.monotonic() + 240
+        picture = b""
+        # The page without a recording has less than half of that to show.
+        while len(picture) < 150000:
+            assert time.monotonic() < until, f"only {len(picture)} bytes; {console.read_text()[-3000:]}"
+            time.sleep(1)
+            picture = shown.picture()
+        if kept := os.environ.get("THRONG_VIEW_PICTURE"):
+            Path(kept).write_bytes(picture)
+    finally:
+        shown.close()
+        server.terminate()
+        server.wait(20)

@@ -1,0 +1,133 @@
+"""What is shown of each frame, by NumPy alone."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy
+from numpy.typing import NDArray
+
+from throng._find import Finder
+from throng._throng import Explanation
+
+Pairs = NDArray[numpy.uint32]
+
+# Of more boxes than this, so many are drawn: what a viewer turns without stuttering.
+MOST = 200_000
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame, searched. Pairs are sorted, (m, 2) uint32."""
+
+    number: int
+    boxes: NDArray[numpy.float32]  # (n, 6), all of them
+    shown: NDArray[numpy.intp]  # indices of the boxes to draw, in rising order; active ones
+    overlaps: NDArray[numpy.intp]  # (n,) how many others each box overlaps
+    pairs: Pairs  # all of them
+    begun: Pairs  # not there in the frame before; of the first frame none
+    ended: Pairs  # there in the frame before, and no more
+    told: Explanation
+
+    @property
+    def occupancy(self) -> NDArray[numpy.uint32]:
+        """Boxes in each cell, 2-D: summed along the axis that columns are swept along."""
+        axis = self.told.result.plan.sweep_axis
+        summed: NDArray[numpy.uint32] = self.told.occupancy.sum(axis=axis, dtype=numpy.uint32)
+        return summed
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """The two that occupancy has."""
+        left = "xyz".replace("xyz"[self.told.result.plan.sweep_axis], "")
+        return left[0], left[1]
+
+    def lines(self, pairs: Pairs, most: int = MOST) -> Pairs:
+        """Those of `pairs` whose boxes are both drawn, evenly thinned out to `most`."""
+        drawn = numpy.zeros(len(self.boxes), bool)
+        drawn[self.shown] = True
+        both = pairs[drawn[pairs].all(axis=1)]
+        return both[:: -(-len(both) // most)] if len(both) > most else both
+
+    def corners(self, which: Any) -> NDArray[numpy.float32]:
+        """(k, 6): the boxes, infinite ones cut off where the finite ones end."""
+        low, high = self.extent
+        wanted = self.boxes[which]
+        lower = numpy.maximum(wanted[:, :3], low)
+        return numpy.concatenate(
+            [lower, numpy.maximum(lower, numpy.minimum(wanted[:, 3:], high))], axis=1
+        )
+
+    @property
+    def extent(self) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]:
+        """The range of all finite corners, a twentieth wider."""
+        some = self.boxes[self.shown].reshape(-1, 3)
+        finite = numpy.where(numpy.isfinite(some), some, numpy.nan)
+        low, high = numpy.zeros(3), numpy.zeros(3)
+        for k in range(3):
+            if numpy.isfinite(finite[:, k]).any():
+                low[k], high[k] = numpy.nanmin(finite[:, k]), numpy.nanmax(finite[:, k])
+        wider = (high - low) / 20 + 1e-6
+        return (low - wider).astype(numpy.float32), (high + wider).astype(numpy.float32)
+
+    def cells(self, most: int = 2000) -> tuple[NDArray[numpy.float32], NDArray[numpy.uint32]]:
+        """The fullest cells: bounds (k, 6), and how many boxes are in each, falling."""
+        counts = self.told.occupancy
+        flat = counts.reshape(-1)
+        full = numpy.flatnonzero(flat)
+        full = full[numpy.argsort(flat[full], kind="stable")[::-1][:most]]
+        grid = numpy.array(self.told.grid).reshape(2, 3)
+        step = (grid[1] - grid[0]) / numpy.maximum(counts.shape, 1)
+        lower = grid[0] + numpy.stack(numpy.unravel_index(full, counts.shape), axis=1) * step
+        # Along the sweep a column has no end; the boxes do.
+        low, high = self.extent
+        upper = lower + step
+        axis = self.told.result.plan.sweep_axis
+        if counts.shape[axis] == 1:
+            lower[:, axis], upper[:, axis] = low[axis], high[axis]
+        return numpy.concatenate([lower, upper], axis=1).astype(numpy.float32), flat[full]
+
+
+def frames(scene: Sequence[Any] | NDArray[Any], most: int = MOST, **options: Any) -> Iterator[Frame]:
+    """Searches frame after frame, (frames, n, 6) float32; options are those of Finder. A box with a
+    NaN overlaps nothing, and is not drawn."""
+    finder = Finder(order="canonical", nan="inactive", **options)
+    before: NDArray[numpy.uint64] | None = None
+    for number, given in enumerate(scene):
+        boxes = numpy.ascontiguousarray(given)
+        pairs = finder.find(boxes)
+        told = finder.explain(boxes)
+        n = len(boxes)
+        overlaps = numpy.bincount(pairs.reshape(-1), minlength=n)
+        codes = pairs[:, 0].astype(numpy.uint64) << numpy.uint64(32) | pairs[:, 1]
+        began, ended = codes[:0], codes[:0]
+        if before is not None:
+            began = numpy.setdiff1d(codes, before, assume_unique=True)
+            ended = numpy.setdiff1d(before, codes, assume_unique=True)
+        before = codes
+        largest = [box.index for box in told.largest]
+        shown = _choose(boxes, overlaps, largest, most)
+        yield Frame(number, boxes, shown, overlaps, pairs, _decoded(began), _decoded(ended), told)
+
+
+def _decoded(codes: NDArray[numpy.uint64]) -> Pairs:
+    parts = [codes >> numpy.uint64(32), codes & numpy.uint64(0xFFFFFFFF)]
+    return numpy.stack(parts, axis=1).astype(numpy.uint32)
+
+
+def _choose(
+    boxes: NDArray[Any], overlaps: NDArray[Any], largest: list[int], most: int
+) -> NDArray[numpy.intp]:
+    """Of many boxes a random choice, the same in each frame; and those that one looks for."""
+    active = (boxes[:, :3] <= boxes[:, 3:]).all(axis=1)
+    n = len(boxes)
+    chosen = numpy.ones(n, bool)
+    if n > most:
+        few = min(100, most // 10)
+        crowded = numpy.argpartition(overlaps, n - few - 1)[n - few :]
+        room = max(most - few - len(largest), 0)
+        chosen[:] = False
+        chosen[numpy.random.default_rng(1).permutation(n)[:room]] = True
+        chosen[crowded] = True
+        chosen[largest[:most]] = True
+    return numpy.flatnonzero(chosen & active)
