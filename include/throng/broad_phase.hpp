@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
@@ -80,7 +81,7 @@ struct SweepHitList {
 //
 // Of Options these hold here: nan, isa, margin, threads, measure_stages, executor and memory, both
 // of which must outlive the object; backend must be automatic or cpu.
-class BroadPhase {
+class THRONG_API BroadPhase {
  public:
   BroadPhase() noexcept = default;
   explicit BroadPhase(const Options& options) noexcept : options_(options) {}
