@@ -14,7 +14,11 @@ program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-
 engine_packages=(libbullet-dev libfcl-dev)
 test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
 rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
-check_packages=("${test_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
+check_packages=("${test_packages[@]}" "${docs_packages[@]}" dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
+
+docs_packages=(doxygen python3-venv)
+# Of PyPI, for the site.
+docs_modules=(sphinx breathe myst-parser furo numpy)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }

@@ -120,7 +120,7 @@ TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
-  const std::vector<Box> asked = snapped_boxes(20, 10, 1, 10);
+  const std::vector<Box> asked = snapped_boxes(20, 10, 0.25f, 10);
   c_view = view(asked);
   ASSERT_EQ(throng_broad_phase_find_overlaps(c_, &c_view), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.find_overlaps(asked).ok());
