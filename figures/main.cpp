@@ -149,7 +149,7 @@ std::string sweep() {
   legend(88, orange, "starts after it, before its end:");
   d.words(610, 119, fmt::format("compared, {} boxes", compared));
   legend(134, red, fmt::format("and overlaps in all axes: {}", found));
-  legend(162, grey, "never looked at");
+  legend(162, grey, "not compared with it");
   d.words(585, 220, "The sweep goes forward and stops");
   d.words(585, 242, "at the first that starts too late:");
   d.words(585, 264, "8 or 16 comparisons at once.");
@@ -184,12 +184,19 @@ std::string live() {
   std::vector<ObjectId> ids(boxes.size());
   broad_phase.add(boxes, ids.data());
   broad_phase.update();
-  const ObjectId mover = 21;
+  // The first that both meets and leaves others on its way.
+  const BroadPhase before_moving = broad_phase;
+  ObjectId mover = 0;
+  Box after{};
+  for (; mover < 30; ++mover) {
+    const Box& b = boxes[mover];
+    after = flat(b.lower.x + 70, b.lower.y + 25, b.upper.x - b.lower.x, b.upper.y - b.lower.y);
+    broad_phase = before_moving;
+    broad_phase.move(mover, after);
+    broad_phase.update();
+    if (!broad_phase.begun().empty() && !broad_phase.ended().empty()) break;
+  }
   const Box before = boxes[mover];
-  const Box after = flat(before.lower.x + 58, before.lower.y - 30, before.upper.x - before.lower.x,
-                         before.upper.y - before.lower.y);
-  broad_phase.move(mover, after);
-  broad_phase.update();
   const auto among = [&](const LivePairs& pairs, ObjectId id) {
     return std::any_of(pairs.begin(), pairs.end(), [&](const LivePair& p) {
       return (p.first == id && p.second == mover) || (p.second == id && p.first == mover);
@@ -218,7 +225,7 @@ std::string live() {
   d.rectangle(645, 110, 16, 16, orange);
   d.words(670, 123, fmt::format("ended: {}", broad_phase.ended().size()));
   d.rectangle(645, 140, 16, 16, grey);
-  d.words(670, 153, "not touched, nor its memory");
+  d.words(670, 153, "not looked at");
   d.words(645, 200, fmt::format("{} pairs live.", broad_phase.pair_count()));
   d.words(645, 222, "Only cells near the mover");
   d.words(645, 244, "and its own pairs are read.");

@@ -58,6 +58,17 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
             e.result.plan.columns[0] * e.result.plan.columns[1] * e.result.plan.columns[2]);
   EXPECT_LE(e.occupied, e.cells);
   EXPECT_GE(e.entries, 4999u);
+  std::uint64_t cells = 0, in_cells = 0, last = 0;
+  for (const Explanation::CellClass& c : e.cell_classes) {
+    EXPECT_GE(c.from, last) << "in order";
+    EXPECT_GE(c.boxes, c.cells * c.from);
+    EXPECT_LT(c.boxes, c.cells * c.below);
+    cells += c.cells;
+    in_cells += c.boxes;
+    last = c.below;
+  }
+  EXPECT_EQ(cells, e.occupied);
+  EXPECT_EQ(in_cells, e.entries);
   EXPECT_GT(e.memory_bytes, 0u);
   EXPECT_EQ(e.memory_bytes, finder.memory_bytes());
 }
