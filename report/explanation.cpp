@@ -91,9 +91,10 @@ std::vector<Table> explanation_details(const Explanation& e) {
 
 void explain(Page& page, const Explanation& e) {
   page.add(explanation_summary(e));
-  page.paragraph(e.advice.empty() ? "Nothing stands out that would make it faster."
-                                  : "What would make it faster:");
-  for (const std::string& line : e.advice) page.paragraph("– " + line);
+  Table advice("What would make it faster", {""});
+  for (const std::string& line : e.advice) advice.add_row({line});
+  if (e.advice.empty()) advice.add_row({"nothing stands out"});
+  page.add(advice);
   // A class stands at the middle of its factor of two; points and infinite boxes have no place.
   Plot sizes, cells;
   Series boxes{"boxes", {}, {}, true, false};
