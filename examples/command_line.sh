@@ -2,8 +2,8 @@
 # What docs/start.md shows of the command line; a test runs it in a folder of its own.
 set -euo pipefail
 # snippet-begin: scene
-throng scene pile --objects 10K -o pile.npy    # boxes as NumPy reads them: (n, 6) float32
-throng pairs pile.npy -o pairs.npy             # pairs: (m, 2) uint32, and where the time went
+throng scene pile --objects 2000 -o pile.npy   # boxes as NumPy reads them: (n, 6) float32
+throng pairs pile.npy -o pairs.npy              # pairs: (m, 2) uint32, and where the time went
 # snippet-end: scene
 [ -s pairs.npy ]
 # snippet-begin: explain
