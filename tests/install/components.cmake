@@ -1,3 +1,4 @@
+cmake_minimum_required(VERSION 3.25)  # of this script: IN_LIST
 # find_package by components: core is there; one that was not built is refused with its remedy, one that
 # does not exist by name, and an optional one is only said not to be there. HAS: those that are built.
 file(REMOVE_RECURSE "${WORK}")
