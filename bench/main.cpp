@@ -13,6 +13,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <throng/explain.hpp>
+#include <throng/finder.hpp>
+
 #include "bench/cases.hpp"
 #include "bench/library.hpp"
 #include "bench/machine.hpp"
@@ -55,6 +58,18 @@ bool on_terminal(std::FILE* file) {
   (void)file;
   return false;
 #endif
+}
+
+// Why Throng takes what it takes, warmed, for the last frame.
+Explanation explain(const Case& c) {
+  const std::vector<Box>& frame = c.frames.back();
+  Boxes boxes(frame.data(), c.objects);
+  if (!c.worlds.empty()) boxes.filters.world = {c.worlds.data(), c.objects, sizeof(std::int32_t)};
+  Options options;
+  options.backend = Backend::cpu;
+  Finder finder(options);
+  finder.find(boxes);
+  return finder.explain(boxes);
 }
 
 std::vector<Entry> choose_entries(const Arguments& a) {
@@ -148,6 +163,7 @@ int run(const Arguments& a) {
       }
       std::vector<Row> rows = bench.measure(c);
       f.rows.insert(f.rows.end(), rows.begin(), rows.end());
+      if (!a.html.empty()) f.explanations[c.scene.label] = explain(c);
       if (progress) std::fprintf(stderr, "\r\033[K");
       if (!a.json) {
         fmt::print("{}\n", case_table(f, c.scene.label, c.objects).text());

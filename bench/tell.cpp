@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/library.hpp"
+#include "report/explanation.hpp"
 #include "report/format.hpp"
 
 namespace throng::bench {
@@ -313,6 +314,11 @@ report::Page page(const Findings& f) {
     p.add(times);
     for (const auto& [s, objects] : cases(f))
       if (s == scene) p.add(case_table(f, s, objects));
+    const auto explained = f.explanations.find(scene);
+    if (explained == f.explanations.end()) continue;
+    p.heading(fmt::format("{}: why Throng takes what it takes, {} boxes", scene,
+                          format_count(explained->second.boxes)));
+    report::explain(p, explained->second);
   }
   return p;
 }

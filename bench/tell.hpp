@@ -1,11 +1,14 @@
 // What was measured, as tables, CSV, JSON and a page.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <throng/explain.hpp>
 #include "bench/measure.hpp"
+
 #include "report/page.hpp"
 #include "report/table.hpp"
 
@@ -20,6 +23,8 @@ struct Findings {
   std::vector<std::pair<std::string, std::string>> machine;
   std::vector<Bandwidth> bandwidth;
   std::vector<Row> rows;
+  // Of each scene, by its label, at its largest size: why Throng takes what it takes.
+  std::map<std::string, Explanation> explanations;
 };
 
 // Bytes that must move: 24 a box in and 8 a pair out.

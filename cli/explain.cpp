@@ -12,7 +12,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/input.hpp"
-#include "report/format.hpp"
+#include "report/explanation.hpp"
 #include "report/page.hpp"
 
 namespace throng::cli {
@@ -38,75 +38,6 @@ struct Arguments {
   std::string html;
   bool json = false;
 };
-
-std::string size_text(const Explanation::SizeClass& c) {
-  if (c.below == 0) return "no extent";
-  return c.from == c.below ? std::string("infinite") : fmt::format("{:g} to {:g}", c.from, c.below);
-}
-
-std::string place_text(const Box& b) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g})", b.lower.x, b.lower.y,
-                     b.lower.z, b.upper.x, b.upper.y, b.upper.z);
-}
-
-report::Table summary(const Explanation& e) {
-  const Plan& plan = e.result.plan;
-  report::Table table("What was done", {"", ""});
-  const auto row = [&](const char* what, const std::string& value) {
-    table.add_row({what, value});
-  };
-  row("algorithm", fmt::format("{}, {}, {} thread{}", to_string(plan.algorithm),
-                               to_string(plan.isa), plan.threads, plan.threads == 1 ? "" : "s"));
-  row("because", plan.reason);
-  row("boxes", report::format_count(e.boxes));
-  row("inactive", report::format_count(e.result.inactive));
-  row("pairs", report::format_count(e.result.found));
-  if (e.cells > 0) {
-    row("cells",
-        fmt::format("{} ({} x {} x {}, swept along {}), {} with a box in them",
-                    report::format_count(e.cells), plan.columns[0], plan.columns[1],
-                    plan.columns[2], "xyz"[plan.sweep_axis], report::format_count(e.occupied)));
-    row("cells a box", fmt::format("{:.3g}", static_cast<double>(e.entries) /
-                                                 static_cast<double>(e.boxes ? e.boxes : 1)));
-  } else {
-    row("cells", "no one grid for all boxes");
-  }
-  row("tests", report::format_count(e.result.comparisons));
-  row("tests a pair", fmt::format("{:.3g}", e.tests_per_pair));
-  row("tests a box", fmt::format("{:.3g}", e.tests_per_box));
-  const StageTimes& t = e.result.times;
-  row("time", milliseconds(t.total_ms));
-  row("  plan, bin, find, order",
-      fmt::format("{}, {}, {}, {}", milliseconds(t.plan_ms), milliseconds(t.bin_ms),
-                  milliseconds(t.find_ms), milliseconds(t.order_ms)));
-  row("memory", report::format_bytes(static_cast<double>(e.memory_bytes)));
-  return table;
-}
-
-std::vector<report::Table> details(const Explanation& e) {
-  report::Table sizes("Sizes: the largest extent", {"from, to below", "boxes", "cells a box"});
-  for (const auto& c : e.size_classes) {
-    sizes.add_row({size_text(c), report::format_count(c.boxes),
-                   e.cells > 0 ? fmt::format("{:.3g}", c.cells_per_box) : ""});
-  }
-  report::Table largest("The largest boxes", {"index", "set", "extent", "cells"});
-  for (const auto& l : e.largest) {
-    largest.add_row({std::to_string(l.index), l.in_second_set ? "second" : "first",
-                     fmt::format("{:.4g}", l.extent),
-                     e.cells > 0 ? report::format_count(l.cells) : ""});
-  }
-  report::Table densest("The densest cells", {"boxes", "where"});
-  for (const auto& c : e.densest) {
-    densest.add_row({report::format_count(c.boxes), place_text(c.bounds)});
-  }
-  report::Table memory("Memory", {"for", "bytes"});
-  for (const auto& part : e.memory) memory.add_row({part.what, report::format_count(part.bytes)});
-  std::vector<report::Table> tables;
-  for (report::Table* table : {&sizes, &largest, &densest, &memory}) {
-    if (table->rows() > 0) tables.push_back(std::move(*table));
-  }
-  return tables;
-}
 
 Json to_json(const Explanation& e) {
   Json json;
@@ -151,6 +82,11 @@ Json to_json(const Explanation& e) {
     const Vec3 &l = c.bounds.lower, &u = c.bounds.upper;
     json["densest"].push_back({{"boxes", c.boxes}, {"bounds", {l.x, l.y, l.z, u.x, u.y, u.z}}});
   }
+  json["cell_classes"] = Json::array();
+  for (const auto& c : e.cell_classes) {
+    json["cell_classes"].push_back(
+        {{"from", c.from}, {"below", c.below}, {"cells", c.cells}, {"boxes", c.boxes}});
+  }
   json["memory_bytes"] = e.memory_bytes;
   for (const auto& part : e.memory) json["memory"][part.what] = part.bytes;
   json["advice"] = e.advice;
@@ -165,19 +101,14 @@ std::string advice_text(const Explanation& e) {
 }
 
 std::string to_text(const Explanation& e) {
-  std::string text = summary(e).text() + "\n";
-  for (const report::Table& table : details(e)) text += table.text() + "\n";
+  std::string text = report::explanation_summary(e).text() + "\n";
+  for (const report::Table& table : report::explanation_details(e)) text += table.text() + "\n";
   return text + advice_text(e);
 }
 
 void write_page(const std::string& path, const std::string& name, const Explanation& e) {
   report::Page page(fmt::format("{}, explained", name));
-  page.add(summary(e));
-  page.heading("What would make it faster");
-  if (e.advice.empty()) page.paragraph("Nothing stands out.");
-  for (const std::string& line : e.advice) page.paragraph(line);
-  page.heading("What the boxes are like");
-  for (const report::Table& table : details(e)) page.add(table);
+  report::explain(page, e);
   report::write_text(path, page.html());
 }
 

@@ -1,28 +1,36 @@
-# Install rules: the library, its headers, and what find_package and pkg-config read. The program
-# installs itself; the benchmark stays behind, because its rivals have licences of their own.
+# Install rules, by component: `core` is what a program needs to run (of a shared library), `mpi` the
+# same of the ranks' library, `development` headers and what find_package and pkg-config read,
+# `program` the command line, which installs itself. The benchmark stays behind, because its rivals
+# have licences of their own.
 include(CMakePackageConfigHelpers)
 
 set(throng_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/throng")
 
 install(TARGETS throng EXPORT throng-targets
-        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-        RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT core NAMELINK_COMPONENT development
+        RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT core)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/throng" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
-        FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
-install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}")
-# The component mpi: who does not ask for it needs no MPI.
+        COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
+install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}" COMPONENT development)
+# Ranks have an export of their own, so that who does not ask for them needs no MPI.
+set(throng_mpi_built OFF)
 if(TARGET throng_mpi)
-  install(TARGETS throng_mpi EXPORT throng-mpi-targets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
-  install(EXPORT throng-mpi-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}")
+  set(throng_mpi_built ON)
+  set_target_properties(throng_mpi PROPERTIES EXPORT_NAME mpi)
+  install(TARGETS throng_mpi EXPORT throng-mpi-targets
+          ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT mpi NAMELINK_COMPONENT development
+          RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT mpi)
+  install(EXPORT throng-mpi-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}" COMPONENT development)
 endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
-        DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+        DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
-# A static library hands its own libraries on to whoever links it. What it links is read off the
+# A static library hands its own libraries on to whoever links it, a shared one does not. What it links is read off the
 # target, so that neither file can fall behind src/CMakeLists.txt.
 get_target_property(throng_links throng LINK_LIBRARIES)
+get_target_property(throng_type throng TYPE)
 set(throng_find_dependencies "")
 set(throng_pc_requires "")
 set(throng_pc_libs "-lstdc++ -lm")
@@ -43,6 +51,11 @@ if("${throng_links}" MATCHES "CUDA::(cudart[a-z_]*)")
   string(APPEND throng_pc_libs " -L${CUDAToolkit_LIBRARY_DIR} -l${CMAKE_MATCH_1} -ldl -lrt -pthread")
 endif()
 list(JOIN throng_pc_requires " " throng_pc_requires)
+if(throng_type STREQUAL "SHARED_LIBRARY")
+  set(throng_find_dependencies "")
+  set(throng_pc_requires "")
+  set(throng_pc_libs "")
+endif()
 
 configure_package_config_file(
   "${CMAKE_CURRENT_LIST_DIR}/throng-config.cmake.in" "${PROJECT_BINARY_DIR}/throng-config.cmake"
@@ -52,7 +65,7 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/throng-config-version.cm
                                  COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/throng-config.cmake"
               "${PROJECT_BINARY_DIR}/throng-config-version.cmake"
-        DESTINATION "${throng_config_dir}")
+        DESTINATION "${throng_config_dir}" COMPONENT development)
 
 if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
   set(throng_pc_prefix "${CMAKE_INSTALL_PREFIX}")
@@ -72,4 +85,6 @@ endif()
 configure_file("${CMAKE_CURRENT_LIST_DIR}/throng.pc.in" "${PROJECT_BINARY_DIR}/throng.pc.install"
                @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/throng.pc.install" RENAME throng.pc
-        DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+        DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
+
+include(ThrongPackage)

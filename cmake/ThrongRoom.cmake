@@ -6,6 +6,11 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+# An installed program finds a shared library of ours beside it, wherever the tree is moved.
+if(BUILD_SHARED_LIBS AND NOT APPLE AND NOT WIN32 AND NOT DEFINED CMAKE_INSTALL_RPATH)
+  file(RELATIVE_PATH throng_from_bin "/prefix/${CMAKE_INSTALL_BINDIR}" "/prefix/${CMAKE_INSTALL_LIBDIR}")
+  set(CMAKE_INSTALL_RPATH "$ORIGIN/${throng_from_bin}")
+endif()
 
 function(throng_room target)
   target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)

@@ -16,7 +16,10 @@ test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev lib
 # The search across ranks, and its tests, are built where MPI is.
 mpi_packages=(libopenmpi-dev openmpi-bin)
 rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
-check_packages=("${test_packages[@]}" "${mpi_packages[@]}" clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
+docs_packages=(doxygen python3-venv)
+# Of PyPI, for the site.
+docs_modules=(sphinx breathe myst-parser furo numpy)
+check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }

@@ -1,6 +1,7 @@
 #include "describe.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -62,6 +63,7 @@ class Occupancy {
   }
 
   void finish(Explanation& e) {
+    std::vector<Explanation::CellClass> classes(65);  // by the width of the number
     for (int axis = 0; axis < 3; ++axis) sum_along(axis);
     e.occupancy.reserve(map_.column_count());
     for (std::uint32_t x = 0; x < map_.columns[0]; ++x)
@@ -72,6 +74,9 @@ class Occupancy {
           e.occupied += boxes > 0;
           e.occupancy.push_back(static_cast<std::uint32_t>(boxes));
           if (boxes == 0) continue;
+          Explanation::CellClass& like = classes[static_cast<std::size_t>(std::bit_width(boxes))];
+          ++like.cells;
+          like.boxes += boxes;
           if (e.densest.size() == listed && boxes <= e.densest.back().boxes) continue;
           const Explanation::DenseCell cell{bounds(x, y, z), boxes};
           const auto denser = [](const auto& p, const auto& q) { return p.boxes > q.boxes; };
@@ -83,6 +88,13 @@ class Occupancy {
     const Box first = bounds(0, 0, 0);
     const Box last = bounds(map_.columns[0] - 1, map_.columns[1] - 1, map_.columns[2] - 1);
     e.grid = {first.lower, last.upper};
+    for (unsigned width = 1; width < 65; ++width) {
+      Explanation::CellClass& c = classes[width];
+      if (c.cells == 0) continue;
+      c.from = std::uint64_t{1} << (width - 1);
+      c.below = width < 64 ? c.from * 2 : ~std::uint64_t{0};
+      e.cell_classes.push_back(c);
+    }
   }
 
  private:

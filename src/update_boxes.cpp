@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/profile.hpp"
 #include "core/update_boxes.hpp"
 #include "cpu/body_boxes.hpp"
 #include "cpu/float_state.hpp"
@@ -127,6 +128,7 @@ bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
 
 Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options,
                     std::size_t stride_bytes) noexcept {
+  THRONG_RANGE("update boxes");
   const cpu::FloatState float_state;
   const auto start = std::chrono::steady_clock::now();
   Result r;

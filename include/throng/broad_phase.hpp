@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
@@ -79,9 +80,9 @@ struct SweepHitList {
 // many there are then, of update() how many pairs live.
 //
 // Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory
-// and stop, the last three of which must outlive the object; backend must be automatic or cpu. `stop` is heeded by
-// update() and by questions, which then have changed nothing: Status::stopped.
-class BroadPhase {
+// and stop, the last three of which must outlive the object; backend must be automatic or cpu.
+// `stop` is heeded by update() and by questions, which then have changed nothing: Status::stopped.
+class THRONG_API BroadPhase {
  public:
   BroadPhase() noexcept = default;
   explicit BroadPhase(const Options& options) noexcept : options_(options) {}

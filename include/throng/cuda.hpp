@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
@@ -46,13 +47,13 @@ struct MemoryResource {
 };
 
 // Status ok where there is a GPU that this build can use; else no_device, and the message says why.
-Result available() noexcept;
+THRONG_API Result available() noexcept;
 
 // One Finder serves one GPU, that which is current at its first call, and one stream at a time.
 // Options: algorithm, order, nan, margin, measure_stages and cell_scale are heeded. 1.8e9 boxes at
 // most, of both sets together. There is no consumer form: on a device who takes pairs is a kernel,
 // which can follow on the stream.
-class Finder {
+class THRONG_API Finder {
  public:
   explicit Finder(const Options& options = {}, const MemoryResource& memory = {}) noexcept
       : options_(options), memory_(memory) {}
@@ -118,14 +119,14 @@ struct BodyReport {
 // device: the same bits, but for those of a NaN. Takes no memory. Of the options the margin is
 // heeded. At most max_box_count bodies. This one waits for the stream, and its Result tells of bad
 // shapes.
-Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
-                    const UpdateOptions& options = {},
-                    std::size_t stride_bytes = sizeof(Box)) noexcept;
+THRONG_API Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
+                               const UpdateOptions& options = {},
+                               std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 // The same, only put on the stream, so that it can be captured into a graph. Of bad shapes the
 // report alone tells; it may be null.
-Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
-                          const UpdateOptions& options = {},
-                          std::size_t stride_bytes = sizeof(Box)) noexcept;
+THRONG_API Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report,
+                                     Stream stream, const UpdateOptions& options = {},
+                                     std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 }  // namespace throng::cuda

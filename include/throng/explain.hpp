@@ -47,6 +47,14 @@ struct Explanation {
   // there are no cells.
   std::vector<std::uint32_t> occupancy;
   Box grid{};  // what the cells divide into equal parts; the outermost cells go on to infinity
+  // Cells by how many boxes are in them, a factor of two from class to class, the emptiest first;
+  // empty cells are in none, and classes without cells are left out.
+  struct CellClass {
+    std::uint64_t from = 0, below = 0;  // boxes in a cell
+    std::uint64_t cells = 0;
+    std::uint64_t boxes = 0;  // in all of them
+  };
+  std::vector<CellClass> cell_classes;
 
   struct Part {
     const char* what = "";

@@ -4,13 +4,14 @@
 #include <stdexcept>
 #include <vector>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 
 namespace throng {
 
-class Error : public std::runtime_error {
+class THRONG_API Error : public std::runtime_error {
  public:
   explicit Error(const Result& result);
   Status status() const noexcept { return result_.status; }
@@ -21,16 +22,18 @@ class Error : public std::runtime_error {
 };
 
 // All pairs of overlapping boxes, each once, first < second. Throws Error.
-std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options = {});
+THRONG_API std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options = {});
 // All pairs of a box of `a` and an overlapping box of `b`. Throws Error.
-std::vector<Pair> find_pairs(const Boxes& a, const Boxes& b, const Options& options = {});
+THRONG_API std::vector<Pair> find_pairs(const Boxes& a, const Boxes& b,
+                                        const Options& options = {});
 
 // The same, reporting through Result::status; `out` is replaced.
-Result find_pairs(const Boxes& boxes, std::vector<Pair>& out, const Options& options = {}) noexcept;
-Result find_pairs(const Boxes& a, const Boxes& b, std::vector<Pair>& out,
-                  const Options& options = {}) noexcept;
+THRONG_API Result find_pairs(const Boxes& boxes, std::vector<Pair>& out,
+                             const Options& options = {}) noexcept;
+THRONG_API Result find_pairs(const Boxes& a, const Boxes& b, std::vector<Pair>& out,
+                             const Options& options = {}) noexcept;
 
 // The smallest float box that contains the double box: lower rounded down, upper rounded up.
-Box round_outward(const double lower[3], const double upper[3]) noexcept;
+THRONG_API Box round_outward(const double lower[3], const double upper[3]) noexcept;
 
 }  // namespace throng

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
@@ -52,7 +53,7 @@ class Consumer {
 // One Finder serves one thread at a time; different Finders are independent. A Finder that has
 // seen a scene of a size allocates nothing for the next of that size.
 // Every call reports through Result::status and never throws of its own.
-class Finder {
+class THRONG_API Finder {
  public:
   Finder() noexcept = default;
   explicit Finder(const Options& options) noexcept : options_(options) {}

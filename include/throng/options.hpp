@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory_resource>
 
+#include <throng/export.h>
 #include <throng/types.hpp>
 
 namespace throng {
@@ -69,10 +70,10 @@ enum class Status : std::uint8_t {
   rank_failed,           // an MPI rank did not come in time, or MPI failed; the message says which
 };
 
-const char* to_string(Algorithm) noexcept;
-const char* to_string(Backend) noexcept;
-const char* to_string(Isa) noexcept;
-const char* to_string(Status) noexcept;
+THRONG_API const char* to_string(Algorithm) noexcept;
+THRONG_API const char* to_string(Backend) noexcept;
+THRONG_API const char* to_string(Isa) noexcept;
+THRONG_API const char* to_string(Status) noexcept;
 
 // Where work runs. `run` calls task(context, i) once for every i in 0..count-1, in any order and on
 // any threads, and returns when all have returned. A call with count 1 may run on the caller.

@@ -12,8 +12,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <throng/export.h>
+
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 1
+#define THRONG_C_VERSION 2
 
 #ifdef __cplusplus
 extern "C" {
@@ -40,7 +42,12 @@ typedef enum throng_status {
   THRONG_MEMORY_CAP_TOO_SMALL,
   THRONG_UNSUPPORTED_ISA,
   THRONG_NO_DEVICE,
-  THRONG_DEVICE_ERROR
+  THRONG_DEVICE_ERROR,
+  THRONG_NOT_RESERVED, /* this one and the next two: of calls that C has not */
+  THRONG_BAD_BODIES,
+  THRONG_BAD_SHAPE,
+  THRONG_BAD_ID, /* not alive, or twice in one list; see first_invalid, invalid_count */
+  THRONG_BUSY    /* another thread is in a call on the same object */
 } throng_status;
 
 enum { THRONG_ALGORITHM_AUTOMATIC, THRONG_ALGORITHM_ALL_PAIRS, THRONG_ALGORITHM_GRID };
@@ -66,8 +73,8 @@ typedef struct throng_boxes {
 } throng_boxes;
 
 /* Without filters: an array of boxes; lower and upper corners apart, three floats each. */
-throng_boxes throng_boxes_packed(const throng_box* boxes, size_t count);
-throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t count);
+THRONG_API throng_boxes throng_boxes_packed(const throng_box* boxes, size_t count);
+THRONG_API throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t count);
 
 typedef struct throng_options {
   size_t struct_bytes; /* set by throng_options_init */
@@ -89,7 +96,7 @@ typedef struct throng_options {
 
 /* All defaults: automatic, any order, NaN refused, all threads. */
 #define throng_options_init(options) throng_options_init_sized((options), sizeof *(options))
-void throng_options_init_sized(throng_options* options, size_t struct_bytes);
+THRONG_API void throng_options_init_sized(throng_options* options, size_t struct_bytes);
 
 typedef struct throng_result {
   throng_status status;
@@ -103,35 +110,141 @@ typedef struct throng_result {
   const char* message; /* what went wrong, and the remedy; "" where nothing did */
 } throng_result;
 
+/* Finds pairs, frame after frame, and keeps its memory from one to the next. A call on NULL, which
+ * stands for a handle that there was no memory for, answers THRONG_OUT_OF_MEMORY. */
 typedef struct throng_finder throng_finder;
 
 /* options NULL: the defaults. NULL where there is no memory. Wrong options are told by the first
  * call. */
-throng_finder* throng_finder_create(const throng_options* options);
-void throng_finder_destroy(throng_finder* finder); /* NULL is taken */
+THRONG_API throng_finder* throng_finder_create(const throng_options* options);
+THRONG_API void throng_finder_destroy(throng_finder* finder); /* NULL is taken */
 
 /* Pairs of `a`, or with `b` not NULL of a box of `a` and one of `b`, into the finder's own memory.
  */
-throng_status throng_find(throng_finder* finder, const throng_boxes* a, const throng_boxes* b);
+THRONG_API throng_status throng_find(throng_finder* finder, const throng_boxes* a,
+                                     const throng_boxes* b);
 /* Those pairs: good until the finder's next call. `count` may be NULL. */
-const throng_pair* throng_finder_pairs(const throng_finder* finder, size_t* count);
+THRONG_API const throng_pair* throng_finder_pairs(const throng_finder* finder, size_t* count);
 
 /* Pairs into out[0 .. capacity-1]. THRONG_BUFFER_TOO_SMALL: the first `written` are valid, and none
  * under canonical order. */
-throng_status throng_find_into(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
-                               throng_pair* out, size_t capacity);
+THRONG_API throng_status throng_find_into(throng_finder* finder, const throng_boxes* a,
+                                          const throng_boxes* b, throng_pair* out, size_t capacity);
 
 /* Pairs in blocks, one call at a time; nothing else is stored. consumer returns 0 to stop. */
-throng_status throng_consume(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
-                             int (*consumer)(void* context, const throng_pair* pairs, size_t count),
-                             void* context);
+THRONG_API throng_status throng_consume(
+    throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
+    int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
 
 /* Of the last call; good until the next. */
-const throng_result* throng_finder_result(const throng_finder* finder);
+THRONG_API const throng_result* throng_finder_result(const throng_finder* finder);
 
-const char* throng_status_text(throng_status status); /* "nan_box" */
-const char* throng_version(void);                     /* "0.1.0" */
-unsigned throng_c_version(void);                      /* of the library; see THRONG_C_VERSION */
+/* Objects that live: it keeps them from frame to frame, and tells which pairs began and which
+ * ended. A call that fails changes nothing. `found` of a call on objects is how many there are
+ * then, of throng_broad_phase_update how many pairs live. Of the options algorithm, order and
+ * memory_cap_bytes play no part, and backend must be automatic or cpu. */
+typedef struct throng_broad_phase throng_broad_phase;
+
+/* A pair for as long as it lives, first < second. The slot is its own meanwhile: a small number, a
+ * place for what an engine keeps of it, as contacts. */
+typedef struct throng_live_pair {
+  uint32_t first, second, slot;
+} throng_live_pair;
+
+/* A box that goes straight by `by` in the time from 0 to 1. A ray is a point that does. */
+typedef struct throng_sweep {
+  throng_box box;
+  float by[3];
+} throng_sweep;
+
+/* Of sweep number `sweep`: when it first touches the object, 0 where it does from the start. */
+typedef struct throng_sweep_hit {
+  uint32_t sweep, object;
+  double time;
+} throng_sweep_hit;
+
+enum {
+  THRONG_HITS_ALL,  /* every object on the way, by id */
+  THRONG_HITS_FIRST /* the one that is met first; of several at once that of the lowest id */
+};
+
+/* As throng_finder_create and throng_finder_destroy. */
+THRONG_API throng_broad_phase* throng_broad_phase_create(const throng_options* options);
+THRONG_API void throng_broad_phase_destroy(throng_broad_phase* broad_phase);
+/* Makes `to` what `from` is: ids, slots, and what the last update told. */
+THRONG_API throng_status throng_broad_phase_copy(throng_broad_phase* to,
+                                                 const throng_broad_phase* from);
+
+/* An object for each box, with the filters of the view; writes boxes->count ids: 0, 1, 2, ... where
+ * none was removed. The id of a removed object is given away again only after an update has told
+ * which pairs its removal ended. */
+THRONG_API throng_status throng_broad_phase_add(throng_broad_phase* broad_phase,
+                                                const throng_boxes* boxes, uint32_t* ids);
+/* An id that is not alive, or twice in one list, is THRONG_BAD_ID, here and below. */
+THRONG_API throng_status throng_broad_phase_remove(throng_broad_phase* broad_phase,
+                                                   const uint32_t* ids, size_t count);
+/* New boxes for boxes->count objects; of several calls before an update the last wins. Filters are
+ * not looked at. */
+THRONG_API throng_status throng_broad_phase_move(throng_broad_phase* broad_phase,
+                                                 const uint32_t* ids, const throng_boxes* boxes);
+/* The same for all objects: a box for every id below throng_broad_phase_id_limit. It finds out
+ * which differ. */
+THRONG_API throng_status throng_broad_phase_move_all(throng_broad_phase* broad_phase,
+                                                     const throng_boxes* boxes);
+/* New filters for filters->count objects, whose boxes are not looked at; a filter that is absent
+ * stays as it was. */
+THRONG_API throng_status throng_broad_phase_set_filters(throng_broad_phase* broad_phase,
+                                                        const uint32_t* ids,
+                                                        const throng_boxes* filters);
+/* Adds by[0], by[1], by[2] to all corners, rounded to nearest. */
+THRONG_API throng_status throng_broad_phase_shift_origin(throng_broad_phase* broad_phase,
+                                                         const float* by);
+
+/* Finds the pairs that began and ended since the last update. */
+THRONG_API throng_status throng_broad_phase_update(throng_broad_phase* broad_phase);
+/* What the last update told, sorted by first, then second, and all pairs there are since; good
+ * until the next update. `count` may be NULL. */
+THRONG_API const throng_live_pair* throng_broad_phase_begun(const throng_broad_phase* broad_phase,
+                                                            size_t* count);
+THRONG_API const throng_live_pair* throng_broad_phase_ended(const throng_broad_phase* broad_phase,
+                                                            size_t* count);
+THRONG_API const throng_live_pair* throng_broad_phase_pairs(throng_broad_phase* broad_phase,
+                                                            size_t* count);
+
+/* Questions to the objects as they were given last, with an update since or without. What they
+ * find is good until the next question. The margin plays no part. */
+
+/* All objects that each box overlaps: first is the number of the box, second the object; sorted. */
+THRONG_API throng_status throng_broad_phase_find_overlaps(throng_broad_phase* broad_phase,
+                                                          const throng_boxes* boxes);
+THRONG_API const throng_pair* throng_broad_phase_overlaps(const throng_broad_phase* broad_phase,
+                                                          size_t* count);
+/* The objects that each sweep meets, sorted by sweep; `which` is of THRONG_HITS_. `filters` may be
+ * NULL; else it has `count` values a filter, and its boxes are not looked at. */
+THRONG_API throng_status throng_broad_phase_find_hits(throng_broad_phase* broad_phase,
+                                                      const throng_sweep* sweeps, size_t count,
+                                                      int which, const throng_boxes* filters);
+THRONG_API const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_phase,
+                                                           size_t* count);
+
+/* 1 or 0. */
+THRONG_API int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id);
+/* The box as it was given last; THRONG_BAD_ID, and `box` untouched, where the id is not alive. */
+THRONG_API throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
+                                                throng_box* box);
+THRONG_API uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase);
+THRONG_API uint64_t throng_broad_phase_pair_count(const throng_broad_phase* broad_phase);
+/* All ids, and all slots of pairs that live or ended in the last update, are below these. */
+THRONG_API uint64_t throng_broad_phase_id_limit(const throng_broad_phase* broad_phase);
+THRONG_API uint64_t throng_broad_phase_slot_limit(const throng_broad_phase* broad_phase);
+/* Of the last call that answered with a status, but for throng_broad_phase_box; good until the
+ * next. */
+THRONG_API const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase);
+
+/* Its name, as "NaN box"; "unknown" for what is no status. */
+THRONG_API const char* throng_status_text(throng_status status);
+THRONG_API const char* throng_version(void); /* "0.1.0" */
+THRONG_API unsigned throng_c_version(void);  /* of the library; see THRONG_C_VERSION */
 
 #ifdef __cplusplus
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
@@ -114,7 +115,7 @@ struct UpdateOptions {
 // first_invalid and invalid_count tell of them. On every other error nothing is written. `written`
 // counts boxes; of Result, `plan.isa`, `plan.threads` and `times.total_ms` are filled in, too.
 // Allocates nothing.
-Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options = {},
-                    std::size_t stride_bytes = sizeof(Box)) noexcept;
+THRONG_API Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options = {},
+                               std::size_t stride_bytes = sizeof(Box)) noexcept;
 
 }  // namespace throng

@@ -5,6 +5,7 @@
 #include <bit>
 #include <chrono>
 
+#include "core/profile.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -76,6 +77,7 @@ Worker* const* Engine::team(unsigned count) {
 
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
 void Engine::prepare(Call& call) {
+  THRONG_RANGE("plan and bin");
   Search& search = call.search;
   BinReport report;
   Worker* const* workers = team(call.tasks);
@@ -123,6 +125,7 @@ void Engine::prepare(Call& call) {
 
 // Finds all pairs once.
 void Engine::pass(Call& call, Sink& sink) {
+  THRONG_RANGE("find");
   Search& search = call.search;
   search.sink = &sink;
   Worker* const* workers = team(call.tasks);
@@ -334,6 +337,7 @@ std::size_t Engine::enough_bytes(const Call& call) const noexcept {
 
 Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Output* output,
                     const Consumer* consumer) {
+  THRONG_RANGE("search");
   Call call(options);
   Result& r = call.result;
   Search& search = call.search;

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/profile.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -134,6 +135,7 @@ std::size_t PairSorter::bytes_for(std::size_t count, unsigned task_count) noexce
 
 void PairSorter::sort(const Executor& executor, unsigned task_count, Pair* from, Pair* to,
                       std::size_t count, std::uint64_t first_count, std::uint64_t second_count) {
+  THRONG_RANGE("order");
   const unsigned first_bits = bits_of(first_count), second_bits = bits_of(second_count);
   const unsigned all_bits = first_bits + second_bits;
   // Enough buckets, and enough bits taken off for the rest to fit 32 where that can be.

@@ -1,5 +1,6 @@
 #include "cpu/threads.hpp"
 
+#include "core/profile.hpp"
 #include "cpu/float_state.hpp"
 
 #if defined(THRONG_THREADS_TBB)
@@ -79,6 +80,7 @@ void run_tasks(const Executor& executor, unsigned count, void (*body)(void*, uns
   executor.run(
       executor.self, count,
       [](void* t, unsigned index) {
+        THRONG_RANGE("task");
         const FloatState state;
         static_cast<Task*>(t)->body(static_cast<Task*>(t)->context, index);
       },

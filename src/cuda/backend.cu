@@ -3,6 +3,7 @@
 #include <memory>
 #include <new>
 
+#include "core/profile.hpp"
 #include "cuda/device.cuh"
 #include "cuda/guard.hpp"
 #include "pipeline/engine.hpp"
@@ -59,6 +60,7 @@ class Gpu final : public Engine {
 
   void find_on_device(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                       std::size_t capacity, Stream stream, Result& r) override {
+    THRONG_RANGE("search on the GPU");
     const bool in_order = options.order == Order::canonical;
     const std::size_t count = a.size() + (b ? b->size() : 0);
     r.plan.backend = Backend::cuda;
@@ -158,6 +160,7 @@ class Gpu final : public Engine {
   // All of a frame, put on the stream. `report` null: the workspace's own.
   Input enqueue(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                 std::size_t capacity, Report* report, Workspace& w) {
+    THRONG_RANGE("put on the stream");
     const Input in = pipeline::make_input(a, b, options);
     check_pointers(in.sets[0], a.size());
     if (b) check_pointers(in.sets[1], b->size());

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/profile.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::live {
@@ -76,6 +77,7 @@ bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
 }
 
 void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
+  THRONG_RANGE("move all");
   const std::size_t n = objects_.limit();
   const unsigned tasks = tasks_to_move(n, options);
   struct Part {
@@ -91,6 +93,7 @@ void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
 }
 
 void Tracker::update(const Options& options, Result& r) {
+  THRONG_RANGE("update");
   using Clock = std::chrono::steady_clock;
   const auto start = options.measure_stages ? Clock::now() : Clock::time_point{};
   const unsigned tasks = task_count(options);
@@ -215,6 +218,7 @@ Cells::Worlds Tracker::worlds_of(ObjectId id) const noexcept {
 
 // Of two objects that both changed, the one with the lower id tells of their pair.
 void Tracker::search_around(const Options& options, Result& r) {
+  THRONG_RANGE("search around");
   pairs_.next_begun().clear();
   pairs_.next_ended().clear();
   const List<ObjectId>& dirty = objects_.dirty_list();
@@ -349,6 +353,7 @@ void Tracker::want_cells(double ns_an_object) {
 }
 
 void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
+  THRONG_RANGE("find overlaps");
   const auto asked = static_cast<double>(boxes.size());
   const auto objects = static_cast<double>(objects_.count());
   const bool few = asked * search_ns < objects * search_object_ns;
@@ -378,6 +383,7 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
 
 void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                         const Filters& filters, const Options& options) {
+  THRONG_RANGE("find hits");
   if (!placed_) want_cells(static_cast<double>(count) * touch_ns);
   if (placed_) settle_cells(no_limit);
   queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,

@@ -31,7 +31,7 @@ TEST_F(Explain, TellsTheSameAsTextAsJsonAndAsAPage) {
     EXPECT_NE(said.out.find(words), std::string::npos) << words;
   }
   const std::string page = slurp(at("page.html"));
-  for (const char* words : {"The densest cells", "What would make it faster", "</html>"}) {
+  for (const char* words : {"The densest cells", "How full the cells are", "</svg>", "</html>"}) {
     EXPECT_NE(page.find(words), std::string::npos) << words;
   }
 }

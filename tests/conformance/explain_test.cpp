@@ -76,6 +76,17 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   }
   EXPECT_EQ(e.occupancy[at], e.densest[0].boxes);
   EXPECT_GE(e.entries, 4999u);
+  std::uint64_t cells = 0, in_cells = 0, last = 0;
+  for (const Explanation::CellClass& c : e.cell_classes) {
+    EXPECT_GE(c.from, last) << "in order";
+    EXPECT_GE(c.boxes, c.cells * c.from);
+    EXPECT_LT(c.boxes, c.cells * c.below);
+    cells += c.cells;
+    in_cells += c.boxes;
+    last = c.below;
+  }
+  EXPECT_EQ(cells, e.occupied);
+  EXPECT_EQ(in_cells, e.entries);
   EXPECT_GT(e.memory_bytes, 0u);
   EXPECT_EQ(e.memory_bytes, finder.memory_bytes());
 }

@@ -1,0 +1,58 @@
+# The site: the papers of this folder, and the reference that Doxygen and autodoc read off headers
+# and docstrings. scripts/docs builds it; warnings are errors there.
+import pathlib
+import re
+import sys
+
+root = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(root / "python"))
+
+project = "Throng"
+author = "the authors of Throng"
+copyright = "the authors of Throng, MIT licence"
+release = version = re.search(
+    r'THRONG_VERSION "([^"]+)"', (root / "include/throng/version.hpp").read_text()
+).group(1)
+
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = f"Throng {release}"
+html_static_path = []
+
+# The papers are GitHub's Markdown: headings are linked to by their words, and files of the tree by
+# their place in it.
+myst_heading_anchors = 4
+myst_links_external_new_tab = False
+suppress_warnings = ["myst.header"]
+
+breathe_projects = {"throng": str(root / "build/docs/doxygen/xml")}
+breathe_default_project = "throng"
+breathe_default_members = ("members",)
+breathe_domain_by_extension = {"h": "c", "hpp": "cpp"}
+cpp_id_attributes = ["THRONG_API"]
+c_id_attributes = ["THRONG_API"]
+
+# The docstrings are in Python files; what is behind them need not be built.
+autodoc_mock_imports = ["throng._throng"]
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_type_aliases = {"BoxesLike": "BoxesLike", "Array": "Array"}
+
+
+def plain_docstring(app, what, name, obj, options, lines):
+    """Our docstrings are plain text: paragraphs, and `name: what it is` with lines set in below."""
+    out = []
+    for line in lines:
+        term = re.match(r"^([a-z_]+(?:, [a-z_]+)*): (.*)$", line)
+        if term and what in ("function", "method", "class"):
+            out += ["", f"**{term.group(1)}**: {term.group(2)}"]
+        else:
+            out.append(line.lstrip() if out and out[-1] and line.startswith("    ") else line)
+    # Words in quotes are code; a name that ends in _ is no link.
+    out = [re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", line) for line in out]
+    lines[:] = [re.sub(r"(\w)_(?!\w)", r"\1\\_", line) for line in out]
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", plain_docstring)

@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""Shows a header to Doxygen: the comments of the house, // and /* */, as those that it reads.
+
+A comment before a declaration documents it, one behind a declaration documents that, and lines that
+go on below the latter at the same column belong to it. The first comment is the file's. Lines that
+are set in by two blanks or more are shown as they stand.
+"""
+
+import re
+import sys
+
+WHOLE = re.compile(r"^(\s*)// ?(.*)$")
+BEHIND = re.compile(r"^(\s*[^\s/].*?)(\s*)// ?(.*)$")
+
+
+def plain(text: str) -> str:
+    """Nothing in it is a command, HTML or a link to Doxygen; what is in backquotes is code."""
+    text = re.sub(r"([@<>#\\])", r"\\\1", text)
+    return re.sub(r"`([^`]+)`", r"<tt>\1</tt>", text)
+
+
+def cpp(lines: list[str]) -> list[str]:
+    out = []
+    first = True  # the comment that begins the file
+    column = -1  # of a comment behind a declaration, which may go on below it
+    verbatim = False
+    for line in lines:
+        line = re.sub(r"\s*// ?NOLINT.*$", "", line)
+        # The page of the reference says the namespace, once for all headers.
+        line = re.sub(r"^namespace throng::(\w+) \{", r"namespace \1 {", line)
+        line = re.sub(r"^(namespace throng \{|\}  // namespace throng)$", "", line)
+        whole, behind = WHOLE.match(line), BEHIND.match(line)
+        if verbatim and not (whole and whole.group(2).startswith("  ")):
+            out.append("/// \\endverbatim")
+            verbatim = False
+        if whole and len(whole.group(1)) == column:
+            out.append(f"{whole.group(1)}///< {plain(whole.group(2))}")
+            continue
+        column = -1
+        if whole:
+            indent, text = whole.groups()
+            if first:
+                out.append("/// \\file")
+                first = False
+            if text.startswith("  ") and not verbatim:
+                out.append(f"{indent}/// \\verbatim")
+                verbatim = True
+            out.append(f"{indent}/// {text if verbatim else plain(text)}")
+        elif behind and behind.group(1).lstrip()[0] not in "#}":
+            column = len(behind.group(1)) + len(behind.group(2))
+            out.append(f"{behind.group(1)}  ///< {plain(behind.group(3))}")
+        else:
+            out.append(line)
+    return out
+
+
+def c(text: str) -> str:
+    def shown(match: re.Match[str]) -> str:
+        before, inside = match.groups()
+        behind = before.strip() != "" and not before.strip().startswith("#")
+        begin = "/** \\file\n" if match.start() == 0 else "/**<" if behind else "/**"
+        return f"{before}{begin}{plain(inside)}*/"
+
+    return re.sub(r"^([^\n]*?)/\*(.*?)\*/", shown, text, flags=re.M | re.S)
+
+
+def main() -> None:
+    name = sys.argv[1]
+    with open(name, encoding="utf-8") as file:
+        text = file.read()
+    sys.stdout.write(c(text) if name.endswith(".h") else "\n".join(cpp(text.split("\n"))))
+
+
+main()

@@ -1,0 +1,17 @@
+# Draws all figures and compares them with those of the papers.
+file(REMOVE_RECURSE "${DRAWN}")
+file(MAKE_DIRECTORY "${DRAWN}")
+execute_process(COMMAND "${PROGRAM}" "${DRAWN}" COMMAND_ERROR_IS_FATAL ANY)
+file(GLOB drawn RELATIVE "${DRAWN}" "${DRAWN}/*.svg")
+file(GLOB kept RELATIVE "${KEPT}" "${KEPT}/*.svg")
+if(NOT drawn OR NOT drawn STREQUAL kept)
+  message(FATAL_ERROR "drawn: ${drawn}; in ${KEPT}: ${kept}")
+endif()
+foreach(figure IN LISTS drawn)
+  file(READ "${DRAWN}/${figure}" new)
+  file(READ "${KEPT}/${figure}" old)
+  if(NOT new STREQUAL old)
+    message(FATAL_ERROR "docs/pictures/${figure} is not what ${PROGRAM} draws; if the new one looks right, "
+                        "run it with docs/pictures as its argument")
+  endif()
+endforeach()

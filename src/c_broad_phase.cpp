@@ -1,0 +1,172 @@
+// The C door of objects that live, over the C++ one.
+#include <throng/throng.h>
+
+#include <cstddef>
+#include <new>
+
+#include <throng/broad_phase.hpp>
+
+#include "c_door.hpp"
+
+using throng::c_door::answer;
+using throng::c_door::view;
+
+static_assert(sizeof(throng_live_pair) == sizeof(throng::LivePair) &&
+              alignof(throng_live_pair) == alignof(throng::LivePair) &&
+              offsetof(throng_live_pair, slot) == offsetof(throng::LivePair, slot));
+static_assert(sizeof(throng_sweep) == sizeof(throng::Sweep) &&
+              offsetof(throng_sweep, by) == offsetof(throng::Sweep, by));
+static_assert(sizeof(throng_sweep_hit) == sizeof(throng::SweepHit) &&
+              offsetof(throng_sweep_hit, object) == offsetof(throng::SweepHit, object) &&
+              offsetof(throng_sweep_hit, time) == offsetof(throng::SweepHit, time));
+static_assert(THRONG_HITS_ALL == static_cast<int>(throng::SweepHits::all) &&
+              THRONG_HITS_FIRST == static_cast<int>(throng::SweepHits::first));
+
+struct throng_broad_phase : throng::c_door::Handle {
+  explicit throng_broad_phase(const throng_options& given) noexcept
+      : Handle(given), objects(options()) {}
+
+  throng::BroadPhase objects;
+};
+
+namespace {
+
+// Shows a list of the C++ door as the C struct that is the same.
+template <class Out, class List>
+const Out* show(const List& list, size_t* count) noexcept {
+  if (count) *count = list.size();
+  return reinterpret_cast<const Out*>(list.data());
+}
+
+}  // namespace
+
+extern "C" {
+
+throng_broad_phase* throng_broad_phase_create(const throng_options* options) {
+  return new (std::nothrow) throng_broad_phase(throng::c_door::known(options));
+}
+
+void throng_broad_phase_destroy(throng_broad_phase* broad_phase) { delete broad_phase; }
+
+throng_status throng_broad_phase_copy(throng_broad_phase* to, const throng_broad_phase* from) {
+  return answer(to, from != nullptr, "broad phase to copy",
+                [&] { return to->objects.copy_from(from->objects); });
+}
+
+throng_status throng_broad_phase_add(throng_broad_phase* broad_phase, const throng_boxes* boxes,
+                                     uint32_t* ids) {
+  return answer(broad_phase, boxes != nullptr, "boxes",
+                [&] { return broad_phase->objects.add(view(*boxes), ids); });
+}
+
+throng_status throng_broad_phase_remove(throng_broad_phase* broad_phase, const uint32_t* ids,
+                                        size_t count) {
+  return answer(broad_phase, true, "", [&] { return broad_phase->objects.remove(ids, count); });
+}
+
+throng_status throng_broad_phase_move(throng_broad_phase* broad_phase, const uint32_t* ids,
+                                      const throng_boxes* boxes) {
+  return answer(broad_phase, boxes != nullptr, "boxes",
+                [&] { return broad_phase->objects.move(ids, view(*boxes)); });
+}
+
+throng_status throng_broad_phase_move_all(throng_broad_phase* broad_phase,
+                                          const throng_boxes* boxes) {
+  return answer(broad_phase, boxes != nullptr, "boxes",
+                [&] { return broad_phase->objects.move_all(view(*boxes)); });
+}
+
+throng_status throng_broad_phase_set_filters(throng_broad_phase* broad_phase, const uint32_t* ids,
+                                             const throng_boxes* filters) {
+  return answer(broad_phase, filters != nullptr, "filters", [&] {
+    return broad_phase->objects.set_filters(ids, filters->count, view(*filters).filters);
+  });
+}
+
+throng_status throng_broad_phase_shift_origin(throng_broad_phase* broad_phase, const float* by) {
+  return answer(broad_phase, by != nullptr, "shift", [&] {
+    return broad_phase->objects.shift_origin({by[0], by[1], by[2]});
+  });
+}
+
+throng_status throng_broad_phase_update(throng_broad_phase* broad_phase) {
+  return answer(broad_phase, true, "", [&] { return broad_phase->objects.update(); });
+}
+
+const throng_live_pair* throng_broad_phase_begun(const throng_broad_phase* broad_phase,
+                                                 size_t* count) {
+  return show<throng_live_pair>(broad_phase ? broad_phase->objects.begun() : throng::LivePairs(),
+                                count);
+}
+const throng_live_pair* throng_broad_phase_ended(const throng_broad_phase* broad_phase,
+                                                 size_t* count) {
+  return show<throng_live_pair>(broad_phase ? broad_phase->objects.ended() : throng::LivePairs(),
+                                count);
+}
+const throng_live_pair* throng_broad_phase_pairs(throng_broad_phase* broad_phase, size_t* count) {
+  return show<throng_live_pair>(broad_phase ? broad_phase->objects.pairs() : throng::LivePairs(),
+                                count);
+}
+
+throng_status throng_broad_phase_find_overlaps(throng_broad_phase* broad_phase,
+                                               const throng_boxes* boxes) {
+  return answer(broad_phase, boxes != nullptr, "boxes",
+                [&] { return broad_phase->objects.find_overlaps(view(*boxes)); });
+}
+const throng_pair* throng_broad_phase_overlaps(const throng_broad_phase* broad_phase,
+                                               size_t* count) {
+  const throng::Pairs found = broad_phase ? broad_phase->objects.overlaps() : throng::Pairs();
+  return show<throng_pair>(found, count);
+}
+
+throng_status throng_broad_phase_find_hits(throng_broad_phase* broad_phase,
+                                           const throng_sweep* sweeps, size_t count, int which,
+                                           const throng_boxes* filters) {
+  return answer(broad_phase, true, "", [&] {
+    if (which != THRONG_HITS_ALL && which != THRONG_HITS_FIRST) {
+      return throng::c_door::bad_option("`which` is none of the constants THRONG_HITS_; use one");
+    }
+    throng::Filters of_sweeps;
+    if (filters) {
+      throng_boxes counted = *filters;
+      counted.count = count;
+      of_sweeps = view(counted).filters;
+    }
+    return broad_phase->objects.find_hits(reinterpret_cast<const throng::Sweep*>(sweeps), count,
+                                          static_cast<throng::SweepHits>(which), of_sweeps);
+  });
+}
+const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_phase,
+                                                size_t* count) {
+  const throng::SweepHitList found =
+      broad_phase ? broad_phase->objects.hits() : throng::SweepHitList();
+  return show<throng_sweep_hit>(found, count);
+}
+
+int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id) {
+  return broad_phase && broad_phase->objects.is_alive(id);
+}
+throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
+                                     throng_box* box) {
+  if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
+  const throng::Box b = broad_phase->objects.box(id);
+  *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
+  return THRONG_OK;
+}
+uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase) {
+  return broad_phase ? broad_phase->objects.object_count() : 0;
+}
+uint64_t throng_broad_phase_pair_count(const throng_broad_phase* broad_phase) {
+  return broad_phase ? broad_phase->objects.pair_count() : 0;
+}
+uint64_t throng_broad_phase_id_limit(const throng_broad_phase* broad_phase) {
+  return broad_phase ? broad_phase->objects.id_limit() : 0;
+}
+uint64_t throng_broad_phase_slot_limit(const throng_broad_phase* broad_phase) {
+  return broad_phase ? broad_phase->objects.slot_limit() : 0;
+}
+const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase) {
+  return throng::c_door::result_of(broad_phase);
+}
+
+}  // extern "C"

@@ -1,0 +1,196 @@
+// What the parts of the C door share: views, the caller's options, and how a call answers.
+#pragma once
+
+#include <throng/throng.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <memory_resource>
+#include <new>
+#include <type_traits>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+
+namespace throng::c_door {
+
+template <class T>
+Strided<T> strided(const throng_strided& s, std::size_t count) noexcept {
+  return s.data ? Strided<T>{static_cast<const T*>(s.data), count, s.stride_bytes} : Strided<T>{};
+}
+
+inline Boxes view(const throng_boxes& c) noexcept {
+  // Coordinates that lie together are read together.
+  bool packed = c.corner[0] != nullptr && c.stride_bytes >= sizeof(Box);
+  for (int k = 1; k < 6; ++k) packed = packed && c.corner[k] == c.corner[0] + k;
+  Boxes boxes = packed ? Boxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, c.stride_bytes)
+                       : Boxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3],
+                                       c.corner[4], c.corner[5], c.count, c.stride_bytes);
+  boxes.filters.group = strided<std::uint32_t>(c.group, c.count);
+  boxes.filters.mask = strided<std::uint32_t>(c.mask, c.count);
+  boxes.filters.owner = strided<std::int32_t>(c.owner, c.count);
+  boxes.filters.world = strided<std::int32_t>(c.world, c.count);
+  boxes.filters.is_static = strided<std::uint8_t>(c.is_static, c.count);
+  return boxes;
+}
+
+// The caller's functions as a memory resource.
+class CallerMemory final : public std::pmr::memory_resource {
+ public:
+  explicit CallerMemory(const throng_options& options) noexcept : options_(options) {}
+
+ private:
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    void* const p = options_.allocate(options_.memory_self, bytes, alignment);
+    if (!p) throw std::bad_alloc();
+    return p;
+  }
+  void do_deallocate(void* p, std::size_t bytes, std::size_t alignment) override {
+    options_.deallocate(options_.memory_self, p, bytes, alignment);
+  }
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+
+  throng_options options_;
+};
+
+// The fields of the caller's options that are known here, the defaults for the others. Shorter: an
+// older caller's. Longer: a newer one's, whose new fields are not known. Shorter than its first
+// member: never initialised.
+inline throng_options known(const throng_options* options) noexcept {
+  throng_options given{};
+  given.struct_bytes = sizeof given;
+  if (options) {
+    std::memcpy(&given, options, std::min(options->struct_bytes, sizeof given));
+    given.struct_bytes = options->struct_bytes < sizeof options->struct_bytes ? 0 : sizeof given;
+  }
+  return given;
+}
+
+// What stands behind every handle: the options in C++'s terms, and the answer of the last call. It
+// is pointed to from its options, so it stays where it is.
+class Handle {
+ public:
+  explicit Handle(const throng_options& given) noexcept : memory_(given) {
+    const auto choose = [&](int value, int most, auto& field, const char* name) {
+      if (value < 0 || value > most) {
+        wrong_ = name;
+        wrong_value_ = value;
+      } else {
+        field = static_cast<std::remove_reference_t<decltype(field)>>(value);
+      }
+    };
+    int nothing = 0;
+    choose(given.algorithm, THRONG_ALGORITHM_GRID, options_.algorithm, "algorithm");
+    choose(given.order, THRONG_ORDER_CANONICAL, options_.order, "order");
+    choose(given.backend, THRONG_BACKEND_EMULATED, options_.backend, "backend");
+    choose(given.nan, THRONG_NAN_INACTIVE, options_.nan, "nan");
+    choose(given.struct_bytes == 0, 0, nothing, "struct_bytes missing");
+    choose(!given.allocate != !given.deallocate, 0, nothing, "one of allocate, deallocate missing");
+    options_.margin = given.margin;
+    options_.threads = given.threads;
+    options_.memory_cap_bytes = given.memory_cap_bytes;
+    if (given.run) {
+      executor_ = {given.concurrency, given.run, given.run_self};
+      options_.executor = &executor_;
+    }
+    if (given.allocate) options_.memory = &memory_;
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  const Options& options() const noexcept { return options_; }
+  const throng_result& result() const noexcept { return result_; }
+
+  // Runs call(), a Result of the C++ door, where the options are right, and keeps what it tells.
+  // `missing`: the name of an argument that is NULL and may not be, or null.
+  template <class Call>
+  throng_status answer(const char* missing, const Call& call) noexcept {
+    if (wrong_ || missing) {
+      last_ = Result();
+      refuse(missing);
+    } else {
+      try {
+        last_ = call();
+      } catch (...) {  // the consumer's, which may be C++ after all
+        last_ = Result();
+        last_.status = Status::stopped;
+      }
+    }
+    result_.status = static_cast<throng_status>(last_.status);
+    result_.found = last_.found;
+    result_.written = last_.written;
+    result_.inactive = last_.inactive;
+    result_.comparisons = last_.comparisons;
+    result_.first_invalid = last_.first_invalid;
+    result_.invalid_count = last_.invalid_count;
+    result_.bytes_needed = last_.bytes_needed;
+    result_.total_ms = last_.times.total_ms;
+    result_.plan_ms = last_.times.plan_ms;
+    result_.bin_ms = last_.times.bin_ms;
+    result_.find_ms = last_.times.find_ms;
+    result_.order_ms = last_.times.order_ms;
+    result_.plan = last_.plan.reason;
+    result_.message = last_.message;
+    return result_.status;
+  }
+
+ private:
+  void refuse(const char* missing) noexcept {
+    if (wrong_) {
+      last_.status = Status::bad_option;
+      std::snprintf(
+          last_.message, sizeof last_.message,
+          "options: %s (%d); call throng_options_init first, then use the THRONG_ constants",
+          wrong_, wrong_value_);
+    } else {
+      last_.status = Status::bad_boxes;
+      std::snprintf(last_.message, sizeof last_.message,
+                    "found no %s (NULL), which this call needs", missing);
+    }
+  }
+
+  CallerMemory memory_;
+  Executor executor_;
+  Options options_;
+  const char* wrong_ = nullptr;  // the name of an option that is wrong
+  int wrong_value_ = 0;
+  Result last_;
+  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", ""};
+};
+
+// Of an argument that is wrong in a way that C++ does not allow.
+inline Result bad_option(const char* message) noexcept {
+  Result r;
+  r.status = Status::bad_option;
+  std::snprintf(r.message, sizeof r.message, "%s", message);
+  return r;
+}
+
+// Runs call() for a handle that may be NULL; `given` tells whether the argument `name` is there.
+template <class Call>
+throng_status answer(Handle* handle, bool given, const char* name, const Call& call) noexcept {
+  return handle ? handle->answer(given ? nullptr : name, call) : THRONG_OUT_OF_MEMORY;
+}
+
+inline const throng_result* result_of(const Handle* handle) noexcept {
+  static constexpr throng_result none{
+      THRONG_OUT_OF_MEMORY,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      0,
+      "",
+      "there is no handle (NULL): there was no memory to create one"};
+  return handle ? &handle->result() : &none;
+}
+
+}  // namespace throng::c_door

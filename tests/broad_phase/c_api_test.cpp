@@ -1,0 +1,260 @@
+// The C door of objects that live: what it tells is what the C++ one tells after the same calls,
+// and what it refuses.
+#include <throng/throng.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <throng/broad_phase.hpp>
+
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+using Row = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+
+std::vector<Row> rows(const throng_live_pair* pairs, size_t count) {
+  std::vector<Row> told;
+  for (size_t i = 0; i < count; ++i)
+    told.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
+  return told;
+}
+std::vector<Row> rows(const LivePairs& pairs) {
+  std::vector<Row> told;
+  for (const LivePair& p : pairs) told.emplace_back(p.first, p.second, p.slot);
+  return told;
+}
+throng_boxes view(const std::vector<Box>& boxes) {
+  return throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
+}
+
+class CBroadPhase : public testing::Test {
+ protected:
+  void TearDown() override { throng_broad_phase_destroy(c_); }
+
+  std::string message() const { return throng_broad_phase_result(c_)->message; }
+  std::vector<Row> told(const throng_live_pair* (*get)(const throng_broad_phase*, size_t*)) {
+    size_t count = 0;
+    const throng_live_pair* const pairs = get(c_, &count);
+    return rows(pairs, count);
+  }
+  void update_both_and_compare() {
+    ASSERT_EQ(throng_broad_phase_update(c_), THRONG_OK) << message();
+    ASSERT_TRUE(cpp_.update().ok());
+    EXPECT_EQ(told(throng_broad_phase_begun), rows(cpp_.begun()));
+    EXPECT_EQ(told(throng_broad_phase_ended), rows(cpp_.ended()));
+    size_t count = 0;
+    const throng_live_pair* const pairs = throng_broad_phase_pairs(c_, &count);
+    EXPECT_EQ(rows(pairs, count), rows(cpp_.pairs()));
+    EXPECT_EQ(throng_broad_phase_result(c_)->found, count);
+    EXPECT_EQ(throng_broad_phase_pair_count(c_), count);
+    EXPECT_EQ(throng_broad_phase_object_count(c_), cpp_.object_count());
+    EXPECT_EQ(throng_broad_phase_id_limit(c_), cpp_.id_limit());
+    EXPECT_EQ(throng_broad_phase_slot_limit(c_), cpp_.slot_limit());
+  }
+
+  throng_broad_phase* c_ = throng_broad_phase_create(nullptr);
+  BroadPhase cpp_;
+  std::vector<Box> boxes_ = snapped_boxes(300, 10, 0.25f, 7);
+};
+
+TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
+  std::vector<std::int32_t> owners(boxes_.size());
+  for (std::size_t i = 0; i < owners.size(); ++i) owners[i] = static_cast<std::int32_t>(i % 5);
+  std::vector<std::uint32_t> ids(boxes_.size()), cpp_ids(boxes_.size());
+  throng_boxes c_view = view(boxes_);
+  c_view.owner = {owners.data(), sizeof(std::int32_t)};
+  Boxes cpp_view(boxes_);
+  cpp_view.filters.owner = {owners.data(), owners.size(), sizeof(std::int32_t)};
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, ids.data()), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.add(cpp_view, cpp_ids.data()).ok());
+  EXPECT_EQ(ids, cpp_ids);
+  update_both_and_compare();
+  EXPECT_GT(throng_broad_phase_pair_count(c_), 100u);
+
+  const std::vector<Box> moved = snapped_boxes(40, 10, 0.25f, 8);
+  c_view = view(moved);
+  EXPECT_EQ(throng_broad_phase_move(c_, ids.data() + 20, &c_view), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.move(ids.data() + 20, moved).ok());
+  update_both_and_compare();
+  EXPECT_FALSE(cpp_.begun().empty());
+  EXPECT_FALSE(cpp_.ended().empty());
+
+  EXPECT_EQ(throng_broad_phase_remove(c_, ids.data() + 100, 50), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.remove(ids.data() + 100, 50).ok());
+  EXPECT_FALSE(throng_broad_phase_is_alive(c_, ids[100]));
+  EXPECT_TRUE(throng_broad_phase_is_alive(c_, ids[99]));
+  throng_boxes unfiltered = view(boxes_);
+  unfiltered.count = 60;
+  const std::vector<std::int32_t> nobody(60, -1);
+  unfiltered.owner = {nobody.data(), sizeof(std::int32_t)};
+  EXPECT_EQ(throng_broad_phase_set_filters(c_, ids.data(), &unfiltered), THRONG_OK) << message();
+  Filters filters;
+  filters.owner = {nobody.data(), 60, sizeof(std::int32_t)};
+  ASSERT_TRUE(cpp_.set_filters(ids.data(), 60, filters).ok());
+  update_both_and_compare();
+
+  const std::vector<Box> others = snapped_boxes(300, 10, 0.25f, 9);
+  c_view = view(others);
+  EXPECT_EQ(throng_broad_phase_move_all(c_, &c_view), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.move_all(others).ok());
+  const float by[3] = {0.5f, -3, 7};
+  EXPECT_EQ(throng_broad_phase_shift_origin(c_, by), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.shift_origin({0.5f, -3, 7}).ok());
+  update_both_and_compare();
+  throng_box box;
+  ASSERT_EQ(throng_broad_phase_box(c_, 17, &box), THRONG_OK);
+  EXPECT_EQ(box.upper[2], cpp_.box(17).upper.z);
+  EXPECT_EQ(throng_broad_phase_box(c_, ids[100], &box), THRONG_BAD_ID);
+}
+
+TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
+  throng_boxes c_view = view(boxes_);
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
+  const std::vector<Box> asked = snapped_boxes(20, 10, 0.25f, 10);
+  c_view = view(asked);
+  ASSERT_EQ(throng_broad_phase_find_overlaps(c_, &c_view), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.find_overlaps(asked).ok());
+  size_t count = 0;
+  const throng_pair* const overlaps = throng_broad_phase_overlaps(c_, &count);
+  ASSERT_EQ(count, cpp_.overlaps().size());
+  EXPECT_GT(count, 20u);
+  for (size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(overlaps[i].first, cpp_.overlaps()[i].first);
+    EXPECT_EQ(overlaps[i].second, cpp_.overlaps()[i].second);
+  }
+
+  std::vector<Sweep> sweeps;
+  for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
+  const auto* const c_sweeps = reinterpret_cast<const throng_sweep*>(sweeps.data());
+  std::vector<std::int32_t> worlds(sweeps.size(), -1);
+  throng_boxes filters{};
+  filters.world = {worlds.data(), sizeof(std::int32_t)};
+  for (const int which : {THRONG_HITS_ALL, THRONG_HITS_FIRST}) {
+    ASSERT_EQ(throng_broad_phase_find_hits(c_, c_sweeps, sweeps.size(), which, &filters), THRONG_OK)
+        << message();
+    ASSERT_TRUE(cpp_.find_hits(sweeps.data(), sweeps.size(), static_cast<SweepHits>(which)).ok());
+    const throng_sweep_hit* const hits = throng_broad_phase_hits(c_, &count);
+    ASSERT_EQ(count, cpp_.hits().size());
+    EXPECT_GT(count, 10u);
+    for (size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(hits[i].sweep, cpp_.hits()[i].sweep);
+      EXPECT_EQ(hits[i].object, cpp_.hits()[i].object);
+      EXPECT_EQ(hits[i].time, cpp_.hits()[i].time);
+    }
+  }
+  worlds[3] = -2;
+  EXPECT_EQ(throng_broad_phase_find_hits(c_, c_sweeps, sweeps.size(), THRONG_HITS_ALL, &filters),
+            THRONG_BAD_FILTER);
+  EXPECT_EQ(throng_broad_phase_find_hits(c_, c_sweeps, 1, 7, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("THRONG_HITS_"), std::string::npos) << message();
+}
+
+TEST_F(CBroadPhase, CopiesAreSnapshots) {
+  throng_boxes c_view = view(boxes_);
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK);
+  ASSERT_EQ(throng_broad_phase_update(c_), THRONG_OK);
+  const std::vector<Row> before = told(throng_broad_phase_begun);
+  throng_broad_phase* const saved = throng_broad_phase_create(nullptr);
+  ASSERT_EQ(throng_broad_phase_copy(saved, c_), THRONG_OK);
+  const std::uint32_t id = 0;
+  EXPECT_EQ(throng_broad_phase_remove(c_, &id, 1), THRONG_OK);
+  EXPECT_EQ(throng_broad_phase_update(c_), THRONG_OK);
+  EXPECT_NE(told(throng_broad_phase_begun), before);
+  EXPECT_EQ(throng_broad_phase_copy(c_, saved), THRONG_OK);
+  throng_broad_phase_destroy(saved);
+  EXPECT_EQ(told(throng_broad_phase_begun), before);
+  EXPECT_TRUE(throng_broad_phase_is_alive(c_, 0));
+  EXPECT_EQ(throng_broad_phase_copy(c_, nullptr), THRONG_BAD_BOXES);
+}
+
+TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
+  throng_boxes c_view = view(boxes_);
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK);
+  ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
+  const std::uint32_t twice[] = {4, 4}, dead = 4000;
+  EXPECT_EQ(throng_broad_phase_remove(c_, twice, 2), THRONG_BAD_ID);
+  EXPECT_EQ(throng_broad_phase_result(c_)->first_invalid, 1u);
+  EXPECT_EQ(throng_broad_phase_remove(c_, &dead, 1), THRONG_BAD_ID);
+  EXPECT_NE(message().find("4000"), std::string::npos) << message();
+  EXPECT_EQ(throng_broad_phase_remove(c_, nullptr, 1), THRONG_BAD_ID);
+  std::vector<Box> broken(1, boxes_[0]);
+  broken[0].lower.x = std::numeric_limits<float>::quiet_NaN();
+  c_view = view(broken);
+  EXPECT_EQ(throng_broad_phase_move(c_, twice, &c_view), THRONG_NAN_BOX);
+  EXPECT_EQ(throng_broad_phase_add(c_, nullptr, nullptr), THRONG_BAD_BOXES);
+  EXPECT_NE(message().find("NULL"), std::string::npos) << message();
+  EXPECT_EQ(throng_broad_phase_move_all(c_, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_set_filters(c_, twice, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_shift_origin(c_, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_find_overlaps(c_, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_find_hits(c_, nullptr, 1, THRONG_HITS_ALL, nullptr),
+            THRONG_BAD_BOXES);
+  update_both_and_compare();
+
+  throng_options options;
+  throng_options_init(&options);
+  options.backend = THRONG_BACKEND_CUDA;
+  throng_broad_phase* const other = throng_broad_phase_create(&options);
+  EXPECT_EQ(throng_broad_phase_update(other), THRONG_BAD_OPTION);
+  throng_broad_phase_destroy(other);
+}
+
+// Where there was no memory, the handle is NULL: every call says so and none crashes.
+TEST_F(CBroadPhase, ANullHandleIsAnswered) {
+  throng_boxes c_view = view(boxes_);
+  std::uint32_t id = 0;
+  size_t count = 7;
+  EXPECT_EQ(throng_broad_phase_add(nullptr, &c_view, &id), THRONG_OUT_OF_MEMORY);
+  EXPECT_EQ(throng_broad_phase_update(nullptr), THRONG_OUT_OF_MEMORY);
+  EXPECT_EQ(throng_broad_phase_begun(nullptr, &count), nullptr);
+  EXPECT_EQ(count, 0u);
+  EXPECT_EQ(throng_broad_phase_pairs(nullptr, nullptr), nullptr);
+  EXPECT_EQ(throng_broad_phase_hits(nullptr, nullptr), nullptr);
+  EXPECT_EQ(throng_broad_phase_overlaps(nullptr, nullptr), nullptr);
+  EXPECT_EQ(throng_broad_phase_id_limit(nullptr), 0u);
+  EXPECT_EQ(throng_broad_phase_result(nullptr)->status, THRONG_OUT_OF_MEMORY);
+  EXPECT_STRNE(throng_broad_phase_result(nullptr)->message, "");
+  EXPECT_EQ(throng_find(nullptr, &c_view, nullptr), THRONG_OUT_OF_MEMORY);
+  EXPECT_EQ(throng_finder_pairs(nullptr, &count), nullptr);
+  EXPECT_EQ(throng_finder_result(nullptr)->status, THRONG_OUT_OF_MEMORY);
+}
+
+// Nothing is allocated beside the caller's memory, but the handle itself.
+TEST_F(CBroadPhase, TakesTheCallersMemory) {
+  static size_t held;
+  held = 0;
+  throng_options options;
+  throng_options_init(&options);
+  options.allocate = [](void*, size_t bytes, size_t alignment) -> void* {
+    held += bytes;
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  };
+  options.deallocate = [](void*, void* p, size_t bytes, size_t) {
+    held -= bytes;
+    std::free(p);
+  };
+  options.run = [](void*, unsigned n, void (*task)(void*, unsigned), void* context) {
+    for (unsigned i = 0; i < n; ++i) task(context, i);
+  };
+  options.concurrency = 1;
+  throng_broad_phase* const mine = throng_broad_phase_create(&options);
+  throng_boxes c_view = view(boxes_);
+  ASSERT_EQ(throng_broad_phase_add(mine, &c_view, nullptr), THRONG_OK);
+  ASSERT_EQ(throng_broad_phase_update(mine), THRONG_OK);
+  EXPECT_GT(held, boxes_.size() * sizeof(Box));
+  throng_broad_phase_destroy(mine);
+  EXPECT_EQ(held, 0u);
+}
+
+}  // namespace
+}  // namespace throng::tests
