@@ -1,4 +1,4 @@
-// Random calls on a BroadPhase and on its model, hand in hand.
+// Random calls on a BroadPhase, or on what has its calls, and on its model, hand in hand.
 #pragma once
 
 #include <string>
@@ -9,12 +9,14 @@
 
 namespace throng::tests {
 
-class Actor {
+template <class Machine>
+class ActorOf {
  public:
-  Actor(const Options& options, std::uint64_t seed, float side)
-      : broad_phase(options), model(options.margin), random(seed), side_(side) {}
+  template <class... More>
+  ActorOf(const Options& options, std::uint64_t seed, float side, const More&... more)
+      : broad_phase(options, more...), model(options.margin), random(seed), side_(side) {}
 
-  BroadPhase broad_phase;
+  Machine broad_phase;
   Model model;
   Random random;
 
@@ -148,5 +150,6 @@ class Actor {
  private:
   float side_;
 };
+using Actor = ActorOf<BroadPhase>;
 
 }  // namespace throng::tests
