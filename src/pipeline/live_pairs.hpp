@@ -24,6 +24,7 @@ class LivePairSet {
   std::uint32_t slot_limit() const noexcept { return slot_limit_; }
   LivePairs begun() const noexcept { return begun_.view(); }
   LivePairs ended() const noexcept { return ended_.view(); }
+  LivePairs candidates() const noexcept { return candidates_.view(); }
 
   // Makes room for the changes that there usually are, and puts a comparison of the candidates on
   // the device, which depends on what told->checked says by then.

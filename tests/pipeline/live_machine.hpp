@@ -46,9 +46,13 @@ class LiveMachine {
   }
   Result update() {
     if (!given_) return call([&](Result& r) { scene_->update(nullptr, r); });
-    given_ = false;
     const Boxes boxes(all_.data(), all_.size());
-    return call([&](Result& r) { scene_->update(&boxes, r); });
+    const Result r = call([&](Result& told) { scene_->update(&boxes, told); });
+    given_ = r.status == Status::out_of_memory;  // again, with the same boxes
+    return r;
+  }
+  Result copy_from(const LiveMachine& other) {
+    return call([&](Result&) { scene_->copy(*other.scene_); });
   }
   void move_at_once(bool at_once) { at_once_ = at_once; }
 
