@@ -71,7 +71,6 @@ TEST(LiveScene, MarginAndGrid) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) live(options, 0.7f, seed, 200, 8, seed % 2, 80);
 }
 
-
 // ---- against throng::BroadPhase -----------------------------------------------------------------
 
 bool same_bytes(const LivePairs& a, const LivePairs& b) {
