@@ -17,6 +17,8 @@ namespace throng::pipeline {
 constexpr std::uint8_t alive_bit = 1;
 constexpr std::uint8_t moved_bit = 2;  // since the last update
 constexpr std::uint8_t fresh_bit = 4;  // by the check at hand; without meaning outside of it
+// Its fat box is another one than that in the grid; and was made in this update.
+constexpr std::uint8_t stray_bit = 8, leaving_bit = 16;
 
 constexpr std::uint32_t no_slot = 0xffffffffu;
 
@@ -84,6 +86,9 @@ struct LiveView {
   }
   THRONG_HD Box grown(const Box& box) const noexcept {
     return margin != 0 ? core::expand(box, margin) : box;
+  }
+  THRONG_HD Box fat_box(const Box& box) const noexcept {
+    return core::is_active(box) ? core::expand(grown(box), fat_margin) : inactive();
   }
   // Whether the candidates there are hold all that this box may pair with.
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
@@ -170,7 +175,7 @@ struct MoveList {
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     const ObjectId id = ids[i];
     live.boxes[id] = boxes(i);
-    live.state[id] = alive_bit | moved_bit;
+    live.state[id] |= moved_bit;
   }
 };
 struct SetFiltersOfList {
@@ -237,8 +242,7 @@ struct CheckAll {
     if (!(state & alive_bit)) return;
     const Box now = boxes(i);
     const bool moved = !same_bits(now, load_box(live.boxes + i));
-    const auto fresh =
-        static_cast<std::uint8_t>(moved ? state | fresh_bit : state & (alive_bit | moved_bit));
+    const auto fresh = static_cast<std::uint8_t>(moved ? state | fresh_bit : state & ~fresh_bit);
     if (fresh != state) live.state[i] = fresh;
     if (!moved) return;
     if (core::has_nan(now)) tell_nan(*told, i);
@@ -257,7 +261,7 @@ struct MoveAll {
     if (!told->moved || !told->good(nan_allowed)) return;
     if (!(live.state[i] & fresh_bit) || !(live.state[i] & alive_bit)) return;
     live.boxes[i] = boxes(i);
-    live.state[i] = alive_bit | moved_bit;
+    live.state[i] = static_cast<std::uint8_t>((live.state[i] | moved_bit) & ~fresh_bit);
   }
 };
 
@@ -278,15 +282,14 @@ struct ShiftOrigin {
 struct Fatten {
   LiveView live;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
-    const Box box = load_box(live.boxes + i);
-    live.fat[i] = core::is_active(box) ? core::expand(live.grown(box), live.fat_margin)
-                                       : LiveView::inactive();
+    live.fat[i] = live.fat_box(load_box(live.boxes + i));
+    if (live.state[i] & (stray_bit | leaving_bit)) live.state[i] &= alive_bit | moved_bit;
   }
 };
 struct Settle {
   LiveView live;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
-    if (live.state[i] & moved_bit) live.state[i] &= alive_bit;
+    if (live.state[i] & (moved_bit | leaving_bit)) live.state[i] &= alive_bit | stray_bit;
   }
 };
 

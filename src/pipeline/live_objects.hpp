@@ -22,7 +22,9 @@ namespace throng::pipeline {
 // What a call tells, in the device's memory.
 struct LiveTold {
   Checked checked;
-  Report report;  // of the pairs that changed
+  Report report;           // of the pairs that changed
+  Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
+  Report fresh;            // their candidates
 };
 
 template <class Device>
@@ -33,10 +35,13 @@ class LiveObjects {
 
   std::uint32_t limit() const noexcept { return limit_; }
   std::uint32_t count() const noexcept { return count_; }
-  // Whether a box differs from what the last update saw; whether one left its fat box, or the
-  // candidates are wrong for another reason.
+  // Whether a box differs from what the last update saw; whether one left its fat box; whether the
+  // candidates must be found anew for another reason.
   bool moved() const noexcept { return moved_; }
   bool left() const noexcept { return left_; }
+  bool stale() const noexcept { return stale_; }
+  // Until the next settle(). Fat boxes are made, and the candidates are those of before.
+  void set_stale() noexcept { stale_ = true; }
 
   void add(const Boxes& boxes, ObjectId* ids, bool nan_allowed, Result& r) {
     const std::size_t n = boxes.size();
@@ -53,7 +58,7 @@ class LiveObjects {
       limit_ = static_cast<std::uint32_t>(limit);
       free_count_ -= std::min(count, free_count_);
       count_ += count;
-      moved_ = left_ = true;
+      moved_ = stale_ = true;
     }
     r.found = count_;
   }
@@ -97,14 +102,14 @@ class LiveObjects {
     if (n != 0) {
       want_filters(filters);
       device_.launch(n, SetFiltersOfList{view(), ids, reader.set});
-      left_ = moved_ = true;
+      moved_ = stale_ = true;
     }
     r.found = count_;
   }
 
   void shift_origin(const Vec3& by, Result& r) {
     device_.launch(limit_, ShiftOrigin{view(), by});
-    left_ = moved_ = true;  // rounding can bring fat boxes together
+    moved_ = stale_ = true;  // rounding can bring fat boxes together
     r.found = count_;
   }
 
@@ -148,7 +153,8 @@ class LiveObjects {
     return told_.template as<LiveTold>();
   }
   // The fat boxes, made anew, with the filters: what candidates are found of.
-  Boxes fatten() const {
+  Boxes fatten() {
+    set_stale();
     device_.launch(limit_, Fatten{view()});
     Boxes all(array<Box>(fat_array), limit_);
     const auto give = [&](auto& column, auto* values) {
@@ -170,7 +176,7 @@ class LiveObjects {
     free_count_ += removed_count_;
     removed_count_ = 0;
     if (moved_) device_.launch(limit_, Settle{view()});
-    moved_ = left_ = false;
+    moved_ = left_ = stale_ = false;
   }
 
   // Everything of the other's, of the same device. Failure: nothing has changed.
@@ -195,6 +201,7 @@ class LiveObjects {
     token_ = other.token_;
     moved_ = other.moved_;
     left_ = other.left_;
+    stale_ = other.stale_;
   }
 
   std::size_t held() const noexcept {
@@ -295,7 +302,7 @@ class LiveObjects {
   float margin_, fat_margin_;
   std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
   std::uint32_t token_ = 0;
-  bool moved_ = false, left_ = false;
+  bool moved_ = false, left_ = false, stale_ = false;
 };
 
 }  // namespace throng::pipeline

@@ -28,9 +28,9 @@ struct Sorted {
   P* pairs;
   std::uint64_t count;
 
-  // Where it stands; null: nowhere.
+  // How many come before it.
   template <class Q>
-  THRONG_HD P* find(const Q& wanted) const noexcept {
+  THRONG_HD std::uint64_t place(const Q& wanted) const noexcept {
     const std::uint64_t key = pair_key(wanted);
     std::uint64_t begin = 0, end = count;
     while (begin < end) {
@@ -40,7 +40,13 @@ struct Sorted {
       else
         end = middle;
     }
-    return begin < count && pair_key(pairs[begin]) == key ? pairs + begin : nullptr;
+    return begin;
+  }
+  // Where it stands; null: nowhere.
+  template <class Q>
+  THRONG_HD P* find(const Q& wanted) const noexcept {
+    const std::uint64_t at = place(wanted);
+    return at < count && pair_key(pairs[at]) == pair_key(wanted) ? pairs + at : nullptr;
   }
 };
 using Candidates = Sorted<LivePair>;
@@ -79,8 +85,9 @@ struct EachOnce {
 struct Retest {
   Candidates candidates;
   LiveView live;
-  const Checked* told;  // null: all are compared
+  const Checked* told;  // null: there is nothing to depend on
   bool nan_allowed, moved_before;
+  bool movers_alone;  // what did not move is what it was
 
   std::uint64_t bound() const noexcept { return candidates.count; }
   THRONG_HD std::uint64_t count() const noexcept {
@@ -90,7 +97,7 @@ struct Retest {
   }
   THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t& compared) const noexcept {
     const LivePair c = candidates.pairs[i];
-    if (told && !((live.state[c.first] | live.state[c.second]) & moved_bit)) return false;
+    if (movers_alone && !((live.state[c.first] | live.state[c.second]) & moved_bit)) return false;
     compared = 1;
     const Box a = load_box(live.boxes + c.first), b = load_box(live.boxes + c.second);
     const bool is_pair =
@@ -100,15 +107,18 @@ struct Retest {
   }
 };
 
-// Pairs that are not even candidates any more.
+// Pairs that are not even candidates any more; with states, of those that left their fat boxes.
 struct Vanished {
   Candidates before, now;
+  const std::uint8_t* state;
   std::uint64_t bound() const noexcept { return before.count; }
   THRONG_HD std::uint64_t count() const noexcept { return before.count; }
   THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t&) const noexcept {
     const LivePair c = before.pairs[i];
     pair = {c.first, c.second};
-    return c.slot != no_slot && !now.find(pair);
+    if (c.slot == no_slot) return false;
+    if (state && !((state[c.first] | state[c.second]) & leaving_bit)) return false;
+    return !now.find(pair);
   }
 };
 

@@ -51,9 +51,15 @@ class LiveScene {
     LiveTold told;
     if (boxes || retest) told = device_.read(*at);
     if (!objects_.accept(told.checked, nan_allowed(), r)) return;
-    if (objects_.left()) {
-      r.plan.reason = "boxes left their fat boxes: all candidates found anew";
-      pairs_.commit_found(objects_.fatten(), live, options_, at, r);
+    if (objects_.left() || objects_.stale()) {
+      const auto begin = [&] {
+        objects_.set_stale();  // should memory run out
+        r.plan.reason = "few boxes left their fat boxes: their candidates found anew";
+      };
+      if (objects_.stale() || !pairs_.commit_strays(live, at, begin, r)) {
+        r.plan.reason = "all candidates found anew";
+        pairs_.commit_found(objects_.fatten(), live, options_, at, r);
+      }
     } else {
       r.plan.reason =
           objects_.moved() ? "no box left its fat box: candidates compared again" : "nothing moved";

@@ -45,15 +45,16 @@ class LiveMachine {
     return call([&](Result& r) { scene_->shift_origin(by, r); });
   }
   Result update() {
-    if (!given_) return call([&](Result& r) { scene_->update(nullptr, r); });
     const Boxes boxes(all_.data(), all_.size());
-    const Result r = call([&](Result& told) { scene_->update(&boxes, told); });
-    given_ = r.status == Status::out_of_memory;  // again, with the same boxes
+    const Result r = call([&](Result& told) { scene_->update(given_ ? &boxes : nullptr, told); });
+    given_ = given_ && r.status == Status::out_of_memory;  // again, with the same boxes
+    reason_ = r.plan.reason;
     return r;
   }
   Result copy_from(const LiveMachine& other) {
     return call([&](Result&) { scene_->copy(*other.scene_); });
   }
+  const char* last_reason() const { return reason_; }
   void move_at_once(bool at_once) { at_once_ = at_once; }
 
   LivePairs begun() const { return scene_->pairs().begun(); }
@@ -79,6 +80,7 @@ class LiveMachine {
   std::unique_ptr<Scene> scene_;
   std::vector<Box> all_;
   bool at_once_ = false, given_ = false;
+  const char* reason_ = "";
 };
 
 }  // namespace throng::tests
