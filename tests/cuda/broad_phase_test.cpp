@@ -134,6 +134,7 @@ class GpuLive : public testing::Test {
 void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
           float side, bool filtered) {
   GpuActor actor(options, seed, side, fat_margin);
+  actor.in_worlds = options.algorithm != Algorithm::grid;  // candidates are mended where none are
   Random& random = actor.random;
   ASSERT_TRUE(actor.add(objects, filtered));
   ASSERT_TRUE(actor.update());
