@@ -101,7 +101,7 @@ struct Retest {
     compared = 1;
     const Box a = load_box(live.boxes + c.first), b = load_box(live.boxes + c.second);
     const bool is_pair =
-        core::is_active(a) & core::is_active(b) & core::overlaps(live.grown(a), live.grown(b));
+        core::is_active(a) && core::is_active(b) && core::overlaps(live.grown(a), live.grown(b));
     pair = {c.first, c.second};
     return is_pair != (c.slot != no_slot);
   }

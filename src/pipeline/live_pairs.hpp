@@ -154,7 +154,7 @@ class LivePairSet {
           &next_ended_.block, &pairs_.block, &free_slots_,  &workspace_,   &found_,
           &sorting_,          &changes_,     &flags_,       &scratch_,     &leavers_,
           &strays_,           &askers_,      &fresh_,       &stray_boxes_, &stray_filters_,
-          &stray_workspace_,  &stray_pairs_})
+          &stray_workspace_})
       sum += b->bytes();
     return sum;
   }
@@ -269,8 +269,8 @@ class LivePairSet {
     Workspace w;
     bool brute = false;
     const std::uint64_t found = find(make_input(view, nullptr, {}), Algorithm::automatic,
-                                     stray_workspace_, w, stray_pairs_, brute);
-    return {live, ids, stray_pairs_.template as<Pair>(), found};
+                                     stray_workspace_, w, found_, brute);
+    return {live, ids, found_.template as<Pair>(), found};
   }
   void sort(Block<Device>& pairs, std::uint64_t count, const Input& in, const Report* report) {
     const auto n = static_cast<std::size_t>(count);
@@ -350,8 +350,7 @@ class LivePairSet {
   Block<Device> workspace_{device_}, found_{device_}, sorting_{device_}, changes_{device_},
       flags_{device_}, scratch_{device_};
   Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
-      stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_},
-      stray_pairs_{device_};
+      stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
   // The grid that all candidates were found in last, in workspace_.
   Input grid_of_;
   Workspace workspace_of_;
