@@ -70,11 +70,11 @@ void live(const Options& options, float fat_margin, std::uint64_t seed, std::siz
 }
 
 TEST(LiveScene, Plain) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed)
+  for (std::uint64_t seed = 0; seed < 3; ++seed)
     live({}, seed % 2 ? 0.0f : 1.0f, seed, 250, 12, false, 100);
 }
 TEST(LiveScene, Filtered) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed)
+  for (std::uint64_t seed = 0; seed < 4; ++seed)
     live({}, seed % 2 ? 0.0f : 1.0f, seed, 200, 8, true, 100);
 }
 // In a grid few that leave their fat boxes have their candidates mended; without worlds.
