@@ -132,13 +132,13 @@ class GpuLive : public testing::Test {
 };
 
 void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
-          float side, bool filtered) {
+          float side, bool filtered, int steps = 40) {
   GpuActor actor(options, seed, side, fat_margin);
   actor.in_worlds = options.algorithm != Algorithm::grid;  // candidates are mended where none are
   Random& random = actor.random;
   ASSERT_TRUE(actor.add(objects, filtered));
   ASSERT_TRUE(actor.update());
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < steps; ++step) {
     const bool calm = step / 10 % 3 != 2;
     switch (random.below(6)) {
       case 0:
@@ -170,6 +170,13 @@ TEST_F(GpuLive, MarginAndGrid) {
   options.margin = 0.1f;
   options.algorithm = Algorithm::grid;
   live(options, 0.7f, 4, 300, 9, true);
+}
+
+// For the sanitizers, under which everything takes long.
+TEST_F(GpuLive, Small) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  live(options, 0.7f, 5, 100, 6, true, 8);
 }
 
 // More than one block of everything, and more changes than room was made for: against the CPU.
