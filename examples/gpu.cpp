@@ -1,5 +1,6 @@
 // Device pointers in and out on a stream, and a frame that is recorded once and replayed.
 #include <throng/cuda.hpp>
+#include <throng/cuda_broad_phase.hpp>
 #include <throng/throng.hpp>
 
 #include <cuda_runtime_api.h>
@@ -43,6 +44,9 @@ int main() {
   auto* report = on_device<throng::cuda::Report>(1);
   cudaStream_t stream = nullptr;
   CHECK(cudaStreamCreate(&stream) == cudaSuccess);
+  const auto simulate = [&](throng::Box* there, cudaStream_t on) {
+    cudaMemcpyAsync(there, apart.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice, on);
+  };
   cudaMemcpy(boxes, close.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice);
 
   {
@@ -54,6 +58,22 @@ int main() {
     // snippet-end: device
     CHECK(result.ok() && result.found == count - 2);
   }
+
+  {
+    // snippet-begin: live
+    throng::cuda::BroadPhase broad_phase(0.2f);        // how far they go before a search
+    broad_phase.add({boxes, count}, nullptr, stream);  // ids 0, 1, 2, ...
+    broad_phase.update(stream);
+    simulate(boxes, stream);  // kernels that move the boxes
+    const throng::Result result =
+        broad_phase.update({boxes, count}, stream);  // who moved, and what of it
+    if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
+    const throng::LivePairs begun = broad_phase.begun();  // in device memory
+    // snippet-end: live
+    CHECK(result.ok() && result.found == 0 && broad_phase.ended().size() == count - 2);
+    CHECK(begun.empty());
+  }
+  cudaMemcpy(boxes, close.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice);
 
   // snippet-begin: graph
   throng::cuda::Finder finder;

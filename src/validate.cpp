@@ -267,6 +267,13 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
           "up for one",
           ull{r.invalid_count}, ull{r.first_invalid});
       break;
+    case Status::bad_id:
+      say(r,
+          "%llu ids are not valid, the first stands at %llu of the list: it is not alive, or "
+          "stands "
+          "there twice; give each id that add() gave once",
+          ull{r.invalid_count}, ull{r.first_invalid});
+      break;
     case Status::buffer_too_small:
       say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
       break;

@@ -25,10 +25,12 @@ struct Arguments {
   bool device = false;
 };
 
-const std::vector<std::string> all_parts = {"scaling",   "scenes", "stages",
-                                            "crossover", "bodies", "machine"};
-// Those without scenes.
-bool is_bare(const std::string& part) { return part == "machine" || part == "bodies"; }
+const std::vector<std::string> all_parts = {"scaling", "scenes", "stages", "crossover",
+                                            "bodies",  "live",   "machine"};
+// Those that choose what they measure themselves.
+bool is_bare(const std::string& part) {
+  return part == "machine" || part == "bodies" || part == "live";
+}
 
 std::string describe_device() {
   int ordinal = 0, driver = 0;
@@ -150,6 +152,7 @@ int run(Arguments a) {
   for (const std::string& part : a.parts) {
     if (part == "machine") guarded("machine", [&] { measure_machine(s, a.most); });
     if (part == "bodies") guarded("bodies", [&] { measure_bodies(s, a.most); });
+    if (part == "live") guarded("live", [&] { measure_live(s, a.least, a.most); });
   }
   for (const Case& c : cases_for(a)) {
     // Of a recording that is not in the file, what the CPU finds here and now.
@@ -179,7 +182,7 @@ int main(int argc, char** argv) {
   Arguments a;
   app.add_option(
       "--part", a.parts,
-      "scaling, scenes, stages, crossover, bodies or machine; all by default. May be given "
+      "scaling, scenes, stages, crossover, bodies, live or machine; all by default. May be given "
       "again");
   app.add_option("--files", a.files, "Recorded boxes in .npy files, each frame");
   app.add_option("--least", a.least, "Leave out what has fewer boxes");

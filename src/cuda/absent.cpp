@@ -10,6 +10,10 @@ void check_available() { throw pipeline::Failure{Status::no_device}; }
 
 Engine* create(const MemoryResource&) { throw pipeline::Failure{Status::no_device}; }
 
+Scene* create_scene(float, const Options&, const MemoryResource&) {
+  throw pipeline::Failure{Status::no_device};
+}
+
 void update_boxes_async(const core::UpdateBoxes&, std::size_t, BodyReport*, Stream) {
   throw pipeline::Failure{Status::no_device};
 }

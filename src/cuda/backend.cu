@@ -132,22 +132,6 @@ class Gpu final : public Engine {
  private:
   Device& device() noexcept { return engine_.device(); }
 
-  void check_pointers(const pipeline::Set& set, std::size_t count) const {
-    if (count == 0) return;
-    const Reach boxes(engine_.device().ordinal(), Status::bad_boxes);
-    for (int k = 0; k < 6; ++k) {
-      const char* p = set.corner[k];
-      const bool packed = p == set.corner[0] + k * sizeof(float);  // seen already
-      if (p && (k == 0 || !packed)) boxes.require(p, alignof(float), "a coordinate array");
-    }
-    const Reach filters(engine_.device().ordinal(), Status::bad_filter);
-    filters.require(set.group, "filter 'group'");
-    filters.require(set.mask, "filter 'mask'");
-    filters.require(set.owner, "filter 'owner'");
-    filters.require(set.world, "filter 'world'");
-    filters.require(set.is_static, "filter 'static'");
-  }
-
   static void require_few(std::size_t boxes) {
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
   }
@@ -162,8 +146,8 @@ class Gpu final : public Engine {
                 std::size_t capacity, Report* report, Workspace& w) {
     THRONG_RANGE("put on the stream");
     const Input in = pipeline::make_input(a, b, options);
-    check_pointers(in.sets[0], a.size());
-    if (b) check_pointers(in.sets[1], b->size());
+    require_set(in.sets[0], a.size(), device().ordinal());
+    if (b) require_set(in.sets[1], b->size(), device().ordinal());
     if (capacity != 0)
       Reach(device().ordinal(), Status::bad_option).require(out, alignof(Pair), "the output");
     w = reserved_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include <throng/cuda.hpp>
+#include <throng/cuda_broad_phase.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 
@@ -34,10 +35,38 @@ class Engine {
   virtual std::size_t held() const noexcept = 0;
 };
 
+// Objects that live; see throng::cuda::BroadPhase, and pipeline/live_scene.hpp for how.
+class Scene {
+ public:
+  virtual ~Scene() = default;
+
+  virtual void add(const Boxes&, ObjectId* ids, Stream, Result&) = 0;
+  virtual void remove(const ObjectId* ids, std::size_t count, Stream, Result&) = 0;
+  virtual void move(const ObjectId* ids, const Boxes&, Stream, Result&) = 0;
+  virtual void move_all(const Boxes&, Stream, Result&) = 0;
+  virtual void set_filters(const ObjectId* ids, std::size_t count, const Filters&, Stream,
+                           Result&) = 0;
+  virtual void shift_origin(const Vec3& by, Stream, Result&) = 0;
+  virtual void update(const Boxes*, Stream, Result&) = 0;
+  virtual LivePairs gather_pairs(Stream) = 0;
+  // Of create_scene(), too.
+  virtual void copy(const Scene&, Stream) = 0;
+
+  virtual LivePairs begun() const noexcept = 0;
+  virtual LivePairs ended() const noexcept = 0;
+  virtual LivePairs candidates() const noexcept = 0;
+  virtual std::uint64_t object_count() const noexcept = 0;
+  virtual std::uint64_t pair_count() const noexcept = 0;
+  virtual std::uint64_t id_limit() const noexcept = 0;
+  virtual std::uint64_t slot_limit() const noexcept = 0;
+  virtual std::size_t held() const noexcept = 0;
+};
+
 // Whether this build has the backend at all.
 bool is_built() noexcept;
 // The device that is current. Failure: no_device, with what CUDA says; out_of_memory.
 Engine* create(const MemoryResource&);
+Scene* create_scene(float fat_margin, const Options&, const MemoryResource&);
 void check_available();
 
 // `report` may be null.

@@ -153,6 +153,9 @@ class Device {
     check(cudaGetLastError());
   }
   void clear(void* p, std::size_t bytes) const { check(cudaMemsetAsync(p, 0, bytes, stream_)); }
+  void copy(void* to, const void* from, std::size_t bytes) const {
+    check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_));
+  }
 
   // Scratch that the scan and the sort of so many values need.
   static std::size_t scan_bytes(std::size_t count) {

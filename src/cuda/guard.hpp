@@ -8,6 +8,7 @@
 
 #include "core/column.hpp"
 #include "cuda/check.hpp"
+#include "pipeline/input.hpp"
 
 namespace throng::cuda {
 
@@ -63,5 +64,24 @@ class Reach {
   int device_;
   Status status_;
 };
+
+inline void require_filters(const pipeline::Set& set, int device) {
+  const Reach filters(device, Status::bad_filter);
+  filters.require(set.group, "filter 'group'");
+  filters.require(set.mask, "filter 'mask'");
+  filters.require(set.owner, "filter 'owner'");
+  filters.require(set.world, "filter 'world'");
+  filters.require(set.is_static, "filter 'static'");
+}
+inline void require_set(const pipeline::Set& set, std::size_t count, int device) {
+  if (count == 0) return;
+  const Reach boxes(device, Status::bad_boxes);
+  for (int k = 0; k < 6; ++k) {
+    const char* p = set.corner[k];
+    const bool packed = p == set.corner[0] + k * sizeof(float);  // seen already
+    if (p && (k == 0 || !packed)) boxes.require(p, alignof(float), "a coordinate array");
+  }
+  require_filters(set, device);
+}
 
 }  // namespace throng::cuda

@@ -35,6 +35,16 @@ THRONG_HD inline void fetch_max(std::uint32_t* at, std::uint32_t value) noexcept
   }
 #endif
 }
+THRONG_HD inline void fetch_max(std::uint64_t* at, std::uint64_t value) noexcept {
+#if defined(__CUDA_ARCH__)
+  atomicMax(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
+#else
+  std::atomic_ref<std::uint64_t> cell(*at);
+  std::uint64_t seen = cell.load(std::memory_order_relaxed);
+  while (value > seen && !cell.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+#endif
+}
 THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
 #if defined(__CUDA_ARCH__)
   atomicOr(at, bits);

@@ -22,49 +22,12 @@
 #include <throng/options.hpp>
 
 #include "core/output.hpp"
+#include "pipeline/block.hpp"
 #include "pipeline/failure.hpp"
 #include "pipeline/outcome.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
-
-// A block of a device's memory that keeps its room; its contents are lost when it grows.
-template <class Device>
-class Block {
- public:
-  explicit Block(Device& device) noexcept : device_(device) {}
-  ~Block() { release(); }
-  Block(const Block&) = delete;
-  Block& operator=(const Block&) = delete;
-
-  char* room(std::size_t bytes) {
-    if (bytes > bytes_) {
-      release();
-      data_ = static_cast<char*>(device_.allocate(bytes));
-      bytes_ = bytes;
-    }
-    return data_;
-  }
-  // Gives it all back where it is more than so many bytes.
-  void trim(std::size_t bytes) noexcept {
-    if (bytes_ > bytes) release();
-  }
-  void release() noexcept {
-    if (data_) device_.release(data_, bytes_);
-    data_ = nullptr;
-    bytes_ = 0;
-  }
-  template <class T>
-  T* as() const noexcept {
-    return reinterpret_cast<T*>(data_);
-  }
-  std::size_t bytes() const noexcept { return bytes_; }
-
- private:
-  Device& device_;
-  char* data_ = nullptr;
-  std::size_t bytes_ = 0;
-};
 
 template <class Device>
 class Engine {

@@ -77,6 +77,9 @@ class HostDevice {
       for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) f(phase, t, shared);
   }
   void clear(void* p, std::size_t bytes) const noexcept { std::memset(p, 0, bytes); }
+  void copy(void* to, const void* from, std::size_t bytes) const noexcept {
+    std::memcpy(to, from, bytes);
+  }
   void scan(std::uint32_t* values, std::size_t count) const noexcept {
     std::uint32_t sum = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -127,8 +130,10 @@ class HostDevice {
     launch(count, UnpackPairs{keys, out, report, capacity, shape});
   }
 
-  Report read(const Report& report) const noexcept { return report; }
-  core::ClassGrid read(const core::ClassGrid& grid) const noexcept { return grid; }
+  template <class T>
+  T read(const T& value) const noexcept {
+    return value;
+  }
 
   void mark(Stage stage) noexcept {
     const Clock::time_point now = Clock::now();

@@ -19,8 +19,9 @@ struct FirstRange {
 };
 
 // Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its
-// partners.
-struct GridSearch {
+// partners. `Around`: boxes that are not of the grid do, for all that it holds; not with worlds.
+template <bool Around>
+struct GridSearchOf {
   Input in;
   const core::ClassGrid* grid;
   const std::uint32_t* start;     // of each cell's records, and one more
@@ -28,13 +29,20 @@ struct GridSearch {
   const Record* records;
   const Report* report;
   FirstRange range;
+  // Around: who looks, and for whom: (states[id] & mask_bits) == wanted_bits.
+  const Record* askers = nullptr;
+  std::uint64_t asker_count = 0;
+  const std::uint8_t* states = nullptr;
+  std::uint8_t mask_bits = 0, wanted_bits = 0;
 
-  THRONG_HD std::uint64_t count() const noexcept { return report->active; }
+  THRONG_HD std::uint64_t count() const noexcept { return Around ? asker_count : report->active; }
 
   class Walk {
    public:
-    THRONG_HD Walk(const GridSearch& search, std::uint64_t i) noexcept
-        : s_(search), index_(static_cast<std::uint32_t>(i)), box_(load(search.records + i)) {
+    THRONG_HD Walk(const GridSearchOf& search, std::uint64_t i) noexcept
+        : s_(search),
+          index_(static_cast<std::uint32_t>(i)),
+          box_(load((Around ? search.askers : search.records) + i)) {
       span_ = core::cells_of(*s_.grid, box_.box());
       class_ = core::class_of(*s_.grid, span_);
       bits_ = s_.grid->present ? s_.in.group_bits(box_.id) : 0;
@@ -65,6 +73,8 @@ struct GridSearch {
       const Record c = load(s_.records + at_++);
       ++comparisons_;
       if (!core::overlaps(box_.box(), c.box())) return false;
+      if constexpr (Around)
+        if ((s_.states[c.id] & s_.mask_bits) != s_.wanted_bits) return false;
       if (!s_.in.allowed(box_.id, c.id) || (alone_ && !is_home_here(c))) return false;
       pair = s_.in.pair(box_.id, c.id);
       return s_.range.holds(pair.first);
@@ -123,7 +133,8 @@ struct GridSearch {
         }
         if (!s_.occupied[group * core::max_size_classes + size_class]) continue;
         const std::uint32_t bits = core::unpack_group(cells.present, group);
-        const core::Look how = core::look(cells.present, bits_, class_, bits, size_class);
+        core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
+        if constexpr (!Around) how = core::look(cells.present, bits_, class_, bits, size_class);
         if (how == core::Look::no) continue;
         target_class_ = size_class;
         target_group_ = group;
@@ -161,7 +172,7 @@ struct GridSearch {
               (span.lower[1] >> k.shift[1] == here_y_ && span.lower[2] >> k.shift[2] == here_z_));
     }
 
-    const GridSearch& s_;
+    const GridSearchOf& s_;
     std::uint32_t index_;
     Record box_;
     core::CellSpan span_;
@@ -182,6 +193,8 @@ struct GridSearch {
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
+
+using GridSearch = GridSearchOf<false>;
 
 // Brute force: the pairs of two tiles of boxes. Thread i has one box of the one tile, and goes
 // through those of the other, which all threads of a tile read together.

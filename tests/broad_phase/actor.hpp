@@ -1,4 +1,4 @@
-// Random calls on a BroadPhase and on its model, hand in hand.
+// Random calls on a BroadPhase, or on what has its calls, and on its model, hand in hand.
 #pragma once
 
 #include <string>
@@ -10,14 +10,17 @@
 
 namespace throng::tests {
 
-class Actor {
+template <class Machine>
+class ActorOf {
  public:
-  Actor(const Options& options, std::uint64_t seed, float side)
-      : broad_phase(options), model(options.margin), random(seed), side_(side) {}
+  template <class... More>
+  ActorOf(const Options& options, std::uint64_t seed, float side, const More&... more)
+      : broad_phase(options, more...), model(options.margin), random(seed), side_(side) {}
 
-  BroadPhase broad_phase;
+  Machine broad_phase;
   Model model;
   Random random;
+  bool in_worlds = true;  // whether filters give them
 
   // Mostly of one size; now and then a point, a slab, a plane, everything, or an inactive one.
   Box any_box() {
@@ -60,7 +63,7 @@ class Actor {
     if (random.one_in(4)) f.group = 1u << random.below(3);
     if (random.one_in(4)) f.mask = random.below(8);
     if (random.one_in(4)) f.owner = random.between(-1, 3);
-    if (random.one_in(3)) f.world = random.between(-1, 2);
+    if (in_worlds && random.one_in(3)) f.world = random.between(-1, 2);
     f.is_static = random.one_in(4);
     return f;
   }
@@ -80,7 +83,7 @@ class Actor {
       filters.push_back(filtered ? any_filter() : Filter{});
     }
     Boxes view = boxes;
-    if (filtered && count) view.filters = view_of(filters);
+    if (filtered && count) view.filters = given(filters);
     std::vector<ObjectId> ids(count);
     const Result r = broad_phase.add(view, ids.data());
     if (!r.ok()) return testing::AssertionFailure() << "add: " << r.message;
@@ -123,7 +126,7 @@ class Actor {
       model.at(id).filter = filters.back();
     }
     if (ids.empty()) return testing::AssertionSuccess();
-    const Result r = broad_phase.set_filters(ids.data(), ids.size(), view_of(filters));
+    const Result r = broad_phase.set_filters(ids.data(), ids.size(), given(filters));
     return r.ok() ? testing::AssertionSuccess() : testing::AssertionFailure() << r.message;
   }
   testing::AssertionResult update(bool look_at_pairs = true) {
@@ -137,8 +140,16 @@ class Actor {
     return testing::AssertionSuccess();
   }
 
+  // Worlds only where they are given.
+  Filters given(const std::vector<Filter>& f) const {
+    Filters view = view_of(f);
+    if (!in_worlds) view.world = {};
+    return view;
+  }
+
  private:
   float side_;
 };
+using Actor = ActorOf<BroadPhase>;
 
 }  // namespace throng::tests

@@ -89,8 +89,10 @@ class Model {
     return all;
   }
 
-  // Everything that the last update told, against the library, but for slots.
-  testing::AssertionResult check_told(BroadPhase& b) const {
+  // Everything that the last update told, against the library, but for slots. A machine is a
+  // BroadPhase, or what has its calls.
+  template <class Machine>
+  testing::AssertionResult check_told(Machine& b) const {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
     if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
     if (b.pair_count() != pairs_.size())
@@ -100,7 +102,8 @@ class Model {
     return same(b.pairs(), pairs(), "pairs");
   }
   // The same, pairs() only if wanted; and follows the slots.
-  testing::AssertionResult check(BroadPhase& b, bool look_at_pairs = true) {
+  template <class Machine>
+  testing::AssertionResult check(Machine& b, bool look_at_pairs = true) {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
     if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
     std::set<std::uint32_t> ended_now;

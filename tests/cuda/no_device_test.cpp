@@ -1,6 +1,8 @@
 // Without a GPU every call of the door says so, with the remedy, and takes nothing.
 #include <cstdint>
 
+#include <throng/cuda_broad_phase.hpp>
+
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -72,6 +74,32 @@ TEST_F(NoDevice, BoxesOfBodies) {
   }
 }
 
+TEST_F(NoDevice, ObjectsThatLive) {
+  auto* ids = reinterpret_cast<ObjectId*>(pairs_);
+  const Boxes boxes(boxes_, 100);
+  cuda::BroadPhase scene(0.1f);
+  for (int again = 0; again < 2; ++again) {
+    expect_no_device(scene.add(boxes, ids, nullptr));
+    expect_no_device(scene.remove(ids, 3, nullptr));
+    expect_no_device(scene.move(ids, boxes, nullptr));
+    expect_no_device(scene.move_all(boxes, nullptr));
+    expect_no_device(scene.set_filters(ids, 3, {}, nullptr));
+    expect_no_device(scene.shift_origin({1, 2, 3}, nullptr));
+    expect_no_device(scene.update(nullptr));
+    expect_no_device(scene.update(boxes, nullptr));
+    LivePairs pairs;
+    expect_no_device(scene.pairs(pairs, nullptr));
+    expect_no_device(scene.copy_from(cuda::BroadPhase(), nullptr));
+    EXPECT_TRUE(scene.begun().empty() && scene.ended().empty() && scene.candidates().empty());
+    EXPECT_EQ(scene.object_count() + scene.pair_count() + scene.id_limit() + scene.slot_limit(),
+              0u);
+    EXPECT_EQ(scene.memory_bytes(), 0u);
+  }
+  cuda::BroadPhase other(std::move(scene)), third;
+  third = std::move(other);
+  expect_no_device(third.update(nullptr));
+}
+
 // A mistake that needs no GPU to be seen is told as such.
 TEST_F(NoDevice, BadArgumentsAreToldFirst) {
   Options options;
@@ -83,6 +111,15 @@ TEST_F(NoDevice, BadArgumentsAreToldFirst) {
   Boxes odd(boxes_, 5);
   odd.filters.owner = {reinterpret_cast<const std::int32_t*>(boxes_), 4};
   EXPECT_EQ(finder.find(odd, pairs_, 10, nullptr).status, Status::bad_filter);
+  cuda::BroadPhase live;
+  EXPECT_EQ(live.add(odd, nullptr, nullptr).status, Status::bad_filter);
+  EXPECT_EQ(live.update(Boxes(nullptr, 5), nullptr).status, Status::bad_boxes);
+  for (const float margin : {-1.0f, INFINITY, std::nanf("")}) {
+    const Result r = cuda::BroadPhase(margin).update(nullptr);
+    EXPECT_EQ(r.status, Status::bad_option);
+    EXPECT_NE(std::string(r.message).find("fat boxes"), std::string::npos) << r.message;
+  }
+  EXPECT_EQ(cuda::BroadPhase(0, options).update(nullptr).status, Status::bad_option);
 }
 
 TEST_F(NoDevice, MovesAndDiesQuietly) {

@@ -1,0 +1,109 @@
+// Objects that live on a GPU: pipeline/live_scene.hpp over the Device.
+#include <new>
+
+#include "cuda/backend.hpp"
+#include "cuda/device.cuh"
+#include "cuda/guard.hpp"
+#include "pipeline/live_scene.hpp"
+
+namespace throng::cuda {
+namespace {
+
+using pipeline::Failure;
+
+class GpuScene final : public Scene {
+ public:
+  GpuScene(float fat_margin, const Options& options, const MemoryResource& resource)
+      : memory_(resource), scene_(fat_margin, options, memory_) {}
+
+  void add(const Boxes& boxes, ObjectId* ids, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    if (ids) require_ids(ids, boxes.size());
+    scene_.add(boxes, ids, r);
+  }
+  void remove(const ObjectId* ids, std::size_t count, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    require_ids(ids, count);
+    scene_.remove(ids, count, r);
+  }
+  void move(const ObjectId* ids, const Boxes& boxes, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    require_ids(ids, boxes.size());
+    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    scene_.move(ids, boxes, r);
+  }
+  void move_all(const Boxes& boxes, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    scene_.move_all(boxes, r);
+  }
+  void set_filters(const ObjectId* ids, std::size_t count, const Filters& filters, Stream stream,
+                   Result& r) override {
+    const Current current = begin(stream);
+    require_ids(ids, count);
+    Boxes bare;
+    bare.filters = filters;
+    if (count) require_filters(pipeline::make_set(bare), ordinal());
+    scene_.set_filters(ids, count, filters, r);
+  }
+  void shift_origin(const Vec3& by, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    scene_.shift_origin(by, r);
+  }
+  void update(const Boxes* boxes, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    if (boxes) require_set(pipeline::make_set(*boxes), boxes->size(), ordinal());
+    scene_.update(boxes, r);
+  }
+  LivePairs gather_pairs(Stream stream) override {
+    const Current current = begin(stream);
+    return scene_.gather_pairs();
+  }
+  void copy(const Scene& other, Stream stream) override {
+    const Current current = begin(stream);
+    const auto& theirs = static_cast<const GpuScene&>(other);
+    if (theirs.ordinal() != ordinal())
+      throw Failure{Status::bad_option, 0, "is of another GPU than the copy", "the BroadPhase"};
+    scene_.copy(theirs.scene_);
+    check(cudaStreamSynchronize(stream));  // the other may end after this
+  }
+
+  LivePairs begun() const noexcept override { return scene_.pairs().begun(); }
+  LivePairs ended() const noexcept override { return scene_.pairs().ended(); }
+  LivePairs candidates() const noexcept override { return scene_.pairs().candidates(); }
+  std::uint64_t object_count() const noexcept override { return scene_.objects().count(); }
+  std::uint64_t pair_count() const noexcept override { return scene_.pairs().count(); }
+  std::uint64_t id_limit() const noexcept override { return scene_.objects().limit(); }
+  std::uint64_t slot_limit() const noexcept override { return scene_.pairs().slot_limit(); }
+  std::size_t held() const noexcept override { return scene_.held(); }
+
+ private:
+  int ordinal() const noexcept { return scene_.device().ordinal(); }
+  // The device is current as long as what this returns lives.
+  Current begin(Stream stream) {
+    if (stream && device_of(stream) != ordinal())
+      throw Failure{Status::bad_option, 0, "is of another device than this BroadPhase",
+                    "the stream"};
+    scene_.device().begin(stream, false);
+    return Current(ordinal());
+  }
+  void require_ids(const ObjectId* ids, std::size_t count) const {
+    if (count)
+      Reach(ordinal(), Status::bad_boxes).require(ids, alignof(ObjectId), "the list of ids");
+  }
+
+  Memory memory_;
+  pipeline::LiveScene<Device> scene_;
+};
+
+}  // namespace
+
+Scene* create_scene(float fat_margin, const Options& options, const MemoryResource& resource) {
+  check_available();
+  Scene* scene = new (std::nothrow) GpuScene(fat_margin, options, resource);
+  if (!scene) throw Failure{Status::out_of_memory, sizeof(GpuScene)};
+  return scene;
+}
+
+}  // namespace throng::cuda

@@ -1,0 +1,296 @@
+// Objects that live on a device: what one thread does of a call on them. A call first checks, which
+// changes nothing that is seen, and then, once the host has read what the check tells, applies.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+
+#include "core/bounds.hpp"
+#include "pipeline/atomic.hpp"
+#include "pipeline/input.hpp"
+
+namespace throng::pipeline {
+
+// Bits of an object's state.
+constexpr std::uint8_t alive_bit = 1;
+constexpr std::uint8_t moved_bit = 2;  // since the last update
+constexpr std::uint8_t fresh_bit = 4;  // by the check at hand; without meaning outside of it
+// Its fat box is another one than that in the grid; and was made in this update.
+constexpr std::uint8_t stray_bit = 8, leaving_bit = 16;
+
+constexpr std::uint32_t no_slot = 0xffffffffu;
+
+// What a check tells; all fields start from zero.
+struct Checked {
+  std::uint64_t nan_count = 0, bad_ids = 0, bad_worlds = 0;
+  std::uint32_t nan_mark = 0, bad_id_mark = 0, bad_world_mark = 0;  // ~ of the first such index
+  std::uint32_t moved = 0, left = 0;  // flags: some box is another one; some is not in its fat box
+
+  // Whether it may be applied.
+  THRONG_HD bool good(bool nan_allowed) const noexcept {
+    return bad_ids == 0 && bad_worlds == 0 && (nan_allowed || nan_count == 0);
+  }
+};
+
+// A box of an array that starts at a multiple of 8.
+THRONG_HD inline Box load_box(const Box* at) noexcept {
+#if defined(__CUDA_ARCH__)
+  const auto* p = reinterpret_cast<const float2*>(at);
+  const float2 a = p[0], b = p[1], c = p[2];
+  return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
+#else
+  return *at;
+#endif
+}
+
+// The caller's boxes; three loads of 8 bytes each where they lie so that this can be done.
+struct BoxReader {
+  Set set;
+  bool packed = false;
+
+  static BoxReader of(const Boxes& boxes) noexcept {
+    const auto at = reinterpret_cast<std::uintptr_t>(boxes.packed_data());
+    return {make_set(boxes), at != 0 && at % 8 == 0 && boxes.stride_bytes() % 8 == 0};
+  }
+  THRONG_HD Box operator()(std::uint64_t i) const noexcept {
+    if (packed) return load_box(reinterpret_cast<const Box*>(set.corner[0] + i * set.stride));
+    return set.box(i);
+  }
+};
+
+// By bits: what differs in nothing else, as -0 and 0, may count as moved.
+THRONG_HD inline bool same_bits(const Box& a, const Box& b) noexcept {
+  const auto x = [](float p, float q) {
+    return std::bit_cast<std::uint32_t>(p) ^ std::bit_cast<std::uint32_t>(q);
+  };
+  return (x(a.lower.x, b.lower.x) | x(a.lower.y, b.lower.y) | x(a.lower.z, b.lower.z) |
+          x(a.upper.x, b.upper.x) | x(a.upper.y, b.upper.y) | x(a.upper.z, b.upper.z)) == 0;
+}
+
+// The objects as a thread sees them. Filters that nobody has given yet are absent.
+struct LiveView {
+  Box *boxes, *fat;  // as given last; as they were when candidates were found, and wider
+  std::uint8_t* state;
+  std::uint32_t *group, *mask;
+  std::int32_t *owner, *world;
+  std::uint8_t* is_static;
+  std::uint64_t* marks;
+  std::uint32_t limit;
+  float margin, fat_margin;
+
+  THRONG_HD static Box inactive() noexcept { return {{1, 1, 1}, {-1, -1, -1}}; }
+  THRONG_HD bool is_alive(std::uint32_t id) const noexcept {
+    return id < limit && (state[id] & alive_bit);
+  }
+  THRONG_HD Box grown(const Box& box) const noexcept {
+    return margin != 0 ? core::expand(box, margin) : box;
+  }
+  THRONG_HD Box fat_box(const Box& box) const noexcept {
+    return core::is_active(box) ? core::expand(grown(box), fat_margin) : inactive();
+  }
+  // Whether the candidates there are hold all that this box may pair with.
+  THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
+    if (!core::is_active(box)) return true;
+    const Box mine = grown(box), f = load_box(fat + id);
+    return (f.lower.x <= mine.lower.x) & (mine.upper.x <= f.upper.x) & (f.lower.y <= mine.lower.y) &
+           (mine.upper.y <= f.upper.y) & (f.lower.z <= mine.lower.z) & (mine.upper.z <= f.upper.z);
+  }
+  THRONG_HD void set_filters(std::uint32_t id, const Set& from, std::uint64_t i,
+                             bool fresh) const noexcept {
+    // What a call does not give stays; of a new object it is the default.
+    if (group && (from.group || fresh)) group[id] = from.group ? from.group[i] : ~0u;
+    if (mask && (from.mask || fresh)) mask[id] = from.mask ? from.mask[i] : ~0u;
+    if (owner && (from.owner || fresh)) owner[id] = from.owner ? from.owner[i] : -1;
+    if (world && (from.world || fresh)) world[id] = from.world ? from.world[i] : -1;
+    if (is_static && (from.is_static || fresh))
+      is_static[id] = from.is_static ? from.is_static[i] : std::uint8_t{0};
+  }
+};
+
+THRONG_HD inline void tell_nan(Checked& told, std::uint32_t i) noexcept {
+  fetch_add(&told.nan_count, std::uint64_t{1});
+  fetch_max(&told.nan_mark, ~i);
+}
+THRONG_HD inline void check_world(const Set& from, std::uint32_t i, Checked& told) noexcept {
+  if (!from.world || from.world[i] >= -1) return;
+  fetch_add(&told.bad_worlds, std::uint64_t{1});
+  fetch_max(&told.bad_world_mark, ~i);
+}
+
+template <class T>
+struct Fill {
+  T* values;
+  T value;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept { values[i] = value; }
+};
+
+// ---- ids ----------------------------------------------------------------------------------------
+
+// Each id of a list is claimed by the first place where it stands, whatever order threads run in.
+struct ClaimIds {
+  LiveView live;
+  const ObjectId* ids;
+  std::uint32_t token;  // another one a call
+
+  THRONG_HD static std::uint64_t claim(std::uint32_t token, std::uint32_t i) noexcept {
+    return std::uint64_t{token} << 32 | ~i;
+  }
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const ObjectId id = ids[i];
+    if (live.is_alive(id)) fetch_max(live.marks + id, claim(token, static_cast<std::uint32_t>(i)));
+  }
+};
+
+// After ClaimIds: ids, the boxes and worlds that are given with them, and who leaves its fat box.
+struct CheckList {
+  LiveView live;
+  const ObjectId* ids;
+  std::uint32_t token;
+  BoxReader boxes;
+  bool has_boxes;
+  Checked* told;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    const ObjectId id = ids[i];
+    check_world(boxes.set, i, *told);
+    if (!live.is_alive(id) || live.marks[id] != ClaimIds::claim(token, i)) {
+      fetch_add(&told->bad_ids, std::uint64_t{1});
+      fetch_max(&told->bad_id_mark, ~i);
+      return;
+    }
+    if (!has_boxes) return;
+    const Box box = boxes(i);
+    if (core::has_nan(box)) tell_nan(*told, i);
+    if (!live.holds(id, box)) raise(&told->left);
+  }
+};
+
+struct MoveList {
+  LiveView live;
+  const ObjectId* ids;
+  BoxReader boxes;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const ObjectId id = ids[i];
+    live.boxes[id] = boxes(i);
+    live.state[id] |= moved_bit;
+  }
+};
+struct SetFiltersOfList {
+  LiveView live;
+  const ObjectId* ids;
+  Set filters;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    live.set_filters(ids[i], filters, i, false);
+  }
+};
+// An object that is gone has an inactive box until the update that tells what this ended.
+struct RemoveList {
+  LiveView live;
+  const ObjectId* ids;
+  ObjectId* removed;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const ObjectId id = ids[i];
+    live.boxes[id] = LiveView::inactive();
+    live.state[id] = moved_bit;
+    removed[i] = id;
+  }
+};
+
+// ---- all ----------------------------------------------------------------------------------------
+
+struct CheckNew {
+  BoxReader boxes;
+  Checked* told;
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    check_world(boxes.set, i, *told);
+    if (core::has_nan(boxes(i))) tell_nan(*told, i);
+  }
+};
+// The ids that became free last are the first to be given again.
+struct AddBoxes {
+  LiveView live;
+  BoxReader boxes;
+  const ObjectId* free_ids;
+  std::uint32_t free_count;
+  ObjectId* ids;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    const ObjectId id = i < free_count ? free_ids[free_count - 1 - i] : live.limit + i - free_count;
+    live.boxes[id] = boxes(i);
+    live.fat[id] = LiveView::inactive();
+    live.state[id] = alive_bit | moved_bit;
+    live.set_filters(id, boxes.set, i, true);
+    if (ids) ids[i] = id;
+  }
+};
+
+// A box for every id: who moved, and who left its fat box. What did not move costs no more than
+// being read twice, as it was and as it is.
+struct CheckAll {
+  LiveView live;
+  BoxReader boxes;
+  Checked* told;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    const std::uint8_t state = live.state[i];
+    if (!(state & alive_bit)) return;
+    const Box now = boxes(i);
+    const bool moved = !same_bits(now, load_box(live.boxes + i));
+    const auto fresh = static_cast<std::uint8_t>(moved ? state | fresh_bit : state & ~fresh_bit);
+    if (fresh != state) live.state[i] = fresh;
+    if (!moved) return;
+    if (core::has_nan(now)) tell_nan(*told, i);
+    raise(&told->moved);
+    if (!live.holds(i, now)) raise(&told->left);
+  }
+};
+// Put behind CheckAll without a look at what it told: it does nothing where that is not good.
+struct MoveAll {
+  LiveView live;
+  BoxReader boxes;
+  const Checked* told;
+  bool nan_allowed;
+
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (!told->moved || !told->good(nan_allowed)) return;
+    if (!(live.state[i] & fresh_bit) || !(live.state[i] & alive_bit)) return;
+    live.boxes[i] = boxes(i);
+    live.state[i] = static_cast<std::uint8_t>((live.state[i] | moved_bit) & ~fresh_bit);
+  }
+};
+
+struct ShiftOrigin {
+  LiveView live;
+  Vec3 by;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (!(live.state[i] & alive_bit)) return;
+    Box& b = live.boxes[i];
+    b.lower = {b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z};
+    b.upper = {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z};
+  }
+};
+
+// ---- an update ----------------------------------------------------------------------------------
+
+// Fat boxes around where the objects are now.
+struct Fatten {
+  LiveView live;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    live.fat[i] = live.fat_box(load_box(live.boxes + i));
+    if (live.state[i] & (stray_bit | leaving_bit)) live.state[i] &= alive_bit | moved_bit;
+  }
+};
+struct Settle {
+  LiveView live;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (live.state[i] & (moved_bit | leaving_bit)) live.state[i] &= alive_bit | stray_bit;
+  }
+};
+
+}  // namespace throng::pipeline

@@ -1,0 +1,308 @@
+// Objects that live in a device's memory: boxes, filters, ids. Waits for the device in each call,
+// once, to learn whether what was asked is good; a call that is not, or for which memory runs out,
+// changes nothing.
+//
+// Beside what a pipeline asks for, a Device has here allocate, release, read(value), and
+// copy(to, from, bytes).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+#include <throng/options.hpp>
+
+#include "pipeline/block.hpp"
+#include "pipeline/failure.hpp"
+#include "pipeline/live_object_stages.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace throng::pipeline {
+
+// What a call tells, in the device's memory.
+struct LiveTold {
+  Checked checked;
+  Report report;           // of the pairs that changed
+  Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
+  Report fresh;            // their candidates
+};
+
+template <class Device>
+class LiveObjects {
+ public:
+  LiveObjects(Device& device, float margin, float fat_margin)
+      : device_(device), margin_(margin), fat_margin_(fat_margin) {}
+
+  std::uint32_t limit() const noexcept { return limit_; }
+  std::uint32_t count() const noexcept { return count_; }
+  // Whether a box differs from what the last update saw; whether one left its fat box; whether the
+  // candidates must be found anew for another reason.
+  bool moved() const noexcept { return moved_; }
+  bool left() const noexcept { return left_; }
+  bool stale() const noexcept { return stale_; }
+  // Until the next settle(). Fat boxes are made, and the candidates are those of before.
+  void set_stale() noexcept { stale_ = true; }
+
+  void add(const Boxes& boxes, ObjectId* ids, bool nan_allowed, Result& r) {
+    const std::size_t n = boxes.size();
+    const std::uint64_t limit = std::uint64_t{limit_} + n - std::min<std::size_t>(n, free_count_);
+    if (limit > max_pipeline_boxes) throw Failure{Status::too_many_boxes, limit};
+    if (n != 0) {
+      const BoxReader reader = BoxReader::of(boxes);
+      const Checked told = check([&](Checked* t) { device_.launch(n, CheckNew{reader, t}); });
+      if (!accept(told, nan_allowed, r)) return;
+      want_filters(boxes.filters);
+      reserve(static_cast<std::size_t>(limit));
+      const auto count = static_cast<std::uint32_t>(n);
+      device_.launch(n, AddBoxes{view(), reader, array<ObjectId>(free_array), free_count_, ids});
+      limit_ = static_cast<std::uint32_t>(limit);
+      free_count_ -= std::min(count, free_count_);
+      count_ += count;
+      moved_ = stale_ = true;
+    }
+    r.found = count_;
+  }
+
+  void remove(const ObjectId* ids, std::size_t n, Result& r) {
+    if (!check_list(ids, n, {}, false, true, r)) return;
+    if (n != 0) {
+      want(free_array), want(removed_array);
+      device_.launch(n, RemoveList{view(), ids, array<ObjectId>(removed_array) + removed_count_});
+      removed_count_ += static_cast<std::uint32_t>(n);
+      count_ -= static_cast<std::uint32_t>(n);
+      moved_ = true;
+    }
+    r.found = count_;
+  }
+
+  void move(const ObjectId* ids, const Boxes& boxes, bool nan_allowed, Result& r) {
+    const BoxReader reader = BoxReader::of(boxes);
+    if (!check_list(ids, boxes.size(), reader, true, nan_allowed, r)) return;
+    device_.launch(boxes.size(), MoveList{view(), ids, reader});
+    r.found = count_;
+  }
+
+  // boxes.size() is limit().
+  void move_all(const Boxes& boxes, bool nan_allowed, Result& r) {
+    const Checked told = check([&](Checked* t) { put_move_all(boxes, nan_allowed, t); });
+    if (accept(told, nan_allowed, r)) r.found = count_;
+  }
+  // The same without waiting: accept() follows, with what stands in *told then.
+  void put_move_all(const Boxes& boxes, bool nan_allowed, Checked* told) {
+    const BoxReader reader = BoxReader::of(boxes);
+    device_.launch(limit_, CheckAll{view(), reader, told});
+    device_.launch(limit_, MoveAll{view(), reader, told, nan_allowed});
+  }
+
+  void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
+    Boxes bare;
+    bare.filters = filters;
+    const BoxReader reader = BoxReader::of(bare);
+    if (!check_list(ids, n, reader, false, true, r)) return;
+    if (n != 0) {
+      want_filters(filters);
+      device_.launch(n, SetFiltersOfList{view(), ids, reader.set});
+      moved_ = stale_ = true;
+    }
+    r.found = count_;
+  }
+
+  void shift_origin(const Vec3& by, Result& r) {
+    device_.launch(limit_, ShiftOrigin{view(), by});
+    moved_ = stale_ = true;  // rounding can bring fat boxes together
+    r.found = count_;
+  }
+
+  // Result and state after a check; false where it is not good.
+  bool accept(const Checked& told, bool nan_allowed, Result& r) noexcept {
+    const auto refuse = [&](Status status, std::uint64_t count, std::uint32_t mark) {
+      r.status = status;
+      r.invalid_count = count;
+      r.first_invalid = ~mark;
+      return false;
+    };
+    if (told.bad_ids) return refuse(Status::bad_id, told.bad_ids, told.bad_id_mark);
+    if (told.bad_worlds) return refuse(Status::bad_filter, told.bad_worlds, told.bad_world_mark);
+    if (told.nan_count && !nan_allowed)
+      return refuse(Status::nan_box, told.nan_count, told.nan_mark);
+    moved_ = moved_ || told.moved;
+    left_ = left_ || told.left;
+    return true;
+  }
+
+  // ---- for an update ----------------------------------------------------------------------------
+
+  LiveView view() const noexcept {
+    return {array<Box>(box_array),
+            array<Box>(fat_array),
+            array<std::uint8_t>(state_array),
+            array<std::uint32_t>(group_array),
+            array<std::uint32_t>(mask_array),
+            array<std::int32_t>(owner_array),
+            array<std::int32_t>(world_array),
+            array<std::uint8_t>(static_array),
+            array<std::uint64_t>(mark_array),
+            limit_,
+            margin_,
+            fat_margin_};
+  }
+  // Cleared; may be read when what was put on the device has run.
+  LiveTold* told() {
+    told_.room(sizeof(LiveTold));
+    device_.clear(told_.template as<char>(), sizeof(LiveTold));
+    return told_.template as<LiveTold>();
+  }
+  // The fat boxes, made anew, with the filters: what candidates are found of.
+  Boxes fatten() {
+    set_stale();
+    device_.launch(limit_, Fatten{view()});
+    Boxes all(array<Box>(fat_array), limit_);
+    const auto give = [&](auto& column, auto* values) {
+      if (values) column = {values, limit_};
+    };
+    const LiveView v = view();
+    give(all.filters.group, v.group);
+    give(all.filters.mask, v.mask);
+    give(all.filters.owner, v.owner);
+    give(all.filters.world, v.world);
+    give(all.filters.is_static, v.is_static);
+    return all;
+  }
+  // The pairs are those of the boxes as they are. Ids of what was removed may be given again.
+  void settle() {
+    if (removed_count_ != 0)
+      device_.copy(array<ObjectId>(free_array) + free_count_, array<ObjectId>(removed_array),
+                   removed_count_ * sizeof(ObjectId));
+    free_count_ += removed_count_;
+    removed_count_ = 0;
+    if (moved_) device_.launch(limit_, Settle{view()});
+    moved_ = left_ = stale_ = false;
+  }
+
+  // Everything of the other's, of the same device. Failure: nothing has changed.
+  void reserve_for(const LiveObjects& other) {
+    for (int k = 0; k < array_count; ++k)
+      if (other.wanted_[k])
+        blocks_[k].grow(other.limit_ * sizes[k], wanted_[k] ? limit_ * sizes[k] : 0);
+  }
+  void copy(const LiveObjects& other) {
+    for (int k = 0; k < array_count; ++k) {
+      wanted_[k] = other.wanted_[k];
+      if (wanted_[k] && other.limit_)
+        device_.copy(blocks_[k].template as<char>(), other.blocks_[k].template as<char>(),
+                     other.limit_ * sizes[k]);
+    }
+    margin_ = other.margin_;
+    fat_margin_ = other.fat_margin_;
+    limit_ = other.limit_;
+    count_ = other.count_;
+    free_count_ = other.free_count_;
+    removed_count_ = other.removed_count_;
+    token_ = other.token_;
+    moved_ = other.moved_;
+    left_ = other.left_;
+    stale_ = other.stale_;
+  }
+
+  std::size_t held() const noexcept {
+    std::size_t sum = told_.bytes();
+    for (const Block<Device>& block : blocks_) sum += block.bytes();
+    return sum;
+  }
+
+ private:
+  enum Array {
+    box_array,
+    fat_array,
+    state_array,
+    group_array,
+    mask_array,
+    owner_array,
+    world_array,
+    static_array,
+    mark_array,
+    free_array,
+    removed_array
+  };
+  static constexpr int array_count = removed_array + 1;
+  static constexpr std::size_t sizes[array_count] = {
+      sizeof(Box), sizeof(Box), 1, 4, 4, 4, 4, 1, sizeof(std::uint64_t), 4, 4};
+
+  template <class T>
+  T* array(Array k) const noexcept {
+    return wanted_[k] ? blocks_[k].template as<T>() : nullptr;
+  }
+
+  template <class F>
+  Checked check(const F& put) {
+    LiveTold* at = told();
+    put(&at->checked);
+    return device_.read(at->checked);
+  }
+  // False, with the status, where an id, a world or a box is not good; what moves is noted.
+  bool check_list(const ObjectId* ids, std::size_t n, const BoxReader& given, bool has_boxes,
+                  bool nan_allowed, Result& r) {
+    if (n > count_) {  // one of them is there twice, or not alive
+      r.status = Status::bad_id;
+      r.invalid_count = n;
+      return false;
+    }
+    if (n == 0) return true;
+    want(mark_array);
+    if (++token_ == 0) {
+      device_.clear(array<char>(mark_array), limit_ * sizes[mark_array]);
+      token_ = 1;
+    }
+    Checked told = check([&](Checked* t) {
+      device_.launch(n, ClaimIds{view(), ids, token_});
+      device_.launch(n, CheckList{view(), ids, token_, given, has_boxes, t});
+    });
+    told.moved = has_boxes;
+    return accept(told, nan_allowed, r);
+  }
+
+  // Arrays that not everybody needs are there from the first call on that does.
+  void want(Array k) {
+    if (wanted_[k]) return;
+    blocks_[k].grow(std::max<std::size_t>(limit_, 1) * sizes[k], 0);
+    wanted_[k] = true;
+    fill(k, 0, limit_);
+  }
+  void want_filters(const Filters& f) {
+    if (f.group) want(group_array);
+    if (f.mask) want(mask_array);
+    if (f.owner) want(owner_array);
+    if (f.world) want(world_array);
+    if (f.is_static) want(static_array);
+  }
+  void reserve(std::size_t limit) {
+    for (const Array k : {box_array, fat_array, state_array}) wanted_[k] = true;
+    for (int k = 0; k < array_count; ++k)
+      if (wanted_[k]) blocks_[k].grow(limit * sizes[k], limit_ * sizes[k]);
+    if (wanted_[mark_array]) fill(mark_array, limit_, limit);
+  }
+  // What those that came before the array have.
+  void fill(Array k, std::size_t begin, std::size_t end) {
+    if (begin == end) return;
+    const bool ones = k == group_array || k == mask_array || k == owner_array || k == world_array;
+    if (ones)
+      device_.launch(end - begin, Fill<std::uint32_t>{array<std::uint32_t>(k) + begin, ~0u});
+    else
+      device_.clear(array<char>(k) + begin * sizes[k], (end - begin) * sizes[k]);
+  }
+
+  Device& device_;
+  Block<Device> blocks_[array_count] = {
+      Block<Device>(device_), Block<Device>(device_), Block<Device>(device_),
+      Block<Device>(device_), Block<Device>(device_), Block<Device>(device_),
+      Block<Device>(device_), Block<Device>(device_), Block<Device>(device_),
+      Block<Device>(device_), Block<Device>(device_)};
+  Block<Device> told_{device_};
+  bool wanted_[array_count] = {};
+  float margin_, fat_margin_;
+  std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
+  std::uint32_t token_ = 0;
+  bool moved_ = false, left_ = false, stale_ = false;
+};
+
+}  // namespace throng::pipeline

@@ -1,0 +1,362 @@
+// Pairs that live in a device's memory: candidates, slots, and what the last update told.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "pipeline/block.hpp"
+#include "pipeline/live_objects.hpp"
+#include "pipeline/live_pair_stages.hpp"
+#include "pipeline/live_stray_stages.hpp"
+#include "pipeline/order.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace throng::pipeline {
+
+template <class Device>
+class LivePairSet {
+ public:
+  explicit LivePairSet(Device& device) noexcept : device_(device) {}
+
+  std::uint64_t count() const noexcept { return count_; }
+  std::uint64_t candidate_count() const noexcept { return candidates_.count; }
+  std::uint32_t slot_limit() const noexcept { return slot_limit_; }
+  LivePairs begun() const noexcept { return begun_.view(); }
+  LivePairs ended() const noexcept { return ended_.view(); }
+  LivePairs candidates() const noexcept { return candidates_.view(); }
+
+  // Makes room for the changes that there usually are, and puts a comparison of the candidates on
+  // the device, which depends on what told->checked says by then.
+  void prepare_retest() { changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair)); }
+  void put_retest(const LiveView& live, LiveTold* told, bool nan_allowed, bool moved_before) const {
+    look(Retest{candidates_.list(), live, &told->checked, nan_allowed, moved_before, true},
+         changes_, &told->report);
+  }
+
+  // Takes what changed, of which the report tells; where there was no room for it, it is found
+  // again. `live` is as put_retest had it.
+  void commit_retest(const LiveView& live, const Report& found, LiveTold* told) {
+    if (found.found > room_for_changes()) {
+      make_room_for_changes(found.found);
+      device_.clear(&told->report, sizeof(Report));
+      look(Retest{candidates_.list(), live, nullptr, true, true, true}, changes_, &told->report);
+    }
+    commit(found.found, candidates_.list(), live.limit, &told->report);
+  }
+
+  // Finds all candidates anew, of fat boxes, and takes what changed.
+  void commit_found(const Boxes& fat, const LiveView& live, const Options& options, LiveTold* told,
+                    Result& r) {
+    const std::uint64_t found = find_candidates(fat, options, r);
+    next_.room(found);
+    const Candidates now{next_.block.template as<LivePair>(), found};
+    device_.launch(found, CarrySlots{found_.template as<Pair>(), candidates_.list(), now.pairs});
+    commit_next(now, live, false, told, r);
+  }
+
+  // Where few boxes left theirs: see live_stray_stages.hpp. False where they are not so few, or
+  // there is no grid; begin() is called before fat boxes change.
+  template <class Begin>
+  bool commit_strays(const LiveView& live, LiveTold* told, const Begin& begin, Result& r) {
+    const std::uint64_t most = live.limit / 8;
+    if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
+    leavers_.room(most * sizeof(Pair));
+    strays_.room(most * sizeof(Pair));
+    look(LookForLeavers{live}, leavers_, &told->leavers);
+    const std::uint64_t leavers = device_.read(told->leavers).found;
+    if (leavers > leavers_.bytes() / sizeof(Pair)) return false;
+    auto* askers = reinterpret_cast<Record*>(askers_.room(leavers * sizeof(Record)));
+    begin();
+    device_.launch(leavers, FattenLeavers{live, leavers_.template as<Pair>(), askers});
+    look(LookForStrays{live}, strays_, &told->strays);
+    const std::uint64_t strays = device_.read(told->strays).found;
+    if (strays > strays_.bytes() / sizeof(Pair)) return false;
+    const LookForStrayPairs of_strays = find_stray_pairs(live, strays);
+    GridSearchOf<true> around{grid_of_,
+                              workspace_of_.grid,
+                              workspace_of_.table,
+                              workspace_of_.occupied,
+                              workspace_of_.records,
+                              workspace_of_.report,
+                              {}};
+    around.askers = askers;
+    around.asker_count = leavers;
+    around.states = live.state;
+    around.mask_bits = alive_bit | stray_bit;
+    around.wanted_bits = alive_bit;
+    std::uint64_t fresh = 0;
+    for (;;) {
+      device_.clear(&told->fresh, sizeof(Report));
+      device_.search(leavers, around, {fresh_.template as<Pair>(), room_of(fresh_), &told->fresh});
+      look(of_strays, fresh_, &told->fresh);
+      fresh = device_.read(told->fresh).found;
+      if (fresh <= room_of(fresh_)) break;
+      fresh_.room(static_cast<std::size_t>(fresh + fresh / 8 + 1024) * sizeof(Pair));
+    }
+    sort(fresh_, fresh, ids_below(live.limit), &told->fresh);
+    const Candidates before = candidates_.list();
+    const std::uint32_t* sums = sums_of(before.count + 1, [&](std::uint32_t* flags) {
+      device_.launch(before.count + 1, FlagKept{before, live.state, flags});
+    });
+    const std::uint64_t kept = device_.read(sums[before.count]);
+    next_.room(kept + fresh);
+    const Candidates now{next_.block.template as<LivePair>(), kept + fresh};
+    const auto* added = fresh_.template as<Pair>();
+    device_.launch(before.count, MergeKept{before, {added, fresh}, sums, now.pairs});
+    device_.launch(fresh, MergeFresh{before, added, sums, now.pairs});
+    commit_next(now, live, true, told, r);
+    return true;
+  }
+
+  // In canonical order; put together where it was not since the last change.
+  LivePairs pairs() {
+    if (count_ == candidates_.count) return candidates_.view();
+    if (!gathered_) {
+      const std::uint64_t n = candidates_.count;
+      auto* sums = sums_of(n + 1, [&](std::uint32_t* flags) {
+        device_.launch(n + 1, FlagLive{candidates_.list(), flags});
+      });
+      pairs_.room(count_);
+      device_.launch(n, GatherLive{candidates_.list(), sums, pairs_.block.template as<LivePair>()});
+      pairs_.count = count_;
+      gathered_ = true;
+    }
+    return pairs_.view();
+  }
+
+  void reserve_for(const LivePairSet& other) {
+    for (const auto& [mine, theirs] : lists(*this, other))
+      mine->block.grow(theirs->count * sizeof(LivePair), mine->count * sizeof(LivePair));
+    free_slots_.grow(other.slot_limit_ * slot_bytes, free_count_ * slot_bytes);
+  }
+  void copy(const LivePairSet& other) {
+    for (const auto& [mine, theirs] : lists(*this, other)) {
+      mine->count = theirs->count;
+      if (mine->count)
+        device_.copy(mine->block.template as<char>(), theirs->block.template as<char>(),
+                     mine->count * sizeof(LivePair));
+    }
+    if (other.free_count_)
+      device_.copy(free_slots_.template as<char>(), other.free_slots_.template as<char>(),
+                   other.free_count_ * slot_bytes);
+    count_ = other.count_;
+    slot_limit_ = other.slot_limit_;
+    free_count_ = other.free_count_;
+    gathered_ = in_grid_ = false;
+  }
+
+  std::size_t held() const noexcept {
+    std::size_t sum = 0;
+    for (const Block<Device>* b :
+         {&candidates_.block, &next_.block,  &begun_.block, &ended_.block, &next_begun_.block,
+          &next_ended_.block, &pairs_.block, &free_slots_,  &workspace_,   &found_,
+          &sorting_,          &changes_,     &flags_,       &scratch_,     &leavers_,
+          &strays_,           &askers_,      &fresh_,       &stray_boxes_, &stray_filters_,
+          &stray_workspace_})
+      sum += b->bytes();
+    return sum;
+  }
+
+ private:
+  static constexpr std::size_t slot_bytes = sizeof(std::uint32_t);
+
+  struct List {
+    explicit List(Device& device) noexcept : block(device) {}
+    LivePairs view() const noexcept {
+      return {block.template as<LivePair>(), static_cast<std::size_t>(count)};
+    }
+    Candidates list() const noexcept { return {block.template as<LivePair>(), count}; }
+    // What it holds is lost.
+    void room(std::uint64_t wanted) {
+      const auto bytes = static_cast<std::size_t>(wanted) * sizeof(LivePair);
+      if (bytes > block.bytes()) count = 0;
+      if (bytes > block.bytes()) block.room(bytes + bytes / 8);
+    }
+    void swap(List& other) noexcept {
+      block.swap(other.block);
+      std::swap(count, other.count);
+    }
+    Block<Device> block;
+    std::uint64_t count = 0;
+  };
+  template <class Mine, class Theirs>
+  static std::array<std::pair<List*, const List*>, 3> lists(Mine& mine, Theirs& theirs) noexcept {
+    return {{{&mine.candidates_, &theirs.candidates_},
+             {&mine.begun_, &theirs.begun_},
+             {&mine.ended_, &theirs.ended_}}};
+  }
+
+  // Each of which there is one, into `out`; as far as there is room.
+  template <class Look>
+  void look(const Look& each, const Block<Device>& out, Report* report) const {
+    const std::uint64_t n = each.bound();
+    if (n) device_.search(n, EachOnce<Look>{each}, {out.template as<Pair>(), room_of(out), report});
+  }
+  static std::uint64_t room_of(const Block<Device>& pairs) noexcept {
+    return pairs.bytes() / sizeof(Pair);
+  }
+  std::uint64_t room_for_changes() const noexcept { return room_of(changes_); }
+  void make_room_for_changes(std::uint64_t count) {
+    changes_.room(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
+  }
+  static Input ids_below(std::uint32_t limit) noexcept {
+    Input in;
+    in.count = in.first_count = limit;
+    return in;
+  }
+
+  // Sums of flags, which put(flags) sets: n of them, whose sum is below 2^32.
+  template <class F>
+  std::uint32_t* sums_of(std::uint64_t n, const F& put) {
+    const auto count = static_cast<std::size_t>(n);
+    auto* flags = reinterpret_cast<std::uint32_t*>(flags_.room(count * sizeof(std::uint32_t)));
+    const std::size_t bytes = Device::scan_bytes(count);
+    device_.use_scratch(scratch_.room(bytes), bytes);
+    put(flags);
+    device_.scan(flags, count);
+    return flags;
+  }
+
+  // In canonical order, in found_; tells how many. The grid stays in workspace_.
+  std::uint64_t find_candidates(const Boxes& fat, const Options& options, Result& r) {
+    in_grid_ = false;
+    if (fat.empty()) return 0;
+    Options plain;
+    plain.algorithm = options.algorithm;
+    plain.cell_scale = options.cell_scale;
+    grid_of_ = make_input(fat, nullptr, plain);
+    bool brute = false;
+    const std::uint64_t found =
+        find(grid_of_, plain.algorithm, workspace_, workspace_of_, found_, brute);
+    r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
+    sort(found_, found, grid_of_, workspace_of_.report);
+    in_grid_ = !brute;
+    return found;
+  }
+  // Into `out`, which grows; tells how many.
+  std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
+                     Block<Device>& out, bool& brute) {
+    brute = Pipeline<Device>::brute_force(in, algorithm);
+    w.carve(in.count, memory.room(w.carve(in.count, nullptr, Device::scan_bytes)),
+            Device::scan_bytes);
+    const Pipeline<Device> pipeline(device_);
+    pipeline.build(in, brute, w);
+    out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
+    for (;;) {
+      device_.clear(&w.report->found, sizeof w.report->found);
+      pipeline.find(in, brute, w, {out.template as<Pair>(), room_of(out), w.report});
+      const std::uint64_t found = device_.read(*w.report).found;
+      if (found <= room_of(out)) return found;
+      out.room(static_cast<std::size_t>(found + found / 8 + 512) * sizeof(Pair));
+    }
+  }
+  LookForStrayPairs find_stray_pairs(const LiveView& live, std::uint64_t strays) {
+    const auto* ids = strays_.template as<Pair>();
+    if (strays == 0) return {live, ids, nullptr, 0};
+    auto* boxes = reinterpret_cast<Box*>(stray_boxes_.room(strays * sizeof(Box)));
+    auto* filters = reinterpret_cast<Filter*>(stray_filters_.room(strays * sizeof(Filter)));
+    device_.launch(strays, GatherStrays{live, ids, boxes, filters});
+    const auto n = static_cast<std::size_t>(strays);
+    Boxes view(boxes, n);
+    if (live.group || live.mask) {
+      view.filters.group = {&filters->group, n, sizeof(Filter)};
+      view.filters.mask = {&filters->mask, n, sizeof(Filter)};
+    }
+    if (live.owner) view.filters.owner = {&filters->owner, n, sizeof(Filter)};
+    if (live.is_static) view.filters.is_static = {&filters->is_static, n, sizeof(Filter)};
+    Workspace w;
+    bool brute = false;
+    const std::uint64_t found = find(make_input(view, nullptr, {}), Algorithm::automatic,
+                                     stray_workspace_, w, found_, brute);
+    return {live, ids, found_.template as<Pair>(), found};
+  }
+  void sort(Block<Device>& pairs, std::uint64_t count, const Input& in, const Report* report) {
+    const auto n = static_cast<std::size_t>(count);
+    const std::size_t bytes = Device::sort_bytes(n);
+    auto* p = pairs.template as<Pair>();
+    device_.sort(p, bytes ? sorting_.room(bytes) : nullptr, bytes, p, n, n, report, in);
+  }
+
+  // `now`, in next_, becomes the candidates. `mended`: where no box left its fat box, they are
+  // those of before.
+  void commit_next(const Candidates& now, const LiveView& live, bool mended, LiveTold* told,
+                   Result& r) {
+    std::uint64_t changes = 0;
+    for (;;) {
+      device_.clear(&told->report, sizeof(Report));
+      look(Retest{now, live, nullptr, true, true, mended}, changes_, &told->report);
+      look(Vanished{candidates_.list(), now, mended ? live.state : nullptr}, changes_,
+           &told->report);
+      const Report report = device_.read(told->report);
+      r.comparisons = report.comparisons;
+      changes = report.found;
+      if (changes <= room_for_changes()) break;
+      make_room_for_changes(changes);
+    }
+    commit(changes, now, live.limit, &told->report);
+    next_.count = now.count;
+    next_.swap(candidates_);
+  }
+
+  // `now` takes the place of the candidates: what changed gets and gives back its slots. All
+  // memory is asked for before the first of these.
+  void commit(std::uint64_t changes, const Candidates& now, std::uint32_t limit,
+              const Report* report) {
+    if (changes >= no_slot) throw Failure{Status::out_of_memory, changes * sizeof(LivePair)};
+    if (changes == 0) {
+      begun_.count = ended_.count = 0;
+      return;
+    }
+    sort(changes_, changes, ids_below(limit), report);
+    const auto* changed = changes_.template as<Pair>();
+    const Candidates before = candidates_.list();
+    const std::uint32_t* sums = sums_of(changes + 1, [&](std::uint32_t* flags) {
+      device_.launch(changes + 1, FlagBegun{changed, changes, before, flags});
+    });
+    const std::uint32_t begun = device_.read(sums[changes]);
+    const auto ended = static_cast<std::uint32_t>(changes - begun);
+    const std::uint32_t reused = std::min(begun, free_count_);
+    const std::uint64_t slots = std::uint64_t{slot_limit_} + begun - reused;
+    if (slots >= no_slot) throw Failure{Status::out_of_memory, slots * slot_bytes};
+    next_begun_.room(begun);
+    next_ended_.room(ended);
+    free_slots_.grow(static_cast<std::size_t>(slots) * slot_bytes, free_count_ * slot_bytes);
+    // From here on nothing is asked for.
+    auto* b = next_begun_.block.template as<LivePair>();
+    auto* e = next_ended_.block.template as<LivePair>();
+    auto* free_slots = free_slots_.template as<std::uint32_t>();
+    device_.launch(changes, SplitChanges{changed, before, sums, b, e});
+    device_.launch(begun, GiveSlots{b, now, free_slots, free_count_, slot_limit_});
+    free_count_ -= reused;
+    device_.launch(ended, TakeSlots{e, now, free_slots + free_count_});
+    free_count_ += ended;
+    slot_limit_ = static_cast<std::uint32_t>(slots);
+    count_ = count_ + begun - ended;
+    next_begun_.count = begun;
+    next_ended_.count = ended;
+    begun_.swap(next_begun_);
+    ended_.swap(next_ended_);
+    gathered_ = false;
+  }
+
+  Device& device_;
+  List candidates_{device_}, next_{device_};
+  List begun_{device_}, ended_{device_}, next_begun_{device_}, next_ended_{device_};
+  List pairs_{device_};
+  Block<Device> free_slots_{device_};
+  // Of a call.
+  Block<Device> workspace_{device_}, found_{device_}, sorting_{device_}, changes_{device_},
+      flags_{device_}, scratch_{device_};
+  Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
+      stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
+  // The grid that all candidates were found in last, in workspace_.
+  Input grid_of_;
+  Workspace workspace_of_;
+  std::uint64_t count_ = 0;
+  std::uint32_t slot_limit_ = 0, free_count_ = 0;
+  bool gathered_ = false, in_grid_ = false;
+};
+
+}  // namespace throng::pipeline

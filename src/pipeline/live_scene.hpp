@@ -1,0 +1,92 @@
+// Objects and pairs that live on a device: what throng::cuda::BroadPhase does.
+#pragma once
+
+#include <utility>
+
+#include "pipeline/live_objects.hpp"
+#include "pipeline/live_pairs.hpp"
+
+namespace throng::pipeline {
+
+template <class Device>
+class LiveScene {
+ public:
+  // The arguments of calls are valid but for what only the device can tell.
+  template <class... Args>
+  LiveScene(float fat_margin, const Options& options, Args&&... args)
+      : device_(std::forward<Args>(args)...),
+        options_(options),
+        objects_(device_, options.margin, fat_margin),
+        pairs_(device_) {}
+
+  Device& device() noexcept { return device_; }
+  const Device& device() const noexcept { return device_; }
+  const LiveObjects<Device>& objects() const noexcept { return objects_; }
+  const LivePairSet<Device>& pairs() const noexcept { return pairs_; }
+  std::size_t held() const noexcept { return device_.held() + objects_.held() + pairs_.held(); }
+
+  void add(const Boxes& boxes, ObjectId* ids, Result& r) {
+    objects_.add(boxes, ids, nan_allowed(), r);
+  }
+  void remove(const ObjectId* ids, std::size_t n, Result& r) { objects_.remove(ids, n, r); }
+  void move(const ObjectId* ids, const Boxes& boxes, Result& r) {
+    objects_.move(ids, boxes, nan_allowed(), r);
+  }
+  void move_all(const Boxes& boxes, Result& r) { objects_.move_all(boxes, nan_allowed(), r); }
+  void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
+    objects_.set_filters(ids, n, filters, r);
+  }
+  void shift_origin(const Vec3& by, Result& r) { objects_.shift_origin(by, r); }
+
+  // `boxes`, if there are, are those of move_all. The device is waited for once where no pair
+  // begins or ends.
+  void update(const Boxes* boxes, Result& r) {
+    pairs_.prepare_retest();
+    LiveTold* at = objects_.told();
+    const LiveView live = objects_.view();
+    if (boxes) objects_.put_move_all(*boxes, nan_allowed(), &at->checked);
+    const bool retest =
+        !objects_.left() && pairs_.candidate_count() != 0 && (boxes || objects_.moved());
+    if (retest) pairs_.put_retest(live, at, nan_allowed(), objects_.moved());
+    LiveTold told;
+    if (boxes || retest) told = device_.read(*at);
+    if (!objects_.accept(told.checked, nan_allowed(), r)) return;
+    if (objects_.left() || objects_.stale()) {
+      const auto begin = [&] {
+        objects_.set_stale();  // should memory run out
+        r.plan.reason = "few boxes left their fat boxes: their candidates found anew";
+      };
+      if (objects_.stale() || !pairs_.commit_strays(live, at, begin, r)) {
+        r.plan.reason = "all candidates found anew";
+        pairs_.commit_found(objects_.fatten(), live, options_, at, r);
+      }
+    } else {
+      r.plan.reason =
+          objects_.moved() ? "no box left its fat box: candidates compared again" : "nothing moved";
+      r.comparisons = told.report.comparisons;
+      pairs_.commit_retest(live, told.report, at);
+    }
+    objects_.settle();
+    r.found = pairs_.count();
+  }
+  LivePairs gather_pairs() { return pairs_.pairs(); }
+
+  // Of one device. Failure: nothing has changed.
+  void copy(const LiveScene& other) {
+    objects_.reserve_for(other.objects_);
+    pairs_.reserve_for(other.pairs_);
+    objects_.copy(other.objects_);
+    pairs_.copy(other.pairs_);
+    options_.margin = other.options_.margin;
+  }
+
+ private:
+  bool nan_allowed() const noexcept { return options_.nan == NanPolicy::inactive; }
+
+  Device device_;
+  Options options_;
+  LiveObjects<Device> objects_;
+  LivePairSet<Device> pairs_;
+};
+
+}  // namespace throng::pipeline

@@ -1,0 +1,112 @@
+// Where few objects left their fat boxes: what one thread does to mend the candidates instead of
+// finding them anew. An object whose fat box is another one than it was when all candidates were
+// found last is a stray: its place in the grid of then is void. Let L be those that left just now,
+// strays among others. The candidates without any of L stay. Those with one are
+//   - with an object that is no stray: found in the grid, where that lies as it did then;
+//   - with a stray: found among the strays alone, which are sorted into a small grid of their own.
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/live_pair_stages.hpp"
+
+namespace throng::pipeline {
+
+// Objects that left their fat boxes, as pairs (id, 0).
+struct LookForLeavers {
+  LiveView live;
+  std::uint64_t bound() const noexcept { return live.limit; }
+  THRONG_HD std::uint64_t count() const noexcept { return live.limit; }
+  THRONG_HD bool operator()(std::uint64_t index, Pair& pair, std::uint32_t&) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    pair = {i, 0};
+    constexpr std::uint8_t both = alive_bit | moved_bit;
+    return (live.state[i] & both) == both && !live.holds(i, load_box(live.boxes + i));
+  }
+};
+struct FattenLeavers {
+  LiveView live;
+  const Pair* leavers;
+  Record* askers;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const std::uint32_t id = leavers[i].first;
+    const Box fat = live.fat_box(load_box(live.boxes + id));
+    live.fat[id] = fat;
+    live.state[id] |= stray_bit | leaving_bit;
+    askers[i] = Record{fat.lower, id, fat.upper, 0};
+  }
+};
+
+struct LookForStrays {
+  LiveView live;
+  std::uint64_t bound() const noexcept { return live.limit; }
+  THRONG_HD std::uint64_t count() const noexcept { return live.limit; }
+  THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t&) const noexcept {
+    pair = {static_cast<std::uint32_t>(i), 0};
+    return (live.state[i] & (alive_bit | stray_bit)) == (alive_bit | stray_bit);
+  }
+};
+struct GatherStrays {
+  LiveView live;
+  const Pair* strays;
+  Box* boxes;
+  Filter* filters;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const std::uint32_t id = strays[i].first;
+    boxes[i] = load_box(live.fat + id);
+    filters[i] = {live.group ? live.group[id] : ~0u, live.mask ? live.mask[id] : ~0u,
+                  live.owner ? live.owner[id] : -1, -1,
+                  live.is_static ? live.is_static[id] : std::uint8_t{0}};
+  }
+};
+// Pairs of strays one of which left just now.
+struct LookForStrayPairs {
+  LiveView live;
+  const Pair* strays;
+  const Pair* found;
+  std::uint64_t found_count;
+  std::uint64_t bound() const noexcept { return found_count; }
+  THRONG_HD std::uint64_t count() const noexcept { return found_count; }
+  THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t&) const noexcept {
+    const std::uint32_t a = strays[found[i].first].first, b = strays[found[i].second].first;
+    pair = a < b ? Pair{a, b} : Pair{b, a};
+    return ((live.state[a] | live.state[b]) & leaving_bit) != 0;
+  }
+};
+
+// Candidates that stay, and then these and the fresh ones in one list in canonical order: each
+// goes behind those of its own list and those of the other that come first. No pair is in both.
+struct FlagKept {
+  Candidates before;
+  const std::uint8_t* state;
+  std::uint32_t* flags;  // and one more
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    flags[i] = 0;
+    if (i >= before.count) return;
+    const LivePair c = before.pairs[i];
+    flags[i] = ((state[c.first] | state[c.second]) & leaving_bit) == 0 ? 1u : 0u;
+  }
+};
+struct MergeKept {
+  Candidates before;
+  Sorted<const Pair> fresh;
+  const std::uint32_t* sums;
+  LivePair* now;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (sums[i + 1] == sums[i]) return;
+    const LivePair c = before.pairs[i];
+    now[sums[i] + fresh.place(c)] = c;
+  }
+};
+struct MergeFresh {
+  Candidates before;
+  const Pair* fresh;
+  const std::uint32_t* sums;
+  LivePair* now;
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    const Pair p = fresh[i];
+    now[i + sums[before.place(p)]] = {p.first, p.second, slot_in(before, p)};
+  }
+};
+
+}  // namespace throng::pipeline

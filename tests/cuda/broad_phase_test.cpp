@@ -1,0 +1,280 @@
+// Objects that live on a GPU, held against the model as those of the CPU are.
+#include <cmath>
+#include <string>
+
+#include <throng/cuda_broad_phase.hpp>
+
+#include "broad_phase/actor.hpp"
+#include "cuda/device.hpp"
+
+namespace throng::tests {
+namespace {
+
+// A copy of a host's view in device memory.
+class Upload {
+ public:
+  explicit Upload(const Boxes& from) {
+    const std::size_t n = from.size();
+    for (std::size_t i = 0; i < n; ++i) list_.push_back(from[i]);
+    boxes_ = std::make_unique<OnDevice<Box>>(list_);
+    view_ = Boxes(boxes_->data(), n);
+    copy(from.filters, n);
+  }
+  Upload(const Filters& from, std::size_t n) { copy(from, n); }
+  const Boxes& view() const { return view_; }
+  const Filters& filters() const { return view_.filters; }
+
+ private:
+  template <class T>
+  void copy(const Strided<T>& from, std::unique_ptr<OnDevice<T>>& to, Strided<T>& shown,
+            std::size_t n) {
+    if (!from) return;
+    std::vector<T> values;
+    for (std::size_t i = 0; i < n; ++i) values.push_back(from[i]);
+    to = std::make_unique<OnDevice<T>>(values);
+    shown = {to->data(), n};
+  }
+  void copy(const Filters& from, std::size_t n) {
+    copy(from.group, group_, view_.filters.group, n);
+    copy(from.mask, mask_, view_.filters.mask, n);
+    copy(from.owner, owner_, view_.filters.owner, n);
+    copy(from.world, world_, view_.filters.world, n);
+    copy(from.is_static, static_, view_.filters.is_static, n);
+  }
+  std::vector<Box> list_;
+  Boxes view_;
+  std::unique_ptr<OnDevice<Box>> boxes_;
+  std::unique_ptr<OnDevice<std::uint32_t>> group_, mask_;
+  std::unique_ptr<OnDevice<std::int32_t>> owner_, world_;
+  std::unique_ptr<OnDevice<std::uint8_t>> static_;
+};
+
+// The calls of a throng::BroadPhase, answered by the GPU.
+class GpuMachine {
+ public:
+  GpuMachine(const Options& options, float fat_margin, const cuda::MemoryResource& memory = {})
+      : scene_(fat_margin, options, memory) {}
+
+  cuda::BroadPhase& scene() { return scene_; }
+  void move_at_once(bool at_once) { at_once_ = at_once; }
+
+  Result add(const Boxes& boxes, ObjectId* ids) {
+    const Upload there(boxes);
+    const OnDevice<ObjectId> given(boxes.size());
+    const Result r = scene_.add(there.view(), given.data(), stream_);
+    const std::vector<ObjectId> list = given.get();
+    if (r.ok() && ids) std::copy(list.begin(), list.end(), ids);
+    return r;
+  }
+  Result remove(const ObjectId* ids, std::size_t n) {
+    return scene_.remove(list(ids, n).data(), n, stream_);
+  }
+  Result move(const ObjectId* ids, const Boxes& boxes) {
+    const Upload there(boxes);
+    return scene_.move(list(ids, boxes.size()).data(), there.view(), stream_);
+  }
+  Result move_all(const Boxes& boxes) {
+    all_ = std::make_unique<Upload>(boxes);
+    if (at_once_) return {};
+    const Result r = scene_.move_all(all_->view(), stream_);
+    all_.reset();
+    return r;
+  }
+  Result set_filters(const ObjectId* ids, std::size_t n, const Filters& filters) {
+    const Upload there(filters, n);
+    return scene_.set_filters(list(ids, n).data(), n, there.filters(), stream_);
+  }
+  Result update() {
+    const Result r = all_ ? scene_.update(all_->view(), stream_) : scene_.update(stream_);
+    if (r.status != Status::out_of_memory) all_.reset();
+    begun_ = fetch(scene_.begun());
+    ended_ = fetch(scene_.ended());
+    return r;
+  }
+  LivePairs begun() const { return {begun_.data(), begun_.size()}; }
+  LivePairs ended() const { return {ended_.data(), ended_.size()}; }
+  LivePairs pairs() {
+    LivePairs there;
+    const Result r = scene_.pairs(there, stream_);
+    EXPECT_TRUE(r.ok()) << r.message;
+    pairs_ = fetch(there);
+    return {pairs_.data(), pairs_.size()};
+  }
+  std::uint64_t object_count() const { return scene_.object_count(); }
+  std::uint64_t id_limit() const { return scene_.id_limit(); }
+  std::uint64_t pair_count() const { return scene_.pair_count(); }
+  std::uint64_t slot_limit() const { return scene_.slot_limit(); }
+
+ private:
+  OnDevice<ObjectId> list(const ObjectId* ids, std::size_t n) const {
+    return OnDevice<ObjectId>(std::vector<ObjectId>(ids, ids + n));
+  }
+  std::vector<LivePair> fetch(const LivePairs& pairs) const {
+    stream_.wait();
+    std::vector<LivePair> here(pairs.size());
+    if (!here.empty())
+      need(cudaMemcpy(here.data(), pairs.data(), here.size() * sizeof(LivePair),
+                      cudaMemcpyDeviceToHost));
+    return here;
+  }
+
+  Stream stream_;
+  cuda::BroadPhase scene_;
+  std::unique_ptr<Upload> all_;
+  std::vector<LivePair> begun_, ended_, pairs_;
+  bool at_once_ = false;
+};
+using GpuActor = ActorOf<GpuMachine>;
+
+class GpuLive : public testing::Test {
+ protected:
+  void SetUp() override { THRONG_NEEDS_GPU(); }
+};
+
+void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
+          float side, bool filtered, int steps = 40) {
+  GpuActor actor(options, seed, side, fat_margin);
+  actor.in_worlds = options.algorithm != Algorithm::grid;  // candidates are mended where none are
+  Random& random = actor.random;
+  ASSERT_TRUE(actor.add(objects, filtered));
+  ASSERT_TRUE(actor.update());
+  for (int step = 0; step < steps; ++step) {
+    const bool calm = step / 10 % 3 != 2;
+    switch (random.below(6)) {
+      case 0:
+        ASSERT_TRUE(actor.add(random.below(calm ? 3 : 60), filtered));
+        break;
+      case 1:
+        ASSERT_TRUE(actor.remove(random.below(calm ? 4 : 60)));
+        break;
+      case 2:
+        ASSERT_TRUE(actor.set_filters(filtered ? 3 : 0));
+        break;
+      default:
+        ASSERT_TRUE(actor.move(random.below(calm ? 5 : 300)));
+        break;
+    }
+    actor.broad_phase.move_at_once(random.one_in(2));
+    if (random.one_in(2)) {
+      ASSERT_TRUE(actor.move_all(calm ? 200 : 2));
+    }
+    ASSERT_TRUE(actor.update()) << "step " << step << " seed " << seed;
+  }
+}
+
+TEST_F(GpuLive, Plain) { live({}, 0.5f, 1, 300, 12, false); }
+TEST_F(GpuLive, Filtered) { live({}, 0.5f, 2, 250, 8, true); }
+TEST_F(GpuLive, NoFatBoxes) { live({}, 0, 3, 200, 8, true); }
+TEST_F(GpuLive, MarginAndGrid) {
+  Options options;
+  options.margin = 0.1f;
+  options.algorithm = Algorithm::grid;
+  live(options, 0.7f, 4, 300, 9, true);
+}
+
+// For the sanitizers, under which everything takes long.
+TEST_F(GpuLive, Small) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  live(options, 0.7f, 5, 100, 6, true, 8);
+}
+
+// More than one block of everything, and more changes than room was made for: against the CPU.
+TEST_F(GpuLive, ManyObjects) {
+  GpuMachine gpu({}, 0.3f);
+  BroadPhase cpu;
+  BoxList boxes = uniform_boxes(60000, 5);
+  ASSERT_TRUE(gpu.add(boxes, nullptr).ok());
+  ASSERT_TRUE(cpu.add(boxes, nullptr).ok());
+  Random random(1);
+  for (int frame = 0; frame < 8; ++frame) {
+    for (Box& b : boxes) {
+      if (frame % 4 == 1 || (frame % 4 == 2 && !random.one_in(100))) continue;
+      const float by = frame % 4 == 3 ? 0.8f : 0.1f * static_cast<float>(random.below(3));
+      b.lower.x += by, b.upper.x += by;
+    }
+    gpu.move_at_once(frame % 2);
+    ASSERT_TRUE(gpu.move_all(boxes).ok());
+    ASSERT_TRUE(cpu.move_all(boxes).ok());
+    const Result r = gpu.update();
+    ASSERT_TRUE(r.ok()) << r.message;
+    ASSERT_TRUE(cpu.update().ok());
+    const auto same = [](const LivePairs& a, const LivePairs& b) {
+      return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                        [](const LivePair& x, const LivePair& y) {
+                          return x.first == y.first && x.second == y.second && x.slot == y.slot;
+                        });
+    };
+    EXPECT_TRUE(same(gpu.begun(), cpu.begun())) << frame;
+    EXPECT_TRUE(same(gpu.ended(), cpu.ended())) << frame;
+    EXPECT_TRUE(same(gpu.pairs(), cpu.pairs())) << frame;
+  }
+}
+
+TEST_F(GpuLive, RefusesAndStaysAsItWas) {
+  CountingDeviceMemory memory;
+  {
+    GpuActor actor({}, 7, 6, 0.5f, memory.resource());
+    GpuMachine& m = actor.broad_phase;
+    ASSERT_TRUE(actor.add(200, true));
+    ASSERT_TRUE(actor.remove(3));
+    ASSERT_TRUE(actor.update());
+    const std::vector<ObjectId> alive = actor.model.ids();
+    std::vector<ObjectId> ids = {alive[0], alive[1], alive[0]};
+    BoxList boxes(3, Box{{0, 0, 0}, {1, 1, 1}});
+    Result r = m.move(ids.data(), boxes);
+    EXPECT_EQ(r.status, Status::bad_id);
+    EXPECT_EQ(r.first_invalid, 2u);
+    EXPECT_NE(std::string(r.message).find("stands at 2"), std::string::npos) << r.message;
+    boxes[1].lower.x = std::nanf("");
+    ids[2] = alive[2];
+    r = m.move(ids.data(), boxes);
+    EXPECT_EQ(r.status, Status::nan_box);
+    EXPECT_EQ(r.first_invalid, 1u);
+    EXPECT_EQ(m.move_all(boxes).status, Status::bad_boxes) << "a box for every id";
+    cuda::BroadPhase& scene = m.scene();
+    const OnDevice<Box> there(boxes);
+    const ObjectId here = alive[0];
+    EXPECT_EQ(scene.remove(&here, 1, nullptr).status, Status::bad_boxes) << "host memory";
+    EXPECT_EQ(scene.update(Boxes(boxes.data(), 3), nullptr).status, Status::bad_boxes);
+    EXPECT_EQ(scene.shift_origin({INFINITY, 0, 0}, nullptr).status, Status::bad_option);
+    // Memory runs out in an update that needs more; then it does not.
+    memory.limit(memory.held());
+    BoxList more(5000, Box{{0, 0, 0}, {1, 1, 1}});
+    r = m.add(more, nullptr);
+    EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
+    EXPECT_GT(r.bytes_needed, 0u);
+    memory.limit(~std::size_t{0});
+    ASSERT_TRUE(actor.move(5));
+    ASSERT_TRUE(actor.update());
+    EXPECT_EQ(scene.memory_bytes(), memory.held());
+  }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+TEST_F(GpuLive, SnapshotAndRollback) {
+  GpuActor actor({}, 4, 8, 0.5f);
+  const Stream stream;
+  cuda::BroadPhase& scene = actor.broad_phase.scene();
+  ASSERT_TRUE(actor.add(200, true));
+  ASSERT_TRUE(actor.update());
+  ASSERT_TRUE(actor.move(9));
+  ASSERT_TRUE(actor.remove(4));
+  cuda::BroadPhase saved;
+  ASSERT_TRUE(saved.copy_from(scene, stream).ok());
+  const Model model = actor.model;
+  const Random random = actor.random;
+  for (int round = 0; round < 2; ++round) {
+    for (int k = 0; k < 6; ++k) {
+      ASSERT_TRUE(actor.update());
+      ASSERT_TRUE(actor.move(k % 2 ? 3 : 100));
+      ASSERT_TRUE(actor.add(2, true));
+    }
+    ASSERT_TRUE(scene.copy_from(saved, stream).ok());
+    actor.model = model;
+    actor.random = random;
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
