@@ -1,6 +1,7 @@
 // Finder: boxes to the regions that they reach, a search on each rank, and of its pairs those whose
 // home corner lies here.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,9 @@ struct Finder::State {
   std::uint64_t hash = 0;     // of the ids that were checked last
   std::vector<Point> points;  // of the last search, with what they cost
   double imbalance = 1;
+  Regions regions_before;           // while it is not known whether those that followed are better
+  std::uint64_t own = 0, mean = 0;  // work of a box at home, pairs apart: here, and over all ranks
+  unsigned refused = 0;             // cuts in a row that were worse than what they followed
   unsigned patience = 0, waited = 0;  // cuts that did not help make the next ones rarer
   std::vector<Pair64> pairs;
   Traffic traffic;
@@ -59,6 +63,7 @@ struct Finder::State {
   void deliver(Sent& set);
   void search_here(const Settings& settings, Sent* sets, int count, Result& r);
   bool finish(const Sent* sets, int count, Result& r);
+  void judge_cut(double before);
 };
 
 void Finder::State::find(const Settings& settings, const RankBoxes* const* given, int count,
@@ -140,15 +145,24 @@ void Finder::State::check_ids(const RankBoxes* const* given, int count, bool cha
 void Finder::State::cut_space(const Settings& settings, const Sent* sets, int count) {
   // What the last search cost tells where work is; before the first one all boxes weigh the same.
   if (!cut) {
+    own = mean = 1;
     points.clear();
     for (int s = 0; s < count; ++s) {
       const Boxes& boxes = sets[s].given->boxes;
       for (std::size_t i = 0; i < boxes.size(); ++i) {
-        add_point(points, reach_of(boxes[i], settings.search.margin), 1);
+        add_point(points, reach_of(boxes[i], settings.search.margin), 0);
       }
     }
   }
+  // A rank's comparisons depend on the grid that it chose for its region, and so on the cuts. Where
+  // a cut was worse, the next one believes less of the difference between ranks.
+  for (Point& point : points) {
+    const double part = static_cast<double>(own) - static_cast<double>(mean);
+    const double work = static_cast<double>(mean) + std::ldexp(part, -static_cast<int>(refused));
+    point.weight += static_cast<std::uint32_t>(std::max(0.0, std::min(work, 0x1p20)));
+  }
   thin_out(points);
+  regions_before = regions;
   regions = bisect(*link, std::move(points));
   points.clear();
   cut = traffic.cut_anew = true;
@@ -233,12 +247,12 @@ void Finder::State::search_here(const Settings& settings, Sent* sets, int count,
   if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
   traffic.work = work_of(traffic.known, r.comparisons, pairs.size());
   points.clear();
-  const std::uint64_t shared = home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
+  own = home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
   for (int s = 0; s < count; ++s) {
     for (std::size_t i = 0; i < sets[s].local.size(); ++i) {
       if (sets[s].above[i] != all_above) continue;
       add_point(points, reach_of(sets[s].local.box(i), settings.search.margin),
-                shared + sets[s].pairs[i] * pair_work / 2);
+                sets[s].pairs[i] * pair_work / 2);
     }
   }
 }
@@ -251,21 +265,35 @@ bool Finder::State::finish(const Sent* sets, int count, Result& r) {
     const Boxes& boxes = sets[s].given->boxes;
     for (std::size_t i = 0; i < boxes.size(); ++i) given_inactive += reach_of(boxes[i], 0).empty();
   }
-  std::uint64_t sums[4] = {pairs.size(), given_inactive, r.comparisons, traffic.work};
+  std::uint64_t sums[6] = {pairs.size(), given_inactive, r.comparisons,
+                           traffic.work, traffic.home,   work_of(traffic.known, r.comparisons, 0)};
   std::uint64_t most = traffic.work;
-  link->sum_and_most(sums, 4, most);
+  link->sum_and_most(sums, 6, most);
   r.found = sums[0];
   r.inactive = sums[1];
   r.comparisons = sums[2];
-  const double mean = static_cast<double>(sums[3]) / link->size();
-  const double before = imbalance;
-  imbalance = traffic.imbalance = mean > 0 ? static_cast<double>(most) / mean : 1;
-  // A cut that gained less than a twentieth: what is left is in the scene, not in the cuts.
-  if (traffic.cut_anew) patience = imbalance < 0.95 * before ? 0 : 2 * patience + 1;
+  mean = sums[4] ? sums[5] / sums[4] : 0;
+  const double each = static_cast<double>(sums[3]) / link->size(), before = imbalance;
+  imbalance = traffic.imbalance = each > 0 ? static_cast<double>(most) / each : 1;
+  if (traffic.cut_anew) judge_cut(before);
   const Counts& c = link->counts();
   traffic.control.collectives += c.collectives;
   traffic.control.collective_bytes += c.collective_bytes;
   return true;
+}
+
+// Worse than what it followed: back to that. It gained less than a twentieth: what is left is in
+// the scene, not in the cuts, and the next one can wait.
+void Finder::State::judge_cut(double before) {
+  const bool first = regions_before.count() != regions.count();
+  patience = first || imbalance < 0.95 * before ? 0 : std::min(2 * patience + 1, 1000u);
+  if (first || imbalance <= before) {
+    refused = 0;
+    return;
+  }
+  refused = std::min(refused + 1, 20u);
+  regions = regions_before;
+  imbalance = before;
 }
 
 Finder::Finder(MPI_Comm comm, const Settings& settings) noexcept
