@@ -109,12 +109,13 @@ def suites(build):
     """The tests, the cheapest first: a name, a command, processor seconds it may take, ten times
     what it does at least."""
     bin_ = build / "bin"
-    soak = [bin_ / "throng-soak", "--tell", "1e9"]
+    soak = [bin_ / "throng-soak", "--tell", "1e9", "--folder", ""]
     only = "--gtest_filter="
     brief = ["--gtest_brief=1", "--gtest_fail_fast"]
     found = [
         ("soak", [*soak, "--rounds", "300", "--seed", "3"], 15),
         ("soak of emulated", [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"], 20),
+        ("soak of many boxes", [*soak, "--rounds", "150", "--seed", "6", "--many", "1"], 60),
         ("core", [bin_ / "core_test", *brief, only + "-WorldBox*:Margin*"], 20),
         ("bounds of bodies", [bin_ / "core_test", *brief, only + "WorldBox*:Margin*"], 40),
         ("pipeline", [bin_ / "pipeline_test", *brief], 120),

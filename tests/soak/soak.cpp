@@ -23,7 +23,8 @@ using Clock = std::chrono::steady_clock;
 struct Wanted {
   double seconds = 3600;
   std::uint64_t boxes = ~std::uint64_t{0}, rounds = ~std::uint64_t{0}, seed = 1;
-  bool emulated = false;  // what a GPU runs, and little else
+  bool emulated = false;  // what a GPU runs alone
+  bool many = false;      // scenes of some thousand boxes alone: many columns, wide boxes
   double tell_seconds = 60;
   std::string folder = ".", minimise;
 };
@@ -115,6 +116,7 @@ class Soak {
   // In every 80 rounds one life; in some thousands a large scene.
   bool round() {
     const std::uint32_t kind = random_.below(4000);
+    if (wanted_.many) return scene(medium);
     if (kind % 80 == 0) return life();
     return scene(kind == 1 ? large : kind < 20 ? medium : kind % 2 ? small : tiny);
   }
@@ -130,6 +132,7 @@ class Soak {
     } catch (const Difference& difference) {
       std::printf("DIFFERENCE in round %llu, seed %llu: %s\n", number(rounds_),
                   number(wanted_.seed), difference.what());
+      if (wanted_.folder.empty()) return false;
       const std::vector<std::uint8_t> least = minimise_bytes(bytes, [](const auto& b) {
         try {
           Bytes stream(b);
@@ -170,7 +173,7 @@ class Soak {
       } catch (const Difference& difference) {
         std::printf("DIFFERENCE in round %llu, seed %llu, %s: %s\n", number(rounds_),
                     number(wanted_.seed), describe(c).c_str(), difference.what());
-        tell_case(wanted_.folder, c, config);
+        if (!wanted_.folder.empty()) tell_case(wanted_.folder, c, config);
         return false;
       }
     }
@@ -248,6 +251,8 @@ int main(int argc, char** argv) {
       wanted.rounds = std::strtoull(value, nullptr, 10);
     } else if (value && name == "--emulated") {
       wanted.emulated = std::strtoull(value, nullptr, 10) != 0;
+    } else if (value && name == "--many") {
+      wanted.many = std::strtoull(value, nullptr, 10) != 0;
     } else if (value && name == "--seed") {
       wanted.seed = std::strtoull(value, nullptr, 10);
     } else if (value && name == "--tell") {
@@ -259,8 +264,8 @@ int main(int argc, char** argv) {
     } else {
       std::printf(
           "throng-soak: '%s' is unknown or lacks its value; there are: --seconds S (3600), --boxes "
-          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --tell "
-          "SECONDS (60), --folder WHERE (.), --minimise INPUT (of the fuzz target find_pairs)\n",
+          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 (scenes of thousands), --tell "
+          "SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of the fuzz target find_pairs)\n",
           argv[i]);
       return 2;
     }
