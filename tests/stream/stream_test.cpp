@@ -105,7 +105,8 @@ TEST_F(Stream, lattices_with_margins_near_a_touch) {
     for (const float margin : {0.25f, 0.2499999f, 1e-30f, 0.75f}) {
       Options options;
       options.margin = margin;
-      options.order = nudge == 0 ? Order::canonical : Order::any;
+      expect_same(set, nullptr, options);
+      options.order = Order::canonical;
       expect_same(set, nullptr, options);
     }
   }
@@ -139,14 +140,14 @@ TEST_F(Stream, huge_and_infinite_boxes_and_empty_slots) {
 }
 
 TEST_F(Stream, wide_boxes_that_begin_where_others_end) {
-  // Boxes that reach the next slabs, and some that reach many more: a wide one meets those at home
-  // in slabs before its own.
+  // Boxes that reach the next slabs, and some that reach many more: a wide one meets those at home in
+  // slabs before its own. Only x parts them; worlds keep the pairs few.
   std::mt19937 random(11);
-  const auto any = [&](float most) { return static_cast<float>(random() % 100000) * 1e-5f * most; };
   Set set;
   for (int i = 0; i < 20000; ++i) {
-    const Vec3 p = {any(1000), any(30), any(30)};
-    set.boxes.push_back({p, {p.x + (i % 50 == 0 ? 900.0f : 100.0f), p.y + 0.5f, p.z + 0.5f}});
+    const float x = static_cast<float>(random() % 100000) * 1e-2f;
+    set.boxes.push_back({{x, 0, 0}, {x + (i % 50 == 0 ? 900.0f : 100.0f), 1, 1}});
+    set.world.push_back(i % 401);
   }
   expect_same(set);
 }
