@@ -8,6 +8,7 @@
 #include <throng/boxes.hpp>
 #include <throng/broad_phase.hpp>
 #include <throng/cuda.hpp>
+#include <throng/export.h>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 
@@ -29,7 +30,7 @@ namespace throng::cuda {
 //
 // Of Options these hold here: nan, margin, algorithm and cell_scale. At most 1.8e9 ids, and 2^32 -
 // 2 pairs that begin or end in one update.
-class BroadPhase {
+class THRONG_API BroadPhase {
  public:
   explicit BroadPhase(float fat_margin = 0, const Options& options = {},
                       const MemoryResource& memory = {}) noexcept
