@@ -264,8 +264,10 @@ int main(int argc, char** argv) {
     } else {
       std::printf(
           "throng-soak: '%s' is unknown or lacks its value; there are: --seconds S (3600), --boxes "
-          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 (scenes of up to 30,000), --tell "
-          "SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of the fuzz target find_pairs)\n",
+          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 "
+          "(scenes of up to 30,000), --tell "
+          "SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of the fuzz "
+          "target find_pairs)\n",
           argv[i]);
       return 2;
     }
