@@ -115,7 +115,7 @@ def suites(build):
     found = [
         ("soak", [*soak, "--rounds", "300", "--seed", "3"], 15),
         ("soak of emulated", [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"], 20),
-        ("soak of many boxes", [*soak, "--rounds", "150", "--seed", "6", "--many", "1"], 60),
+        ("soak of many boxes", [*soak, "--rounds", "60", "--seed", "6", "--many", "1"], 120),
         ("core", [bin_ / "core_test", *brief, only + "-WorldBox*:Margin*"], 20),
         ("bounds of bodies", [bin_ / "core_test", *brief, only + "WorldBox*:Margin*"], 40),
         ("pipeline", [bin_ / "pipeline_test", *brief], 120),

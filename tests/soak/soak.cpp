@@ -24,7 +24,7 @@ struct Wanted {
   double seconds = 3600;
   std::uint64_t boxes = ~std::uint64_t{0}, rounds = ~std::uint64_t{0}, seed = 1;
   bool emulated = false;  // what a GPU runs alone
-  bool many = false;      // scenes of some thousand boxes alone: many columns, wide boxes
+  bool many = false;      // scenes of up to 30,000 boxes alone: many columns, wide boxes
   double tell_seconds = 60;
   std::string folder = ".", minimise;
 };
@@ -116,7 +116,7 @@ class Soak {
   // In every 80 rounds one life; in some thousands a large scene.
   bool round() {
     const std::uint32_t kind = random_.below(4000);
-    if (wanted_.many) return scene(medium);
+    if (wanted_.many) return scene(large);
     if (kind % 80 == 0) return life();
     return scene(kind == 1 ? large : kind < 20 ? medium : kind % 2 ? small : tiny);
   }
@@ -264,8 +264,10 @@ int main(int argc, char** argv) {
     } else {
       std::printf(
           "throng-soak: '%s' is unknown or lacks its value; there are: --seconds S (3600), --boxes "
-          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 (scenes of thousands), --tell "
-          "SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of the fuzz target find_pairs)\n",
+          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 "
+          "(scenes of up to 30,000), --tell "
+          "SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of the fuzz "
+          "target find_pairs)\n",
           argv[i]);
       return 2;
     }
