@@ -32,8 +32,9 @@ void read_at(MPI_File file, const std::string& path, std::uint64_t at, void* out
              std::size_t bytes) {
   for (std::size_t done = 0; done < bytes;) {
     const std::size_t next = std::min(piece, bytes - done);
+    const std::uint64_t place = at + done;
     MPI_Status status;
-    check(MPI_File_read_at(file, static_cast<MPI_Offset>(at + done), static_cast<char*>(out) + done,
+    check(MPI_File_read_at(file, static_cast<MPI_Offset>(place), static_cast<char*>(out) + done,
                            static_cast<int>(next), MPI_BYTE, &status),
           path, "cannot be read");
     int got = 0;
@@ -131,8 +132,9 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
   const auto write = [&](MPI_File file, std::uint64_t at, const void* data, std::size_t bytes) {
     for (std::size_t done = 0; done < bytes;) {
       const std::size_t next = std::min(piece, bytes - done);
+      const std::uint64_t place = at + done;
       MPI_Status status;
-      check(MPI_File_write_at(file, static_cast<MPI_Offset>(at + done),
+      check(MPI_File_write_at(file, static_cast<MPI_Offset>(place),
                               static_cast<const char*>(data) + done, static_cast<int>(next),
                               MPI_BYTE, &status),
             path, "cannot be written");

@@ -101,9 +101,9 @@ bool agree(Link& link, Result& r, const Agreed& settings, std::uint64_t* bits, i
   std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
   std::uint64_t differ[fields];
   bool same = true;
-  for (int k = 0; k < fields; ++k) {
-    differ[k] = words[static_cast<std::size_t>(count + 2 * k)] &
-                words[static_cast<std::size_t>(count + 2 * k + 1)];
+  const std::uint64_t* pair = words.data() + count;
+  for (int k = 0; k < fields; ++k, pair += 2) {
+    differ[k] = pair[0] & pair[1];
     same = same && differ[k] == 0;
   }
   return same || share_difference(link, r, settings, differ);

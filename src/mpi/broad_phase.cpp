@@ -229,6 +229,7 @@ void BroadPhase::State::route(Outgoing& out) {
     auto old = before.begin(), next = now.begin();
     while (old != before.end() || next != now.end()) {
       const bool both = old != before.end() && next != now.end() && *old == *next;
+      // cppcheck-suppress derefInvalidIteratorRedundantCheck
       const int rank = next == now.end() || (old != before.end() && *old < *next) ? *old : *next;
       if (both && plain) {
         if (h.touched) append(out.to[rank].first, Move{c.id, c.now});
@@ -263,12 +264,14 @@ bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
                here = regions.bounds(rank, rank + 1);
   const auto take = [&](const Change& c) { known.take(c, before, here); };
   if (bits & 1) {
-    for (const Parcel& parcel : link->exchange(std::move(moves))) {
+    const std::vector<Parcel> got = link->exchange(std::move(moves));
+    for (const Parcel& parcel : got) {
       for_each<Move>(parcel.data, [&](const Move& move) { known.take(move); });
     }
   }
   if (bits & 2) {
-    for (const Parcel& parcel : link->exchange(std::move(changes))) {
+    const std::vector<Parcel> got = link->exchange(std::move(changes));
+    for (const Parcel& parcel : got) {
       for_each<Change>(parcel.data, take);
     }
   }
@@ -313,9 +316,11 @@ void BroadPhase::State::migrate() {
     departed.push_back({h.change.id, home});
   }
   std::vector<Parcel> parcels;
+  parcels.reserve(to.size());
   for (auto& [rank, data] : to) parcels.push_back({rank, std::move(data)});
   for (const Departure& d : departed) forget(places.at(d.id));
-  for (const Parcel& parcel : link->exchange(std::move(parcels))) {
+  const std::vector<Parcel> got = link->exchange(std::move(parcels));
+  for (const Parcel& parcel : got) {
     for_each<Change>(parcel.data, [&](const Change& c) {
       hold(c, false);
       arrived.push_back(c.id);
@@ -365,6 +370,7 @@ Result BroadPhase::local(F&& f) noexcept {
 }
 
 Result BroadPhase::add(const std::uint64_t* ids, const Boxes& boxes) noexcept {
+  // cppcheck-suppress throwInNoexceptFunction
   return local([&](State& s, Result& r) {
     if (!valid(boxes, settings_.search, r)) return;
     std::unordered_set<std::uint64_t> seen;
@@ -447,6 +453,7 @@ Result BroadPhase::update() noexcept {
   Result r = local([](State&, Result&) {});
   if (!state_) return r;
   return call(state_->link, comm_, settings_,
+              // cppcheck-suppress throwInNoexceptFunction
               [&](Link&, Result& result) { state_->update(result); });
 }
 

@@ -194,11 +194,13 @@ void Finder::State::route(const Settings& settings, Sent& set) {
 
 void Finder::State::deliver(Sent& set) {
   std::vector<Parcel> parcels;
+  parcels.reserve(set.touched.size());
   for (const int rank : set.touched) {
     parcels.push_back({rank, std::move(set.to[static_cast<std::size_t>(rank)])});
   }
   const std::size_t bytes = set.local.record_bytes();
-  for (const Parcel& parcel : link->exchange(std::move(parcels))) {
+  const std::vector<Parcel> got = link->exchange(std::move(parcels));
+  for (const Parcel& parcel : got) {
     for (std::size_t at = 0; at < parcel.data.size(); at += bytes) {
       set.local.read(parcel.data.data() + at);
     }
