@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/export.h>
 #include <throng/boxes.hpp>
 #include <throng/broad_phase.hpp>
 #include <throng/cuda.hpp>
-#include <throng/export.h>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 

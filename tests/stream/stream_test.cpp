@@ -140,8 +140,8 @@ TEST_F(Stream, huge_and_infinite_boxes_and_empty_slots) {
 }
 
 TEST_F(Stream, wide_boxes_that_begin_where_others_end) {
-  // Boxes that reach the next slabs, and some that reach many more: a wide one meets those at home in
-  // slabs before its own. Only x parts them; worlds keep the pairs few.
+  // Boxes that reach the next slabs, and some that reach many more: a wide one meets those at home
+  // in slabs before its own. Only x parts them; worlds keep the pairs few.
   std::mt19937 random(11);
   Set set;
   for (int i = 0; i < 20000; ++i) {
