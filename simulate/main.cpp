@@ -275,8 +275,11 @@ int main(int argc, char** argv) {
     throng::simulate::interrupted = 1;
     std::signal(number, SIG_DFL);
   });
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, SIG_IGN);  // an error of the write, as the next
+#endif
 #ifdef SIGPIPE
-  std::signal(SIGPIPE, SIG_IGN);  // an error of the write
+  std::signal(SIGPIPE, SIG_IGN);
 #endif
   return throng::simulate::guarded(argc, argv);
 }
