@@ -1,6 +1,8 @@
 #include "cli/console.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -28,7 +30,7 @@ bool error_is_terminal() {
 
 // "1 h 05 min", "2 min 05 s", "7 s".
 std::string duration(double seconds) {
-  const auto s = static_cast<unsigned long long>(seconds + 0.5);
+  const auto s = static_cast<unsigned long long>(std::llround(std::min(seconds, 1e12)));
   if (s >= 3600) return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
   if (s >= 60) return fmt::format("{} min {:02} s", s / 60, s % 60);
   return fmt::format("{} s", s);

@@ -163,7 +163,8 @@ TEST_P(Invalid, TooManyBoxes) {
   for (const Result& result :
        {finder.find(many), finder.find(many, BoxList{box}), finder.find(BoxList{box}, many)}) {
     EXPECT_EQ(result.status, Status::too_many_boxes);
-    EXPECT_NE(std::string(result.message).find(std::to_string(max_box_count + 1)), std::string::npos)
+    EXPECT_NE(std::string(result.message).find(std::to_string(max_box_count + 1)),
+              std::string::npos)
         << result.message;
   }
 }
