@@ -68,16 +68,16 @@ struct Finder::State {
     r.plan.threads = std::clamp(wanted, 1u, 256u);
     emulated.device().begin(executor, r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may lie there; the cap is the pipeline's to keep
-    const auto heed_stop = [&] {
-      if (options.stop && options.stop->load()) throw pipeline::Failure{Status::stopped};
-    };
-    try {
-      heed_stop();
-      emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
-      heed_stop();
-    } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure);
+    const auto stopped = [&] { return options.stop && options.stop->load(); };
+    if (!stopped()) {
+      try {
+        emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
+      } catch (const pipeline::Failure& failure) {
+        explain_failure(r, failure);
+        return;
+      }
     }
+    if (stopped()) explain_failure(r, pipeline::Failure{Status::stopped});
   }
 
   // Tells whether a NaN was seen in the second set.

@@ -76,7 +76,7 @@ Solver::Seen Solver::solve_frame(const Problem& problem) {
 
 Split Solver::choose(const Problem& p) {
   SplitRequest request;
-  std::size_t widest = 0;
+  std::size_t widest = 1;
   request.side_count = p.self ? 1 : 2;
   for (int side = 0; side < request.side_count; ++side) {
     request.sides[side] = p.side[side];

@@ -134,7 +134,7 @@ def test_huge(name: str, n: int, kind: str) -> None:
     if name in ("lower", "upper"):
         refused(ValueError, name, "of one type and shape", as_strided(one, (n, 3), (0, one.itemsize)))
     else:
-        refused(ValueError, name, f"found {n} boxes, at most 4294967295", as_strided(one, (n, 6), (0, one.itemsize)))
+        refused(ValueError, name, f"found {n} boxes, at most 4294901760", as_strided(one, (n, 6), (0, one.itemsize)))
 
 
 @EXAMPLES

@@ -19,6 +19,7 @@ const char* folder_of(const Options& options) noexcept;
 
 class Log {
  public:
+  // cppcheck-suppress uninitMemberVar  // the buffer is written before it is read
   Log() noexcept = default;
   ~Log() { close(); }
   Log(const Log&) = delete;

@@ -135,7 +135,8 @@ class Cells {
   }
   // 0 .. homes - 1.
   std::uint32_t hashed(std::uint32_t x) const noexcept {
-    return static_cast<std::uint32_t>(std::uint64_t{mixed(x)} * homes_ >> 32);
+    const std::uint64_t product = std::uint64_t{mixed(x)} * homes_;
+    return static_cast<std::uint32_t>(product >> 32);
   }
   std::uint32_t first_part(int c, std::int32_t world) const noexcept {
     if (c == 0 && world == -1) return 0;
