@@ -81,11 +81,14 @@ class Cells {
   }
   template <class F>
   std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
-  // The same where few overlap: writes all but `self` to hits, which has most_hits of room, and
-  // returns how many. Above most_hits: they are more, or many lines were to be looked at.
+  // Its two ways. Where few lines are to be looked at: writes all that overlap but `self` to hits,
+  // which has most_hits of room, and returns how many. Above most_hits: that was not enough.
   static constexpr std::uint32_t most_hits = 2 * Reach::room;
   std::uint32_t search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                            std::uint64_t& compared) const noexcept;
+  // And where many are.
+  template <class F>
+  std::uint64_t search_many(const Box& box, Worlds worlds, F&& f) const;
   void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
@@ -263,6 +266,12 @@ std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) 
     for (std::uint32_t k = 0; k < count; ++k) f(hits[k]);
     return compared;
   }
+  return search_many(box, worlds, f);
+}
+
+template <class F>
+std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
+  std::uint64_t compared = 0;
   const cpu::PackedQuery query(box);
   const Range range = quantise(box);
   if (!worlds.all && exact_lines(range, worlds) < lines_.size()) {

@@ -33,12 +33,8 @@ class PairSet {
 
   // Linked: makes the lists of all objects, from the sorted form.
   void link_all(Objects& objects);
-  // Calls f(other, slot) for the pairs of an object.
-  template <class F>
-  void each_pair(const Objects& objects, ObjectId id, F&& f) const noexcept {
-    each_pair(id, objects.body(id).first_edge, f);
-  }
-  // The same in steps, so that each edge can be asked for ahead: the first few are listed.
+  // An object's pairs are walked through in steps, so that each edge can be asked for ahead: the
+  // first few are listed.
   struct Walk {
     static constexpr std::uint32_t room = 16;
     ObjectId id;
@@ -61,11 +57,9 @@ class PairSet {
     walk.next = edge.next[is_second];
     if (walk.next != none) live::prefetch(&edges_[walk.next]);
   }
+  // Calls f(other, slot) for all pairs of the object, listed or not.
   template <class F>
-  void each_pair(const Walk& walk, F&& f) const noexcept {
-    for (std::uint32_t k = 0; k < walk.count; ++k) f(walk.others[k], walk.slots[k]);
-    each_pair(walk.id, walk.next, f);
-  }
+  void each_pair(const Walk& walk, F&& f) const;
   // Takes what was found, in any order, into the linked form; the sorted one follows when asked.
   void commit_linked(Objects& objects);
   // All pairs in canonical order: finds what began and ended, and takes them as the sorted form,
@@ -86,8 +80,6 @@ class PairSet {
   // What the sorted form holds: all pairs; those before the last commit; or neither.
   enum class Sorted : std::uint8_t { now, before, lost };
 
-  template <class F>
-  void each_pair(ObjectId id, std::uint32_t slot, F&& f) const noexcept;
   void reserve_slots(std::size_t begun);
   std::uint32_t take_slot() noexcept;
   void link(Objects& objects, const LivePair& pair) noexcept;
@@ -104,10 +96,11 @@ class PairSet {
 };
 
 template <class F>
-void PairSet::each_pair(ObjectId id, std::uint32_t slot, F&& f) const noexcept {
-  while (slot != none) {
+void PairSet::each_pair(const Walk& walk, F&& f) const {
+  for (std::uint32_t k = 0; k < walk.count; ++k) f(walk.others[k], walk.slots[k]);
+  for (std::uint32_t slot = walk.next; slot != none;) {
     const Edge& edge = edges_[slot];
-    const bool is_second = edge.id[1] == id;
+    const bool is_second = edge.id[1] == walk.id;
     f(edge.id[!is_second], slot);
     slot = edge.next[is_second];
   }

@@ -246,15 +246,14 @@ void Tracker::search_around(const Options& options, Result& r) {
     for (std::size_t soon = i + 1; soon < std::min(i + ahead, dirty.size()); ++soon)
       pairs_.step(walks[soon % ahead]);
     const ObjectId id = dirty[i];
-    Cells::Reach& reach = reaches[i % ahead];
     std::uint32_t count = 0;
     Box room;
     if (objects_.body(id).home != none)
-      count = cells_.search_few(objects_.grown(id, room), id, reach, hits, compared);
+      count = cells_.search_few(objects_.grown(id, room), id, reaches[i % ahead], hits, compared);
     if (count <= few_hits)
       tell_few(walks[i % ahead], hits, count);
     else
-      compared += tell_many(id, reach);
+      compared += tell_many(walks[i % ahead], hits, count);
     reach_ahead(i + ahead);
   }
   pairs_.commit_linked(objects_);
@@ -309,21 +308,26 @@ void Tracker::tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t c
   }
 }
 
-// The same by marks. Returns how many boxes were compared.
-std::uint64_t Tracker::tell_many(ObjectId id, Cells::Reach& reach) {
-  const std::uint32_t had = objects_.next_tokens(2), has = had + 1;
-  pairs_.each_pair(objects_, id,
-                   [&](ObjectId other, std::uint32_t) { objects_.mark(other) = had; });
-  objects_.mark(id) = has;
-  const std::uint64_t compared =
-      cells_.search(objects_.grown(id), worlds_of(id), reach, [&](ObjectId other) {
-        std::uint32_t& mark = objects_.mark(other);
-        if (mark == has || !objects_.may_pair(id, other)) return;
-        if (mark != had) tell_begun(id, other);
-        mark = has;
-      });
-  pairs_.each_pair(objects_, id, [&](ObjectId other, std::uint32_t slot) {
-    if (objects_.mark(other) == had) tell_ended(id, other, slot);
+// The same by marks; above most_hits they are yet to be found. Returns how many boxes that compared.
+std::uint64_t Tracker::tell_many(const PairSet::Walk& had, const ObjectId* hits,
+                                 std::uint32_t count) {
+  const ObjectId id = had.id;
+  const std::uint32_t before = objects_.next_tokens(2), now = before + 1;
+  pairs_.each_pair(had, [&](ObjectId other, std::uint32_t) { objects_.mark(other) = before; });
+  objects_.mark(id) = now;
+  const auto see = [&](ObjectId other) {
+    std::uint32_t& mark = objects_.mark(other);
+    if (mark == now || !objects_.may_pair(id, other)) return;
+    if (mark != before) tell_begun(id, other);
+    mark = now;
+  };
+  std::uint64_t compared = 0;
+  if (count <= Cells::most_hits)
+    std::for_each(hits, hits + count, see);
+  else
+    compared = cells_.search_many(objects_.grown(id), worlds_of(id), see);
+  pairs_.each_pair(had, [&](ObjectId other, std::uint32_t slot) {
+    if (objects_.mark(other) == before) tell_ended(id, other, slot);
   });
   return compared;
 }

@@ -54,7 +54,7 @@ class Tracker {
   void tell_begun(ObjectId id, ObjectId other);
   void tell_ended(ObjectId id, ObjectId other, std::uint32_t slot);
   void tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t count);
-  std::uint64_t tell_many(ObjectId id, Cells::Reach& reach);
+  std::uint64_t tell_many(const PairSet::Walk& had, const ObjectId* hits, std::uint32_t count);
   void find_all(const Options& options, unsigned tasks, Result& result);
   Cells::Worlds worlds_of(ObjectId id) const noexcept;
 
