@@ -15,7 +15,8 @@
 namespace throng::figures {
 namespace {
 
-// Numbers that look random and are the same everywhere.
+// Numbers that look random and are the same everywhere: one a statement, since compilers choose the
+// order of a call's arguments.
 class Chance {
  public:
   float below(float limit) {
@@ -44,7 +45,8 @@ std::vector<Box> crowd() {
   std::vector<Box> boxes;
   for (int i = 0; i < 34; ++i) {
     const float width = 22 + chance.below(30), height = 22 + chance.below(30);
-    boxes.push_back(flat(20 + chance.below(540), 20 + chance.below(300), width, height));
+    const float y = 20 + chance.below(300), x = 20 + chance.below(540);
+    boxes.push_back(flat(x, y, width, height));
   }
   boxes.push_back(flat(60, 250, 430, 26));  // one that is long
   return boxes;
@@ -113,8 +115,9 @@ std::string sweep() {
   Chance chance;
   std::vector<Box> boxes;
   for (int i = 0; i < 15; ++i) {
-    boxes.push_back(flat(30 + chance.below(420), chance.below(60), 40 + chance.below(70),
-                         20 + chance.below(20)));
+    const float height = 20 + chance.below(20), width = 40 + chance.below(70);
+    const float y = chance.below(60), x = 30 + chance.below(420);
+    boxes.push_back(flat(x, y, width, height));
   }
   std::sort(boxes.begin(), boxes.end(),
             [](const Box& a, const Box& b) { return a.lower.x < b.lower.x; });
