@@ -89,6 +89,7 @@ class Soak {
            rounds_ < wanted_.rounds) {
       if (!round()) return 1;
       ++rounds_;
+      judge_.drop_large();
       // All sizes have been met by then, and the workspaces are as large as they get.
       if (warm_mib == 0 && seconds() > wanted_.seconds / 5 && rounds_ > 2000)
         warm_mib = resident_mib();

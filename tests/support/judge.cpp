@@ -26,9 +26,16 @@ std::string describe(const Case& c) {
 Judge::Judge() : configs_(all_configs()), finders_(configs_.size()), reached_(configs_.size()) {}
 
 void Judge::begin(const Case& c) {
+  drop_large();
   ++tally.cases;
   refused_ = c.is_refused();
   if (!refused_) truth_.run(c.first(), c.second(), c.two_sets, c.margin);
+}
+
+void Judge::drop_large() {
+  constexpr std::size_t kept_pairs = std::size_t{1} << 20;
+  if (truth_.pairs().capacity() > kept_pairs) truth_ = PlainLoop();
+  if (out_.capacity() > kept_pairs) out_ = std::vector<Pair>();
 }
 
 void Judge::require(bool good, const Config& config, const std::string& what) const {
@@ -81,7 +88,6 @@ void Judge::search(const Case& c, std::size_t at, std::uint32_t choice) {
       break;
     }
   }
-  // Memory that one large answer took is not kept by every configuration.
   if (finder.memory_bytes() > std::size_t{4} << 20) finder = Finder();
   const unsigned filters = c.filters_a | (c.two_sets ? c.filters_b : 0);
   ++reached_[at][0];
