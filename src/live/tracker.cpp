@@ -308,7 +308,8 @@ void Tracker::tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t c
   }
 }
 
-// The same by marks; above most_hits they are yet to be found. Returns how many boxes that compared.
+// The same by marks; above most_hits they are yet to be found. Returns how many boxes that
+// compared.
 std::uint64_t Tracker::tell_many(const PairSet::Walk& had, const ObjectId* hits,
                                  std::uint32_t count) {
   const ObjectId id = had.id;

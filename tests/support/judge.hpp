@@ -28,8 +28,8 @@ class Judge {
   // One search of the case of begin() by a configuration, its form (own memory, a caller's buffer,
   // a consumer) and room drawn by `choice`. Throws Difference.
   void search(const Case& c, std::size_t config, std::uint32_t choice);
-  // Thirty thousand boxes in one spot have 450 million pairs, which take gigabytes: gives back what a
-  // scene like that took. begin() does so, too.
+  // Thirty thousand boxes in one spot have 450 million pairs, which take gigabytes: gives back what
+  // a scene like that took. begin() does so, too.
   void drop_large();
   const PlainLoop& truth() const { return truth_; }
   // Searches by algorithm, instruction set, filter: a table that shows what was reached.
