@@ -129,6 +129,33 @@ class ActorOf {
     const Result r = broad_phase.set_filters(ids.data(), ids.size(), given(filters));
     return r.ok() ? testing::AssertionSuccess() : testing::AssertionFailure() << r.message;
   }
+  // Up to two calls before an update: of few objects or, unless it is calm, of many; at most twice
+  // `objects` live.
+  testing::AssertionResult some_calls(bool calm, std::size_t objects, bool filtered,
+                                      bool with_move_all) {
+    const std::size_t few = calm ? 1 + random.below(4) : 1 + random.below(400);
+    testing::AssertionResult result = testing::AssertionSuccess();
+    for (std::uint32_t k = random.below(3); k-- > 0 && result;) {
+      switch (random.below(calm ? 12 : 8)) {
+        case 0:
+          if (model.count() < 2 * objects) result = add(few, filtered);
+          break;
+        case 1:
+          result = remove(random.one_in(40) ? objects / 2 : few);
+          break;
+        case 2:
+          if (filtered) result = set_filters(few);
+          break;
+        case 3:
+          result = with_move_all ? move_all(calm ? 300 : 2) : move(few);
+          break;
+        default:
+          result = move(few);
+          break;
+      }
+    }
+    return result;
+  }
   testing::AssertionResult update(bool look_at_pairs = true) {
     const Result r = broad_phase.update();
     if (!r.ok()) return testing::AssertionFailure() << "update: " << r.message;

@@ -21,30 +21,7 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
   bool searched = false, found = false;
   for (std::size_t step = 0; step < steps; ++step) {
     const bool calm = step / 24 % 3 != 2;
-    const std::size_t few = calm ? 1 + random.below(4) : 1 + random.below(400);
-    for (std::uint32_t k = random.below(3); k-- > 0;) {
-      switch (random.below(calm ? 12 : 8)) {
-        case 0:
-          if (actor.model.count() < 2 * objects) {
-            ASSERT_TRUE(actor.add(few, filtered));
-          }
-          break;
-        case 1:
-          ASSERT_TRUE(actor.remove(random.one_in(40) ? objects / 2 : few));
-          break;
-        case 2:
-          if (filtered) {
-            ASSERT_TRUE(actor.set_filters(few));
-          }
-          break;
-        case 3:
-          ASSERT_TRUE(actor.move_all(calm ? 300 : 2));
-          break;
-        default:
-          ASSERT_TRUE(actor.move(few));
-          break;
-      }
-    }
+    ASSERT_TRUE(actor.some_calls(calm, objects, filtered, true));
     const Result r = BroadPhase(actor.broad_phase).update();
     searched = searched || std::string(r.plan.reason).find("few") != std::string::npos;
     found = found || std::string(r.plan.reason).find("changed") == std::string::npos;

@@ -2,6 +2,7 @@
 #include <throng/cuda.hpp>
 
 #include "cli/child.hpp"
+#include "support/sanitized.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -60,7 +61,7 @@ TEST_F(BadInput, a_header_that_claims_2_to_the_40_takes_no_memory) {
   const std::vector<float> few = boxes(10);
   spill(at("claim.npy"), npy("<f4", "1099511627776, 6", few));
   Limits limits;
-#if !defined(__SANITIZE_ADDRESS__)         // which itself takes terabytes of address space
+#if !THRONG_SANITIZED                      // which itself takes terabytes of address space
   limits.address_space = rlim_t{4} << 30;  // 24 TiB would not go in
 #endif
   refuses({"pairs", at("claim.npy")}, {"claim.npy"}, limits);
@@ -160,7 +161,7 @@ TEST_F(BadInput, standard_output_on_a_full_disk) {
 }
 
 TEST_F(BadInput, out_of_memory_is_told_with_the_bytes) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if THRONG_SANITIZED
   GTEST_SKIP() << "sanitizers need the whole address space";
 #endif
   Limits limits;

@@ -1,5 +1,6 @@
 // throng pairs --memory: boxes that do not fit, and what is left when it goes wrong.
 #include "cli/child.hpp"
+#include "support/sanitized.hpp"
 
 #include <chrono>
 #include <thread>
@@ -34,7 +35,7 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
     EXPECT_EQ(j.at("checksum"), free.at("checksum"));
     EXPECT_GT(j.at("streamed").at("slabs"), 2);
     EXPECT_GT(j.at("streamed").at("scratch_bytes"), 100000 * 28);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !THRONG_SANITIZED
     // Besides what is counted there are pages of the program first touched now, and stacks.
     EXPECT_LT(j.at("peak_bytes").get<std::size_t>(), (6u << 20) + (3u << 20));
 #endif
@@ -116,7 +117,7 @@ TEST_F(Memory, an_interrupted_search_leaves_nothing) {
 #endif
 
 TEST_F(Memory, scenes_are_written_in_little_memory) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if THRONG_SANITIZED
   GTEST_SKIP() << "sanitizers need the whole address space";
 #endif
   Limits limits;

@@ -35,15 +35,7 @@ void* take(std::size_t bytes) noexcept {
 }  // namespace
 
 // A sanitizer has one of its own, which must see each thread.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define THRONG_SANITIZED
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define THRONG_SANITIZED
-#endif
-#ifndef THRONG_SANITIZED
+#if !THRONG_SANITIZED
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
                               void* (*start)(void*), void* argument) {
   if (no_threads) {

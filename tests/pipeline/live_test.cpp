@@ -38,27 +38,7 @@ void live(const Options& options, float fat_margin, std::uint64_t seed, std::siz
   ASSERT_TRUE(actor.update());
   for (std::size_t step = 0; step < steps; ++step) {
     const bool calm = step / 24 % 3 != 2;
-    const std::size_t few = calm ? 1 + random.below(4) : 1 + random.below(400);
-    for (std::uint32_t k = random.below(3); k-- > 0;) {
-      switch (random.below(calm ? 12 : 8)) {
-        case 0:
-          if (actor.model.count() < 2 * objects) {
-            ASSERT_TRUE(actor.add(few, filtered));
-          }
-          break;
-        case 1:
-          ASSERT_TRUE(actor.remove(random.one_in(40) ? objects / 2 : few));
-          break;
-        case 2:
-          if (filtered) {
-            ASSERT_TRUE(actor.set_filters(few));
-          }
-          break;
-        default:
-          ASSERT_TRUE(actor.move(few));
-          break;
-      }
-    }
+    ASSERT_TRUE(actor.some_calls(calm, objects, filtered, false));
     // Nothing may come between boxes that are kept back and their update.
     actor.broad_phase.move_at_once(random.one_in(2));
     if (random.one_in(2)) {

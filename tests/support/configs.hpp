@@ -11,6 +11,7 @@
 #include <throng/throng.hpp>
 
 #include "support/reference.hpp"
+#include "support/sanitized.hpp"
 
 namespace throng::tests {
 
@@ -58,19 +59,6 @@ inline std::vector<Isa> supported_isas() {
     if (isa == Isa::scalar || is_supported(isa)) isas.push_back(isa);
   return isas;
 }
-
-// Under a sanitizer everything takes several times as long.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
-#else
-constexpr bool sanitized = false;
-#endif
 
 // Every combination; sanitized, some of each. With 'automatic' both ways once a thread count, as
 // most callers use it.

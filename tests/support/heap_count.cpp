@@ -7,15 +7,7 @@
 #include <cstdlib>
 #include <new>
 
-// A sanitizer has a malloc of its own; there operator new is all that is counted.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define THRONG_SANITIZED
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define THRONG_SANITIZED
-#endif
+#include "support/sanitized.hpp"
 
 namespace throng::tests {
 namespace {
@@ -37,7 +29,8 @@ std::size_t HeapCount::stop() {
 bool HeapCount::pause() { return on.exchange(false); }
 void HeapCount::resume(bool counting) { on = counting; }
 
-#if defined(__GLIBC__) && !defined(THRONG_SANITIZED)
+// A sanitizer has a malloc of its own; there operator new is all that is counted.
+#if defined(__GLIBC__) && !THRONG_SANITIZED
 bool HeapCount::complete() { return true; }
 }  // namespace throng::tests
 

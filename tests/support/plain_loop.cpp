@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "support/sanitized.hpp"
+
 namespace throng::tests {
 
 // One copy of the loop for each instruction set, chosen when the program starts. Not under
 // sanitizers, which are not ready yet when that choice runs.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    !THRONG_SANITIZED
 #define THRONG_PLAIN_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define THRONG_PLAIN_CLONES
