@@ -1,94 +1,13 @@
 // The hall's door to objects that live: what is asked is checked before anything changes.
-#include <throng/broad_phase.hpp>
-
-#include <atomic>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
-#include <throng/find_pairs.hpp>
-
-#include "capture/log.hpp"
-#include "cpu/float_state.hpp"
-#include "live/tracker.hpp"
-#include "validate.hpp"
+#include "broad_phase_state.hpp"
 
 namespace throng {
 
 using live::none;
 using live::set;
-using ull = unsigned long long;
-
-struct BroadPhase::State {
-  State(const Options& options, std::pmr::memory_resource* memory) noexcept
-      : resource(memory), tracker(options, sizeof(State)) {}
-
-  std::pmr::memory_resource* resource;
-  live::Tracker tracker;
-  std::atomic<bool> in_call{false};
-  capture::Log log;
-};
-
-struct BroadPhaseAccess {
-  // Runs body(tracker, result) in the library's float state, alone, with memory failures told.
-  template <class F>
-  static Result call(BroadPhase& it, F&& body) noexcept {
-    const cpu::FloatState float_state;
-    Result r;
-    if (!prepare(it, r)) return r;
-    BroadPhase::State& state = *it.state_;
-    if (state.in_call.exchange(true, std::memory_order_acquire)) {
-      say(r, "another thread is in a call on this BroadPhase; make one call at a time");
-      r.status = Status::busy;
-      return r;
-    }
-    try {
-      body(state.tracker, r);
-    } catch (const cpu::NoMemory& failure) {
-      explain_failure(r, {Status::out_of_memory, failure.bytes});
-    }
-    if (!r.ok()) explain(r, false, false);
-    state.log.answer(r);
-    state.in_call.store(false, std::memory_order_release);
-    return r;
-  }
-
-  // Of a call that runs: where it is written down once it is known to be valid.
-  static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
-
-  // Makes the state at the first call.
-  static bool prepare(BroadPhase& it, Result& r) noexcept {
-    if (it.state_) return true;
-    const Options& options = it.options_;
-    if (!valid({}, nullptr, options, r)) return false;
-    if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
-      say(r, "a BroadPhase has no backend '%s'; use Backend::automatic",
-          to_string(options.backend));
-      return refuse(r, Status::bad_option);
-    }
-    std::pmr::memory_resource* memory = options.memory;
-    if (!memory) memory = std::pmr::new_delete_resource();
-    void* room = nullptr;
-    try {
-      room = memory->allocate(sizeof(BroadPhase::State), alignof(BroadPhase::State));
-    } catch (...) {
-    }
-    if (!room) {
-      explain_failure(r, {Status::out_of_memory, sizeof(BroadPhase::State)});
-      return false;
-    }
-    it.state_ = new (room) BroadPhase::State(options, memory);
-    if (const char* folder = capture::folder_of(options)) it.state_->log.open(folder, options);
-    return true;
-  }
-
-  static live::Objects* objects(const BroadPhase& it) noexcept {
-    return it.state_ ? &it.state_->tracker.objects() : nullptr;
-  }
-  static live::PairSet* pairs(const BroadPhase& it) noexcept {
-    return it.state_ ? &it.state_->tracker.pairs() : nullptr;
-  }
-};
 
 namespace {
 
@@ -123,18 +42,6 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
   return refuse(r, Status::bad_id);
 }
 
-template <class Wanted>
-bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options, Wanted&& wanted,
-                  Result& r) noexcept {
-  if (options.nan == NanPolicy::inactive || !live::Tracker::has_nan(boxes, options)) return true;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
-    if (r.invalid_count++ == 0) r.first_invalid = i;
-  }
-  return r.invalid_count == 0 || refuse(r, Status::nan_box);
-}
-constexpr auto all = [](std::size_t) { return true; };
-
 // What a capture keeps of what was told.
 std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   for (const LivePair& pair : pairs) {
@@ -143,25 +50,6 @@ std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   }
   return capture::chain(sum, pairs.size());
 }
-std::uint64_t fold_of(const SweepHitList& hits) noexcept {
-  std::uint64_t sum = 0;
-  for (const SweepHit& hit : hits) {
-    std::uint64_t time;
-    std::memcpy(&time, &hit.time, sizeof time);
-    sum = capture::chain(sum, std::uint64_t{hit.sweep} << 32 | hit.object);
-    sum = capture::chain(sum, time);
-  }
-  return sum;
-}
-
-// Of a question, which may then have left out some of what it was asked.
-bool stopped(const Options& options, Result& r) noexcept {
-  if (!options.stop || !options.stop->load()) return false;
-  r.found = r.written = 0;
-  r.status = Status::stopped;
-  return true;
-}
-
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
@@ -226,7 +114,7 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     live::Objects& objects = tracker.objects();
     if (!valid(boxes, nullptr, options_, r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
       say(r, "%llu boxes and the %llu ids there are exceed %llu; remove some first",
           ull{boxes.size()}, ull{objects.limit()}, ull{max_box_count});
@@ -282,7 +170,7 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     bare.filters = {};
     if (!valid(bare, nullptr, options_, r)) return;
     if (!valid_ids(tracker.objects(), ids, boxes.size(), r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
+    if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
@@ -378,64 +266,6 @@ LivePairs BroadPhase::ended() const noexcept {
 LivePairs BroadPhase::pairs() noexcept {
   if (!state_) return {};
   return view(state_->tracker.pairs().sorted(state_->tracker.objects().limit()));
-}
-
-Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
-  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    tracker.queries().overlaps().clear();
-    if (!valid(boxes, nullptr, options_, r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all, r)) return;
-    capture::Log& log = Access::log(*this);
-    log.begin(Operation::find_overlaps, 1);
-    log.boxes(boxes);
-    tracker.find_overlaps(boxes, options_, r);
-    if (stopped(options_, r))
-      tracker.queries().overlaps().clear();
-    else if (log)
-      log.told(pair_checksum(overlaps().data(), overlaps().size()));
-  });
-}
-Pairs BroadPhase::overlaps() const noexcept {
-  if (!state_) return {};
-  const live::List<Pair>& found = state_->tracker.queries().overlaps();
-  return {found.data(), found.size()};
-}
-
-Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
-                             const Filters& filters) noexcept {
-  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    tracker.queries().forget_hits();
-    Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
-    boxes.filters = filters;
-    if (!valid(boxes, nullptr, options_, r)) return;
-    for (std::size_t i = 0; sweeps && i < count; ++i) {
-      const Vec3& by = sweeps[i].by;
-      const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
-                        !core::has_nan(sweeps[i].box);
-      if (!good && r.invalid_count++ == 0) r.first_invalid = i;
-    }
-    if (r.invalid_count != 0) {
-      say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
-          ull{r.invalid_count}, ull{r.first_invalid});
-      r.status = Status::nan_box;
-      return;
-    }
-    capture::Log& log = Access::log(*this);
-    log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
-    log.sweeps(sweeps, count);
-    log.boxes(boxes);
-    tracker.find_hits(sweeps, count, which, filters, options_);
-    r.found = r.written = tracker.queries().hits().size();
-    if (stopped(options_, r))
-      tracker.queries().forget_hits();
-    else if (log)
-      log.told(fold_of(hits()));
-  });
-}
-SweepHitList BroadPhase::hits() const noexcept {
-  if (!state_) return {};
-  const live::List<SweepHit>& found = state_->tracker.queries().hits();
-  return {found.data(), found.size()};
 }
 
 bool BroadPhase::is_alive(ObjectId id) const noexcept {

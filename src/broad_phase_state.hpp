@@ -1,0 +1,103 @@
+// What stands behind the door to objects that live: its state, and how a call on it is made.
+#pragma once
+
+#include <throng/broad_phase.hpp>
+
+#include <atomic>
+
+#include <throng/find_pairs.hpp>
+
+#include "capture/log.hpp"
+#include "cpu/float_state.hpp"
+#include "live/tracker.hpp"
+#include "validate.hpp"
+
+namespace throng {
+
+using ull = unsigned long long;
+
+struct BroadPhase::State {
+  State(const Options& options, std::pmr::memory_resource* memory) noexcept
+      : resource(memory), tracker(options, sizeof(State)) {}
+
+  std::pmr::memory_resource* resource;
+  live::Tracker tracker;
+  std::atomic<bool> in_call{false};
+  capture::Log log;
+};
+
+struct BroadPhaseAccess {
+  // Runs body(tracker, result) in the library's float state, alone, with memory failures told.
+  template <class F>
+  static Result call(BroadPhase& it, F&& body) noexcept {
+    const cpu::FloatState float_state;
+    Result r;
+    if (!prepare(it, r)) return r;
+    BroadPhase::State& state = *it.state_;
+    if (state.in_call.exchange(true, std::memory_order_acquire)) {
+      say(r, "another thread is in a call on this BroadPhase; make one call at a time");
+      r.status = Status::busy;
+      return r;
+    }
+    try {
+      body(state.tracker, r);
+    } catch (const cpu::NoMemory& failure) {
+      explain_failure(r, {Status::out_of_memory, failure.bytes});
+    }
+    if (!r.ok()) explain(r, false, false);
+    state.log.answer(r);
+    state.in_call.store(false, std::memory_order_release);
+    return r;
+  }
+
+  // Of a call that runs: where it is written down once it is known to be valid.
+  static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
+
+  // Makes the state at the first call.
+  static bool prepare(BroadPhase& it, Result& r) noexcept {
+    if (it.state_) return true;
+    const Options& options = it.options_;
+    if (!valid({}, nullptr, options, r)) return false;
+    if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
+      say(r, "a BroadPhase has no backend '%s'; use Backend::automatic",
+          to_string(options.backend));
+      return refuse(r, Status::bad_option);
+    }
+    std::pmr::memory_resource* memory = options.memory;
+    if (!memory) memory = std::pmr::new_delete_resource();
+    void* room = nullptr;
+    try {
+      room = memory->allocate(sizeof(BroadPhase::State), alignof(BroadPhase::State));
+    } catch (...) {
+    }
+    if (!room) {
+      explain_failure(r, {Status::out_of_memory, sizeof(BroadPhase::State)});
+      return false;
+    }
+    it.state_ = new (room) BroadPhase::State(options, memory);
+    if (const char* folder = capture::folder_of(options)) it.state_->log.open(folder, options);
+    return true;
+  }
+
+  static live::Objects* objects(const BroadPhase& it) noexcept {
+    return it.state_ ? &it.state_->tracker.objects() : nullptr;
+  }
+  static live::PairSet* pairs(const BroadPhase& it) noexcept {
+    return it.state_ ? &it.state_->tracker.pairs() : nullptr;
+  }
+};
+
+// Whether none of those boxes that are wanted has a NaN, or they may have.
+template <class Wanted>
+bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options, Wanted&& wanted,
+                  Result& r) noexcept {
+  if (options.nan == NanPolicy::inactive || !live::Tracker::has_nan(boxes, options)) return true;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
+    if (r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  return r.invalid_count == 0 || refuse(r, Status::nan_box);
+}
+inline constexpr auto all_boxes = [](std::size_t) { return true; };
+
+}  // namespace throng
