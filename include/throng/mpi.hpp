@@ -48,6 +48,7 @@ struct Counts {
 struct Traffic {
   std::uint64_t home = 0;   // boxes whose lower corner lies in this rank's region
   std::uint64_t known = 0;  // boxes that this rank searched: those, and copies of others' boxes
+  std::uint64_t parts = 0;  // Finder: searches that this took, of parts that lie far apart
   std::uint64_t wide = 0;   // boxes of this rank that were handed on along the tree
   Counts halo;              // boxes sent to other ranks
   Counts balance;           // cutting space anew

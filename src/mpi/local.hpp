@@ -40,6 +40,7 @@ class LocalSet {
   std::size_t record_bytes() const noexcept { return mpi::record_bytes(filters_); }
   const Box& box(std::size_t i) const noexcept { return boxes_[i]; }
   std::uint64_t id(std::size_t i) const noexcept { return ids_[i]; }
+  unsigned filters() const noexcept { return filters_; }
 
   // Box i of a caller's as a record at the end of `out`.
   void write(const Boxes& boxes, std::size_t i, std::uint64_t id, Bytes& out) const {
@@ -70,6 +71,17 @@ class LocalSet {
     if (filters_ & has_owner) owner_.push_back(take<std::int32_t>(p));
     if (filters_ & has_world) world_.push_back(take<std::int32_t>(p));
     if (filters_ & has_static) static_.push_back(static_cast<std::uint8_t>(take<std::uint32_t>(p)));
+  }
+
+  // Adds box i of another set, which has the same filters.
+  void add(const LocalSet& other, std::size_t i) {
+    boxes_.push_back(other.boxes_[i]);
+    ids_.push_back(other.ids_[i]);
+    if (filters_ & has_group) group_.push_back(other.group_[i]);
+    if (filters_ & has_mask) mask_.push_back(other.mask_[i]);
+    if (filters_ & has_owner) owner_.push_back(other.owner_[i]);
+    if (filters_ & has_world) world_.push_back(other.world_[i]);
+    if (filters_ & has_static) static_.push_back(other.static_[i]);
   }
 
   Boxes view() const {
