@@ -12,7 +12,8 @@
 namespace throng::mpi {
 namespace {
 
-constexpr Key first_key = std::numeric_limits<Key>::min(), last_key = std::numeric_limits<Key>::max();
+constexpr Key first_key = std::numeric_limits<Key>::min(),
+              last_key = std::numeric_limits<Key>::max();
 constexpr Bounds everywhere = {{first_key, first_key, first_key}, {last_key, last_key, last_key}};
 
 std::vector<Reach> reaches_of(const std::vector<Box>& boxes, float margin = 0) {
@@ -125,8 +126,7 @@ TEST(Parts, EachPairIsToldByOneOfThem) {
   for (const tests::HardScene& scene : tests::hard_scenes(300)) {
     for (const float margin : {0.0f, 0.1f}) {
       const Parts parts = cut(everywhere, reaches_of(scene.boxes, margin));
-      ASSERT_NO_FATAL_FAILURE(
-          expect_told_once(scene.boxes, margin, everywhere, parts, scene.name));
+      ASSERT_NO_FATAL_FAILURE(expect_told_once(scene.boxes, margin, everywhere, parts, scene.name));
     }
   }
 }

@@ -61,7 +61,8 @@ class Again : public StreamTest {
     sizes.sample_rows = 512;
     Options options;
     options.threads = 2;
-    stream::Solver solver(sizes, options, scratch, output, [](double) {}, std::ref(faults));
+    stream::Solver solver(
+        sizes, options, scratch, output, [](double) {}, std::ref(faults));
     stream::Solver::Problem problem;
     problem.side[0] = &first;
     problem.layout[0] = &first.layout();
