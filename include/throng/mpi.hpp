@@ -37,6 +37,9 @@ struct Settings {
   unsigned wide = 32;
   // BroadPhase: an object goes to the rank in whose region its lower corner lies.
   bool migrate = true;
+  // Finder, on the CPU: boxes of a region that lie far apart are searched in parts. Evens out what
+  // one grid makes of the gaps between clusters, and costs more than it spares: docs/scale.md.
+  bool parts = false;
 };
 
 // What this rank sent, counted: to single ranks, and in collective calls (bytes of the result).

@@ -207,15 +207,16 @@ void Finder::State::search_here(const Settings& settings, const Sent* sets, int 
   options.order = Order::any;
   options.nan = NanPolicy::inactive;  // none came
   const LocalSet* const locals[] = {&sets[0].local, &sets[count - 1].local};
-  r = share.search(options, regions.bounds(link->rank(), link->rank() + 1), locals, count);
+  r = share.search(options, settings.parts, regions.bounds(link->rank(), link->rank() + 1), locals,
+                   count);
   traffic.known = share.known();
   traffic.home = share.home();
   traffic.parts = share.parts();
   if (!r.ok()) return;
   pairs = share.take_pairs();
   if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
-  work = work_of(share.searched(), r.comparisons, 0);
-  traffic.work = work_of(share.searched(), r.comparisons, pairs.size());
+  work = work_of(share.handled(), r.comparisons, 0);
+  traffic.work = work_of(share.handled(), r.comparisons, pairs.size());
   points = share.take_points();
   own = traffic.home ? work / traffic.home : 0;
 }

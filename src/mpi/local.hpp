@@ -73,15 +73,20 @@ class LocalSet {
     if (filters_ & has_static) static_.push_back(static_cast<std::uint8_t>(take<std::uint32_t>(p)));
   }
 
-  // Adds box i of another set, which has the same filters.
-  void add(const LocalSet& other, std::size_t i) {
-    boxes_.push_back(other.boxes_[i]);
-    ids_.push_back(other.ids_[i]);
-    if (filters_ & has_group) group_.push_back(other.group_[i]);
-    if (filters_ & has_mask) mask_.push_back(other.mask_[i]);
-    if (filters_ & has_owner) owner_.push_back(other.owner_[i]);
-    if (filters_ & has_world) world_.push_back(other.world_[i]);
-    if (filters_ & has_static) static_.push_back(other.static_[i]);
+  // Becomes these boxes of another set. Keeps its memory.
+  void gather(const LocalSet& other, const std::uint32_t* boxes, std::size_t count) {
+    filters_ = other.filters_;
+    const auto copy = [&](auto& to, const auto& from) {
+      to.resize(from.empty() ? 0 : count);
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = from[boxes[i]];
+    };
+    copy(boxes_, other.boxes_);
+    copy(ids_, other.ids_);
+    copy(group_, other.group_);
+    copy(mask_, other.mask_);
+    copy(owner_, other.owner_);
+    copy(world_, other.world_);
+    copy(static_, other.static_);
   }
 
   Boxes view() const {

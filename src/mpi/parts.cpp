@@ -8,8 +8,9 @@
 namespace throng::mpi {
 namespace {
 
-// One box of so many tells where gaps are, and of few boxes so many do.
-constexpr std::size_t sampled = 32, least_sample = 512, most_sample = 4096;
+// One box of so many tells where gaps are; of few boxes an eighth; none of fewer than that.
+constexpr std::size_t sampled = 32, few_sampled = 8, few_sample = 512, most_sample = 4096;
+constexpr std::size_t least_boxes = 512;
 // Fewer of the sample beyond a gap are no part: a share, or so many.
 constexpr std::size_t least_share = 64, least_part = 2;
 // A gap is a 64th of the range, and so wide that of boxes spread evenly 16 would lie in it: by
@@ -65,8 +66,9 @@ Gap best_gap(const Reach* sample, std::size_t count, std::size_t least, int axis
 
 std::vector<std::size_t> Parts::sample(std::size_t boxes) {
   std::vector<std::size_t> sample;
-  if (boxes < least_sample) return sample;
-  const std::size_t count = std::clamp(boxes / sampled, least_sample, most_sample);
+  if (boxes < least_boxes) return sample;
+  const std::size_t count =
+      std::clamp(boxes / sampled, std::min(few_sample, boxes / few_sampled), most_sample);
   const std::size_t step = boxes / count;
   sample.reserve(count);
   for (std::size_t i = 0; i < count; ++i) sample.push_back(i * step + mixed(i) % step);
@@ -75,6 +77,20 @@ std::vector<std::size_t> Parts::sample(std::size_t boxes) {
 
 Parts::Parts(const Bounds& region, std::vector<Reach> sample) {
   cut(region, sample.data(), sample.size(), 0);
+}
+
+void Parts::locate(const Reach* reaches, std::size_t count, std::uint32_t* parts) const noexcept {
+  std::uint32_t at[batch] = {};
+  bool crosses[batch] = {};
+  for (int step = 0; step < depth_; ++step) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const Node& node = nodes_[at[i]];
+      const bool right = reaches[i].lower[node.axis] >= node.at;
+      crosses[i] = crosses[i] | (!right & (reaches[i].upper[node.axis] >= node.at));
+      at[i] = node.child[right ? 1 : 0];
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) parts[i] = crosses[i] ? several : nodes_[at[i]].part;
 }
 
 std::uint32_t Parts::cut(const Bounds& region, Reach* sample, std::size_t count, int depth) {

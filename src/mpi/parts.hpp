@@ -1,9 +1,10 @@
 // A rank's region cut once more, at gaps: boxes that lie far apart are searched by a grid each.
 //
-// One grid over all of them spends its columns on the empty space between: of `clusters` on eight
-// ranks it makes 73 comparisons a box, a grid a cluster 36. How many more depends on what else a
-// region has, so that it evens out by no cut (docs/scale.md). A part is a region as that of a rank
-// is: regions.hpp says why each pair is told by one of them, whatever crosses their border.
+// One grid over all of them spends its columns on the empty space between: of `clusters` on 32
+// ranks it makes 81 comparisons a box, a grid a cluster 36. How many more depends on what else a
+// region has, so that no cut evens it out. To deal boxes out costs more time than that, though: see
+// Settings::parts. A part is a region as that of a rank is: regions.hpp says why each pair is told
+// by one of them, whatever crosses their border.
 #pragma once
 
 #include <cstddef>
@@ -29,18 +30,13 @@ class Parts {
   // f(part) for each part that is reached, which must not be empty.
   template <class F>
   void visit(const Reach& reach, F&& f) const {
-    // Most boxes reach one part. As many steps for each, and no branch that depends on the box.
-    std::uint32_t at = 0;
-    bool crosses = false;
-    for (int step = 0; step < depth_; ++step) {
-      const Node& node = nodes_[at];
-      const bool right = reach.lower[node.axis] >= node.at;
-      crosses |= !right & (reach.upper[node.axis] >= node.at);
-      at = node.child[right];
-    }
-    if (!crosses) return f(std::size_t{nodes_[at].part});
     visit(0, reach, f);
   }
+  // The part of each of these, at most `batch`; `several` where it reaches more than one. Most
+  // reach one: all go down side by side, as many steps each, with no branch that depends on them.
+  static constexpr std::size_t batch = 32;
+  static constexpr std::uint32_t several = 0xffffffff;
+  void locate(const Reach* reaches, std::size_t count, std::uint32_t* parts) const noexcept;
 
  private:
   // A part is its own child, and all that comes there lies at or above its cut.

@@ -26,15 +26,14 @@ void add(Result& sum, const Result& r) noexcept {
 
 // A GPU pays for each call, the CPU next to nothing.
 bool Share::may_part(const Options& options) {
-  if (known_ > 0xffffffffu) return false;
   if (options.backend == Backend::cpu) return true;
   if (options.backend != Backend::automatic) return false;
   if (known_ >= gpu_from && has_gpu_ < 0) has_gpu_ = cuda::available().ok();
   return known_ < gpu_from || has_gpu_ == 0;
 }
 
-Result Share::search(const Options& options, const Bounds& region, const LocalSet* const* sets,
-                     int count) {
+Result Share::search(const Options& options, bool in_parts, const Bounds& region,
+                     const LocalSet* const* sets, int count) {
   pairs_.clear();
   points_.clear();
   home_ = searched_ = 0;
@@ -42,7 +41,7 @@ Result Share::search(const Options& options, const Bounds& region, const LocalSe
   margin_ = options.margin;
   finder_.set_options(options);
   std::vector<Reach> sample;
-  if (may_part(options)) {
+  if (in_parts && may_part(options)) {
     for (const std::size_t i : Parts::sample(known_)) {
       const std::size_t size = sets[0]->size();
       const Box& box = i < size ? sets[0]->box(i) : sets[1]->box(i - size);
@@ -52,57 +51,44 @@ Result Share::search(const Options& options, const Bounds& region, const LocalSe
   const Parts parts(region, std::move(sample));
   parts_ = parts.count();
   if (parts_ == 1) return search_part(region, sets, count);
-  deal(parts, sets, count);
+  for (int s = 0; s < count; ++s) deal(parts, *sets[s], dealt_[s]);
   Result sum;
-  std::size_t begin = 0, largest = 0;
+  std::size_t largest = 0;
   for (std::size_t p = 0; p < parts_; ++p) {
-    LocalSet some[2] = {LocalSet(sets[0]->filters()), LocalSet(sets[count - 1]->filters())};
-    const LocalSet* of_part[2] = {&some[0], &some[1]};
-    for (std::size_t i = begin; i < ends_[p]; ++i) {
-      const std::size_t size = sets[0]->size(), box = boxes_[i];
-      const int s = box < size ? 0 : 1;
-      some[s].add(*sets[s], s == 0 ? box : box - size);
-    }
+    const LocalSet* const of_part[] = {&dealt_[0][p], &dealt_[count - 1][p]};
+    const std::size_t before = searched_;
     const Result r = search_part(parts.bounds(p), of_part, count);
     if (!r.ok()) return r;
     add(sum, r);
-    if (ends_[p] - begin > largest) {
-      largest = ends_[p] - begin;
+    if (searched_ - before > largest) {
+      largest = searched_ - before;
       sum.plan = r.plan;
     }
-    begin = ends_[p];
   }
   return sum;
 }
 
-// The boxes of each part, in their order; those that cross into it come last.
-void Share::deal(const Parts& parts, const LocalSet* const* sets, int count) {
-  std::vector<std::pair<std::size_t, std::uint32_t>> crossing;  // beyond the first part: part, box
-  part_.resize(known_);
-  ends_.assign(parts_ + 1, 0);
-  std::uint32_t at = 0;
-  for (int s = 0; s < count; ++s) {
-    for (std::size_t i = 0; i < sets[s]->size(); ++i, ++at) {
-      bool first = true;
-      parts.visit(reach_of(sets[s]->box(i), margin_), [&](std::size_t part) {
-        if (first) {
-          part_[at] = static_cast<std::uint32_t>(part);
-        } else {
-          crossing.emplace_back(part, at);
-        }
-        ++ends_[part + 1];
-        first = false;
-      });
+// The boxes that reach each part.
+void Share::deal(const Parts& parts, const LocalSet& set, std::vector<LocalSet>& dealt) {
+  lists_.resize(std::max(parts_, lists_.size()));
+  for (std::vector<std::uint32_t>& list : lists_) list.clear();
+  Reach reaches[Parts::batch];
+  std::uint32_t found[Parts::batch];
+  for (std::size_t first = 0; first < set.size(); first += Parts::batch) {
+    const std::size_t n = std::min(Parts::batch, set.size() - first);
+    for (std::size_t i = 0; i < n; ++i) reaches[i] = reach_of(set.box(first + i), margin_);
+    parts.locate(reaches, n, found);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto box = static_cast<std::uint32_t>(first + i);
+      if (found[i] != Parts::several) {
+        lists_[found[i]].push_back(box);
+      } else {
+        parts.visit(reaches[i], [&](std::size_t part) { lists_[part].push_back(box); });
+      }
     }
   }
-  for (std::size_t p = 0; p < parts_; ++p) ends_[p + 1] += ends_[p];
-  boxes_.resize(ends_.back());
-  // Each begin moves on to its end.
-  for (std::size_t i = 0; i < known_; ++i) {
-    boxes_[ends_[part_[i]]++] = static_cast<std::uint32_t>(i);
-  }
-  for (const auto& [part, box] : crossing) boxes_[ends_[part]++] = box;
-  ends_.pop_back();
+  dealt.resize(std::max(parts_, dealt.size()));
+  for (std::size_t p = 0; p < parts_; ++p) dealt[p].gather(set, lists_[p].data(), lists_[p].size());
 }
 
 // The pairs whose home corner lies in this part of the region, or in all of it.

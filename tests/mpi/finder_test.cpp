@@ -204,6 +204,7 @@ TEST(Finder, FindsPairsOfASharesParts) {
       boxes[i].upper.y += static_cast<float>(scene.side()) * (i % 2 == 0 ? 0.3f : 2.0f);
     }
     Settings settings = test_settings();
+    settings.parts = true;
     settings.search.margin = crossed == 2 ? 0.25f : 0.0f;
     // Boxes [begin, end), and this rank's slice of them.
     const auto part = [&](std::size_t begin, std::size_t end, bool owners) {
@@ -247,6 +248,7 @@ TEST(Finder, SearchesAWholeShareOnAGpu) {
   std::vector<Box> boxes(spec.objects);
   scene.frame(0, boxes.data());
   Settings settings = test_settings();
+  settings.parts = true;
   settings.search.backend = Backend::emulated;
   Finder finder(MPI_COMM_WORLD, settings);
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, Mine(boxes, Spread::slices).view(),

@@ -41,6 +41,9 @@ void expect_told_once(const std::vector<Box>& boxes, float margin, const Bounds&
     here[i] = region.meets(reaches[i]);
     if (!here[i]) continue;
     parts.visit(reaches[i], [&](std::size_t part) { reached[i].push_back(part); });
+    std::uint32_t located = 0;
+    parts.locate(&reaches[i], 1, &located);
+    ASSERT_EQ(located, reached[i].size() == 1 ? reached[i][0] : Parts::several) << name;
     ASSERT_FALSE(reached[i].empty()) << name << ", box " << i;
   }
   for (const Pair pair : tests::reference_pairs(boxes, margin).pairs) {
