@@ -26,7 +26,7 @@ namespace {
 
 struct Arguments {
   std::string scene = "uniform", objects = "100K", csv;
-  bool weak = false;
+  bool weak = false, parts = false;
   std::size_t frames = 5;
   unsigned threads = 1;
 };
@@ -70,6 +70,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   const scene::Scene scene(spec);
   mpi::Settings settings;
   settings.search.threads = a.threads;
+  settings.parts = a.parts;
   mpi::Finder finder(comm, settings);
   const int rank = rank_of(comm), size = size_of(comm);
   Row row;
@@ -173,6 +174,7 @@ Run add_bench(CLI::App& program) {
   app.add_option("--scene", a->scene, "as of 'throng scene' (uniform)")->type_name("NAME");
   app.add_option("--objects", a->objects, "in all, or with --weak a rank (100K)")->type_name("N");
   app.add_flag("--weak", a->weak, "as many boxes more with each rank");
+  app.add_flag("--parts", a->parts, "what lies far apart in a region is searched in parts");
   app.add_option("--frames", a->frames, "to take the median of (5)")
       ->check(CLI::Range(1, 100000).description(""))
       ->type_name("F");

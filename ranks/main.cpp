@@ -15,6 +15,7 @@
 
 #include "program/failure.hpp"
 #include "ranks/commands.hpp"
+#include "ranks/devices.hpp"
 #include "ranks/together.hpp"
 
 namespace throng::ranks {
@@ -67,6 +68,7 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::ranks
 
 int main(int argc, char** argv) {
+  throng::ranks::choose_device();
   if (MPI_Init(&argc, &argv) != MPI_SUCCESS) return throng::program::exit_bad;
   MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
   const int status = throng::ranks::guarded(argc, argv);

@@ -30,12 +30,13 @@ struct Solver::Lists {
 };
 
 Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratch,
-               PairOutput& output, std::function<void(double)> progress)
+               PairOutput& output, std::function<void(double)> progress, Search search)
     : sizes_(sizes),
       options_(options),
       scratch_(scratch),
       output_(output),
       progress_(std::move(progress)),
+      search_(std::move(search)),
       room_(sizes.room_bytes, program::large_pages()),
       home_bytes_(sizes.room_bytes / 4 * 3) {
   options_.order = Order::any;
@@ -313,7 +314,8 @@ bool Solver::try_search(const Rows& a, const Rows* b, Told told, Result& result)
     return true;
   };
   ++searches_;
-  result = b ? finder_.consume(a.view(), b->view(), take) : finder_.consume(a.view(), take);
+  const Boxes first = a.view(), others = b ? b->view() : Boxes();
+  result = search_(finder_, first, b ? &others : nullptr, take);
   if (!result.ok()) return false;
   plan_ = result.plan;
   seen_.comparisons += result.comparisons;

@@ -29,8 +29,12 @@ struct SolverSizes {
 // halves.
 class Solver {
  public:
+  // How rows in memory are searched: Finder::consume, or what a test has in its place. b may be
+  // null.
+  using Search = std::function<Result(Finder&, const Boxes& a, const Boxes* b, Consumer)>;
+
   Solver(const SolverSizes& sizes, const Options& options, Scratch& scratch, PairOutput& output,
-         std::function<void(double)> progress);
+         std::function<void(double)> progress, Search search = consume);
 
   struct Problem {
     Source* side[2] = {};
@@ -54,6 +58,9 @@ class Solver {
   enum class Told { by_index, as_found, swapped };
   struct Lists;  // of a problem that was cut
 
+  static Result consume(Finder& finder, const Boxes& a, const Boxes* b, Consumer consumer) {
+    return b ? finder.consume(a, *b, consumer) : finder.consume(a, consumer);
+  }
   void solve(const Problem& problem, int depth);
   void divide(const Problem& problem, const Split& split, int depth);
   void distribute(const Problem& problem, int side, const Split& split, Lists& lists);
@@ -77,6 +84,7 @@ class Solver {
   Scratch& scratch_;
   PairOutput& output_;
   std::function<void(double)> progress_;
+  Search search_;
   std::pmr::vector<char> room_;
   std::size_t home_bytes_;  // of the room, what a slab's own rows may take
   Finder finder_;

@@ -37,6 +37,9 @@ struct Settings {
   unsigned wide = 32;
   // BroadPhase: an object goes to the rank in whose region its lower corner lies.
   bool migrate = true;
+  // Finder, on the CPU: boxes of a region that lie far apart are searched in parts. Evens out what
+  // one grid makes of the gaps between clusters, and costs more than it spares: docs/scale.md.
+  bool parts = false;
 };
 
 // What this rank sent, counted: to single ranks, and in collective calls (bytes of the result).
@@ -48,6 +51,7 @@ struct Counts {
 struct Traffic {
   std::uint64_t home = 0;   // boxes whose lower corner lies in this rank's region
   std::uint64_t known = 0;  // boxes that this rank searched: those, and copies of others' boxes
+  std::uint64_t parts = 0;  // Finder: searches that this took, of parts that lie far apart
   std::uint64_t wide = 0;   // boxes of this rank that were handed on along the tree
   Counts halo;              // boxes sent to other ranks
   Counts balance;           // cutting space anew

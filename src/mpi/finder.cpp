@@ -1,16 +1,14 @@
-// Finder: boxes to the regions that they reach, a search on each rank, and of its pairs those whose
-// home corner lies here.
+// Finder: boxes to the regions that they reach, and a search on each rank.
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include <throng/finder.hpp>
-
 #include "mpi/agree.hpp"
 #include "mpi/balance.hpp"
 #include "mpi/ids.hpp"
 #include "mpi/local.hpp"
+#include "mpi/share.hpp"
 
 namespace throng::mpi {
 namespace {
@@ -23,15 +21,11 @@ struct Sent {
   std::vector<int> touched;  // the ranks of `to` that are not empty
   Bytes wide;
   LocalSet local;
-  std::vector<std::uint8_t> above;   // bit k: on axis k the lower corner is not below the region
-  std::vector<std::uint32_t> pairs;  // told here, for the weights; twice
 
   std::uint64_t id(std::size_t i) const noexcept {
     return given->ids ? given->ids[i] : first_id + i;
   }
 };
-
-constexpr std::uint8_t all_above = 7;
 
 std::uint64_t hash_of(const RankBoxes& set) noexcept {
   std::uint64_t hash = mixed(set.boxes.size());
@@ -43,15 +37,16 @@ std::uint64_t hash_of(const RankBoxes& set) noexcept {
 
 struct Finder::State {
   std::unique_ptr<Link> link;
-  throng::Finder search;
+  Share share;
   Regions regions;
   bool cut = false;           // into regions, once at least
   std::uint64_t hash = 0;     // of the ids that were checked last
   std::vector<Point> points;  // of the last search, with what they cost
   double imbalance = 1;
-  Regions regions_before;           // while it is not known whether those that followed are better
-  std::uint64_t own = 0, mean = 0;  // work of a box at home, pairs apart: here, and over all ranks
-  unsigned refused = 0;             // cuts in a row that were worse than what they followed
+  Regions regions_before;  // while it is not known whether those that followed are better
+  // Work, pairs apart: of this rank; of a box at home here, and over all ranks.
+  std::uint64_t work = 0, own = 0, mean = 0;
+  unsigned refused = 0;               // cuts in a row that were worse than what they followed
   unsigned patience = 0, waited = 0;  // cuts that did not help make the next ones rarer
   std::vector<Pair64> pairs;
   Traffic traffic;
@@ -61,7 +56,7 @@ struct Finder::State {
   void cut_space(const Settings& settings, const Sent* sets, int count);
   void route(const Settings& settings, Sent& set);
   void deliver(Sent& set);
-  void search_here(const Settings& settings, Sent* sets, int count, Result& r);
+  void search_here(const Settings& settings, const Sent* sets, int count, Result& r);
   bool finish(const Sent* sets, int count, Result& r);
   void judge_cut(double before);
 };
@@ -158,8 +153,8 @@ void Finder::State::cut_space(const Settings& settings, const Sent* sets, int co
   // a cut was worse, the next one believes less of the difference between ranks.
   for (Point& point : points) {
     const double part = static_cast<double>(own) - static_cast<double>(mean);
-    const double work = static_cast<double>(mean) + std::ldexp(part, -static_cast<int>(refused));
-    point.weight += static_cast<std::uint32_t>(std::max(0.0, std::min(work, 0x1p20)));
+    const double cost = static_cast<double>(mean) + std::ldexp(part, -static_cast<int>(refused));
+    point.weight += static_cast<std::uint32_t>(std::max(0.0, std::min(cost, 0x1p20)));
   }
   thin_out(points);
   regions_before = regions;
@@ -207,56 +202,23 @@ void Finder::State::deliver(Sent& set) {
   }
 }
 
-void Finder::State::search_here(const Settings& settings, Sent* sets, int count, Result& r) {
-  const Bounds here = regions.bounds(link->rank(), link->rank() + 1);
-  std::size_t home = 0;
-  for (int s = 0; s < count; ++s) {
-    Sent& set = sets[s];
-    set.above.resize(set.local.size());
-    set.pairs.assign(set.local.size(), 0);
-    for (std::size_t i = 0; i < set.local.size(); ++i) {
-      const Reach reach = reach_of(set.local.box(i), settings.search.margin);
-      std::uint8_t bits = 0;
-      for (int k = 0; k < 3; ++k)
-        bits |= static_cast<std::uint8_t>((reach.lower[k] >= here.lower[k]) << k);
-      set.above[i] = bits;
-      home += bits == all_above;
-    }
-    traffic.known += set.local.size();
-  }
-  traffic.home = home;
+void Finder::State::search_here(const Settings& settings, const Sent* sets, int count, Result& r) {
   Options options = settings.search;
   options.order = Order::any;
   options.nan = NanPolicy::inactive;  // none came
-  search.set_options(options);
-  Sent& a = sets[0];
-  Sent& b = sets[count - 1];
-  r = count == 1 ? search.find(a.local.view()) : search.find(a.local.view(), b.local.view());
+  const LocalSet* const locals[] = {&sets[0].local, &sets[count - 1].local};
+  r = share.search(options, settings.parts, regions.bounds(link->rank(), link->rank() + 1), locals,
+                   count);
+  traffic.known = share.known();
+  traffic.home = share.home();
+  traffic.parts = share.parts();
   if (!r.ok()) return;
-  // Both boxes reach this region, so their home corner is below its upper end on every axis; it is
-  // here where on each axis one of the two lower corners is not below the lower end.
-  for (const Pair pair : search.pairs()) {
-    const std::uint8_t one = a.above[pair.first], two = b.above[pair.second];
-    if ((one | two) != all_above) continue;
-    std::uint64_t first = a.local.id(pair.first), second = b.local.id(pair.second);
-    if (count == 1 && first > second) std::swap(first, second);
-    pairs.push_back({first, second});
-    // Weighed where it is at home: it is cut off with that one.
-    const std::uint32_t halves = one == two ? 1 : 2;
-    if (one == all_above) a.pairs[pair.first] += halves;
-    if (two == all_above) b.pairs[pair.second] += halves;
-  }
+  pairs = share.take_pairs();
   if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
-  traffic.work = work_of(traffic.known, r.comparisons, pairs.size());
-  points.clear();
-  own = home ? work_of(traffic.known, r.comparisons, 0) / home : 0;
-  for (int s = 0; s < count; ++s) {
-    for (std::size_t i = 0; i < sets[s].local.size(); ++i) {
-      if (sets[s].above[i] != all_above) continue;
-      add_point(points, reach_of(sets[s].local.box(i), settings.search.margin),
-                sets[s].pairs[i] * pair_work / 2);
-    }
-  }
+  work = work_of(share.handled(), r.comparisons, 0);
+  traffic.work = work_of(share.handled(), r.comparisons, pairs.size());
+  points = share.take_points();
+  own = traffic.home ? work / traffic.home : 0;
 }
 
 bool Finder::State::finish(const Sent* sets, int count, Result& r) {
@@ -268,7 +230,7 @@ bool Finder::State::finish(const Sent* sets, int count, Result& r) {
     for (std::size_t i = 0; i < boxes.size(); ++i) given_inactive += reach_of(boxes[i], 0).empty();
   }
   std::uint64_t sums[6] = {pairs.size(), given_inactive, r.comparisons,
-                           traffic.work, traffic.home,   work_of(traffic.known, r.comparisons, 0)};
+                           traffic.work, traffic.home,   work};
   std::uint64_t most = traffic.work;
   link->sum_and_most(sums, 6, most);
   r.found = sums[0];

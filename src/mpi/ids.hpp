@@ -8,16 +8,9 @@
 #include <throng/options.hpp>
 
 #include "mpi/link.hpp"
+#include "mpi/mixed.hpp"
 
 namespace throng::mpi {
-
-// The splitmix64 finaliser: 64 well mixed bits.
-constexpr std::uint64_t mixed(std::uint64_t x) noexcept {
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
 
 // Collective: the ids go to their judges, in parcels by rank.
 std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t count);

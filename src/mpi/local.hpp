@@ -40,6 +40,7 @@ class LocalSet {
   std::size_t record_bytes() const noexcept { return mpi::record_bytes(filters_); }
   const Box& box(std::size_t i) const noexcept { return boxes_[i]; }
   std::uint64_t id(std::size_t i) const noexcept { return ids_[i]; }
+  unsigned filters() const noexcept { return filters_; }
 
   // Box i of a caller's as a record at the end of `out`.
   void write(const Boxes& boxes, std::size_t i, std::uint64_t id, Bytes& out) const {
@@ -70,6 +71,22 @@ class LocalSet {
     if (filters_ & has_owner) owner_.push_back(take<std::int32_t>(p));
     if (filters_ & has_world) world_.push_back(take<std::int32_t>(p));
     if (filters_ & has_static) static_.push_back(static_cast<std::uint8_t>(take<std::uint32_t>(p)));
+  }
+
+  // Becomes these boxes of another set. Keeps its memory.
+  void gather(const LocalSet& other, const std::uint32_t* boxes, std::size_t count) {
+    filters_ = other.filters_;
+    const auto copy = [&](auto& to, const auto& from) {
+      to.resize(from.empty() ? 0 : count);
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = from[boxes[i]];
+    };
+    copy(boxes_, other.boxes_);
+    copy(ids_, other.ids_);
+    copy(group_, other.group_);
+    copy(mask_, other.mask_);
+    copy(owner_, other.owner_);
+    copy(world_, other.world_);
+    copy(static_, other.static_);
   }
 
   Boxes view() const {

@@ -187,6 +187,75 @@ TEST(Finder, TakesNoBoxesAndBoxesThatAllTeleport) {
   }
 }
 
+// Clusters lie so far apart that a share is searched in parts; what crosses between them, and
+// filters, stay as they are.
+TEST(Finder, FindsPairsOfASharesParts) {
+  scene::Spec spec;
+  spec.name = "clusters";
+  spec.objects = 9000;
+  const scene::Scene scene(spec);
+  std::vector<Box> boxes(spec.objects);
+  scene.frame(0, boxes.data());
+  std::vector<std::int32_t> owner(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) owner[i] = static_cast<std::int32_t>(i / 100 % 7);
+  for (int crossed = 0; crossed < 3; ++crossed) {
+    // Rods from cluster to cluster, seen by the sample or not.
+    for (std::size_t i = 1; crossed && i < boxes.size(); i += crossed == 1 ? 900 : 50) {
+      boxes[i].upper.y += static_cast<float>(scene.side()) * (i % 2 == 0 ? 0.3f : 2.0f);
+    }
+    Settings settings = test_settings();
+    settings.parts = true;
+    settings.search.margin = crossed == 2 ? 0.25f : 0.0f;
+    // Boxes [begin, end), and this rank's slice of them.
+    const auto part = [&](std::size_t begin, std::size_t end, bool owners) {
+      Boxes view(boxes.data() + begin, end - begin);
+      if (owners) view.filters.owner = {owner.data() + begin, end - begin};
+      return view;
+    };
+    const auto slice = [&](std::size_t begin, std::size_t end, bool owners) {
+      const auto ranks = static_cast<std::size_t>(rank_count());
+      const auto rank = static_cast<std::size_t>(rank_here());
+      const std::size_t n = end - begin;
+      return part(begin + n * rank / ranks, begin + n * (rank + 1) / ranks, owners);
+    };
+    Options options;
+    options.margin = settings.search.margin;
+    Finder finder(MPI_COMM_WORLD, settings);
+    const std::size_t n = boxes.size();
+    const auto expect = [&](const Result& r, const std::vector<Pair64>& wanted, const char* what) {
+      ASSERT_TRUE(r.ok()) << what << ": " << r.message;
+      const std::vector<Pair64> found = from_all(finder.pairs());
+      EXPECT_TRUE(found == wanted) << what << ": " << difference(found, wanted);
+    };
+    for (const bool owners : {false, true}) {
+      const auto wanted = widened(find_pairs(part(0, n, owners), options));
+      expect(finder.find({slice(0, n, owners), nullptr}), wanted, "one set");
+      if (crossed == 0) {
+        EXPECT_GT(finder.traffic().parts, 1u);
+      }
+    }
+    expect(finder.find({slice(0, 6000, true), nullptr}, {slice(6000, n, true), nullptr}),
+           widened(find_pairs(part(0, 6000, true), part(6000, n, true), options)), "two sets");
+  }
+}
+
+// Not one part for what a GPU is to search: each call of one has its price.
+TEST(Finder, SearchesAWholeShareOnAGpu) {
+  scene::Spec spec;
+  spec.name = "clusters";
+  spec.objects = 4000;
+  const scene::Scene scene(spec);
+  std::vector<Box> boxes(spec.objects);
+  scene.frame(0, boxes.data());
+  Settings settings = test_settings();
+  settings.parts = true;
+  settings.search.backend = Backend::emulated;
+  Finder finder(MPI_COMM_WORLD, settings);
+  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, Mine(boxes, Spread::slices).view(),
+                                       widened(find_pairs(Boxes(boxes))), "emulated"));
+  EXPECT_EQ(finder.traffic().parts, 1u);
+}
+
 // A plane over everything goes along the tree: its owner sends one message a level.
 TEST(Finder, AnObjectThatSpansAllIsHandedOn) {
   auto boxes = tests::uniform_boxes(500, 11);

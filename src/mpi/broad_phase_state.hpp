@@ -1,0 +1,69 @@
+// What a BroadPhase keeps: who is held here, what changed, and what other ranks told.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include <throng/mpi.hpp>
+
+#include "mpi/known.hpp"
+#include "mpi/link.hpp"
+#include "mpi/regions.hpp"
+
+namespace throng::mpi {
+
+struct BroadPhase::State {
+  struct Held {
+    Change change;  // since the last update
+    bool touched = false;
+  };
+
+  explicit State(const Settings& s) : settings(s), known(s.search, s.search.margin) {}
+
+  Settings settings;
+  std::unique_ptr<Link> link;
+  Known known;
+  Regions regions, regions_before;
+  bool cut = false, broken = false;
+  double imbalance = 1;
+  unsigned patience = 0, waited = 0;
+  std::uint64_t total = 0;  // pairs that live, over all ranks
+  std::vector<Held> held;
+  std::unordered_map<std::uint64_t, std::size_t> places;  // in `held`
+  std::vector<std::size_t> touched;
+  std::unordered_set<std::uint64_t> taken;  // ids that this rank judges
+  std::vector<Pair64> begun, ended, pairs;
+  bool pairs_are_new = false;
+  std::vector<std::uint64_t> arrived;
+  std::vector<Departure> departed;
+  Traffic traffic;
+
+  void touch(std::size_t place) {
+    if (std::exchange(held[place].touched, true)) return;
+    touched.push_back(place);
+  }
+  Change& change(std::uint64_t id) { return held[places.at(id)].change; }
+  void forget(std::size_t place);
+  bool valid_ids(const std::uint64_t* ids, std::size_t count, Result& r) const;
+  void hold(const Change& change, bool is_touched);
+
+  void update(Result& r);
+  bool check_ids(Result& r);
+  void cut_space();
+  struct Outgoing {
+    std::unordered_map<int, std::pair<Bytes, Bytes>> to;  // moves, changes
+    Bytes wide;
+  };
+  void route(Outgoing& out);
+  bool deliver(Outgoing& out, Result& r);
+  void settle();
+  void migrate();
+  void finish(Result& r);
+};
+
+}  // namespace throng::mpi

@@ -1,0 +1,136 @@
+#include "mpi/share.hpp"
+
+#include <algorithm>
+
+#include <throng/cuda.hpp>
+
+#include "mpi/balance.hpp"
+
+namespace throng::mpi {
+namespace {
+
+constexpr std::uint8_t all_above = 7;
+// From so many boxes on Backend::automatic may take a GPU (Backend, options.hpp).
+constexpr std::size_t gpu_from = 500000;
+
+void add(Result& sum, const Result& r) noexcept {
+  sum.comparisons += r.comparisons;
+  sum.times.plan_ms += r.times.plan_ms;
+  sum.times.bin_ms += r.times.bin_ms;
+  sum.times.find_ms += r.times.find_ms;
+  sum.times.order_ms += r.times.order_ms;
+  sum.times.total_ms += r.times.total_ms;
+}
+
+}  // namespace
+
+// A GPU pays for each call, the CPU next to nothing.
+bool Share::may_part(const Options& options) {
+  if (options.backend == Backend::cpu) return true;
+  if (options.backend != Backend::automatic) return false;
+  if (known_ >= gpu_from && has_gpu_ < 0) has_gpu_ = cuda::available().ok();
+  return known_ < gpu_from || has_gpu_ == 0;
+}
+
+Result Share::search(const Options& options, bool in_parts, const Bounds& region,
+                     const LocalSet* const* sets, int count) {
+  pairs_.clear();
+  points_.clear();
+  home_ = searched_ = 0;
+  known_ = sets[0]->size() + (count == 2 ? sets[1]->size() : 0);
+  margin_ = options.margin;
+  finder_.set_options(options);
+  std::vector<Reach> sample;
+  if (in_parts && may_part(options)) {
+    for (const std::size_t i : Parts::sample(known_)) {
+      const std::size_t size = sets[0]->size();
+      const Box& box = i < size ? sets[0]->box(i) : sets[1]->box(i - size);
+      sample.push_back(reach_of(box, margin_));
+    }
+  }
+  const Parts parts(region, std::move(sample));
+  parts_ = parts.count();
+  if (parts_ == 1) return search_part(region, sets, count);
+  for (int s = 0; s < count; ++s) deal(parts, *sets[s], dealt_[s]);
+  Result sum;
+  std::size_t largest = 0;
+  for (std::size_t p = 0; p < parts_; ++p) {
+    const LocalSet* const of_part[] = {&dealt_[0][p], &dealt_[count - 1][p]};
+    const std::size_t before = searched_;
+    const Result r = search_part(parts.bounds(p), of_part, count);
+    if (!r.ok()) return r;
+    add(sum, r);
+    if (searched_ - before > largest) {
+      largest = searched_ - before;
+      sum.plan = r.plan;
+    }
+  }
+  return sum;
+}
+
+// The boxes that reach each part.
+void Share::deal(const Parts& parts, const LocalSet& set, std::vector<LocalSet>& dealt) {
+  lists_.resize(std::max(parts_, lists_.size()));
+  for (std::vector<std::uint32_t>& list : lists_) list.clear();
+  Reach reaches[Parts::batch];
+  std::uint32_t found[Parts::batch];
+  for (std::size_t first = 0; first < set.size(); first += Parts::batch) {
+    const std::size_t n = std::min(Parts::batch, set.size() - first);
+    for (std::size_t i = 0; i < n; ++i) reaches[i] = reach_of(set.box(first + i), margin_);
+    parts.locate(reaches, n, found);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto box = static_cast<std::uint32_t>(first + i);
+      if (found[i] != Parts::several) {
+        lists_[found[i]].push_back(box);
+      } else {
+        parts.visit(reaches[i], [&](std::size_t part) { lists_[part].push_back(box); });
+      }
+    }
+  }
+  dealt.resize(std::max(parts_, dealt.size()));
+  for (std::size_t p = 0; p < parts_; ++p) dealt[p].gather(set, lists_[p].data(), lists_[p].size());
+}
+
+// The pairs whose home corner lies in this part of the region, or in all of it.
+Result Share::search_part(const Bounds& part, const LocalSet* const* sets, int count) {
+  for (int s = 0; s < count; ++s) {
+    above_[s].resize(sets[s]->size());
+    halves_[s].assign(sets[s]->size(), 0);
+    for (std::size_t i = 0; i < sets[s]->size(); ++i) {
+      const Reach reach = reach_of(sets[s]->box(i), margin_);
+      std::uint8_t bits = 0;
+      for (int k = 0; k < 3; ++k) {
+        bits |= static_cast<std::uint8_t>((reach.lower[k] >= part.lower[k]) << k);
+      }
+      above_[s][i] = bits;
+      home_ += bits == all_above;
+    }
+    searched_ += sets[s]->size();
+  }
+  const LocalSet &a = *sets[0], &b = *sets[count - 1];
+  const Result r = count == 1 ? finder_.find(a.view()) : finder_.find(a.view(), b.view());
+  if (!r.ok()) return r;
+  // Both boxes reach this part, so their home corner is below its upper end on every axis; it is
+  // here where on each axis one of the two lower corners is not below the lower end.
+  const int second_set = count - 1;
+  for (const Pair pair : finder_.pairs()) {
+    const std::uint8_t one = above_[0][pair.first], two = above_[second_set][pair.second];
+    if ((one | two) != all_above) continue;
+    std::uint64_t first = a.id(pair.first), second = b.id(pair.second);
+    if (count == 1 && first > second) std::swap(first, second);
+    pairs_.push_back({first, second});
+    // Weighed where it is at home: it is cut off with that one.
+    const std::uint32_t halves = one == two ? 1 : 2;
+    if (one == all_above) halves_[0][pair.first] += halves;
+    if (two == all_above) halves_[second_set][pair.second] += halves;
+  }
+  for (int s = 0; s < count; ++s) {
+    for (std::size_t i = 0; i < sets[s]->size(); ++i) {
+      if (above_[s][i] != all_above) continue;
+      add_point(points_, reach_of(sets[s]->box(i), margin_), halves_[s][i] * pair_work / 2);
+    }
+  }
+  return r;
+}
+
+}  // namespace throng::mpi

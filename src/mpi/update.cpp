@@ -1,0 +1,253 @@
+// BroadPhase::update: who is told of what changed, and what then began and ended.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "mpi/agree.hpp"
+#include "mpi/balance.hpp"
+#include "mpi/broad_phase_state.hpp"
+#include "mpi/ids.hpp"
+
+namespace throng::mpi {
+namespace {
+
+template <class T>
+void append(Bytes& out, const T& record) {
+  const std::size_t at = out.size();
+  out.resize(at + sizeof record);
+  std::memcpy(out.data() + at, &record, sizeof record);
+}
+
+template <class T, class F>
+void for_each(const Bytes& data, F&& f) {
+  for (std::size_t at = 0; at < data.size(); at += sizeof(T)) {
+    T record;
+    std::memcpy(&record, data.data() + at, sizeof record);
+    f(record);
+  }
+}
+
+}  // namespace
+
+void BroadPhase::State::update(Result& r) {
+  begun.clear();
+  ended.clear();
+  arrived.clear();
+  departed.clear();
+  pairs_are_new = false;
+  traffic = {};
+  link->reset_counts();
+  std::uint64_t bits = 0;  // 1: ids came or went, 2: something changed
+  if (broken) say(r, Status::rank_failed, "an update failed before; make a new BroadPhase");
+  for (const std::size_t place : touched) {
+    const Change& c = held[place].change;
+    bits |= 2 | (c.was_alive != c.is_alive ? 1 : 0);
+  }
+  if (!agree(*link, r, agreed(settings, 0), &bits, 1)) return;
+  if ((bits & 1) && !check_ids(r)) return;
+  traffic.control = link->counts();
+  link->reset_counts();
+  broken = true;                              // until it is done
+  if (!cut) regions = Regions(link->size());  // some cuts, as there are no objects yet
+  regions_before = regions;
+  if (!cut || (imbalance > settings.imbalance && ++waited > patience)) cut_space();
+  traffic.balance = link->counts();
+  link->reset_counts();
+  if (bits || traffic.cut_anew) {
+    Outgoing out;
+    attempt(r, [&] { route(out); });
+    if (!deliver(out, r)) return;
+  }
+  traffic.halo = link->counts();
+  link->reset_counts();
+  const int rank = link->rank();
+  const Result told = known.update(regions_before.bounds(rank, rank + 1),
+                                   regions.bounds(rank, rank + 1), begun, ended);
+  if (!told.ok()) r = told;
+  if (!agree(*link, r, nullptr, 0)) return;
+  r.comparisons = told.comparisons;
+  settle();
+  if (settings.migrate && (bits || traffic.cut_anew)) migrate();
+  finish(r);
+  broken = false;
+}
+
+// Ids that come are checked by those who judge them before anything changes; those that go stay
+// taken until this is over.
+bool BroadPhase::State::check_ids(Result& r) {
+  std::vector<std::uint64_t> come, gone;
+  attempt(r, [&] {
+    for (const std::size_t place : touched) {
+      const Change& c = held[place].change;
+      if (!c.was_alive && c.is_alive) come.push_back(c.id);
+      if (c.was_alive && !c.is_alive) gone.push_back(c.id);
+    }
+  });
+  const std::vector<Parcel> parcels = to_judges(*link, come.data(), come.size());
+  attempt(r, [&] { judge(parcels, taken, r); });
+  if (!agree(*link, r, nullptr, 0)) return false;
+  const auto each = [](const std::vector<Parcel>& all, auto&& f) {
+    for (const Parcel& parcel : all) for_each<std::uint64_t>(parcel.data, f);
+  };
+  each(parcels, [&](std::uint64_t id) { taken.insert(id); });
+  each(to_judges(*link, gone.data(), gone.size()), [&](std::uint64_t id) { taken.erase(id); });
+  return true;
+}
+
+void BroadPhase::State::cut_space() {
+  std::vector<Point> points;
+  const int rank = link->rank();
+  known.points(regions.bounds(rank, rank + 1), points);
+  for (const std::size_t place : touched) {
+    const Change& c = held[place].change;
+    if (!c.was_alive) add_point(points, reach_of(c.now, settings.search.margin), box_work);
+  }
+  thin_out(points);
+  regions = bisect(*link, std::move(points));
+  if (!cut) regions_before = regions;
+  cut = traffic.cut_anew = true;
+  waited = 0;
+}
+
+void BroadPhase::State::route(Outgoing& out) {
+  std::vector<int> before, now;
+  const auto reached = [&](const Regions& in, bool alive, const Box& box, std::vector<int>& ranks) {
+    ranks.clear();
+    return !alive || in.visit(reach_of(box, settings.search.margin), [&](int rank) {
+      ranks.push_back(rank);
+      return ranks.size() <= settings.wide;
+    });
+  };
+  const auto tell = [&](const Held& h) {
+    const Change& c = h.change;
+    const bool few = reached(regions_before, c.was_alive, c.before, before);
+    if (!reached(regions, c.is_alive, c.now, now) || !few) {
+      append(out.wide, c);
+      return;
+    }
+    const bool plain = same(c.filter_before, c.filter);
+    auto old = before.begin(), next = now.begin();
+    while (old != before.end() || next != now.end()) {
+      const bool both = old != before.end() && next != now.end() && *old == *next;
+      // cppcheck-suppress derefInvalidIteratorRedundantCheck
+      const int rank = next == now.end() || (old != before.end() && *old < *next) ? *old : *next;
+      if (both && plain) {
+        if (h.touched) append(out.to[rank].first, Move{c.id, c.now});
+      } else {
+        append(out.to[rank].second, c);
+      }
+      if (old != before.end() && *old == rank) ++old;
+      if (next != now.end() && *next == rank) ++next;
+    }
+  };
+  if (traffic.cut_anew) {
+    for (const Held& h : held) tell(h);
+  } else {
+    for (const std::size_t place : touched) tell(held[place]);
+  }
+  traffic.wide = out.wide.size() / sizeof(Change);
+}
+
+bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
+  std::vector<Parcel> moves, changes;
+  attempt(r, [&] {
+    for (auto& [rank, data] : out.to) {
+      if (!data.first.empty()) moves.push_back({rank, std::move(data.first)});
+      if (!data.second.empty()) changes.push_back({rank, std::move(data.second)});
+    }
+  });
+  std::uint64_t bits =
+      (moves.empty() ? 0u : 1u) | (changes.empty() ? 0u : 2u) | (out.wide.empty() ? 0u : 4u);
+  if (!agree(*link, r, &bits, 1)) return false;
+  const int rank = link->rank();
+  const Bounds before = regions_before.bounds(rank, rank + 1),
+               here = regions.bounds(rank, rank + 1);
+  const auto take = [&](const Change& c) { known.take(c, before, here); };
+  if (bits & 1) {
+    const std::vector<Parcel> got = link->exchange(std::move(moves));
+    for (const Parcel& parcel : got) {
+      for_each<Move>(parcel.data, [&](const Move& move) { known.take(move); });
+    }
+  }
+  if (bits & 2) {
+    const std::vector<Parcel> got = link->exchange(std::move(changes));
+    for (const Parcel& parcel : got) {
+      for_each<Change>(parcel.data, take);
+    }
+  }
+  if (bits & 4) {
+    const float margin = settings.search.margin;
+    for_each<Change>(
+        hand_on(*link, std::move(out.wide), sizeof(Change),
+                [&](int begin, int end, const std::byte* record) {
+                  Change c;
+                  std::memcpy(&c, record, sizeof c);
+                  return (c.was_alive &&
+                          regions_before.bounds(begin, end).meets(reach_of(c.before, margin))) ||
+                         (c.is_alive && regions.bounds(begin, end).meets(reach_of(c.now, margin)));
+                }),
+        take);
+  }
+  return true;
+}
+
+// What is now becomes what was.
+void BroadPhase::State::settle() {
+  std::vector<std::uint64_t> gone;
+  for (const std::size_t place : touched) {
+    Held& h = held[place];
+    h.touched = false;
+    h.change.before = h.change.now;
+    h.change.filter_before = h.change.filter;
+    h.change.was_alive = 1;
+    if (!h.change.is_alive) gone.push_back(h.change.id);
+  }
+  touched.clear();
+  for (const std::uint64_t id : gone) forget(places.at(id));
+}
+
+void BroadPhase::State::migrate() {
+  std::unordered_map<int, Bytes> to;
+  for (const Held& h : held) {
+    const Reach reach = reach_of(h.change.now, settings.search.margin);
+    const int home = reach.empty() ? link->rank() : regions.home(reach.lower);
+    if (home == link->rank()) continue;
+    append(to[home], h.change);
+    departed.push_back({h.change.id, home});
+  }
+  std::vector<Parcel> parcels;
+  parcels.reserve(to.size());
+  for (auto& [rank, data] : to) parcels.push_back({rank, std::move(data)});
+  for (const Departure& d : departed) forget(places.at(d.id));
+  const std::vector<Parcel> got = link->exchange(std::move(parcels));
+  for (const Parcel& parcel : got) {
+    for_each<Change>(parcel.data, [&](const Change& c) {
+      hold(c, false);
+      arrived.push_back(c.id);
+    });
+  }
+}
+
+void BroadPhase::State::finish(Result& r) {
+  const int rank = link->rank();
+  traffic.known = known.size();
+  traffic.home = known.home_count(regions.bounds(rank, rank + 1));
+  traffic.work = work_of(traffic.known, 0, known.pair_count());
+  std::uint64_t sums[4] = {begun.size(), ended.size(), r.comparisons, traffic.work};
+  std::uint64_t most = traffic.work;
+  link->sum_and_most(sums, 4, most);
+  total += sums[0] - sums[1];
+  r.found = total;
+  r.written = begun.size() + ended.size();
+  r.comparisons = sums[2];
+  const double mean = static_cast<double>(sums[3]) / link->size(), last = imbalance;
+  imbalance = traffic.imbalance = mean > 0 ? static_cast<double>(most) / mean : 1;
+  if (traffic.cut_anew) patience = imbalance < 0.95 * last ? 0 : 2 * patience + 1;
+  traffic.control.messages += link->counts().messages;
+  traffic.control.bytes += link->counts().bytes;
+  traffic.control.collectives += link->counts().collectives;
+  traffic.control.collective_bytes += link->counts().collective_bytes;
+}
+
+}  // namespace throng::mpi
