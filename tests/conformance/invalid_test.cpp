@@ -51,6 +51,9 @@ TEST_P(Invalid, NanIsRefusedByIndexAndCount) {
         EXPECT_EQ(result.status, Status::nan_box);
         EXPECT_EQ(result.first_invalid, first);
         EXPECT_EQ(result.invalid_count, count);
+        EXPECT_EQ(result.inactive, 0u) << "a box that is refused is not an empty slot";
+        const char* set = second ? "of the second set" : "of the first set";
+        EXPECT_NE(std::string(result.message).find(set), std::string::npos) << result.message;
       }
     }
   }
