@@ -6,7 +6,8 @@ mutated form if the environment variable THRONG_MUTANT is i, and its own otherwi
 build, and a mutant costs only the tests that find it. The tests run from the cheapest on; a mutant
 is killed by the first that fails, crashes or takes too long.
 
-    mutate.py TREE BUILD [--only FIRST-LAST] [--jobs N] [--table FILE]
+    mutate.py TREE BUILD [--only FIRST-LAST] [--suites PATTERN] [--jobs N]
+    mutate.py TREE BUILD --check
 
 TREE is a copy of the source tree, which is changed; BUILD is made in it by scripts/mutate.
 """
@@ -181,6 +182,7 @@ def main():
     parser.add_argument("tree", type=pathlib.Path)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--apply", action="store_true", help="write the mutants into the tree, and stop")
+    parser.add_argument("--check", action="store_true", help="see whether all stand in the tree, and stop")
     parser.add_argument("--only", default="1-1000000", help="FIRST-LAST, or numbers: 3,17,20")
     parser.add_argument("--suites", default=".*", help="only the tests whose name begins so, a pattern")
     parser.add_argument("--jobs", type=int, default=1)
@@ -189,6 +191,10 @@ def main():
     if arguments.apply:
         apply(arguments.tree, mutants)
         print(f"{len(mutants)} mutants")
+        return 0
+    if arguments.check:
+        for m in mutants:
+            place_of((arguments.tree / "src" / m.file).read_text(), m)
         return 0
     arguments.build = arguments.build.resolve()
     tests = [test for test in suites(arguments.build) if re.match(arguments.suites, test[0])]
