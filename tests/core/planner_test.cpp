@@ -61,7 +61,8 @@ TEST(Planner, NothingMeasured) {
   EXPECT_EQ(s.crowding, 1);
 }
 
-// Ends at infinity are taken for the last floats: the others are laid out as if they were not there.
+// Ends at infinity are taken for the last floats: the others are laid out as if they were not
+// there.
 TEST(Planner, InfiniteBoxesSpoilNoPlan) {
   const tests::BoxList plain = tests::uniform_boxes(500, 3);
   tests::BoxList boxes = plain;

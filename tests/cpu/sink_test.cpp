@@ -26,8 +26,8 @@ TEST(RangeSinks, TakeTheirRangeToTheLastPlace) {
     EXPECT_EQ(sink.found(), want.size());
     for (std::size_t s = 0; s < 3; ++s) EXPECT_EQ(sink.in_slice(s), 20u);
     const std::size_t written = std::min(room, want.size());
-    EXPECT_TRUE(std::equal(want.begin(), want.begin() + static_cast<std::ptrdiff_t>(written),
-                           out.begin()));
+    EXPECT_TRUE(
+        std::equal(want.begin(), want.begin() + static_cast<std::ptrdiff_t>(written), out.begin()));
     for (std::size_t k = written; k < out.size(); ++k) EXPECT_EQ(out[k], untouched);
   }
 }

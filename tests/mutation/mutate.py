@@ -121,6 +121,7 @@ def suites(build):
             [bin_ / program, "--gtest_brief=1", "--gtest_fail_fast", "--gtest_filter=" + chosen])
 
     test("core", "core", 20, "core_test", "-WorldBox*:Margin*")
+    test("margins", "core", 40, "core_test", "Margin*")
     test("cpu", "cpu", 20, "cpu_test", "*")
     test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Stages*:PairKeys*:Workspace*")
     test("tiny", "core cpu", 30, "conformance_test",
@@ -128,6 +129,8 @@ def suites(build):
     test("tiny, emulated", "core pipeline", 30, "conformance_test",
          "All/Exact.TinySets/emulated*_1_canonical:All/Invalid.*/emulated*_1_any:"
          "All/Filter.Static*/emulated_grid*_1_any")
+    test("bounds of bodies", "core", 40, "core_test", "WorldBox*")
+    test("bodies", "core", 180, "conformance_test", "*UpdateBoxes*")
     test("sinks", "cpu", 60, "conformance_test",
          "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:-*MorePairs*")
     test("engine", "pipeline", 120, "pipeline_test", "FarEngine*")
@@ -139,8 +142,6 @@ def suites(build):
          "All/Exact.*/grid_scalar_1_any:All/Exact.*/grid_avx512_1_any:"
          "All/CellScaleOfMany.*/grid_scalar_1_any:All/Filter.*/grid_scalar_1_any")
     test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
-    test("bounds of bodies", "core", 40, "core_test", "WorldBox*:Margin*")
-    test("bodies", "core", 180, "conformance_test", "*UpdateBoxes*")
     test("objects on a device", "pipeline", 120, "pipeline_test", "-FarEngine*")
     test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
     test("guest", "pipeline cpu", 200, "guest_test", "*")

@@ -24,8 +24,8 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
   Input in = make_input(boxes, nullptr, {});
   in.present = present;
   Report report;
-  p.limits = {boxes.size(), static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
-              8192,         present,
+  p.limits = {boxes.size(),  static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
+              8192,          present,
               in.has_worlds, cell_scale};
   const PlanGrid planner{in, p.limits, &p.grid, &report};
   for (int phase = 0; phase < PlanGrid::phases; ++phase)
@@ -174,9 +174,9 @@ TEST(Planning, WorldsAreSeen) {
   }
   Boxes view = boxes;
   const Planned one = plan(view), many = plan([&] {
-    view.filters.world = {worlds.data(), worlds.size()};
-    return view;
-  }());
+                                    view.filters.world = {worlds.data(), worlds.size()};
+                                    return view;
+                                  }());
   EXPECT_EQ(one.shared->worlds, 1);
   EXPECT_GT(many.shared->worlds, 50);
   EXPECT_LT(many.shared->worlds, 800);
