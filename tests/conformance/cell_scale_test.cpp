@@ -80,6 +80,26 @@ TEST_P(CellScaleOfMany, GridsInGrids) {
   }
 }
 
+// The same where boxes lie across the columns that get such a grid, and over much of one.
+TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
+  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
+  static BoxList boxes;
+  static Answer answer;
+  if (boxes.empty()) {
+    Random random(11);
+    for (int k = 0; k < 60000; ++k) {
+      if (k % 5 < 3)
+        boxes.push_back(cube(random.point(0, 10000), random.unit()));
+      else if (k % 3000 == 4)
+        boxes.push_back(cube(random.point(4800, 4850), random.in(350, 700)));
+      else
+        boxes.push_back(cube(random.point(4800, 5200), random.in(0, 3)));
+    }
+    answer = swept_pairs(boxes);
+  }
+  expect_exact(boxes, config(), answer);
+}
+
 double cells(const Result& r) {
   return double{1} * r.plan.columns[0] * r.plan.columns[1] * r.plan.columns[2];
 }

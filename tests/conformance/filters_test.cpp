@@ -134,6 +134,19 @@ TEST_P(Filter, AllStaticAllOneOwnerAllOneWorld) {
   expect_exact(view, config(), Answer{});
 }
 
+// What can never pair is not even compared, but by brute force of a device.
+TEST_P(Filter, StaticBoxesAreNotCompared) {
+  if (config().backend != Backend::cpu && config().algorithm != Algorithm::grid) GTEST_SKIP();
+  const BoxList boxes = uniform_boxes(5000, 1);
+  const std::uint8_t still = 1;
+  Boxes view = boxes;
+  view.filters.is_static = {&still, boxes.size(), 0};
+  Finder finder(options());
+  const Result result = finder.find(view);
+  EXPECT_TRUE(result.ok()) << result.message;
+  EXPECT_EQ(result.comparisons, 0u);
+}
+
 // Filters and empty slots together: an inactive box of any world stays inactive.
 TEST_P(Filter, WithInactiveBoxes) {
   const BoxList boxes = with_inverted(900, 3);

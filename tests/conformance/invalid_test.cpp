@@ -1,5 +1,6 @@
 // What is wrong is refused in words, and nothing is found; empty slots are counted.
 #include <cstdlib>
+#include <set>
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
@@ -51,6 +52,9 @@ TEST_P(Invalid, NanIsRefusedByIndexAndCount) {
         EXPECT_EQ(result.status, Status::nan_box);
         EXPECT_EQ(result.first_invalid, first);
         EXPECT_EQ(result.invalid_count, count);
+        EXPECT_EQ(result.inactive, 0u) << "a box that is refused is not an empty slot";
+        const char* set = second ? "of the second set" : "of the first set";
+        EXPECT_NE(std::string(result.message).find(set), std::string::npos) << result.message;
       }
     }
   }
@@ -200,6 +204,23 @@ TEST_P(Invalid, ShortFormThrows) {
   }
   EXPECT_THROW((void)find_pairs(boxes, boxes, options()), Error);
   EXPECT_THROW((void)find_pairs(boxes, options()), std::runtime_error);
+}
+
+// Every value of an enumeration has a name of its own, which messages are made of.
+template <class Enum>
+void expect_names(Enum last) {
+  std::set<std::string> names;
+  const int count = static_cast<int>(last) + 1;
+  for (int k = 0; k < count; ++k) names.insert(to_string(static_cast<Enum>(k)));
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(count));
+  EXPECT_EQ(names.count("unknown"), 0u);
+  EXPECT_STREQ(to_string(static_cast<Enum>(count)), "unknown");
+}
+TEST(Names, OneEach) {
+  expect_names(Status::rank_failed);
+  expect_names(Algorithm::grid);
+  expect_names(Backend::emulated);
+  expect_names(Isa::neon);
 }
 
 THRONG_INSTANTIATE(Invalid, all_configs);

@@ -25,6 +25,12 @@ float from_bits(std::uint32_t bits) {
   return x;
 }
 
+TEST(NextDown, IsTheFloatBelow) {
+  for (const float x : {0.0f, -0.0f, tiny, -tiny, 1.0f, -1.0f, 0x1p-126f, -0x1p-126f, largest, inf})
+    EXPECT_EQ(next_down(x), std::nextafter(x, -inf)) << x;
+  EXPECT_EQ(next_down(-largest), -inf);
+}
+
 // The operands and the result go through memory, and nothing between is moved across the mode.
 [[gnu::noinline]] float sum_in_mode(float a, float b, int mode) {
   volatile float x = a, y = b;

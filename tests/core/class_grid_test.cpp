@@ -166,6 +166,10 @@ TEST(ClassGrid, ExactlyOneLooks) {
               EXPECT_EQ(looks, 1) << g << ' ' << c << ' ' << h << ' ' << d;
               EXPECT_NE(there, Look::forward);
             }
+            // Into coarser cells, of which it meets three an axis at most.
+            if (may && c < d && !((g ^ h) & everywhere_bit)) {
+              EXPECT_EQ(there, Look::all);
+            }
             // An everywhere box cannot know in which world to look.
             if ((g & everywhere_bit) && !(h & everywhere_bit)) {
               EXPECT_EQ(there, Look::no);

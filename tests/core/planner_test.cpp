@@ -48,6 +48,37 @@ TEST(Planner, ScaledPlansAreWithinLimits) {
   }
 }
 
+// Without boxes there is nothing to measure, and no number that is none.
+TEST(Planner, NothingMeasured) {
+  const Stats s = measure(nullptr, 0, 5, 7);
+  EXPECT_EQ(s.query_count, 5u);
+  EXPECT_EQ(s.target_count, 7u);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(s.lower[k], 0);
+    EXPECT_EQ(s.upper[k], 0);
+    EXPECT_EQ(s.extent[k], 0);
+  }
+  EXPECT_EQ(s.crowding, 1);
+}
+
+// Ends at infinity are taken for the last floats: the others are laid out as if they were not
+// there.
+TEST(Planner, InfiniteBoxesSpoilNoPlan) {
+  const tests::BoxList plain = tests::uniform_boxes(500, 3);
+  tests::BoxList boxes = plain;
+  for (std::size_t i = 0; i < 12; ++i) {
+    float* corner = &boxes[40 * i].lower.x;
+    if (i % 4 != 3) corner[i % 3] = -tests::infinity;
+    if (i % 4 != 2) corner[3 + i % 3] = tests::infinity;
+  }
+  const GridPlan own = plan_of(plain, 1000000, 1), p = plan_of(boxes, 1000000, 1);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(std::isfinite(p.map.origin[k]));
+    EXPECT_GT(p.map.scale[k], own.map.scale[k] / 16);
+  }
+  EXPECT_GT(p.map.column_count(), own.map.column_count() / 16);
+}
+
 // The plan is the cheapest: scaled, it is expected to cost more, and as much where nothing changed.
 TEST(Planner, ScaledPlansCostMore) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);

@@ -6,7 +6,8 @@ mutated form if the environment variable THRONG_MUTANT is i, and its own otherwi
 build, and a mutant costs only the tests that find it. The tests run from the cheapest on; a mutant
 is killed by the first that fails, crashes or takes too long.
 
-    mutate.py TREE BUILD [--only FIRST-LAST] [--jobs N] [--table FILE]
+    mutate.py TREE BUILD [--only FIRST-LAST] [--suites PATTERN] [--jobs N]
+    mutate.py TREE BUILD --check
 
 TREE is a copy of the source tree, which is changed; BUILD is made in it by scripts/mutate.
 """
@@ -106,27 +107,52 @@ def apply(tree, mutants):
 
 
 def suites(build):
-    """The tests, the cheapest first: a name, a command, processor seconds it may take, ten times
-    what it does at least."""
+    """The tests, the cheapest first: a name, the rooms whose mutants it is for, a command, processor
+    seconds it may take, ten times what it does at least."""
     bin_ = build / "bin"
     soak = [bin_ / "throng-soak", "--tell", "1e9", "--folder", ""]
-    only = "--gtest_filter="
-    brief = ["--gtest_brief=1", "--gtest_fail_fast"]
-    found = [
-        ("soak", [*soak, "--rounds", "300", "--seed", "3"], 15),
-        ("soak of emulated", [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"], 20),
-        ("soak of many boxes", [*soak, "--rounds", "60", "--seed", "6", "--many", "1"], 120),
-        ("core", [bin_ / "core_test", *brief, only + "-WorldBox*:Margin*"], 20),
-        ("bounds of bodies", [bin_ / "core_test", *brief, only + "WorldBox*:Margin*"], 40),
-        ("pipeline", [bin_ / "pipeline_test", *brief], 120),
-        ("broad phase", [bin_ / "broad_phase_test", *brief, only + "-*Soak*:*SameEverywhere*"], 120),
-        ("bodies", [bin_ / "conformance_test", *brief, only + "*UpdateBoxes*"], 180),
-        ("conformance", [bin_ / "conformance_test", *brief,
-                         only + "*_1_any:*emulated*_1_*:*auto*:CApi*:*grid_scalar_3_*"], 400),
-        ("guest", [bin_ / "guest_test", *brief], 200),
-        ("long soak", [*soak, "--rounds", "4000", "--seed", "5"], 400),
-    ]
-    return [(name, [str(word) for word in command], limit) for name, command, limit in found]
+    found = []
+
+    def add(name, rooms, limit, command):
+        found.append((name, rooms.split(), [str(word) for word in command], limit))
+
+    def test(name, rooms, limit, program, chosen):
+        add(name, rooms, limit,
+            [bin_ / program, "--gtest_brief=1", "--gtest_fail_fast", "--gtest_filter=" + chosen])
+
+    test("core", "core", 20, "core_test", "-WorldBox*:Margin*")
+    test("margins", "core", 40, "core_test", "Margin*")
+    test("cpu", "cpu", 20, "cpu_test", "*")
+    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Stages*:PairKeys*:Workspace*")
+    test("tiny", "core cpu", 30, "conformance_test",
+         "All/Exact.TinySets/*scalar_1_any:All/Invalid.*/grid_scalar_1_any:-*auto*")
+    test("tiny, emulated", "core pipeline", 30, "conformance_test",
+         "All/Exact.TinySets/emulated*_1_canonical:All/Invalid.*/emulated*_1_any:"
+         "All/Filter.Static*/emulated_grid*_1_any")
+    test("bounds of bodies", "core", 40, "core_test", "WorldBox*")
+    test("bodies", "core", 180, "conformance_test", "*UpdateBoxes*")
+    test("sinks", "cpu", 60, "conformance_test",
+         "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:-*MorePairs*")
+    test("engine", "pipeline", 120, "pipeline_test", "FarEngine*")
+    test("calls", "live", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
+    add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
+    add("soak of emulated", "core pipeline", 40,
+        [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"])
+    test("exact", "core cpu", 200, "conformance_test",
+         "All/Exact.*/grid_scalar_1_any:All/Exact.*/grid_avx512_1_any:"
+         "All/CellScaleOfMany.*/grid_scalar_1_any:All/Filter.*/grid_scalar_1_any")
+    test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
+    test("objects on a device", "pipeline", 120, "pipeline_test", "-FarEngine*")
+    test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
+    test("guest", "pipeline cpu", 200, "guest_test", "*")
+    test("conformance", "cpu", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
+    add("soak of many boxes", "core pipeline cpu live", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
+    add("long soak", "core pipeline cpu live", 400, [*soak, "--rounds", "4000", "--seed", "5"])
+    return found
+
+
+def of_room(mutant, tests):
+    return [test for test in tests if mutant.file.split("/")[0] in test[1]]
 
 
 def limit_time(seconds):
@@ -138,7 +164,7 @@ def kill(mutant, tests, folder):
     """(the killer or None, how, seconds)"""
     environment = dict(os.environ, THRONG_MUTANT=str(mutant))
     start = time.time()
-    for name, command, limit in tests:
+    for name, _, command, limit in tests:
         try:
             done = subprocess.run(command, env=environment, cwd=folder, timeout=20 * limit,
                                   preexec_fn=lambda: limit_time(limit),
@@ -157,8 +183,9 @@ def main():
     parser.add_argument("tree", type=pathlib.Path)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--apply", action="store_true", help="write the mutants into the tree, and stop")
+    parser.add_argument("--check", action="store_true", help="see whether all stand in the tree, and stop")
     parser.add_argument("--only", default="1-1000000", help="FIRST-LAST, or numbers: 3,17,20")
-    parser.add_argument("--suites", type=int, default=100, help="only so many of the tests")
+    parser.add_argument("--suites", default=".*", help="only the tests whose name begins so, a pattern")
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
     mutants = read_mutants(HERE / "mutants.txt")
@@ -166,22 +193,27 @@ def main():
         apply(arguments.tree, mutants)
         print(f"{len(mutants)} mutants")
         return 0
+    if arguments.check:
+        for m in mutants:
+            place_of((arguments.tree / "src" / m.file).read_text(), m)
+        return 0
     arguments.build = arguments.build.resolve()
-    tests = suites(arguments.build)[:arguments.suites]
+    tests = [test for test in suites(arguments.build) if re.match(arguments.suites, test[0])]
     folder = arguments.build / "mutation"
     folder.mkdir(exist_ok=True)
-    killer, how, seconds = kill(0, tests, folder)
-    if killer:
-        raise SystemExit(f"without a mutant, the tests fail: {killer} {how}")
-    print(f"no mutant: all tests pass, in {seconds:.0f} s", flush=True)
     if "-" in arguments.only:
         first, last = map(int, arguments.only.split("-"))
         chosen = [m for m in mutants if first <= m.number <= last]
     else:
         chosen = [m for m in mutants if str(m.number) in arguments.only.split(",")]
+    tests = [test for test in tests if any(test in of_room(m, tests) for m in chosen)]
+    killer, how, seconds = kill(0, tests, folder)
+    if killer:
+        raise SystemExit(f"without a mutant, the tests fail: {killer} {how}")
+    print(f"no mutant: all tests pass, in {seconds:.0f} s", flush=True)
     survivors = []
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        results = pool.map(lambda m: kill(m.number, tests, folder), chosen)
+        results = pool.map(lambda m: kill(m.number, of_room(m, tests), folder), chosen)
         for mutant, (killer, how, seconds) in zip(chosen, results):
             by = f"by {killer}" if killer else ""
             print(f"{how:8s} {seconds:6.1f} s  {mutant}  {by}", flush=True)

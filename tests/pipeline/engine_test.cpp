@@ -148,6 +148,50 @@ TEST(FarEngine, TheCapHoldsToTheByte) {
   }
 }
 
+// In two sets, too, where one box of the first may meet all of the second.
+TEST(FarEngine, TheCapInTwoSets) {
+  const BoxList few = tests::identical_boxes(40, 1), many = tests::identical_boxes(600, 1);
+  const Boxes of_few = few, of_many = many;
+  for (const bool few_first : {true, false}) {
+    const Boxes &a = few_first ? of_few : of_many, &b = few_first ? of_many : of_few;
+    const Answer answer = tests::reference_pairs(a, b);
+    for (Options o : all_options()) {
+      CountingResource memory;
+      FarEngine engine(&memory);
+      Collected taken;
+      const Consumer consumer(taken);
+      Result r;
+      o.memory_cap_bytes = 1;
+      try {
+        engine.find(a, &b, o, 0, nullptr, &consumer, r);
+        FAIL() << "a byte will not do";
+      } catch (const Failure& failure) {
+        ASSERT_EQ(failure.status, Status::memory_cap_too_small);
+        o.memory_cap_bytes = failure.bytes;
+      }
+      engine.find(a, &b, o, 0, nullptr, &consumer, r);
+      expect_answer(o, answer, taken.pairs);
+      EXPECT_EQ(r.found, answer.pairs.size());
+      EXPECT_LE(memory.peak(), o.memory_cap_bytes);
+    }
+  }
+}
+
+TEST(FarEngine, NoBoxesTakeNoMemory) {
+  const BoxList none;
+  CountingResource memory;
+  FarEngine engine(&memory);
+  for (const Options& o : all_options()) {
+    std::vector<Pair> out;
+    core::Output output = growing(out);
+    Result r;
+    engine.find(none, nullptr, o, 0, &output, nullptr, r);
+    EXPECT_TRUE(r.ok());
+    EXPECT_EQ(r.found, 0u);
+  }
+  EXPECT_EQ(memory.allocations(), 0u);
+}
+
 // Where the caller's room is too small for the pairs, no room is made for them all.
 TEST(FarEngine, LittleRoomForManyPairs) {
   const BoxList boxes = tests::identical_boxes(1500, 1);

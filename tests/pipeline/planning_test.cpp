@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "pipeline/host_device.hpp"
 #include "pipeline/pipeline.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -18,14 +19,14 @@ struct Planned {
   std::unique_ptr<PlanGrid::Shared> shared = std::make_unique<PlanGrid::Shared>();
 };
 
-Planned plan(const BoxList& boxes, std::uint32_t present = 0, float cell_scale = 1) {
+Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1) {
   Planned p;
-  Input in = make_input(Boxes(boxes), nullptr, {});
+  Input in = make_input(boxes, nullptr, {});
   in.present = present;
   Report report;
-  p.limits = {boxes.size(), static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
-              8192,         present,
-              false,        cell_scale};
+  p.limits = {boxes.size(),  static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
+              8192,          present,
+              in.has_worlds, cell_scale};
   const PlanGrid planner{in, p.limits, &p.grid, &report};
   for (int phase = 0; phase < PlanGrid::phases; ++phase)
     for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) planner(phase, t, *p.shared);
@@ -52,6 +53,9 @@ void expect_sound(const Planned& p) {
       if (c + 1 == grid.class_count) {
         EXPECT_EQ(k.cells[axis], 1u) << "some box may fit nowhere";
       }
+    }
+    if (c + 1 < grid.class_count) {
+      EXPECT_GT(k.cells[0] + k.cells[1] + k.cells[2], 3u) << "two classes of one cell";
     }
     cells += double{1} * k.cells[0] * k.cells[1] * k.cells[2];
   }
@@ -122,6 +126,72 @@ TEST(Planning, OneFarBoxDoesNotStretchTheGrid) {
   boxes[7] = tests::cube(1e30f, 1e30f, -1e30f, 1);
   const Planned p = plan(boxes);
   for (int k = 0; k < 3; ++k) EXPECT_LE(1 / p.grid.scale[k], 3.0f);
+}
+
+// Boxes that take no part tell nothing of those that do.
+TEST(Planning, TheSampleIsOfActiveBoxes) {
+  const BoxList boxes = tests::uniform_boxes(20000, 3);
+  const Planned plain = plan(boxes);
+  for (const bool first : {false, true}) {
+    BoxList some = boxes;
+    for (std::size_t i = 0; i < 5000; ++i)
+      some[first ? i : some.size() - 1 - i].lower.y = std::numeric_limits<float>::quiet_NaN();
+    const Planned p = plan(some);
+    expect_sound(p);
+    EXPECT_GT(p.shared->count, plain.shared->count / 2);
+    EXPECT_LT(p.shared->count, plain.shared->count);
+    for (std::uint32_t k = 0; k < p.shared->count; ++k)
+      EXPECT_TRUE(core::is_active(p.shared->sample.boxes[k])) << k;
+  }
+}
+
+// Each class has cells twice as large up to the largest boxes of the sample, then eight times.
+TEST(Planning, ClassesReachToTheLargestBoxes) {
+  tests::Random r(8);
+  BoxList boxes;
+  for (int k = 0; k < 20000; ++k) {
+    const float size = k % 10 ? 1.0f : 20.0f;
+    boxes.push_back(tests::cube(r.point(0, 100), size));
+  }
+  const Planned p = plan(boxes);
+  const core::ClassGrid& grid = p.grid;
+  ASSERT_GT(grid.class_count, 3u);
+  for (std::uint32_t c = 0; c + 2 < grid.class_count; ++c) {
+    const auto side = static_cast<float>(1u << grid.classes[c].shift[0]) / grid.scale[0];
+    const std::uint32_t step = grid.classes[c + 1].shift[0] - grid.classes[c].shift[0];
+    EXPECT_EQ(step, side < 20 ? 1u : 3u) << side;
+  }
+}
+
+// The same world for all where there are none; where there are, those of the boxes.
+TEST(Planning, WorldsAreSeen) {
+  tests::Random r(9);
+  BoxList boxes;
+  std::vector<std::int32_t> worlds;
+  for (int k = 0; k < 20000; ++k) {
+    boxes.push_back(tests::cube(r.point(0, 20), 1));
+    worlds.push_back(k % 200);
+  }
+  Boxes view = boxes;
+  const Planned one = plan(view), many = plan([&] {
+                                    view.filters.world = {worlds.data(), worlds.size()};
+                                    return view;
+                                  }());
+  EXPECT_EQ(one.shared->worlds, 1);
+  EXPECT_GT(many.shared->worlds, 50);
+  EXPECT_LT(many.shared->worlds, 800);
+}
+
+// By tiles where boxes are few, unless told otherwise.
+TEST(Planning, FewBoxesNeedNoGrid) {
+  using OnHost = Pipeline<HostDevice>;
+  Input in;
+  for (const std::uint64_t count : {std::uint64_t{0}, tile_search_limit, tile_search_limit + 1}) {
+    in.count = static_cast<std::uint32_t>(count);
+    EXPECT_EQ(OnHost::brute_force(in, Algorithm::automatic), count <= tile_search_limit);
+    EXPECT_TRUE(OnHost::brute_force(in, Algorithm::all_pairs));
+    EXPECT_FALSE(OnHost::brute_force(in, Algorithm::grid));
+  }
 }
 
 TEST(Workspace, PartsDoNotOverlap) {
