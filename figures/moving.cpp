@@ -42,8 +42,9 @@ std::string moment(int tick) {
 class Course {
  public:
   void at(int tick, const std::string& value) {
-    times_ += (times_.empty() ? "" : ";") + moment(tick);
-    values_ += (values_.empty() ? "" : ";") + value;
+    if (!times_.empty()) times_ += ';', values_ += ';';
+    times_ += moment(tick);
+    values_ += value;
   }
   std::string of(const char* attribute, bool steps) const {
     return fmt::format(
