@@ -164,8 +164,8 @@ def lists(frame: Frame) -> str:
         f"{told.tests_per_box:.1f} tests a box.",
         "",
         f"Boxes: grey overlaps none, blue 1, green some 10, yellow 30, orange {FULL} or more. Lines: pairs; "
-        "green ones began, red ones ended. On the map: boxes in each cell, by the scale below it; white: "
-        "the largest boxes.",
+        "green ones began, red ones ended. On the map: boxes in each cell, by the scale below it; black: "
+        "the densest cells; white: the largest boxes.",
         "",
         "| largest boxes | extent | overlaps | cells |",
         "|---|---|---|---|",
