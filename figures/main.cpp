@@ -10,23 +10,12 @@
 #include <throng/throng.hpp>
 
 #include "figures/drawing.hpp"
+#include "figures/motion.hpp"
+#include "figures/moving.hpp"
 #include "report/page.hpp"
 
 namespace throng::figures {
 namespace {
-
-// Numbers that look random and are the same everywhere: one a statement, since compilers choose the
-// order of a call's arguments.
-class Chance {
- public:
-  float below(float limit) {
-    state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
-    return static_cast<float>(state_ >> 40) * 0x1p-24f * limit;
-  }
-
- private:
-  std::uint64_t state_ = 11;
-};
 
 Box flat(float x, float y, float width, float height) {
   return {{x, y, 0}, {x + width, y + height, 0}};
@@ -44,8 +33,10 @@ std::vector<Box> crowd() {
   Chance chance;
   std::vector<Box> boxes;
   for (int i = 0; i < 34; ++i) {
-    const float width = 22 + chance.below(30), height = 22 + chance.below(30);
-    const float y = 20 + chance.below(300), x = 20 + chance.below(540);
+    const float width = 22 + chance.below(30);
+    const float height = 22 + chance.below(30);
+    const float y = 20 + chance.below(300);
+    const float x = 20 + chance.below(540);
     boxes.push_back(flat(x, y, width, height));
   }
   boxes.push_back(flat(60, 250, 430, 26));  // one that is long
@@ -115,8 +106,10 @@ std::string sweep() {
   Chance chance;
   std::vector<Box> boxes;
   for (int i = 0; i < 15; ++i) {
-    const float height = 20 + chance.below(20), width = 40 + chance.below(70);
-    const float y = chance.below(60), x = 30 + chance.below(420);
+    const float height = 20 + chance.below(20);
+    const float width = 40 + chance.below(70);
+    const float y = chance.below(60);
+    const float x = 30 + chance.below(420);
     boxes.push_back(flat(x, y, width, height));
   }
   std::sort(boxes.begin(), boxes.end(),
@@ -244,6 +237,7 @@ int run(const std::string& folder) {
   write("sweep.svg", sweep());
   write("home.svg", home());
   write("live.svg", live());
+  write("moving.svg", moving());
   return 0;
 }
 

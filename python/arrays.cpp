@@ -110,6 +110,15 @@ nb::object capsule_for(nb::handle value, std::uintptr_t stream) {
   return give(nb::arg("stream") = number, nb::arg("max_version") = nb::make_tuple(1, 0));
 }
 
+// PyTorch's tensors say by flags that they record gradients, which DLPack refuses, and that their
+// values are meant negated, which it forgets: then the plain tensor. A flag's absence is no error.
+nb::object plain_tensor(nb::handle value) {
+  nb::object plain = nb::borrow(value);
+  if (!nb::hasattr(plain, "resolve_neg") || !nb::hasattr(plain, "requires_grad")) return plain;
+  if (nb::cast<bool>(plain.attr("requires_grad"))) plain = plain.attr("detach")();
+  return plain.attr("resolve_neg")();
+}
+
 }  // namespace
 
 void require_aligned(const AnyArray& a, const std::string& name, std::size_t bytes) {
@@ -131,8 +140,8 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
   const Where where = where_is(value, name);
   const bool is_capsule = PyCapsule_CheckExact(value.ptr());
   if (!is_capsule) require_place(where, name, place);
-  nb::object source = nb::borrow(value);
-  if (where.is_gpu()) source = capsule_for(value, place->stream);
+  nb::object source = plain_tensor(value);
+  if (where.is_gpu()) source = capsule_for(source, place->stream);
   AnyArray array;
   if (!nb::try_cast(source, array) || !array.is_valid()) {
     type_error(name + ": found " + described_array(value) + ", wanted an array of " + wanted +

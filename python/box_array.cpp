@@ -73,7 +73,7 @@ bool is_double(const AnyArray& a, const std::string& name, const std::string& wa
   type_error(name + ": found " + described(a) + ", wanted " + wanted +
              " (float64 where each value is a float32, or with round='outward'); if nothing is "
              "lost by it, " +
-             name + ".astype(numpy.float32) makes that");
+             name + ".astype(numpy.float32), of a PyTorch tensor " + name + ".float(), makes that");
 }
 
 }  // namespace

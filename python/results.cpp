@@ -92,6 +92,12 @@ void bind_explanation(nb::module_& m) {
           "bounds", [](const DenseCell& c) { return bounds(c.bounds); },
           "lower x, y, z, upper x, y, z; the outermost cells go on to infinity")
       .def_ro("boxes", &DenseCell::boxes, "how many");
+  using CellClass = Explanation::CellClass;
+  nb::class_<CellClass>(m, "CellClass", "Cells with alike numbers of boxes.")
+      .def_ro("least", &CellClass::from, "they have so many boxes or more")
+      .def_ro("below", &CellClass::below, "and fewer than this")
+      .def_ro("cells", &CellClass::cells, "how many")
+      .def_ro("boxes", &CellClass::boxes, "in all of them");
   nb::class_<Explanation>(m, "Explanation", "Why a search costs what it does.")
       .def_ro("result", &Explanation::result, "of the search that is explained")
       .def_ro("boxes", &Explanation::boxes, "of both sets, inactive ones included")
@@ -107,6 +113,10 @@ void bind_explanation(nb::module_& m) {
               "by largest extent, a factor of two from class to class, the smallest first")
       .def_ro("largest", &Explanation::largest, "up to ten boxes")
       .def_ro("densest", &Explanation::densest, "up to ten cells")
+      .def_ro(
+          "cell_classes", &Explanation::cell_classes,
+          "cells by how many boxes are in them, a factor of two from class to class, the emptiest "
+          "first; empty cells are in none")
       .def_prop_ro(
           "occupancy",
           [](const Explanation& e) {

@@ -35,12 +35,6 @@ def test_kinds() -> None:
     assert type(throng.find_pairs(boxes, result="numpy")) is numpy.ndarray
 
 
-def test_torch() -> None:
-    torch = pytest.importorskip("torch")
-    found = throng.find_pairs(torch.from_numpy(BOXES), result="same")
-    assert isinstance(found, torch.Tensor) and as_pairs(found.numpy()) == PAIRS
-
-
 def test_kinds_that_cannot_be() -> None:
     with pytest.raises(TypeError, match="result: found 'same' for boxes in a memoryview, and builtins has"):
         view: Any = memoryview(BOXES)  # type: ignore[arg-type]

@@ -81,6 +81,57 @@ def test_infinite_and_empty() -> None:
     assert nothing.corners(nothing.shown).shape == (0, 6)
 
 
+@pytest.mark.parametrize("name, objects", [("mixed", 600), ("pile", 20000), ("rods", 40000), ("uniform", 200000)])
+def test_the_map_of_the_cells(name: str, objects: int) -> None:
+    view = pytest.importorskip("throng.view")
+    from throng.view import _heat
+
+    (frame,) = view.frames(throng.scene(name, objects))
+    chart = _heat.heat_map(frame)
+    assert chart is not None and frame.told.cells > 1
+    # Each cell is seen where it lies, or a fuller one that shares its pixel.
+    height, width = chart.counts.shape
+    assert max(height, width) <= _heat.LONGEST and chart.counts.max() == frame.occupancy.max()
+    across, up = frame.occupancy.shape
+    for x, y in numpy.random.default_rng(1).integers(0, [across, up], (200, 2)):
+        column = min(int((x + 0.5) / across * width), width - 1)
+        row = height - 1 - min(int((y + 0.5) / up * height), height - 1)
+        assert chart.counts[row, column] >= frame.occupancy[x, y]
+        if across <= width and up <= height:
+            assert chart.counts[row, column] == frame.occupancy[x, y]
+    # The fullest cell's rectangle has the last colour, and stands where the map has that number.
+    left, top, right, bottom = chart.rectangles(frame.cells()[0][:1])[0]
+    row, column = int((top + bottom) / 2), int((left + right) / 2)
+    picture = chart.picture()
+    assert chart.counts[row, column] == chart.counts.max()
+    assert picture[row, column].tolist() == picture[-1, -1].tolist() == _heat.SCALE[-1].tolist()
+    assert picture.shape == (height + 2 * chart.strip, width, 3)
+    places, words = chart.words()
+    assert words[-1] == f"{frame.occupancy.max():,} boxes" and len(places) == len(words)
+    assert sum(c.cells for c in frame.told.cell_classes) == frame.told.occupied
+    assert sum(c.boxes for c in frame.told.cell_classes) == frame.told.entries
+
+
+def test_the_scale_of_the_map() -> None:
+    from throng.view._heat import EMPTY, SCALE, Scale
+
+    for counts, least, most in (([0, 300, 320], 20, 320), ([1, 9, 900], 1, 900), ([1, 1], 1, 2), ([0], 1, 2)):
+        made = Scale.of(numpy.array(counts))
+        assert (made.least, made.most) == (least, most)
+        shown = made.colours(numpy.array([0, least, most])).tolist()
+        assert shown == [EMPTY, SCALE[0].tolist(), SCALE[-1].tolist()]
+        marks = made.marks()
+        assert marks[0] == least and marks[-1] == most and marks == sorted(set(marks))
+
+
+def test_no_map_without_a_grid() -> None:
+    view = pytest.importorskip("throng.view")
+    from throng.view._heat import heat_map
+
+    (frame,) = view.frames(throng.scene("uniform", 20))
+    assert frame.told.cells == 0 and heat_map(frame) is None and frame.told.cell_classes == []
+
+
 def test_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     pytest.importorskip("rerun")
     from throng.view.__main__ import main
@@ -157,6 +208,19 @@ def test_the_recording_read_back(tmp_path: Path) -> None:
         tensor = held["/grid/occupancy data"][number][0]
         assert sum(tensor["buffer"]) == told.entries and max(tensor["buffer"]) == told.densest[0].boxes
         assert len(held["/world/cells centers"][number]) == min(told.occupied, 2000)
+        seen = held["/grid/map buffer"][number][0], held["/grid/map format"][number][0]
+        picture = numpy.frombuffer(bytes(seen[0]), numpy.uint8).reshape(seen[1]["height"], seen[1]["width"], 3)
+        # Of no more colours than there are numbers, the empty cells', what is around, and the scale.
+        kinds = len(numpy.unique(told.occupancy.sum(axis=told.result.plan.sweep_axis)))
+        above = picture[: seen[1]["height"] * 3 // 4].reshape(-1, 3)
+        assert 1 <= len(numpy.unique(above, axis=0)) <= kinds + 2
+        assert len(held["/grid/map/densest centers"][number]) == len(told.densest)
+        assert len(held["/grid/map/largest centers"][number]) == len(told.largest)
+        assert f"{told.densest[0].boxes:,} boxes" in held["/grid/map/words labels"][number]
+        bars = held["/grid/distribution values"][number][0]["buffer"]
+        assert sum(bars) == told.occupied and bars[-1] == told.cell_classes[-1].cells > 0
+        for cells in told.cell_classes:
+            assert bars[cells.least.bit_length() - 1] == cells.cells
         text = held["/lists text"][number][0]
         largest, densest = told.largest[0], told.densest[0]
         assert f"| {largest.index} | {largest.extent:.4g} |" in text and f"| {densest.boxes} |" in text

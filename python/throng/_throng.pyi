@@ -118,6 +118,21 @@ class DenseCell:
     @property
     def boxes(self) -> int: ...
 
+class CellClass:
+    """Cells with alike numbers of boxes."""
+
+    @property
+    def least(self) -> int:
+        """They have so many boxes or more."""
+    @property
+    def below(self) -> int:
+        """And fewer than this."""
+    @property
+    def cells(self) -> int: ...
+    @property
+    def boxes(self) -> int:
+        """In all of them."""
+
 class Explanation:
     """Why a search costs what it does."""
 
@@ -153,6 +168,10 @@ class Explanation:
     @property
     def densest(self) -> list[DenseCell]:
         """Up to ten cells."""
+    @property
+    def cell_classes(self) -> list[CellClass]:
+        """Cells by how many boxes are in them, a factor of two from class to class, the emptiest
+        first; empty cells are in none."""
     @property
     def occupancy(self) -> NDArray[numpy.uint32]:
         """Boxes in each cell, by x, y, z; of shape (0, 0, 0) where there are no cells."""

@@ -7,6 +7,7 @@ import numpy
 from numpy.typing import NDArray
 
 from throng.view._frame import Frame, Pairs
+from throng.view._heat import AROUND, SAID, heat_map, mixed
 
 if TYPE_CHECKING:
     import rerun
@@ -15,22 +16,18 @@ if TYPE_CHECKING:
 FULL = 64
 # More boxes than this are drawn as edges alone.
 FILLED = 20_000
-# From few to many.
-SCALE = numpy.array(
-    [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 120, 60]]
-)
 ALONE = [120, 120, 130]
 BEGAN, ENDED, PAIR = [80, 220, 100], [235, 80, 70], [150, 170, 255]
+# On the map: outlines of the densest cells and of the largest boxes, words.
+DENSE, LARGE, WORDS = [15, 16, 18], [255, 255, 255], [200, 200, 205]
 STAGES = "plan_ms", "bin_ms", "find_ms", "order_ms", "total_ms"
 COUNTS = "pairs", "begun", "ended"
 
 
 def colours(overlaps: NDArray[Any]) -> NDArray[numpy.uint8]:
     """(n, 3): grey for none, then by the logarithm of how many."""
-    at = numpy.log2(numpy.clip(overlaps, 1, FULL)) / numpy.log2(FULL) * (len(SCALE) - 1)
-    stops = numpy.arange(len(SCALE))
-    mixed = numpy.stack([numpy.interp(at, stops, SCALE[:, k]) for k in range(3)], axis=-1)
-    return numpy.where(overlaps[:, None] > 0, mixed, ALONE).astype(numpy.uint8)
+    at = numpy.log2(numpy.clip(overlaps, 1, FULL)) / numpy.log2(FULL)
+    return numpy.where(overlaps[:, None] > 0, mixed(at), ALONE).astype(numpy.uint8)
 
 
 def layout() -> "rerun.blueprint.Blueprint":
@@ -41,11 +38,27 @@ def layout() -> "rerun.blueprint.Blueprint":
         bp.Horizontal(
             bp.Spatial3DView(origin="/world", name="Boxes, pairs, cells"),
             bp.Vertical(
-                bp.TensorView(origin="/grid/occupancy", name="Boxes a cell"),
+                bp.Horizontal(
+                    bp.Tabs(
+                        bp.Spatial2DView(
+                            origin="/grid", contents="/grid/map/**", name="Boxes a cell", background=AROUND
+                        ),
+                        bp.TensorView(origin="/grid/occupancy", name="The numbers"),
+                        active_tab=0,
+                    ),
+                    bp.BarChartView(
+                        origin="/grid/distribution",
+                        name="Fullness (log2)",
+                        plot_legend=bp.PlotLegend(visible=False),
+                    ),
+                    column_shares=[5, 4],
+                ),
                 bp.TextDocumentView(origin="/lists", name="Largest, densest"),
-                bp.TimeSeriesView(origin="/counts", name="Pairs"),
-                bp.TimeSeriesView(origin="/times", name="ms a stage"),
-                row_shares=[3, 4, 2, 2],
+                bp.Horizontal(
+                    bp.TimeSeriesView(origin="/counts", name="Pairs"),
+                    bp.TimeSeriesView(origin="/times", name="ms a stage"),
+                ),
+                row_shares=[5, 4, 3],
             ),
             column_shares=[3, 2],
         ),
@@ -57,7 +70,8 @@ def layout() -> "rerun.blueprint.Blueprint":
 
 def record(frames: Iterable[Frame], stream: "rerun.RecordingStream") -> int:
     """Logs frames, and tells how many. Entities: world/boxes, world/pairs, world/begun,
-    world/ended, world/cells, grid/occupancy, counts/*, times/*, lists; by the timeline `frame`."""
+    world/ended, world/cells, grid/map (with densest, largest, words), grid/occupancy,
+    grid/distribution, counts/*, times/*, lists; by the timeline `frame`."""
     import rerun as rr
 
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -103,22 +117,42 @@ def _world(stream: "rerun.RecordingStream", frame: Frame) -> None:
 def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
     import rerun as rr
 
-    if frame.told.cells == 0:
-        for name in ("world/cells", "grid/occupancy"):
-            stream.log(name, rr.Clear(recursive=False))
+    chart = heat_map(frame)
+    if chart is None:
+        for name in ("world/cells", "grid"):
+            stream.log(name, rr.Clear(recursive=True))
         return
     bounds, counts = frame.cells()
-    heat = colours(FULL * counts.astype(numpy.float64) / counts.max())
     stream.log(
         "world/cells",
         rr.Boxes3D(
             mins=bounds[:, :3],
             sizes=bounds[:, 3:] - bounds[:, :3],
-            colors=heat,
+            colors=chart.scale.colours(counts),
             fill_mode="majorwireframe",
         ),
     )
+    stream.log("grid/map", rr.Image(chart.picture()))
+    densest = chart.rectangles(bounds[: len(frame.told.densest)])
+    largest = chart.rectangles(frame.corners([box.index for box in frame.told.largest]))
+    for name, where, colour in (("densest", densest, DENSE), ("largest", largest, LARGE)):
+        stream.log(
+            f"grid/map/{name}",
+            rr.Boxes2D(mins=where[:, :2], sizes=where[:, 2:] - where[:, :2], colors=[colour], radii=-0.5),
+        )
+    said = counts[: SAID if len(counts) <= SAID else 1]
+    where = chart.rectangles(bounds[: len(said)])
+    places, words = chart.words()
+    places = numpy.concatenate([places, (where[:, :2] + where[:, 2:]) / 2])
+    shades = [WORDS] * len(words) + [DENSE] * len(said)
+    words += [f"{count:,}" for count in said]
+    stream.log("grid/map/words", rr.Points2D(places, radii=0, labels=words, colors=shades, show_labels=True))
     stream.log("grid/occupancy", rr.Tensor(frame.occupancy, dim_names=frame.axes))
+    classes = frame.told.cell_classes
+    # A class without cells has a bar of no height.
+    bars = numpy.zeros(max(c.least for c in classes).bit_length(), numpy.int64)
+    bars[[c.least.bit_length() - 1 for c in classes]] = [c.cells for c in classes]
+    stream.log("grid/distribution", rr.BarChart(bars, color=[40, 160, 140]))
 
 
 def lists(frame: Frame) -> str:
@@ -130,7 +164,8 @@ def lists(frame: Frame) -> str:
         f"{told.tests_per_box:.1f} tests a box.",
         "",
         f"Boxes: grey overlaps none, blue 1, green some 10, yellow 30, orange {FULL} or more. Lines: pairs; "
-        "green ones began, red ones ended.",
+        "green ones began, red ones ended. On the map: boxes in each cell, by the scale below it; black: "
+        "the densest cells; white: the largest boxes.",
         "",
         "| largest boxes | extent | overlaps | cells |",
         "|---|---|---|---|",
@@ -143,5 +178,9 @@ def lists(frame: Frame) -> str:
     for cell in told.densest:
         ends = ["  ".join(f"{x:.4g}" for x in cell.bounds[k : k + 3]) for k in (0, 3)]
         text.append(f"| {ends[0]} | {ends[1]} | {cell.boxes} |")
+    if told.cell_classes:
+        text += ["", "| boxes in a cell | cells | boxes in them |", "|---|---|---|"]
+    for cells in told.cell_classes:
+        text.append(f"| {cells.least:,} to {cells.below - 1:,} | {cells.cells:,} | {cells.boxes:,} |")
     text += ["", *(f"- {advice}" for advice in told.advice)]
     return "\n".join(text)

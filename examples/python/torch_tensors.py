@@ -1,0 +1,12 @@
+"""Boxes in tensors of PyTorch, and pairs that index them. On a GPU, too, in a build with CUDA."""
+
+# snippet-begin: torch
+import torch
+import throng
+
+lower = torch.rand(1000, 3)
+boxes = torch.cat([lower, lower + 0.1], dim=1)
+pairs = throng.find_pairs(boxes, result="same").long()  # torch indexes by int64
+first, second = boxes[pairs[:, 0]], boxes[pairs[:, 1]]
+# snippet-end: torch
+assert len(pairs) > 0 and bool((first[:, 3:] >= second[:, :3]).all())
