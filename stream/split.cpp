@@ -19,6 +19,7 @@ std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
     Source& source = const_cast<Source&>(*request.sides[side]);
     const std::size_t bytes = request.layouts[side]->bytes;
     const std::uint64_t count = source.count();
+    if (count == 0) continue;  // maybe of all sides: there is no share then
     const double share = static_cast<double>(count) / static_cast<double>(total);
     const auto spots = static_cast<std::uint64_t>(
         std::ceil(share * static_cast<double>(request.sample_rows) / spot_rows));
