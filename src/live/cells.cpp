@@ -84,9 +84,8 @@ void Cells::plan(const Objects& objects) {
   // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
   cell_bits_ = scale.crowding > crowded ? 4 : 5;
   const std::size_t homes = lay_out(scale.range, count);
-  // Lines behind others are full, so there are at most half as many as boxes.
   most_objects_ = 0;
-  lines_.renew(homes + 1 + most / 2 + 1);
+  lines_.renew(lines_for(homes, most));
   most_objects_ = most;
   free_ = none;
   std::fill(class_count_, class_count_ + classes + 1, 0);

@@ -95,10 +95,16 @@ class Cells {
   // A length in the units that cells are made of.
   double units(double length) const noexcept { return length * static_cast<double>(scale_); }
 
-  void reserve_for(const Cells& other) { lines_.reserve(other.lines_.capacity()); }
+  void reserve_for(const Cells& other) {
+    lines_.reserve(lines_for(other.homes_, other.most_objects_));
+  }
   void copy(const Cells& other) noexcept;
 
  private:
+  // Lines behind others are full, so there are at most half as many as boxes.
+  static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
+    return homes + 1 + objects / 2 + 1;
+  }
   std::size_t lay_out(const double (&range)[3], std::size_t count) noexcept;
   static constexpr int classes = 24;
   static constexpr int span_bits = 4;

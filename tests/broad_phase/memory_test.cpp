@@ -108,6 +108,25 @@ TEST(BroadPhaseMemory, CopiesRunOutToo) {
   EXPECT_EQ(copy.memory_bytes(), memory.held());
 }
 
+// A copy of a copy of a copy needs no more than a copy: what an object takes does not grow with how
+// often it was handed on.
+TEST(BroadPhaseMemory, CopiesOfCopiesStaySmall) {
+  Actor actor({}, 6, 10);
+  ASSERT_TRUE(actor.add(400, true));
+  for (int k = 0; k < 40; ++k) {
+    ASSERT_TRUE(actor.move(2));
+    ASSERT_TRUE(actor.update());
+  }
+  BroadPhase copy(actor.broad_phase);
+  const std::size_t first = copy.memory_bytes();
+  EXPECT_LE(first, 2 * actor.broad_phase.memory_bytes());
+  for (int k = 0; k < 20; ++k) {
+    copy = BroadPhase(copy);
+    ASSERT_LE(copy.memory_bytes(), first) << "copy " << k;
+  }
+  EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
+}
+
 // A snapshot goes its own way; rolled back, the same calls tell the same, slots and ids included.
 TEST(BroadPhaseMemory, SnapshotAndRollback) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
