@@ -158,11 +158,7 @@ FrameReport SearchReport::sum() const {
     sum.inactive += frame.inactive;
     sum.comparisons += frame.comparisons;
     sum.total_ms += frame.total_ms;
-    sum.stages.plan_ms += frame.stages.plan_ms;
-    sum.stages.bin_ms += frame.stages.bin_ms;
-    sum.stages.find_ms += frame.stages.find_ms;
-    sum.stages.order_ms += frame.stages.order_ms;
-    sum.stages.total_ms += frame.stages.total_ms;
+    sum.stages += frame.stages;
   }
   return sum;
 }

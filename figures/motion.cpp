@@ -40,7 +40,7 @@ Motion motion(int count, int room_width, int room_height) {
   for (int tick = 0; tick <= tick_count; ++tick) {
     for (const ObjectId id : ids) broad_phase.move(id, made.movers[id].box(tick));
     const Result result = broad_phase.update();
-    if (result.status != Status::ok) throw Error(result);
+    if (!result.ok()) throw Error(result);
     for (const LivePair& p : broad_phase.begun()) began[{p.first, p.second}] = tick;
     for (const LivePair& p : broad_phase.ended()) {
       const auto found = began.find({p.first, p.second});

@@ -67,7 +67,7 @@ std::string swung(const char* attribute, const Swing& swing) {
   return course.of(attribute, false);
 }
 
-// How many pairs each box has: `one` is +1 where a pair begins, -1 where it ends.
+// A box that moves, in the colour of how many pairs it has.
 std::string box(const Motion& motion, std::size_t index) {
   const Mover& m = motion.movers[index];
   std::vector<int> change(tick_count + 1);

@@ -50,6 +50,7 @@ std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   }
   return capture::chain(sum, pairs.size());
 }
+
 // One value each, repeated.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};

@@ -65,15 +65,8 @@ struct BroadPhaseAccess {
     }
     std::pmr::memory_resource* memory = options.memory;
     if (!memory) memory = std::pmr::new_delete_resource();
-    void* room = nullptr;
-    try {
-      room = memory->allocate(sizeof(BroadPhase::State), alignof(BroadPhase::State));
-    } catch (...) {
-    }
-    if (!room) {
-      explain_failure(r, {Status::out_of_memory, sizeof(BroadPhase::State)});
-      return false;
-    }
+    void* room = take_room(*memory, sizeof(BroadPhase::State), alignof(BroadPhase::State), r);
+    if (!room) return false;
     it.state_ = new (room) BroadPhase::State(options, memory);
     if (const char* folder = capture::folder_of(options)) it.state_->log.open(folder, options);
     return true;

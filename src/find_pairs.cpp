@@ -155,7 +155,6 @@ struct FinderAccess {
       std::pmr::memory_resource* memory = finder.options_.memory;
       if (!memory) memory = std::pmr::new_delete_resource();
       const std::size_t cap = consumer ? finder.options_.memory_cap_bytes : 0;
-      void* room = nullptr;
       if (cap != 0 && cap < sizeof(Finder::State)) {
         // Not even that. The backend, asked without one byte to spare, knows what would do.
         alignas(Finder::State) unsigned char spot[sizeof(Finder::State)];
@@ -164,14 +163,8 @@ struct FinderAccess {
         state->~State();
         return r;
       }
-      try {
-        room = memory->allocate(sizeof(Finder::State), alignof(Finder::State));
-      } catch (...) {
-      }
-      if (!room) {
-        explain_failure(r, {Status::out_of_memory, sizeof(Finder::State)});
-        return r;
-      }
+      void* room = take_room(*memory, sizeof(Finder::State), alignof(Finder::State), r);
+      if (!room) return r;
       finder.state_ = new (room) Finder::State(memory);
     }
     cpu::Buffer<Pair>& pairs = finder.state_->cpu.pairs();

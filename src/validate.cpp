@@ -193,6 +193,16 @@ bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) no
          (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
 }
 
+void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
+                Result& r) noexcept {
+  try {
+    if (void* room = memory.allocate(bytes, alignment)) return room;
+  } catch (...) {
+  }
+  explain_failure(r, {Status::out_of_memory, bytes});
+  return nullptr;
+}
+
 void explain_failure(Result& r, const pipeline::Failure& failure) noexcept {
   r.status = failure.status;
   r.found = r.written = r.bytes_needed = 0;

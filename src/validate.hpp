@@ -42,6 +42,11 @@ bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
 // Status and message for a device that failed.
 void explain_failure(Result& r, const pipeline::Failure&) noexcept;
 
+// Room for what stands behind a door, of the caller's memory. Null, with status and message, where
+// that gives none.
+void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
+                Result& r) noexcept;
+
 // The message for what a backend found wrong.
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;
 

@@ -139,6 +139,15 @@ struct StageTimes {
   double find_ms = 0;   // finding and writing pairs
   double order_ms = 0;  // sorting pairs, where asked for
   double total_ms = 0;
+
+  StageTimes& operator+=(const StageTimes& other) noexcept {
+    plan_ms += other.plan_ms;
+    bin_ms += other.bin_ms;
+    find_ms += other.find_ms;
+    order_ms += other.order_ms;
+    total_ms += other.total_ms;
+    return *this;
+  }
 };
 
 struct Result {

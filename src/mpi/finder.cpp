@@ -213,11 +213,10 @@ void Finder::State::search_here(const Settings& settings, const Sent* sets, int 
   traffic.home = share.home();
   traffic.parts = share.parts();
   if (!r.ok()) return;
-  pairs = share.take_pairs();
+  share.swap(pairs, points);
   if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
   work = work_of(share.handled(), r.comparisons, 0);
   traffic.work = work_of(share.handled(), r.comparisons, pairs.size());
-  points = share.take_points();
   own = traffic.home ? work / traffic.home : 0;
 }
 

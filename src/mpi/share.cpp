@@ -13,15 +13,6 @@ constexpr std::uint8_t all_above = 7;
 // From so many boxes on Backend::automatic may take a GPU (Backend, options.hpp).
 constexpr std::size_t gpu_from = 500000;
 
-void add(Result& sum, const Result& r) noexcept {
-  sum.comparisons += r.comparisons;
-  sum.times.plan_ms += r.times.plan_ms;
-  sum.times.bin_ms += r.times.bin_ms;
-  sum.times.find_ms += r.times.find_ms;
-  sum.times.order_ms += r.times.order_ms;
-  sum.times.total_ms += r.times.total_ms;
-}
-
 }  // namespace
 
 // A GPU pays for each call, the CPU next to nothing.
@@ -59,7 +50,8 @@ Result Share::search(const Options& options, bool in_parts, const Bounds& region
     const std::size_t before = searched_;
     const Result r = search_part(parts.bounds(p), of_part, count);
     if (!r.ok()) return r;
-    add(sum, r);
+    sum.comparisons += r.comparisons;
+    sum.times += r.times;
     if (searched_ - before > largest) {
       largest = searched_ - before;
       sum.plan = r.plan;

@@ -33,9 +33,12 @@ class Share {
   std::size_t handled() const noexcept { return searched_ + (parts_ > 1 ? known_ : 0); }
   std::size_t parts() const noexcept { return parts_; }
 
-  // Those, and the boxes at home, each with the cost of its pairs. They are given once.
-  std::vector<Pair64> take_pairs() noexcept { return std::exchange(pairs_, {}); }
-  std::vector<Point> take_points() noexcept { return std::exchange(points_, {}); }
+  // The pairs, and the boxes at home, each with the cost of its pairs. They are given once, for
+  // lists whose memory the next search uses.
+  void swap(std::vector<Pair64>& pairs, std::vector<Point>& points) noexcept {
+    pairs_.swap(pairs);
+    points_.swap(points);
+  }
 
  private:
   bool may_part(const Options& options);

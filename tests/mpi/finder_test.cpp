@@ -13,6 +13,18 @@
 namespace throng::mpi {
 namespace {
 
+scene::Scene scene_of(const std::string& name, std::size_t objects) {
+  scene::Spec spec;
+  spec.name = name;
+  spec.objects = objects;
+  return scene::Scene(spec);
+}
+std::vector<Box> boxes_of(const scene::Scene& scene) {
+  std::vector<Box> boxes(scene.size());
+  scene.frame(0, boxes.data());
+  return boxes;
+}
+
 // Who has a box at first.
 enum class Spread { slices, one_rank, shuffled, not_the_last };
 constexpr Spread spreads[] = {Spread::slices, Spread::one_rank, Spread::shuffled,
@@ -79,12 +91,7 @@ TEST(Finder, FindsTheScenes) {
   Finder finder(MPI_COMM_WORLD, settings);
   std::size_t turn = 0;
   for (const std::string& name : scene::names()) {
-    scene::Spec spec;
-    spec.name = name;
-    spec.objects = 1500;
-    const scene::Scene scene(spec);
-    std::vector<Box> boxes(spec.objects);
-    scene.frame(0, boxes.data());
+    const std::vector<Box> boxes = boxes_of(scene_of(name, 1500));
     const auto wanted = widened(find_pairs(Boxes(boxes)));
     const Mine mine(boxes, spreads[turn++ % 4]);
     ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, name));
@@ -190,12 +197,8 @@ TEST(Finder, TakesNoBoxesAndBoxesThatAllTeleport) {
 // Clusters lie so far apart that a share is searched in parts; what crosses between them, and
 // filters, stay as they are.
 TEST(Finder, FindsPairsOfASharesParts) {
-  scene::Spec spec;
-  spec.name = "clusters";
-  spec.objects = 9000;
-  const scene::Scene scene(spec);
-  std::vector<Box> boxes(spec.objects);
-  scene.frame(0, boxes.data());
+  const scene::Scene scene = scene_of("clusters", 9000);
+  std::vector<Box> boxes = boxes_of(scene);
   std::vector<std::int32_t> owner(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) owner[i] = static_cast<std::int32_t>(i / 100 % 7);
   for (int crossed = 0; crossed < 3; ++crossed) {
@@ -241,12 +244,7 @@ TEST(Finder, FindsPairsOfASharesParts) {
 
 // Not one part for what a GPU is to search: each call of one has its price.
 TEST(Finder, SearchesAWholeShareOnAGpu) {
-  scene::Spec spec;
-  spec.name = "clusters";
-  spec.objects = 4000;
-  const scene::Scene scene(spec);
-  std::vector<Box> boxes(spec.objects);
-  scene.frame(0, boxes.data());
+  const std::vector<Box> boxes = boxes_of(scene_of("clusters", 4000));
   Settings settings = test_settings();
   settings.parts = true;
   settings.search.backend = Backend::emulated;
@@ -298,12 +296,7 @@ TEST(Finder, HeedsNoRoundingModeOfItsCaller) {
 // What is counted repeats, and comes below the threshold for scenes that are uneven.
 TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
   for (const char* name : {"clusters", "pile", "uniform"}) {
-    scene::Spec spec;
-    spec.name = name;
-    spec.objects = 12000;
-    const scene::Scene scene(spec);
-    std::vector<Box> boxes(spec.objects);
-    scene.frame(0, boxes.data());
+    const std::vector<Box> boxes = boxes_of(scene_of(name, 12000));
     std::vector<std::uint64_t> work[2];
     double imbalance = 9;
     for (auto& run : work) {
@@ -328,12 +321,8 @@ TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
 
 // Boxes that lie where they are at home: only what crosses a cut is sent.
 TEST(Traffic, IsNearTheLeastForUniformBoxes) {
-  scene::Spec spec;
-  spec.name = "uniform";
-  spec.objects = 20000;
-  const scene::Scene scene(spec);
-  std::vector<Box> boxes(spec.objects);
-  scene.frame(0, boxes.data());
+  const scene::Scene scene = scene_of("uniform", 20000);
+  std::vector<Box> boxes = boxes_of(scene);
   Finder finder(MPI_COMM_WORLD, test_settings());
   ASSERT_TRUE(finder.find(Mine(boxes, Spread::slices).view()).ok());
   std::vector<Box> mine;

@@ -66,9 +66,7 @@ def place_of(text, mutant):
     found = [m for m in re.finditer(pattern, text)
              if "//" not in text[text.rfind("\n", 0, m.start()) + 1:m.start()]]
     where = f"mutants.txt:{mutant.line}: '{mutant.old}' stands {len(found)} times in {mutant.file}"
-    if mutant.nth == 0 and len(found) != 1:
-        raise SystemExit(where)
-    if mutant.nth > len(found):
+    if mutant.nth > len(found) or (mutant.nth == 0 and len(found) != 1):
         raise SystemExit(where)
     return found[max(mutant.nth, 1) - 1].span()
 
