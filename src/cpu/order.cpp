@@ -11,14 +11,18 @@
 #include <utility>
 
 #include "core/profile.hpp"
+#include "cpu/prefetch.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
 namespace {
 
-constexpr std::size_t bucket_pairs = 32768;   // aimed at
+constexpr std::size_t bucket_pairs = 4096;    // aimed at
 constexpr std::size_t scratch_pairs = 65536;  // larger buckets are sorted out of the cache
-constexpr unsigned most_split_bits = 10;      // beyond, the split itself runs out of cache
+constexpr unsigned most_split_bits = 12;      // beyond, the split itself runs out of cache
+// A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
+// another's lines, and took twice as long.
+constexpr std::size_t ahead = 16;
 constexpr unsigned most_digit_bits = 11;
 constexpr unsigned most_passes = 6;  // of 64 bits
 
@@ -174,7 +178,9 @@ void PairSorter::sort(const Executor& executor, unsigned task_count, Pair* from,
   auto split_task = [&](unsigned t) {
     std::uint64_t* mine = histograms + t * buckets;
     for (std::size_t i = part(t), end = part(t + 1); i < end; ++i) {
-      to[mine[from[i].first >> shift]++] = from[i];
+      Pair* const at = to + mine[from[i].first >> shift]++;
+      prefetch(at + ahead);
+      *at = from[i];
     }
   };
   run_tasks(executor, task_count, split_task);

@@ -213,7 +213,7 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   std::uint32_t count = 0;
   const Line* const all = lines_.data();
   each_home(range, worlds, [&reach, &count, all](std::uint32_t home) {
-    live::prefetch(all + home);
+    cpu::prefetch(all + home);
     reach.homes[count++] = home;
   });
   reach.count = count;

@@ -89,7 +89,7 @@ class Cells {
   // And where many are.
   template <class F>
   std::uint64_t search_many(const Box& box, Worlds worlds, F&& f) const;
-  void prefetch(std::uint32_t home) const noexcept { live::prefetch(&lines_[home]); }
+  void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
   // A length in the units that cells are made of.

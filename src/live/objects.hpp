@@ -6,8 +6,8 @@
 #include <throng/broad_phase.hpp>
 
 #include "core/bounds.hpp"
+#include "cpu/prefetch.hpp"
 #include "live/list.hpp"
-#include "live/prefetch.hpp"
 
 namespace throng::live {
 
@@ -110,8 +110,8 @@ class Objects {
   // Bring nearer what is known of an object; its mark.
   void prefetch(std::uint64_t id) const noexcept {
     if (id >= limit()) return;
-    live::prefetch(&bodies_[id]);
-    live::prefetch(&flags_[id]);
+    cpu::prefetch(&bodies_[id]);
+    cpu::prefetch(&flags_[id]);
   }
 
   void reserve_for(const Objects& other);

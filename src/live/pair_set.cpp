@@ -103,7 +103,7 @@ void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
 void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
   const Edge& edge = edges_[slot];
   for (const std::uint32_t other : {edge.next[0], edge.next[1], edge.previous[0], edge.previous[1]})
-    if (other != none) live::prefetch(&edges_[other]);
+    if (other != none) cpu::prefetch(&edges_[other]);
 }
 
 void PairSet::link_all(Objects& objects) {
@@ -147,7 +147,7 @@ void PairSet::commit_linked(Objects& objects) {
       const LivePair& soon = next_begun_[i + ahead];
       for (const ObjectId id : {soon.first, soon.second}) {
         if (const std::uint32_t head = objects.body(id).first_edge; head != none)
-          live::prefetch(&edges_[head]);
+          cpu::prefetch(&edges_[head]);
       }
     }
     LivePair& pair = next_begun_[i];

@@ -10,9 +10,9 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "cpu/prefetch.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
-#include "live/prefetch.hpp"
 
 namespace throng::live {
 
@@ -46,7 +46,7 @@ class PairSet {
     walk.id = id;
     walk.next = objects.body(id).first_edge;
     walk.count = 0;
-    if (walk.next != none) live::prefetch(&edges_[walk.next]);
+    if (walk.next != none) cpu::prefetch(&edges_[walk.next]);
   }
   void step(Walk& walk) const noexcept {
     if (walk.next == none || walk.count == Walk::room) return;
@@ -55,7 +55,7 @@ class PairSet {
     walk.others[walk.count] = edge.id[!is_second];
     walk.slots[walk.count++] = walk.next;
     walk.next = edge.next[is_second];
-    if (walk.next != none) live::prefetch(&edges_[walk.next]);
+    if (walk.next != none) cpu::prefetch(&edges_[walk.next]);
   }
   // Calls f(other, slot) for all pairs of the object, listed or not.
   template <class F>

@@ -272,12 +272,12 @@ bool Tracker::tells(ObjectId id, ObjectId other) const noexcept {
 }
 void Tracker::tell_begun(ObjectId id, ObjectId other) {
   if (!tells(id, other)) return;
-  live::prefetch(&objects_.body(other));
+  cpu::prefetch(&objects_.body(other));
   pairs_.next_begun().append({std::min(id, other), std::max(id, other), none});
 }
 void Tracker::tell_ended(ObjectId id, ObjectId other, std::uint32_t slot) {
   if (!tells(id, other)) return;
-  live::prefetch(&objects_.body(other));
+  cpu::prefetch(&objects_.body(other));
   pairs_.next_ended().append({std::min(id, other), std::max(id, other), slot});
 }
 

@@ -1,7 +1,7 @@
 // Asks for a cache line that will be written soon.
 #pragma once
 
-namespace throng::live {
+namespace throng::cpu {
 
 inline void prefetch([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__)
@@ -11,4 +11,4 @@ inline void prefetch([[maybe_unused]] const void* address) noexcept {
 #endif
 }
 
-}  // namespace throng::live
+}  // namespace throng::cpu
