@@ -78,13 +78,16 @@ TEST_P(Capacity, EveryRoom) {
 // So many pairs that several threads each write into pieces of the room, and leave some of them
 // half empty at the end.
 TEST_P(Capacity, EveryRoomOfMany) {
-  Random random(7);
-  BoxList boxes(6500);
-  for (Box& box : boxes) {
-    const Vec3 at = random.point(0, 12);
-    box = cube(at.x, at.y, at.z, 1);
-  }
-  const Answer answer = swept_pairs(boxes);
+  static const BoxList boxes = [] {
+    Random random(7);
+    BoxList all(6500);
+    for (Box& box : all) {
+      const Vec3 at = random.point(0, 12);
+      box = cube(at.x, at.y, at.z, 1);
+    }
+    return all;
+  }();
+  static const Answer answer = swept_pairs(boxes);
   const std::size_t found = answer.pairs.size();
   ASSERT_GT(found, 60000u);
   Finder finder(options());
