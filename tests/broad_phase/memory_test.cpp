@@ -4,46 +4,11 @@
 
 #include "broad_phase/actor.hpp"
 #include "broad_phase/state.hpp"
-#include "support/counting.hpp"
+#include "support/failing.hpp"
 #include "support/heap_count.hpp"
 
 namespace throng::tests {
 namespace {
-
-// Refuses the k-th request from now on, and all after it.
-class FailingResource : public CountingResource {
- public:
-  void allow(std::size_t requests) { left_ = requests; }
-  void allow_all() { left_ = static_cast<std::size_t>(-1); }
-
- private:
-  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
-    if (left_ == 0) throw std::bad_alloc();
-    if (left_ != static_cast<std::size_t>(-1)) --left_;
-    const bool counting = HeapCount::pause();
-    void* memory = CountingResource::do_allocate(bytes, alignment);
-    HeapCount::resume(counting);
-    return memory;
-  }
-  std::size_t left_ = static_cast<std::size_t>(-1);
-};
-
-// Does `act` again and again, with one more allocation allowed each time, until it succeeds. All
-// that can be seen stays as it was until then. Tells how often it failed.
-template <class Act>
-std::size_t until_it_works(FailingResource& memory, BroadPhase& b, Act&& act) {
-  const Snapshot before(b);
-  for (std::size_t allowed = 0;; ++allowed) {
-    memory.allow(allowed);
-    const Result r = act();
-    memory.allow_all();
-    if (r.ok()) return allowed;
-    EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
-    EXPECT_NE(r.bytes_needed, 0u);
-    EXPECT_EQ(Snapshot(b), before) << "after " << allowed << " allocations";
-    if (testing::Test::HasFailure() || allowed > 1000) return allowed;
-  }
-}
 
 TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
   FailingResource memory;
@@ -52,6 +17,7 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
   options.threads = 2;
   Actor actor(options, 3, 14);
   Random& random = actor.random;
+  const auto see = [&] { return Snapshot(actor.broad_phase); };
   std::size_t failures = 0, searched = 0, updates_failed = 0;
   for (int step = 0; step < 40; ++step) {
     // Grows in jumps, so that there is something to allocate; few and many move in turn.
@@ -59,8 +25,8 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
       BoxList boxes;
       for (int k = 0; k < 80 + 10 * step; ++k) boxes.push_back(actor.any_box());
       std::vector<ObjectId> ids(boxes.size());
-      failures += until_it_works(memory, actor.broad_phase,
-                                 [&] { return actor.broad_phase.add(boxes, ids.data()); });
+      failures +=
+          until_it_works(memory, see, [&] { return actor.broad_phase.add(boxes, ids.data()); });
       for (std::size_t i = 0; i < ids.size(); ++i)
         ASSERT_TRUE(actor.model.add(ids[i], boxes[i], {}));
     }
@@ -69,7 +35,7 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
       ASSERT_TRUE(actor.remove(3));
     }
     std::string reason;
-    const std::size_t failed = until_it_works(memory, actor.broad_phase, [&] {
+    const std::size_t failed = until_it_works(memory, see, [&] {
       const Result r = actor.broad_phase.update();
       reason = r.plan.reason;
       return r;
@@ -98,12 +64,15 @@ TEST(BroadPhaseMemory, CopiesRunOutToo) {
   BroadPhase copy(options);
   ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
   ASSERT_TRUE(copy.update().ok());
-  EXPECT_GT(until_it_works(memory, copy, [&] { return copy.copy_from(actor.broad_phase); }), 3u);
+  EXPECT_GT(until_it_works(
+                memory, [&] { return Snapshot(copy); },
+                [&] { return copy.copy_from(actor.broad_phase); }),
+            3u);
   EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
   // Once more it takes no memory.
-  memory.allow(0);
+  memory.fail(0, true);
   EXPECT_TRUE(copy.copy_from(actor.broad_phase).ok());
-  memory.allow_all();
+  memory.calm();
   EXPECT_GT(memory.held(), 0u);
   EXPECT_EQ(copy.memory_bytes(), memory.held());
 }
@@ -176,8 +145,18 @@ TEST(BroadPhaseMemory, Moves) {
   EXPECT_EQ(Snapshot(other), before);
 }
 
+// What is allocated here is none of what HeapCount counts.
+class UncountedResource : public CountingResource {
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    const bool counting = HeapCount::pause();
+    void* memory = CountingResource::do_allocate(bytes, alignment);
+    HeapCount::resume(counting);
+    return memory;
+  }
+};
+
 TEST(BroadPhaseMemory, WarmFramesTakeNone) {
-  FailingResource memory;
+  UncountedResource memory;
   struct Inline {
     static void run(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
       for (unsigned i = 0; i < count; ++i) task(context, i);

@@ -6,8 +6,8 @@
 #include <throng/throng.h>
 #include <throng/throng.hpp>
 
-#include "faults/failing.hpp"
 #include "support/configs.hpp"
+#include "support/failing.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {

@@ -3,30 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <string>
 
-#include "broad_phase/actor.hpp"
-#include "pipeline/live_machine.hpp"
-#include "support/counting.hpp"
+#include "pipeline/live_actor.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
 namespace {
-
-using LiveActor = ActorOf<LiveMachine>;
-constexpr ObjectId no_id = 0xffffffffu;
-
-// How many updates went which way.
-struct Ways {
-  std::size_t nothing = 0, compared = 0, mended = 0, found = 0;
-  void count(const std::string& reason) {
-    nothing += reason == "nothing moved";
-    compared += reason.find("compared again") != std::string::npos;
-    mended += reason.find("few boxes left") == 0;
-    found += reason.find("all candidates found") == 0;
-  }
-};
 
 // Few move a little for a while, then many by far: fat boxes hold, and do not.
 void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
@@ -72,11 +55,6 @@ TEST(LiveScene, Grid) {
 }
 
 // ---- against throng::BroadPhase -----------------------------------------------------------------
-
-bool same_bytes(const LivePairs& a, const LivePairs& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(LivePair)) == 0);
-}
 
 // Both at once; a call fails where they answer differently.
 class Twins {
@@ -178,34 +156,19 @@ TEST(LiveScene, SameBytesAsTheBroadPhase) {
 
 // ---- what is refused ----------------------------------------------------------------------------
 
-// All that can be seen.
-std::vector<LivePair> seen(LiveMachine& m) {
-  std::vector<LivePair> all;
-  for (const LivePairs& list : {m.begun(), m.ended(), m.pairs()}) {
-    all.insert(all.end(), list.begin(), list.end());
-    all.push_back({no_id, no_id, static_cast<std::uint32_t>(list.size())});
-  }
-  all.push_back({static_cast<ObjectId>(m.object_count()), static_cast<ObjectId>(m.id_limit()),
-                 static_cast<std::uint32_t>(m.slot_limit())});
-  return all;
-}
-bool same(const std::vector<LivePair>& a, const std::vector<LivePair>& b) {
-  return same_bytes({a.data(), a.size()}, {b.data(), b.size()});
-}
-
 TEST(LiveScene, WhatIsRefusedChangesNothing) {
   LiveActor actor({}, 1, 6, 0.5f);
   LiveMachine& m = actor.broad_phase;
   ASSERT_TRUE(actor.add(300, true));
   ASSERT_TRUE(actor.remove(5));
   ASSERT_TRUE(actor.update());
-  const std::vector<LivePair> before = seen(m);
+  const Seen before(m);
   const auto refused = [&](const Result& r, Status status, std::uint64_t first,
                            std::uint64_t count) {
     EXPECT_EQ(r.status, status) << to_string(r.status);
     EXPECT_EQ(r.first_invalid, first);
     EXPECT_EQ(r.invalid_count, count);
-    EXPECT_TRUE(same(seen(m), before));
+    EXPECT_TRUE(Seen(m) == before);
   };
   const std::vector<ObjectId> alive = actor.model.ids();
   ObjectId dead = 0;
@@ -256,237 +219,6 @@ TEST(LiveScene, WhatIsRefusedChangesNothing) {
     box = k % 2 ? other.any_box() : Box{{0, 0, 0}, {1, 1, nan}};
     ASSERT_TRUE(other.broad_phase.move(&id, Boxes(&box, 1)).ok());
     ASSERT_TRUE(other.update());
-  }
-}
-
-// ---- fat boxes ----------------------------------------------------------------------------------
-
-TEST(LiveScene, CostFollowsTheMovers) {
-  Options options;
-  options.algorithm = Algorithm::grid;
-  LiveMachine m(options, 0.25f);
-  BoxList boxes = uniform_boxes(3000, 1);
-  Model model;
-  ASSERT_TRUE(m.add(boxes, nullptr).ok());
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    ASSERT_TRUE(model.add(static_cast<ObjectId>(i), boxes[i], {}));
-  const auto update = [&](const char* reason) {
-    const Result r = m.update();
-    EXPECT_TRUE(r.ok());
-    EXPECT_NE(std::string(r.plan.reason).find(reason), std::string::npos) << r.plan.reason;
-    model.update();
-    EXPECT_TRUE(model.check(m));
-    return r;
-  };
-  update("all candidates found");
-  const std::uint64_t candidates = m.scene().pairs().candidate_count();
-  EXPECT_GT(candidates, m.pair_count() * 5 / 4);
-  ASSERT_TRUE(m.move_all(boxes).ok());
-  EXPECT_EQ(update("nothing moved").comparisons, 0u);
-  const auto shift = [&](std::size_t id, float by) {
-    boxes[id].lower.x += by, boxes[id].upper.x += by;
-    model.at(static_cast<ObjectId>(id)).box = boxes[id];
-  };
-  shift(17, 0.2f);
-  ASSERT_TRUE(m.move_all(boxes).ok());
-  EXPECT_LT(update("compared again").comparisons, 100u);
-  for (std::size_t id = 0; id < boxes.size(); ++id) shift(id, id == 17 ? 0.01f : 0.2f);
-  ASSERT_TRUE(m.move_all(boxes).ok());
-  EXPECT_EQ(update("compared again").comparisons, candidates);
-  EXPECT_EQ(m.scene().pairs().candidate_count(), candidates);
-  shift(17, 0.2f);
-  ASSERT_TRUE(m.move_all(boxes).ok());
-  EXPECT_LT(update("few boxes left").comparisons, 100u);
-  for (std::size_t id = 0; id < boxes.size(); id += 2) shift(id, 0.2f);
-  ASSERT_TRUE(m.move_all(boxes).ok());
-  update("all candidates found");
-  // What is gone takes its pairs with it, and nothing is found anew for that.
-  std::vector<ObjectId> ids;
-  for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id), model.remove(id);
-  ASSERT_TRUE(m.remove(ids.data(), ids.size()).ok());
-  update("compared again");
-}
-
-// More begins and ends at once than room was made for.
-TEST(LiveScene, ManyChangesAtOnce) {
-  LiveMachine m({}, 1);
-  BoxList boxes;
-  for (int k = 0; k < 3000; ++k) {
-    const float x = 10.0f * static_cast<float>(k);
-    boxes.push_back(cube(x, 0, 0, 1));
-    boxes.push_back(cube(x + 1.5f, 0, 0, 1));
-  }
-  ASSERT_TRUE(m.add(boxes, nullptr).ok());
-  ASSERT_TRUE(m.update().ok());
-  EXPECT_EQ(m.pair_count(), 0u);
-  ASSERT_EQ(m.scene().pairs().candidate_count(), 3000u);
-  for (int round = 0; round < 4; ++round) {
-    for (std::size_t i = 0; i < boxes.size(); i += 2) {
-      const float by = round % 2 ? -0.75f : 0.75f;
-      boxes[i].lower.x += by, boxes[i].upper.x += by;
-    }
-    ASSERT_TRUE(m.move_all(boxes).ok());
-    const Result r = m.update();
-    ASSERT_TRUE(r.ok());
-    EXPECT_NE(std::string(r.plan.reason).find("compared again"), std::string::npos);
-    EXPECT_EQ(m.begun().size(), round % 2 ? 0u : 3000u);
-    EXPECT_EQ(m.ended().size(), round % 2 ? 3000u : 0u);
-    EXPECT_EQ(m.pairs().size(), m.pair_count());
-    EXPECT_EQ(m.slot_limit(), 3000u);
-    for (std::size_t k = 0; k < m.begun().size(); ++k) {
-      EXPECT_EQ(m.begun()[k].first, 2 * k);
-    }
-  }
-}
-
-// ---- memory -------------------------------------------------------------------------------------
-
-// Refuses all requests but the first few.
-class StingyResource : public CountingResource {
- public:
-  void allow(std::size_t requests) { left_ = requests; }
-
- private:
-  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
-    if (left_ == 0) throw std::bad_alloc();
-    if (left_ != everything) --left_;
-    return CountingResource::do_allocate(bytes, alignment);
-  }
-  static constexpr std::size_t everything = static_cast<std::size_t>(-1);
-  std::size_t left_ = everything;
-};
-
-// With one allocation more each time until it works; what can be seen stays until then.
-template <class Act>
-std::size_t until_it_works(StingyResource& memory, LiveMachine& m, const Act& act) {
-  const std::vector<LivePair> before = seen(m);
-  for (std::size_t allowed = 0;; ++allowed) {
-    memory.allow(allowed);
-    const Result r = act();
-    memory.allow(static_cast<std::size_t>(-1));
-    if (r.ok()) return allowed;
-    EXPECT_EQ(r.status, Status::out_of_memory);
-    EXPECT_NE(r.bytes_needed, 0u);
-    EXPECT_TRUE(same(seen(m), before)) << "after " << allowed << " allocations";
-    if (testing::Test::HasFailure() || allowed > 1000) return allowed;
-  }
-}
-
-TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
-  StingyResource memory;
-  std::pmr::memory_resource* resource = &memory;
-  Options options;
-  options.algorithm = Algorithm::grid;
-  LiveActor actor(options, 3, 14, 0.3f, resource);
-  actor.in_worlds = false;
-  LiveMachine& m = actor.broad_phase;
-  std::size_t in_objects = 0, in_updates = 0;
-  Ways ways;
-  for (int step = 0; step < 24; ++step) {
-    if (step % 6 == 0) {
-      BoxList boxes;
-      std::vector<Filter> filters;
-      for (int k = 0; k < 80 + 20 * step; ++k) {
-        boxes.push_back(actor.any_box());
-        filters.push_back(step ? actor.any_filter() : Filter{});
-      }
-      Boxes view = boxes;
-      if (step) view.filters = actor.given(filters);
-      std::vector<ObjectId> ids(boxes.size());
-      in_objects += until_it_works(memory, m, [&] { return m.add(view, ids.data()); });
-      for (std::size_t i = 0; i < ids.size(); ++i)
-        ASSERT_TRUE(actor.model.add(ids[i], boxes[i], filters[i]));
-    }
-    if (step % 5 == 3) {
-      const std::vector<ObjectId> ids = actor.some_ids(3);
-      in_objects += until_it_works(memory, m, [&] { return m.remove(ids.data(), ids.size()); });
-      for (const ObjectId id : ids) actor.model.remove(id);
-    }
-    m.move_at_once(step % 3 == 0);
-    ASSERT_TRUE(actor.move_all(step % 6 < 2 ? 2 : 50));
-    in_updates += until_it_works(memory, m, [&] {
-      const Result r = m.update();
-      if (!r.ok()) ways.count(r.plan.reason);
-      return r;
-    });
-    actor.model.update();
-    ASSERT_TRUE(actor.model.check(m)) << "step " << step;
-  }
-  EXPECT_GT(in_objects, 12u);
-  EXPECT_GT(in_updates, 20u);
-  EXPECT_GT(ways.mended, 2u) << "no failure while candidates were mended";
-  LiveMachine copy({}, 0.3f, &memory);
-  ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
-  ASSERT_TRUE(copy.update().ok());
-  EXPECT_GT(until_it_works(memory, copy, [&] { return copy.copy_from(m); }), 3u);
-  EXPECT_TRUE(same(seen(copy), seen(m)));
-}
-
-// Warm updates take nothing, and memory is so much an object and a candidate.
-TEST(LiveScene, MemoryIsObjectsAndPairs) {
-  CountingResource memory;
-  {
-    LiveMachine m({}, 0.1f, &memory);
-    BoxList boxes = uniform_boxes(20000, 1);
-    ASSERT_TRUE(m.add(boxes, nullptr).ok());
-    ASSERT_TRUE(m.update().ok());
-    const std::uint64_t candidates = m.scene().pairs().candidate_count();
-    EXPECT_LT(memory.peak(), 130 * boxes.size() + 90 * candidates + 400000);
-    std::size_t warm = 0;
-    for (int frame = 0; frame < 12; ++frame) {
-      if (frame == 6) warm = memory.allocations();
-      // Some stay within their fat boxes, and each third time nobody does.
-      for (Box& b : boxes) {
-        const float by = frame % 3 ? 0.02f : frame % 2 ? 0.4f : -0.4f;
-        b.lower.y += by, b.upper.y += by;
-      }
-      ASSERT_TRUE(m.move_all(boxes).ok());
-      ASSERT_TRUE(m.update().ok());
-      (void)m.pairs();
-    }
-    EXPECT_EQ(memory.allocations(), warm);
-    EXPECT_EQ(m.scene().held(), memory.held());
-  }
-  EXPECT_EQ(memory.held(), 0u);
-}
-
-// A copy goes its own way; rolled back, the same calls tell the same, slots and ids included.
-TEST(LiveScene, SnapshotAndRollback) {
-  Options options;
-  options.algorithm = Algorithm::grid;
-  LiveActor actor(options, 4, 8, 0.5f);
-  actor.in_worlds = false;
-  LiveMachine& m = actor.broad_phase;
-  ASSERT_TRUE(actor.add(200, true));
-  ASSERT_TRUE(actor.update());
-  ASSERT_TRUE(actor.remove(20));
-  ASSERT_TRUE(actor.update());
-  ASSERT_TRUE(actor.move(5));  // what has not been told is part of it
-  ASSERT_TRUE(actor.remove(2));
-  LiveMachine saved(Options{}, 0);
-  ASSERT_TRUE(saved.copy_from(m).ok());
-  const Model model = actor.model;
-  const Random random = actor.random;
-  std::vector<std::vector<LivePair>> first;
-  for (int round = 0; round < 2; ++round) {
-    for (int k = 0; k < 20; ++k) {
-      // At first so few that candidates are mended: not in the grid of what was rolled back.
-      ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 != 2 ? 3 : 200)));
-      if (k % 5 == 4) {
-        ASSERT_TRUE(actor.add(3, true));
-      }
-      if (k % 7 == 0) {
-        ASSERT_TRUE(actor.remove(4));
-      }
-      ASSERT_TRUE(actor.update());
-      if (round == 0)
-        first.push_back(seen(m));
-      else
-        ASSERT_TRUE(same(seen(m), first[static_cast<std::size_t>(k)])) << k;
-    }
-    ASSERT_TRUE(m.copy_from(saved).ok());
-    actor.model = model;
-    actor.random = random;
   }
 }
 

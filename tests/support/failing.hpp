@@ -1,7 +1,11 @@
 // A memory resource that refuses one request, or that one and all after it.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <new>
+
+#include <throng/options.hpp>
 
 #include "support/counting.hpp"
 
@@ -34,5 +38,22 @@ class FailingResource : public CountingResource {
   std::size_t at_ = never, seen_ = 0, refused_ = 0;
   bool all_after_ = false;
 };
+
+// Does `act` again and again, with one request more allowed each time, until it succeeds. What
+// see() shows stays as it was until then. Tells how often it failed.
+template <class See, class Act>
+std::size_t until_it_works(FailingResource& memory, See&& see, Act&& act) {
+  const auto before = see();
+  for (std::size_t allowed = 0;; ++allowed) {
+    memory.fail(allowed, true);
+    const Result r = act();
+    memory.calm();
+    if (r.ok()) return allowed;
+    EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
+    EXPECT_NE(r.bytes_needed, 0u);
+    EXPECT_TRUE(see() == before) << "after " << allowed << " requests";
+    if (testing::Test::HasFailure() || allowed > 1000) return allowed;
+  }
+}
 
 }  // namespace throng::tests

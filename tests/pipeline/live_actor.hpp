@@ -1,0 +1,51 @@
+// Objects that live on a device, run by the host: acted upon, and what can be seen of them.
+#pragma once
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "broad_phase/actor.hpp"
+#include "pipeline/live_machine.hpp"
+
+namespace throng::tests {
+
+using LiveActor = ActorOf<LiveMachine>;
+
+// How many updates went which way.
+struct Ways {
+  std::size_t nothing = 0, compared = 0, mended = 0, found = 0;
+  void count(const std::string& reason) {
+    nothing += reason == "nothing moved";
+    compared += reason.find("compared again") != std::string::npos;
+    mended += reason.find("few boxes left") == 0;
+    found += reason.find("all candidates found") == 0;
+  }
+};
+
+inline bool same_bytes(const LivePairs& a, const LivePairs& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(LivePair)) == 0);
+}
+
+// All that can be seen.
+class Seen {
+ public:
+  explicit Seen(LiveMachine& m) {
+    for (const LivePairs& list : {m.begun(), m.ended(), m.pairs()}) {
+      all_.insert(all_.end(), list.begin(), list.end());
+      all_.push_back({no_id, no_id, static_cast<std::uint32_t>(list.size())});
+    }
+    all_.push_back({static_cast<ObjectId>(m.object_count()), static_cast<ObjectId>(m.id_limit()),
+                    static_cast<std::uint32_t>(m.slot_limit())});
+  }
+  friend bool operator==(const Seen& a, const Seen& b) {
+    return same_bytes({a.all_.data(), a.all_.size()}, {b.all_.data(), b.all_.size()});
+  }
+
+ private:
+  static constexpr ObjectId no_id = 0xffffffffu;
+  std::vector<LivePair> all_;
+};
+
+}  // namespace throng::tests

@@ -1,0 +1,212 @@
+// What objects that live on a device cost: candidates of fat boxes are kept, memory is that of objects
+// and pairs, and where it runs out nothing has changed.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "pipeline/live_actor.hpp"
+#include "support/failing.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+TEST(LiveScene, CostFollowsTheMovers) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  LiveMachine m(options, 0.25f);
+  BoxList boxes = uniform_boxes(3000, 1);
+  Model model;
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    ASSERT_TRUE(model.add(static_cast<ObjectId>(i), boxes[i], {}));
+  const auto update = [&](const char* reason) {
+    const Result r = m.update();
+    EXPECT_TRUE(r.ok());
+    EXPECT_NE(std::string(r.plan.reason).find(reason), std::string::npos) << r.plan.reason;
+    model.update();
+    EXPECT_TRUE(model.check(m));
+    return r;
+  };
+  update("all candidates found");
+  const std::uint64_t candidates = m.scene().pairs().candidate_count();
+  EXPECT_GT(candidates, m.pair_count() * 5 / 4);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  EXPECT_EQ(update("nothing moved").comparisons, 0u);
+  const auto shift = [&](std::size_t id, float by) {
+    boxes[id].lower.x += by, boxes[id].upper.x += by;
+    model.at(static_cast<ObjectId>(id)).box = boxes[id];
+  };
+  shift(17, 0.2f);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  EXPECT_LT(update("compared again").comparisons, 100u);
+  for (std::size_t id = 0; id < boxes.size(); ++id) shift(id, id == 17 ? 0.01f : 0.2f);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  EXPECT_EQ(update("compared again").comparisons, candidates);
+  EXPECT_EQ(m.scene().pairs().candidate_count(), candidates);
+  shift(17, 0.2f);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  EXPECT_LT(update("few boxes left").comparisons, 100u);
+  for (std::size_t id = 0; id < boxes.size(); id += 2) shift(id, 0.2f);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  update("all candidates found");
+  // What is gone takes its pairs with it, and nothing is found anew for that.
+  std::vector<ObjectId> ids;
+  for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id), model.remove(id);
+  ASSERT_TRUE(m.remove(ids.data(), ids.size()).ok());
+  update("compared again");
+}
+
+// More begins and ends at once than room was made for.
+TEST(LiveScene, ManyChangesAtOnce) {
+  LiveMachine m({}, 1);
+  BoxList boxes;
+  for (int k = 0; k < 3000; ++k) {
+    const float x = 10.0f * static_cast<float>(k);
+    boxes.push_back(cube(x, 0, 0, 1));
+    boxes.push_back(cube(x + 1.5f, 0, 0, 1));
+  }
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  ASSERT_TRUE(m.update().ok());
+  EXPECT_EQ(m.pair_count(), 0u);
+  ASSERT_EQ(m.scene().pairs().candidate_count(), 3000u);
+  for (int round = 0; round < 4; ++round) {
+    for (std::size_t i = 0; i < boxes.size(); i += 2) {
+      const float by = round % 2 ? -0.75f : 0.75f;
+      boxes[i].lower.x += by, boxes[i].upper.x += by;
+    }
+    ASSERT_TRUE(m.move_all(boxes).ok());
+    const Result r = m.update();
+    ASSERT_TRUE(r.ok());
+    EXPECT_NE(std::string(r.plan.reason).find("compared again"), std::string::npos);
+    EXPECT_EQ(m.begun().size(), round % 2 ? 0u : 3000u);
+    EXPECT_EQ(m.ended().size(), round % 2 ? 3000u : 0u);
+    EXPECT_EQ(m.pairs().size(), m.pair_count());
+    EXPECT_EQ(m.slot_limit(), 3000u);
+    for (std::size_t k = 0; k < m.begun().size(); ++k) {
+      EXPECT_EQ(m.begun()[k].first, 2 * k);
+    }
+  }
+}
+
+TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
+  FailingResource memory;
+  std::pmr::memory_resource* resource = &memory;
+  Options options;
+  options.algorithm = Algorithm::grid;
+  LiveActor actor(options, 3, 14, 0.3f, resource);
+  actor.in_worlds = false;
+  LiveMachine& m = actor.broad_phase;
+  const auto see = [&] { return Seen(m); };
+  std::size_t in_objects = 0, in_updates = 0;
+  Ways ways;
+  for (int step = 0; step < 24; ++step) {
+    if (step % 6 == 0) {
+      BoxList boxes;
+      std::vector<Filter> filters;
+      for (int k = 0; k < 80 + 20 * step; ++k) {
+        boxes.push_back(actor.any_box());
+        filters.push_back(step ? actor.any_filter() : Filter{});
+      }
+      Boxes view = boxes;
+      if (step) view.filters = actor.given(filters);
+      std::vector<ObjectId> ids(boxes.size());
+      in_objects += until_it_works(memory, see, [&] { return m.add(view, ids.data()); });
+      for (std::size_t i = 0; i < ids.size(); ++i)
+        ASSERT_TRUE(actor.model.add(ids[i], boxes[i], filters[i]));
+    }
+    if (step % 5 == 3) {
+      const std::vector<ObjectId> ids = actor.some_ids(3);
+      in_objects += until_it_works(memory, see, [&] { return m.remove(ids.data(), ids.size()); });
+      for (const ObjectId id : ids) actor.model.remove(id);
+    }
+    m.move_at_once(step % 3 == 0);
+    ASSERT_TRUE(actor.move_all(step % 6 < 2 ? 2 : 50));
+    in_updates += until_it_works(memory, see, [&] {
+      const Result r = m.update();
+      if (!r.ok()) ways.count(r.plan.reason);
+      return r;
+    });
+    actor.model.update();
+    ASSERT_TRUE(actor.model.check(m)) << "step " << step;
+  }
+  EXPECT_GT(in_objects, 12u);
+  EXPECT_GT(in_updates, 20u);
+  EXPECT_GT(ways.mended, 2u) << "no failure while candidates were mended";
+  LiveMachine copy({}, 0.3f, &memory);
+  ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
+  ASSERT_TRUE(copy.update().ok());
+  EXPECT_GT(until_it_works(memory, [&] { return Seen(copy); }, [&] { return copy.copy_from(m); }), 3u);
+  EXPECT_TRUE(Seen(copy) == Seen(m));
+}
+
+// Warm updates take nothing, and memory is so much an object and a candidate.
+TEST(LiveScene, MemoryIsObjectsAndPairs) {
+  CountingResource memory;
+  {
+    LiveMachine m({}, 0.1f, &memory);
+    BoxList boxes = uniform_boxes(20000, 1);
+    ASSERT_TRUE(m.add(boxes, nullptr).ok());
+    ASSERT_TRUE(m.update().ok());
+    const std::uint64_t candidates = m.scene().pairs().candidate_count();
+    EXPECT_LT(memory.peak(), 130 * boxes.size() + 90 * candidates + 400000);
+    std::size_t warm = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+      if (frame == 6) warm = memory.allocations();
+      // Some stay within their fat boxes, and each third time nobody does.
+      for (Box& b : boxes) {
+        const float by = frame % 3 ? 0.02f : frame % 2 ? 0.4f : -0.4f;
+        b.lower.y += by, b.upper.y += by;
+      }
+      ASSERT_TRUE(m.move_all(boxes).ok());
+      ASSERT_TRUE(m.update().ok());
+      (void)m.pairs();
+    }
+    EXPECT_EQ(memory.allocations(), warm);
+    EXPECT_EQ(m.scene().held(), memory.held());
+  }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+// A copy goes its own way; rolled back, the same calls tell the same, slots and ids included.
+TEST(LiveScene, SnapshotAndRollback) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  LiveActor actor(options, 4, 8, 0.5f);
+  actor.in_worlds = false;
+  LiveMachine& m = actor.broad_phase;
+  ASSERT_TRUE(actor.add(200, true));
+  ASSERT_TRUE(actor.update());
+  ASSERT_TRUE(actor.remove(20));
+  ASSERT_TRUE(actor.update());
+  ASSERT_TRUE(actor.move(5));  // what has not been told is part of it
+  ASSERT_TRUE(actor.remove(2));
+  LiveMachine saved(Options{}, 0);
+  ASSERT_TRUE(saved.copy_from(m).ok());
+  const Model model = actor.model;
+  const Random random = actor.random;
+  std::vector<Seen> first;
+  for (int round = 0; round < 2; ++round) {
+    for (int k = 0; k < 20; ++k) {
+      // At first so few that candidates are mended: not in the grid of what was rolled back.
+      ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 != 2 ? 3 : 200)));
+      if (k % 5 == 4) {
+        ASSERT_TRUE(actor.add(3, true));
+      }
+      if (k % 7 == 0) {
+        ASSERT_TRUE(actor.remove(4));
+      }
+      ASSERT_TRUE(actor.update());
+      if (round == 0)
+        first.emplace_back(m);
+      else
+        ASSERT_TRUE(Seen(m) == first[static_cast<std::size_t>(k)]) << k;
+    }
+    ASSERT_TRUE(m.copy_from(saved).ok());
+    actor.model = model;
+    actor.random = random;
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
