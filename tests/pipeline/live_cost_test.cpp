@@ -1,5 +1,5 @@
-// What objects that live on a device cost: candidates of fat boxes are kept, memory is that of objects
-// and pairs, and where it runs out nothing has changed.
+// What objects that live on a device cost: candidates of fat boxes are kept, memory is that of
+// objects and pairs, and where it runs out nothing has changed.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -136,7 +136,9 @@ TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
   LiveMachine copy({}, 0.3f, &memory);
   ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
   ASSERT_TRUE(copy.update().ok());
-  EXPECT_GT(until_it_works(memory, [&] { return Seen(copy); }, [&] { return copy.copy_from(m); }), 3u);
+  EXPECT_GT(until_it_works(
+                memory, [&] { return Seen(copy); }, [&] { return copy.copy_from(m); }),
+            3u);
   EXPECT_TRUE(Seen(copy) == Seen(m));
 }
 
