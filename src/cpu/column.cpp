@@ -11,17 +11,19 @@
 
 #include "cpu/all_pairs.hpp"
 #include "cpu/grid.hpp"
+#include "cpu/look_ahead.hpp"
 #include "cpu/refine.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
 
-std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
+std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out,
+                               std::uint32_t most) const noexcept {
   std::uint32_t count = 0;
   if (tail == 0) return 0;
   std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
   std::uintptr_t end = tail;
-  while (block) {
+  while (block && count < most) {
     const std::uintptr_t first = block + sizeof(Block);
     out[count++] = {reinterpret_cast<const Record*>(first),
                     static_cast<std::uint32_t>((end - first) / sizeof(Record))};
@@ -49,7 +51,8 @@ class ColumnSearch {
         level_(worker.level(depth)),
         depth_(depth) {}
 
-  void run(std::uint32_t column);
+  // `next`: which will be run after it, or LookAhead::no_column.
+  void run(std::uint32_t column, std::uint32_t next);
 
  private:
   // A column's boxes of one side, as they lie.
@@ -70,6 +73,7 @@ class ColumnSearch {
   Worker& worker_;
   Level& level_;
   unsigned depth_;
+  LookAhead ahead_;
 };
 
 ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
@@ -82,7 +86,8 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
         reinterpret_cast<const GridSpace::Block*>((tail - 1) & ~(space_.block_bytes_ - 1));
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
     level_.segments.grow(segments + blocks, segments);
-    const std::uint32_t added = space_.chain(tail, level_.segments.data() + segments);
+    const std::uint32_t added =
+        space_.chain(tail, level_.segments.data() + segments, static_cast<std::uint32_t>(blocks));
     for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;
     segments += added;
   }
@@ -134,7 +139,14 @@ void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
   for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
     const Record* r = segments[s].records;
     const Record* const last = r + segments[s].count;
-    for (; r != last; ++r) sorted[end[(r->lower[axis] >> shift) - first_bucket]++] = *r;
+    const auto place = [&](const Record& record) {
+      sorted[end[(record.lower[axis] >> shift) - first_bucket]++] = record;
+    };
+    for (; last - r >= LookAhead::records_a_step; r += LookAhead::records_a_step) {
+      ahead_.step();
+      for (std::uint32_t k = 0; k < LookAhead::records_a_step; ++k) place(r[k]);
+    }
+    for (; r != last; ++r) place(*r);
   }
   strip.bucket_end = end;
   strip.record = sorted;
@@ -204,8 +216,9 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   search_.kernels->sweep({&strip, &targets, starts, orientation}, worker_);
 }
 
-void ColumnSearch::run(std::uint32_t column) {
+void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   level_.segment_count = 0;
+  ahead_.aim(space_, next);
   const Raw raw_a = collect(column, 0);
   const bool has_targets = problem_.targets.count != 0;
   const Raw raw_b = has_targets ? collect(column, 1) : Raw{0, 0, 0};
@@ -233,14 +246,22 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
                      Worker* const* team, unsigned task_count, unsigned depth) {
   const std::uint32_t* order = nullptr;
   if (task_count > 1 && columns_ > task_count) order = densest_first();
-  std::atomic<std::uint32_t> next{0};
+  std::atomic<std::uint32_t> free{0};
+  // The next one, while there are any: no more columns than 2^17, so the count cannot come around.
+  const auto take = [&] {
+    const std::uint32_t at = free.fetch_add(1, std::memory_order_relaxed);
+    return at >= columns_ ? LookAhead::no_column : order ? order[at] : at;
+  };
+  // Who takes a column while it is busy with another keeps it from those who are not.
+  const bool plenty = columns_ >= 64 * task_count;
   auto task = [&](unsigned t) {
     search.guarded([&] {
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
-      for (;;) {
-        const std::uint32_t at = next.fetch_add(1, std::memory_order_relaxed);
-        if (at >= columns_ || search.over()) break;
-        columns.run(order ? order[at] : at);
+      std::uint32_t column = take();
+      while (column != LookAhead::no_column && !search.over()) {
+        const std::uint32_t next = plenty ? take() : LookAhead::no_column;
+        columns.run(column, next);
+        column = plenty ? next : take();
       }
     });
   };

@@ -98,7 +98,7 @@ void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned 
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
   const double per_chain = records / (static_cast<double>(columns_) * task_count);
   // About four blocks a chain: the last of each is half empty.
-  block_bytes_ = 4096;
+  block_bytes_ = 32768;
   while (block_bytes_ > 512 && block_bytes_ * 4 > per_chain * sizeof(Record)) block_bytes_ /= 2;
   const std::size_t chains = std::size_t{columns_} * task_count;
   const std::size_t blocks =

@@ -38,6 +38,7 @@ class GridSpace {
 
  private:
   friend class ColumnSearch;
+  friend class LookAhead;
   struct Block {              // a block's first 16 bytes
     std::uintptr_t previous;  // address of the column's block before this, or 0
     std::uint64_t before;     // records in all blocks before this
@@ -56,7 +57,8 @@ class GridSpace {
   }
   const std::uint32_t* densest_first();
   void find_wide(Search&, const Problem&, Worker&);
-  std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
+  // The last `most` blocks of a chain, the last first; how many there were.
+  std::uint32_t chain(std::uintptr_t tail, Segment* out, std::uint32_t most) const noexcept;
 
   std::uint32_t columns_ = 0;
   unsigned tasks_ = 0;

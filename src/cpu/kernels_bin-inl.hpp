@@ -131,6 +131,9 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* severa
   }
 }
 
+// Boxes are asked for so far ahead: docs/benchmarks.md tells what that is worth.
+constexpr std::size_t ahead_bytes = 3072;
+
 inline void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
                 const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
                 BinTarget& out) {
@@ -175,6 +178,7 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     hn::Vec<decltype(df)> lower, upper;
     load_boxes(df, boxes, stride, lower, upper);
     boxes += group * stride;
+    hwy::Prefetch(boxes + ahead_bytes);
     const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
     const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
     const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));

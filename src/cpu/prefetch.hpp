@@ -1,12 +1,21 @@
-// Asks for a cache line that will be written soon.
+// Asks for cache lines ahead of need.
 #pragma once
 
 namespace throng::cpu {
 
+// One that will be written soon.
 inline void prefetch([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__)
   __builtin_prefetch(address, 1);
   // GCC takes a function that only prefetches for one without effect, and drops calls of it.
+  __asm__ volatile("");
+#endif
+}
+
+// One that will be read, but not at once: into the second level of cache.
+inline void prefetch_to_read([[maybe_unused]] const void* address) noexcept {
+#if defined(__GNUC__)
+  __builtin_prefetch(address, 0, 2);
   __asm__ volatile("");
 #endif
 }
