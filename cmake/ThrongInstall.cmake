@@ -1,7 +1,7 @@
-# Install rules, by component: `core` is what a program needs to run (of a shared library), `mpi` the
-# same of the ranks' library, `development` headers and what find_package and pkg-config read,
-# `program` the command line, which installs itself. The benchmark stays behind, because its rivals
-# have licences of their own.
+# Install rules, by component: `core` is what a program needs to run (of a shared library),
+# `development` headers and what find_package and pkg-config read, the ranks' library among it, which
+# is static. Programs install themselves: `program`, and what needs more than those in `simulate` and
+# `mpi`. The benchmark stays behind, because its rivals have licences of their own.
 include(CMakePackageConfigHelpers)
 
 set(throng_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/throng")
@@ -19,9 +19,7 @@ if(TARGET throng_mpi)
   set(throng_mpi_built ON)
   set_target_properties(throng_mpi PROPERTIES EXPORT_NAME mpi)
   install(TARGETS throng_mpi EXPORT throng-mpi-targets
-          ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
-          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT mpi NAMELINK_COMPONENT development
-          RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT mpi)
+          ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
   install(EXPORT throng-mpi-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}" COMPONENT development)
 endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"

@@ -76,7 +76,7 @@ expect 0 '1 of 1 checks ran' files
 sound_programs
 mkdir "$folder/data" && touch "$folder/data/boxes.npy"
 expect 0 'bench files' --data "$folder/data" files
-rows | grep -q '^files,row'
+[ "$(rows | grep -c '^files,row')" -gt 0 ]
 
 program throng-bench-gpu 'echo "no GPU can be used"; exit 2'
 expect 2 'no GPU to check' "${steps[@]}"
