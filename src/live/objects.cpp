@@ -75,13 +75,15 @@ std::size_t Objects::move_each(At&& at, std::size_t begin, std::size_t end,
                                std::int64_t& inactive) noexcept {
   std::size_t fresh = 0;
   std::int64_t more = 0;
+  const bool were_all_active = inactive_ == 0;
   for (std::size_t id = begin; id < end; ++id) {
-    const auto& box = at(id);
+    const auto& given = at(id);
+    Box box;
+    std::memcpy(&box, &given, sizeof box);
     Box& mine = bodies_[id].box;
     if (same(&box, &mine) || !(flags_[id] & alive)) continue;
-    more += int{core::is_active(mine)};
-    std::memcpy(&mine, &box, sizeof mine);
-    more -= int{core::is_active(mine)};
+    more += int{were_all_active || core::is_active(mine)} - int{core::is_active(box)};
+    mine = box;
     fresh += (flags_[id] & dirty) == 0;
     flags_[id] |= dirty;
   }
@@ -101,6 +103,17 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
 bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept {
   const char* packed = boxes.packed_data();
   bool any = false;
+  if (packed && boxes.stride_bytes() == sizeof(Box)) {
+    // The difference is below 0 for a NaN alone. Whole vectors of it are computed at once.
+    std::uint32_t some = 0;
+    const char* c = packed + begin * sizeof(Box);
+    for (std::size_t i = 0; i < (end - begin) * 6; ++i) {
+      std::uint32_t bits;
+      std::memcpy(&bits, c + i * sizeof bits, sizeof bits);
+      some |= 0x7f800000u - (bits & 0x7fffffffu);
+    }
+    return some >> 31 != 0;
+  }
   if (packed) {
     for (std::size_t i = begin; i < end; ++i) {
       float c[6];
