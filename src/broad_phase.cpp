@@ -16,6 +16,9 @@ using capture::Operation;
 
 LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
 
+// Objects of a list of ids are asked for so many places ahead.
+constexpr std::size_t ids_ahead = 32;
+
 // All ids alive, and none twice.
 bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, Result& r) noexcept {
   if (count > objects.count() || (count != 0 && !ids)) {
@@ -25,9 +28,8 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
     return refuse(r, Status::bad_id);
   }
   bool dead = false;
-  constexpr std::size_t ahead = 32;
   for (std::size_t i = 0; i < count; ++i) {
-    if (i + ahead < count) objects.prefetch(ids[i + ahead]);
+    if (i + ids_ahead < count) objects.prefetch_flags(ids[i + ids_ahead]);
     if (objects.list(ids[i])) continue;
     if (r.invalid_count++ == 0) {
       r.first_invalid = i;
@@ -159,7 +161,10 @@ Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
     if (!valid_ids(tracker.objects(), ids, count, r)) return;
     Access::log(*this).begin(Operation::remove, 0);
     Access::log(*this).ids(ids, count);
-    for (std::size_t i = 0; i < count; ++i) tracker.objects().remove(ids[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + ids_ahead < count) tracker.objects().prefetch(ids[i + ids_ahead]);
+      tracker.objects().remove(ids[i]);
+    }
     r.found = tracker.objects().count();
   });
 }
@@ -175,7 +180,10 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
-    for (std::size_t i = 0; i < boxes.size(); ++i) tracker.objects().move(ids[i], boxes[i]);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (i + ids_ahead < boxes.size()) tracker.objects().prefetch(ids[i + ids_ahead]);
+      tracker.objects().move(ids[i], boxes[i]);
+    }
     r.found = tracker.objects().count();
   });
 }

@@ -107,11 +107,13 @@ class Objects {
   // that follow it.
   std::uint32_t next_tokens(std::size_t count) noexcept;
   std::uint32_t& mark(ObjectId id) const noexcept { return marks_[id]; }
-  // Bring nearer what is known of an object; its mark.
-  void prefetch(std::uint64_t id) const noexcept {
-    if (id >= limit()) return;
+  // Bring nearer what is known of an object, or no more than whether it is.
+  void prefetch(ObjectId id) const noexcept {
     cpu::prefetch(&bodies_[id]);
     cpu::prefetch(&flags_[id]);
+  }
+  void prefetch_flags(std::uint64_t id) const noexcept {
+    if (id < limit()) cpu::prefetch(&flags_[id]);
   }
 
   void reserve_for(const Objects& other);
