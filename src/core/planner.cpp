@@ -7,79 +7,99 @@
 namespace throng::core {
 namespace {
 
-double clamp_finite(float x) noexcept {
-  return x < -FLT_MAX ? -double{FLT_MAX} : (x > FLT_MAX ? double{FLT_MAX} : double{x});
+float clamp_finite(float x) noexcept {
+  return x < -FLT_MAX ? -FLT_MAX : (x > FLT_MAX ? FLT_MAX : x);
 }
 
-float corner(const Box& b, int k) noexcept {
-  const float c[6] = {b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
-  return c[k];
+// A box of the sample. All axes go through each loop together, as one alone would wait for its
+// own sums.
+struct Corners {
+  float lower[3], upper[3];
+
+  double centre(int k) const noexcept { return 0.5 * double{lower[k]} + 0.5 * double{upper[k]}; }
+};
+
+Corners corners_of(const Box& b) noexcept {
+  return {{clamp_finite(b.lower.x), clamp_finite(b.lower.y), clamp_finite(b.lower.z)},
+          {clamp_finite(b.upper.x), clamp_finite(b.upper.y), clamp_finite(b.upper.z)}};
 }
 
 struct Range {
-  double lower, upper;
+  double lower[3], upper[3];
 };
 
-// The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
-Range trimmed_range(const Box* sample, std::uint32_t count, int axis) noexcept {
-  double low = DBL_MAX, high = -DBL_MAX, sum = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const double l = clamp_finite(corner(sample[i], axis));
-    const double u = clamp_finite(corner(sample[i], axis + 3));
-    low = std::min(low, l);
-    high = std::max(high, u);
-    sum += 0.5 * l + 0.5 * u;
-  }
-  const double mean = sum / count;
-  double deviation = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const double centre = 0.5 * clamp_finite(corner(sample[i], axis)) +
-                          0.5 * clamp_finite(corner(sample[i], axis + 3));
-    deviation += std::fabs(centre - mean);
-  }
-  deviation /= count;
-  // Uniform data spans 4 mean deviations, a normal distribution's sample of 512 about 8.
-  if (high - low <= 9 * deviation || count < 8) return {low, high};
+// All but a few boxes that stretch [low, high] far beyond the rest.
+void trim(const Corners* sample, std::uint32_t count, int k, double& low, double& high) noexcept {
   float lowers[max_sample], uppers[max_sample];
   for (std::uint32_t i = 0; i < count; ++i) {
-    lowers[i] = corner(sample[i], axis);
-    uppers[i] = corner(sample[i], axis + 3);
+    lowers[i] = sample[i].lower[k];
+    uppers[i] = sample[i].upper[k];
   }
   const std::uint32_t cut = count / 20;
   std::nth_element(lowers, lowers + cut, lowers + count);
   std::nth_element(uppers, uppers + (count - 1 - cut), uppers + count);
-  const double inner_low = clamp_finite(lowers[cut]);
-  const double inner_high = std::max(inner_low, clamp_finite(uppers[count - 1 - cut]));
+  const double inner_low = lowers[cut];
+  const double inner_high = std::max(inner_low, double{uppers[count - 1 - cut]});
   const double slack = 0.5 * (inner_high - inner_low);
-  return {std::max(low, inner_low - slack), std::min(high, inner_high + slack)};
+  low = std::max(low, inner_low - slack);
+  high = std::min(high, inner_high + slack);
+}
+
+// The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
+Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
+  float low[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, high[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+  double mean[3] = {0, 0, 0}, deviation[3] = {0, 0, 0};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], sample[i].lower[k]);
+      high[k] = std::max(high[k], sample[i].upper[k]);
+      mean[k] += sample[i].centre(k);
+    }
+  }
+  for (double& m : mean) m /= count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) deviation[k] += std::fabs(sample[i].centre(k) - mean[k]);
+  }
+  Range range;
+  for (int k = 0; k < 3; ++k) {
+    range.lower[k] = low[k];
+    range.upper[k] = high[k];
+    // Uniform data spans 4 mean deviations, a normal distribution's sample of 512 about 8.
+    if (double{high[k]} - double{low[k]} <= 9 * deviation[k] / count || count < 8) continue;
+    trim(sample, count, k, range.lower[k], range.upper[k]);
+  }
+  return range;
 }
 
 // The chance that two boxes of the sample share one of 8 x 8 x 8 cells, over that of evenly spread
 // ones. Two different boxes: a box counted with itself would make small samples look crowded.
-double crowding(const Box* sample, std::uint32_t count, const double* low, const double* high,
+double crowding(const Corners* sample, std::uint32_t count, const Range& range,
                 const double* extent) noexcept {
   constexpr int side = 8;
   if (count < 128) return 1;
-  // Where boxes are about as large as the range all are neighbours, wherever their centres lie.
-  bool flat[3];
-  for (int k = 0; k < 3; ++k) flat[k] = 4 * extent[k] >= high[k] - low[k];
+  // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
+  // that axis is one cell.
+  int cells_along[3], stride[3], all = 1;
+  double scale[3];
+  for (int k = 0; k < 3; ++k) {
+    const double length = range.upper[k] - range.lower[k];
+    cells_along[k] = 4 * extent[k] >= length ? 1 : side;
+    scale[k] = cells_along[k] / std::max(length, 1e-30);
+    stride[k] = all;
+    all *= cells_along[k];
+  }
   std::uint16_t cells[side * side * side] = {};
   double same = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     int at = 0;
     for (int k = 0; k < 3; ++k) {
-      if (flat[k]) continue;
-      const double centre =
-          0.5 * clamp_finite(corner(sample[i], k)) + 0.5 * clamp_finite(corner(sample[i], k + 3));
-      const double part = (centre - low[k]) / std::max(high[k] - low[k], 1e-30) * side;
-      at = at * side + static_cast<int>(std::clamp(part, 0.0, side - 1.0));
+      const double part = (sample[i].centre(k) - range.lower[k]) * scale[k];
+      at += stride[k] * static_cast<int>(std::clamp(part, 0.0, cells_along[k] - 1.0));
     }
     same += cells[at]++;
   }
-  double even = 1;
-  for (int k = 0; k < 3; ++k) even *= flat[k] ? 1 : side;
   const double chance = same / (0.5 * count * (count - 1.0));
-  return std::clamp(chance * even, 1.0, 512.0);
+  return std::clamp(chance * all, 1.0, 512.0);
 }
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
@@ -108,25 +128,24 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
 
 }  // namespace
 
-Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
+Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept {
   Stats s;
   s.query_count = query_count;
   s.target_count = target_count;
   if (count == 0) return s;
-  double low[3], high[3];
+  Corners sample[max_sample];
+  for (std::uint32_t i = 0; i < count; ++i) sample[i] = corners_of(boxes[i]);
+  const Range range = trimmed_range(sample, count);
   for (int k = 0; k < 3; ++k) {
-    const Range r = trimmed_range(sample, count, k);
-    low[k] = r.lower;
-    high[k] = r.upper;
-    s.lower[k] = static_cast<float>(r.lower);
-    s.upper[k] = static_cast<float>(r.upper);
+    s.lower[k] = static_cast<float>(range.lower[k]);
+    s.upper[k] = static_cast<float>(range.upper[k]);
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     double extent[3];
     for (int k = 0; k < 3; ++k) {
-      const double l = std::max(clamp_finite(corner(sample[i], k)), low[k]);
-      const double u = std::min(clamp_finite(corner(sample[i], k + 3)), high[k]);
+      const double l = std::max(double{sample[i].lower[k]}, range.lower[k]);
+      const double u = std::min(double{sample[i].upper[k]}, range.upper[k]);
       extent[k] = std::max(0.0, u - l);
       s.extent[k] += extent[k];
     }
@@ -136,7 +155,7 @@ Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
     s.extent[k] /= count;
     s.product[k] /= count;
   }
-  s.crowding = crowding(sample, count, low, high, s.extent);
+  s.crowding = crowding(sample, count, range, s.extent);
   return s;
 }
 
@@ -177,16 +196,22 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced, float cell_
     sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
     return sweep;
   };
+  // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
+  const auto replicas_of = [](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+    const double y = cy - 1, z = cz - 1;
+    return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
+  };
+  // What no plan of so many columns or more costs less than.
+  const auto least = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+    const double replicas = replicas_of(sweep, cy, cz);
+    return work * (box_ns - replica_ns + replicas * (replica_ns + record_ns)) + column_ns * cy * cz;
+  };
   struct Price {
     double parts, replicas, cost;
   };
   const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double sections = static_cast<double>(cy) * cz;
-    // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
-    const double across_y = sweep.share_y * (cy - 1);
-    const double across_z = sweep.share_z * (cz - 1);
-    const double both = sweep.share_yz * (cy - 1) * (cz - 1);
-    const double replicas = 1 + across_y + across_z + both;
+    const double replicas = replicas_of(sweep, cy, cz);
     const double per_column = n * replicas * s.crowding / sections;
     double parts = sweep.word_parts;
     if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
@@ -220,9 +245,11 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced, float cell_
     const Sweep sweep = along(x);
     for (const std::uint32_t cy : column_counts) {
       if (cy > most_columns || (cy > 1 && extents[y] >= length[y])) break;
+      if (least(sweep, cy, 1) >= best.expected_ns) break;
       for (const std::uint32_t cz : column_counts) {
         if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z]))
           break;
+        if (least(sweep, cy, cz) >= best.expected_ns) break;
         const Price p = price(sweep, cy, cz);
         if (p.cost < best.expected_ns) take(x, cy, cz, p);
       }

@@ -24,8 +24,8 @@ struct Stats {
   double crowding = 1;
 };
 
-// Measures `count` <= max_sample active boxes; reorders them.
-Stats measure(Box* sample, std::uint32_t count, std::uint64_t query_count,
+// Measures `count` <= max_sample active boxes.
+Stats measure(const Box* sample, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept;
 
 struct GridPlan {
