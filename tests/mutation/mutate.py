@@ -43,6 +43,13 @@ class Mutant:
         return f"{self.number:3d} {self.file}: {self.old} {'~>' if self.statement else '=>'} {self.new}"
 
 
+def is_whole(code):
+    """Whether it can be an expression: what would not compile is told before anything is built."""
+    colons = code.replace("::", "").count(":")
+    pairs = all(code.count(a) == code.count(b) for a, b in ("()", "[]", "{}"))
+    return pairs and ";" not in code and code.count("?") == colons
+
+
 def read_mutants(path):
     mutants, file = [], None
     for line_number, line in enumerate(path.read_text().splitlines(), 1):
@@ -55,6 +62,8 @@ def read_mutants(path):
         body = line[nth.end():] if nth else line
         statement = " ~> " in body
         old, new = body.split(" ~> " if statement else " => ")
+        if not statement and not (is_whole(old) and is_whole(new)):
+            raise SystemExit(f"mutants.txt:{line_number}: '{line}' is no expression; statements take ~>")
         mutants.append(Mutant(len(mutants) + 1, file, old.strip(), new.strip(),
                               int(nth.group(1)) if nth else 0, statement, line_number))
     return mutants
