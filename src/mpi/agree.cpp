@@ -21,6 +21,35 @@ void say(Result& r, Status status, const char* format, ...) noexcept {
   va_end(args);
 }
 
+void say(Result& r, const pipeline::Failure& failure) noexcept {
+  const char* text = failure.text ? failure.text : "";
+  const ull number{failure.bytes};
+  switch (failure.status) {
+    case Status::no_device:
+      if (failure.text)
+        say(r, failure.status, "no GPU can be used: %s; use mpi::Finder", text);
+      else
+        say(r, failure.status,
+            "this build has no GPU backend; use mpi::Finder, or build with THRONG_CUDA=ON");
+      break;
+    case Status::out_of_memory:
+      say(r, failure.status,
+          "no device memory: %llu bytes were asked for in vain; free some, or use more ranks",
+          number);
+      r.bytes_needed = number;
+      break;
+    case Status::device_error:
+      say(r, failure.status,
+          "the GPU failed: %s; make a new DeviceFinder, and where that fails, too, a new process",
+          text);
+      break;
+    default:
+      say(r, failure.status, "%s %s; give aligned device memory of this rank's GPU",
+          failure.what ? failure.what : "an array", text);
+      break;
+  }
+}
+
 Agreed agreed(const Settings& s, std::uint64_t form) noexcept {
   return {std::bit_cast<std::uint32_t>(s.search.margin),
           std::bit_cast<std::uint64_t>(s.imbalance),
@@ -138,17 +167,15 @@ bool valid(const Strided<T>& filter, std::size_t boxes, const char* name, Result
   return r.ok();
 }
 
+bool valid_filter_arrays(const Filters& f, std::size_t n, Result& r) noexcept {
+  return valid(f.group, n, "group", r) && valid(f.mask, n, "mask", r) &&
+         valid(f.owner, n, "owner", r) && valid(f.world, n, "world", r) &&
+         valid(f.is_static, n, "static", r);
+}
+
 }  // namespace
 
-bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
-  if (!valid(f.group, n, "group", r) || !valid(f.mask, n, "mask", r) ||
-      !valid(f.owner, n, "owner", r) || !valid(f.world, n, "world", r) ||
-      !valid(f.is_static, n, "static", r)) {
-    return false;
-  }
-  for (std::size_t i = 0; f.world && i < n; ++i) {
-    if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
-  }
+bool no_bad_worlds(Result& r) noexcept {
   if (r.invalid_count != 0) {
     say(r, Status::bad_filter,
         "%llu boxes have a world below -1, the first is its box %llu; use -1 "
@@ -158,7 +185,25 @@ bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
   return r.ok();
 }
 
-bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
+bool no_nans(Result& r) noexcept {
+  if (r.invalid_count != 0) {
+    say(r, Status::nan_box,
+        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
+        "them as inactive by Options::nan",
+        ull{r.invalid_count}, ull{r.first_invalid});
+  }
+  return r.ok();
+}
+
+bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
+  if (!valid_filter_arrays(f, n, r)) return false;
+  for (std::size_t i = 0; f.world && i < n; ++i) {
+    if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  return no_bad_worlds(r);
+}
+
+bool valid_arrays(const Boxes& boxes, Result& r) noexcept {
   const std::size_t n = boxes.size();
   if (n > max_box_count) {
     say(r, Status::too_many_boxes, "%llu boxes, at most %llu on a rank; use more ranks", ull{n},
@@ -169,7 +214,12 @@ bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
     say(r, Status::bad_boxes, "the stride of the boxes is %llu bytes; wanted a multiple of 4",
         ull{boxes.stride_bytes()});
   }
-  if (!r.ok() || !valid_filters(boxes.filters, n, r)) return false;
+  return r.ok() && valid_filter_arrays(boxes.filters, n, r);
+}
+
+bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
+  const std::size_t n = boxes.size();
+  if (!valid_arrays(boxes, r) || !valid_filters(boxes.filters, n, r)) return false;
   for (std::size_t i = 0; options.nan == NanPolicy::refuse && i < n; ++i) {
     for (int k = 0; k < 6; ++k) {
       if (!std::isnan(boxes.corner(i, k))) continue;
@@ -177,13 +227,7 @@ bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
       break;
     }
   }
-  if (r.invalid_count != 0) {
-    say(r, Status::nan_box,
-        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
-        "them as inactive by Options::nan",
-        ull{r.invalid_count}, ull{r.first_invalid});
-  }
-  return r.ok();
+  return no_nans(r);
 }
 
 DefaultFloats::DefaultFloats() noexcept {

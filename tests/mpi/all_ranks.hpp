@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <throng/mpi.hpp>
+#include <throng/mpi_cuda.hpp>
 
 namespace throng::mpi {
 
@@ -33,6 +34,34 @@ inline Settings test_settings() {
   settings.seconds = 60;
   return settings;
 }
+
+// A DeviceFinder where device memory is that of the host, and records go to MPI as they lie, or
+// through copies: by the same names as a Finder.
+template <Buffers buffers>
+class EmulatedFinder : public DeviceFinder {
+ public:
+  explicit EmulatedFinder(MPI_Comm comm, Settings settings) noexcept
+      : DeviceFinder(comm, emulated(settings)) {}
+  Result find(const RankBoxes& boxes) noexcept { return DeviceFinder::find(boxes, nullptr); }
+  Result find(const RankBoxes& a, const RankBoxes& b) noexcept {
+    return DeviceFinder::find(a, b, nullptr);
+  }
+
+ private:
+  static Settings emulated(Settings settings) noexcept {
+    settings.search.backend = Backend::emulated;
+    settings.buffers = buffers;
+    return settings;
+  }
+};
+using Finders =
+    testing::Types<Finder, EmulatedFinder<Buffers::direct>, EmulatedFinder<Buffers::staged>>;
+struct FinderNames {
+  template <class T>
+  static std::string GetName(int k) {
+    return k == 0 ? "Host" : k == 1 ? "Direct" : "Staged";
+  }
+};
 
 // The pairs of all ranks, sorted: one told twice stands there twice.
 inline std::vector<Pair64> from_all(const Pairs64& mine) {

@@ -26,9 +26,13 @@ void expect_failure(const Result& r, Status status, const std::string& words) {
 
 std::string last() { return "rank " + std::to_string(rank_count() - 1) + ": "; }
 
-TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
+template <class T>
+class Failures : public testing::Test {};
+TYPED_TEST_SUITE(Failures, Finders, FinderNames);
+
+TYPED_TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
   auto boxes = tests::uniform_boxes(50, 1);
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   const std::vector<Box> good = boxes;
   boxes[17].upper.y = std::nanf("");
   expect_failure(finder.find({Boxes(is_last() ? boxes : good), nullptr}), Status::nan_box,
@@ -43,30 +47,30 @@ TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
   EXPECT_TRUE(finder.find({Boxes(good), nullptr}).ok());
 }
 
-TEST(Failures, OptionsThatDifferAreNamed) {
+TYPED_TEST(Failures, OptionsThatDifferAreNamed) {
   if (rank_count() == 1) GTEST_SKIP() << "one rank agrees with itself";
   const auto boxes = tests::uniform_boxes(20, 2);
   Settings settings = test_settings();
   settings.search.margin = is_last() ? 0.5f : 0.25f;
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   expect_failure(finder.find({Boxes(boxes), nullptr}), Status::ranks_disagree,
                  "disagree on the margin: from 0.25 to 0.5");
   settings = test_settings();
   settings.search.nan = is_last() ? NanPolicy::inactive : NanPolicy::refuse;
-  Finder other(MPI_COMM_WORLD, settings);
+  TypeParam other(MPI_COMM_WORLD, settings);
   expect_failure(other.find({Boxes(boxes), nullptr}), Status::ranks_disagree, "NaN policy");
   settings = test_settings();
   settings.imbalance = is_last() ? 0.5 : 1.5;
-  Finder third(MPI_COMM_WORLD, settings);
+  TypeParam third(MPI_COMM_WORLD, settings);
   expect_failure(third.find({Boxes(boxes), nullptr}), Status::bad_option,
                  last() + "Settings::imbalance is 0.5");
 }
 
-TEST(Failures, IdsGivenTwiceAreNamed) {
+TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
   const auto boxes = tests::uniform_boxes(20, 3);
   std::vector<std::uint64_t> ids(20);
   for (std::size_t i = 0; i < 20; ++i) ids[i] = 100 * static_cast<std::uint64_t>(rank_here()) + i;
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   EXPECT_TRUE(finder.find({Boxes(boxes), ids.data()}).ok());
   if (is_last()) ids[4] = 7;  // rank 0's; with one rank its own
   expect_failure(finder.find({Boxes(boxes), ids.data()}), Status::ranks_disagree,
@@ -79,7 +83,7 @@ TEST(Failures, IdsGivenTwiceAreNamed) {
 }
 
 // A search that cannot run on one rank: an instruction set that nobody has.
-TEST(Failures, OfOneRanksSearchAreThoseOfAll) {
+TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
   const auto boxes = tests::uniform_boxes(20, 4);
   Settings settings = test_settings();
 #ifdef __aarch64__
