@@ -25,7 +25,7 @@ class HostFlow final : public Flow {
 
   void route(const Settings& settings, Sent& set, std::size_t s);
 
-  // One set on its way.
+  // The records of one set.
   struct Going {
     std::vector<Bytes> to;     // by rank
     std::vector<int> touched;  // the ranks of `to` that are not empty

@@ -13,6 +13,14 @@
 
 namespace throng::mpi {
 
+// One set of a call, on its way.
+struct Sent {
+  const RankBoxes* given = nullptr;
+  std::uint64_t first_id = 0;  // where none are given
+  unsigned filters = 0;        // those that some rank has
+  Bytes wide;                  // records to hand on along the tree
+};
+
 class Flow {
  public:
   virtual ~Flow() = default;
@@ -30,12 +38,6 @@ class Flow {
   }
 
  protected:
-  struct Sent {
-    const RankBoxes* given = nullptr;
-    std::uint64_t first_id = 0;  // where none are given
-    unsigned filters = 0;        // those that some rank has
-    Bytes wide;                  // records to hand on along the tree
-  };
   // Points that stand for `step` boxes each; a weight is what pairs cost.
   struct Sample {
     std::vector<Point> points;
