@@ -1,5 +1,5 @@
-// What goes from device to device: records written to where MPI, or a copy to host memory, takes them
-// from, and what comes, behind those of this rank's own. Place: see device_flow.hpp.
+// What goes from device to device: records written to where MPI, or a copy to host memory, takes
+// them from, and what comes, behind those of this rank's own. Place: see device_flow.hpp.
 #pragma once
 
 #include <cstddef>
@@ -42,11 +42,11 @@ class DeviceRoutes {
 
   struct Going {
     pipeline::Set set;
-    std::vector<std::uint64_t> counts;  // of a place: records that go there
-    std::vector<std::uint64_t> coming;  // of a rank
-    Records records;                    // those of this rank's own first
-    std::size_t bytes = 0;              // of a record
-    std::uint64_t own = 0, came = 0;    // records
+    std::vector<std::uint64_t> counts;     // of a place: records that go there
+    std::vector<std::uint64_t> coming;     // of a rank
+    Records records;                       // those of this rank's own first
+    std::size_t bytes = 0;                 // of a record
+    std::uint64_t own = 0, came = 0;       // records
     std::size_t away_at = 0, came_at = 0;  // in bytes: where in `away_` and `staged_in_` they begin
   };
 
