@@ -40,7 +40,7 @@ mpi::RankBoxes DeviceCopy::load(const mpi::RankBoxes& host) {
     return n ? static_cast<const T*>(copy(values.data(), n * sizeof(T))) : nullptr;
   };
   const auto filter = [&](auto& to, const auto& from) {
-    if (from && n) to = {packed(from), n};
+    if (from && n) to = {packed(from), from.count};
   };
   mpi::RankBoxes device{Boxes(packed(host.boxes), n), host.ids ? packed(host.ids) : nullptr};
   const Filters& from = host.boxes.filters;

@@ -30,7 +30,8 @@ void Where::apply(mpi::Settings& settings) const {
 }
 
 Search::Search(MPI_Comm comm, const Where& where, const mpi::Settings& settings)
-    : comm_(comm), copies_(where.on_device && where.backend != "emulated") {
+    : comm_(comm),
+      copies_(where.on_device && where.backend != "emulated" && where.backend != "cpu") {
   mpi::Settings all = settings;
   where.apply(all);
   if (where.on_device)

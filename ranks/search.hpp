@@ -40,7 +40,7 @@ class Search {
 
  private:
   MPI_Comm comm_;
-  bool copies_;  // to a GPU; emulated, the host's arrays do
+  bool copies_;  // to a GPU; emulated, or where a GPU is refused, the host's arrays do
   std::optional<mpi::Finder> host_;
   std::optional<mpi::DeviceFinder> device_;
   mpi::RankBoxes loaded_;

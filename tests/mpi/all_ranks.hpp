@@ -9,10 +9,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <throng/mpi.hpp>
 #include <throng/mpi_cuda.hpp>
+
+#include "ranks/memory.hpp"
 
 namespace throng::mpi {
 
@@ -54,12 +57,47 @@ class EmulatedFinder : public DeviceFinder {
     return settings;
   }
 };
-using Finders =
-    testing::Types<Finder, EmulatedFinder<Buffers::direct>, EmulatedFinder<Buffers::staged>>;
+// A DeviceFinder on the GPU, for boxes that lie on the host.
+class GpuFinder : public DeviceFinder {
+ public:
+  explicit GpuFinder(MPI_Comm comm, Settings settings) noexcept
+      : DeviceFinder(comm, on_gpu(settings)) {}
+  Result find(const RankBoxes& boxes) { return DeviceFinder::find(first_.load(boxes), nullptr); }
+  Result find(const RankBoxes& a, const RankBoxes& b) {
+    const RankBoxes first = first_.load(a), second = second_.load(b);
+    return DeviceFinder::find(first, second, nullptr);
+  }
+  Pairs64 pairs() {
+    fetched_ = ranks::fetch(DeviceFinder::pairs());
+    return {fetched_.data(), fetched_.size()};
+  }
+
+ private:
+  static Settings on_gpu(Settings settings) noexcept {
+    settings.search.backend = Backend::cuda;
+    return settings;
+  }
+
+  ranks::DeviceCopy first_, second_;
+  std::vector<Pair64> fetched_;
+};
+
+// One test for all of them; that on a GPU is skipped where there is none.
+template <class T>
+class AnyFinder : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::is_same_v<T, GpuFinder>) return;
+    const Result r = cuda::available();
+    if (!r.ok()) GTEST_SKIP() << r.message;
+  }
+};
+using Finders = testing::Types<Finder, EmulatedFinder<Buffers::direct>,
+                               EmulatedFinder<Buffers::staged>, GpuFinder>;
 struct FinderNames {
   template <class T>
   static std::string GetName(int k) {
-    return k == 0 ? "Host" : k == 1 ? "Direct" : "Staged";
+    return k == 0 ? "Host" : k == 1 ? "Direct" : k == 2 ? "Staged" : "Gpu";
   }
 };
 

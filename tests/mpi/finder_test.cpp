@@ -60,8 +60,8 @@ struct Mine {
   RankBoxes view() const { return {Boxes(boxes), ids.data()}; }
 };
 
-template <class AnyFinder>
-void expect_pairs(AnyFinder& finder, const RankBoxes& mine, const std::vector<Pair64>& wanted,
+template <class SomeFinder>
+void expect_pairs(SomeFinder& finder, const RankBoxes& mine, const std::vector<Pair64>& wanted,
                   const std::string& what) {
   const Result r = finder.find(mine);
   ASSERT_TRUE(r.ok()) << what << ": " << r.message;
@@ -71,8 +71,6 @@ void expect_pairs(AnyFinder& finder, const RankBoxes& mine, const std::vector<Pa
   EXPECT_TRUE(found == wanted) << what << ": " << difference(found, wanted);
 }
 
-template <class T>
-class AnyFinder : public testing::Test {};
 TYPED_TEST_SUITE(AnyFinder, Finders, FinderNames);
 
 TYPED_TEST(AnyFinder, FindsWhatTheDoubleLoopFinds) {
