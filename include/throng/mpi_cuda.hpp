@@ -26,9 +26,9 @@ namespace throng::mpi {
 // - On a GPU it is chance in what order boxes are sent. The pairs are the same for any; what is
 //   counted, and with it where space is cut, may differ a little from run to run.
 //
-// 32 bytes of device memory for each box that this rank has or is told of, and four more for each
-// filter that some rank gives; what cuda::Finder takes; 16 bytes a pair, and under canonical order
-// the sort's as many again.
+// Device memory: 37 bytes for each box that this rank searches and 32 for each copy that it sends,
+// both four more for each filter that some rank gives; what cuda::Finder takes; 16 bytes a pair
+// that it finds, and under canonical order the sort's, about as many again.
 class DeviceFinder {
  public:
   explicit DeviceFinder(MPI_Comm comm, const Settings& settings = {},

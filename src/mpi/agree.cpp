@@ -1,5 +1,6 @@
 #include "mpi/agree.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cfenv>
 #include <cmath>
@@ -34,8 +35,8 @@ void say(Result& r, const pipeline::Failure& failure) noexcept {
       break;
     case Status::out_of_memory:
       say(r, failure.status,
-          "no device memory: %llu bytes were asked for in vain; free some, or use more ranks",
-          number);
+          "no device memory: %llu bytes were asked for in vain%s%s; free some, or use more ranks",
+          number, failure.text ? ": " : "", text);
       r.bytes_needed = number;
       break;
     case Status::device_error:
@@ -111,7 +112,7 @@ bool agree(Link& link, Result& r, std::uint64_t* bits, int count) {
   std::vector<std::uint64_t> words(bits, bits + count);
   words.push_back(r.ok() ? 0 : 1);
   link.any_bits(words.data(), count + 1);
-  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  std::copy_n(words.begin(), count, bits);
   if (words.back() == 0) return true;
   share_failure(link, r);
   return false;
@@ -127,7 +128,7 @@ bool agree(Link& link, Result& r, const Agreed& settings, std::uint64_t* bits, i
     words.push_back(~word);
   }
   if (!agree(link, r, words.data(), static_cast<int>(words.size()))) return false;
-  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  std::copy_n(words.begin(), count, bits);
   std::uint64_t differ[fields];
   bool same = true;
   const std::uint64_t* pair = words.data() + count;

@@ -142,8 +142,8 @@ struct Finder::State {
       if (!state) state = std::make_unique<State>();
     });
     if (!r.ok()) return r;
-    return call(state->link, comm, settings, [&](Link& link, Result& result) {
-      state->flow.find(link, settings, sets, count, result);
+    return call(state->link, comm, settings, [&](Link& up, Result& result) {
+      state->flow.find(up, settings, sets, count, result);
     });
   }
 };

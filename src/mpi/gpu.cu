@@ -18,7 +18,12 @@ using cuda::check;
 struct PinnedMemory {
   static void* allocate(std::size_t bytes) {
     void* p = nullptr;
-    check(cudaMallocHost(&p, bytes));
+    const cudaError_t error = cudaMallocHost(&p, bytes);
+    if (error == cudaErrorMemoryAllocation) {
+      (void)cudaGetLastError();
+      throw pipeline::Failure{Status::out_of_memory, bytes, "pinned memory"};
+    }
+    check(error);
     return p;
   }
   static void release(void* p, std::size_t) noexcept { (void)cudaFreeHost(p); }
