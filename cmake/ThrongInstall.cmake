@@ -15,8 +15,13 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/throng" DESTINATION "${CMAKE_IN
 install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}" COMPONENT development)
 # Ranks have an export of their own, so that who does not ask for them needs no MPI.
 set(throng_mpi_built OFF)
+set(throng_mpi_find_dependencies "")
 if(TARGET throng_mpi)
   set(throng_mpi_built ON)
+  get_target_property(throng_mpi_links throng_mpi LINK_LIBRARIES)
+  if("${throng_mpi_links}" MATCHES "CUDA::cudart")
+    set(throng_mpi_find_dependencies "find_dependency(CUDAToolkit)")
+  endif()
   set_target_properties(throng_mpi PROPERTIES EXPORT_NAME mpi)
   install(TARGETS throng_mpi EXPORT throng-mpi-targets
           ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)

@@ -1,5 +1,6 @@
 // Across MPI ranks: mpirun -n 3 example_ranks
 #include <throng/mpi.hpp>
+#include <throng/mpi_cuda.hpp>
 
 #include <cstdint>
 #include <cstdio>
@@ -32,6 +33,21 @@ int run(int rank, int ranks) {
   // snippet-end: find
   CHECK(result.ok() && result.found == 100u * static_cast<unsigned>(ranks) - 1);
   CHECK(result.written == finder.pairs().size());
+
+  // Here a processor plays the GPU: device memory is the host's.
+  throng::mpi::Settings settings;
+  settings.search.backend = throng::Backend::emulated;
+  const throng::Boxes device_boxes(mine);
+  const std::uint64_t* device_ids = nullptr;
+  const throng::cuda::Stream stream = nullptr;
+  // snippet-begin: device
+  throng::mpi::DeviceFinder on_gpu(MPI_COMM_WORLD, settings);  // the GPU that is current
+  result = on_gpu.find({device_boxes, device_ids}, stream);
+  const throng::mpi::Pairs64 pairs = on_gpu.pairs();  // in device memory, until the next call
+  const bool no_copies = on_gpu.traffic().direct;     // MPI was given device memory as it lies
+  // snippet-end: device
+  CHECK(result.ok() && result.written == pairs.size() && no_copies);
+  CHECK(result.found == 100u * static_cast<unsigned>(ranks) - 1);
 
   // snippet-begin: live
   throng::mpi::BroadPhase live(MPI_COMM_WORLD);

@@ -8,14 +8,13 @@
 
 #include <fmt/format.h>
 
-#include <throng/mpi.hpp>
-
 #include "mpi/least.hpp"
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
+#include "ranks/search.hpp"
 #include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "report/table.hpp"
@@ -29,6 +28,7 @@ struct Arguments {
   bool weak = false, parts = false;
   std::size_t frames = 5;
   unsigned threads = 1;
+  Where where;
 };
 
 // What each box is, and where it is at home: who holds it.
@@ -60,6 +60,7 @@ struct Row {
   std::uint64_t boxes = 0, pairs = 0, bytes = 0, messages = 0, most_work = 0, work = 0, known = 0;
   std::uint64_t balance_bytes = 0;
   double ms = 0, imbalance = 1;
+  std::string buffers;
 };
 
 Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
@@ -71,7 +72,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   mpi::Settings settings;
   settings.search.threads = a.threads;
   settings.parts = a.parts;
-  mpi::Finder finder(comm, settings);
+  Search search(comm, a.where, settings);
   const int rank = rank_of(comm), size = size_of(comm);
   Row row;
   row.ranks = size;
@@ -83,20 +84,21 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   for (std::size_t f = 0; f < a.frames + 4; ++f) {
     const bool first = f == 0;
     const Slice slice = make(scene, f, [&](std::size_t i, const Box& box) {
-      return first ? i >= begin && i < end : finder.home(box) == rank;
+      return first ? i >= begin && i < end : search.home(box) == rank;
     });
+    together(comm, [&] { search.load({Boxes(slice.boxes), slice.ids.data()}); });
     MPI_Barrier(comm);
     const auto start = std::chrono::steady_clock::now();
-    const Result r = finder.find({Boxes(slice.boxes), slice.ids.data()});
+    const Result r = search.find();
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     require_ok(r, a.scene);
-    row.balance_bytes = std::max(row.balance_bytes, finder.traffic().balance.bytes);
+    row.balance_bytes = std::max(row.balance_bytes, search.traffic().balance.bytes);
     if (f < 4) continue;
     times.push_back(ms);
     row.pairs = r.found;
   }
-  const mpi::Traffic& t = finder.traffic();
+  const mpi::Traffic& t = search.traffic();
   row.bytes = most_of(t.halo.bytes, comm);
   row.messages = most_of(t.halo.messages, comm);
   row.balance_bytes = most_of(row.balance_bytes, comm);
@@ -105,6 +107,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   row.known = sum_of(t.known, comm);
   row.imbalance = t.imbalance;
   row.ms = program::median(times);
+  row.buffers = search.buffers();
   return row;
 }
 
@@ -120,6 +123,7 @@ void run(const Arguments& a) {
       {"ranks", "boxes", "pairs", "ms", "work a box", "most work, of 1 rank's", "imbalance",
        "copies a box", "of the least", "sent by a rank", "in messages", "to balance"});
   double first_work = 0;
+  std::string buffers;
   for (const int k : counts) {
     MPI_Comm some = MPI_COMM_NULL;
     MPI_Comm_split(world, rank_of(world) < k ? 0 : MPI_UNDEFINED, 0, &some);
@@ -130,6 +134,7 @@ void run(const Arguments& a) {
     });
     if (some != MPI_COMM_NULL) MPI_Comm_free(&some);
     if (rank_of(world) != 0) continue;
+    buffers = row.buffers;
     const double boxes = static_cast<double>(row.boxes);
     if (k == 1) first_work = static_cast<double>(row.most_work);
     const double copies = static_cast<double>(row.known) / boxes - 1;
@@ -148,6 +153,10 @@ void run(const Arguments& a) {
   }
   table.add_note(
       "Median time of frames in which all boxes move. Work is counted: comparisons, boxes, pairs.");
+  if (!buffers.empty()) {
+    table.add_note(
+        fmt::format("Boxes and pairs lie in device memory, which goes to MPI {}.", buffers));
+  }
   say(table.text(), world);
   together(world, [&] {
     if (a.csv.empty() || rank_of(world) != 0) return;
@@ -178,6 +187,7 @@ Run add_bench(CLI::App& program) {
   app.add_option("--frames", a->frames, "to take the median of (5)")
       ->check(CLI::Range(1, 100000).description(""))
       ->type_name("F");
+  a->where.add_to(app);
   app.add_option("--threads", a->threads, "of each rank (1)")->type_name("N");
   app.add_option("-o,--output", a->csv, "write the table")->type_name("FILE.csv");
   return [a] { run(*a); };

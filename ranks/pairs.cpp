@@ -13,6 +13,7 @@
 #include "program/median.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
+#include "ranks/search.hpp"
 #include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
@@ -23,7 +24,8 @@ namespace {
 
 struct Arguments {
   std::string input, output, group, mask, owner, world, is_static;
-  std::string backend = "auto", order = "any", nan = "refuse";
+  std::string order = "any", nan = "refuse";
+  Where where;
   float margin = 0;
   unsigned threads = 0;
   std::size_t repeat = 1;
@@ -79,9 +81,6 @@ mpi::Settings settings_of(const Arguments& a) {
   settings.search.threads = a.threads;
   settings.search.order = a.order == "canonical" ? Order::canonical : Order::any;
   settings.search.nan = a.nan == "inactive" ? NanPolicy::inactive : NanPolicy::refuse;
-  settings.search.backend = a.backend == "cuda"  ? Backend::cuda
-                            : a.backend == "cpu" ? Backend::cpu
-                                                 : Backend::automatic;
   settings.seconds = a.seconds;
   return settings;
 }
@@ -90,7 +89,7 @@ void run(const Arguments& a) {
   MPI_Comm comm = MPI_COMM_WORLD;
   const BoxSlices file(a.input, comm);
   const Values values = read_filters(a, file.count(), comm);
-  mpi::Finder finder(comm, settings_of(a));
+  Search search(comm, a.where, settings_of(a));
   std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0;
   std::uint64_t bytes = 0, messages = 0, known = 0;
   std::vector<Pair64> kept;
@@ -99,10 +98,11 @@ void run(const Arguments& a) {
     const std::vector<Box> boxes = file.read(f);
     mpi::RankBoxes mine{Boxes(boxes), nullptr};
     mine.boxes.filters = filters_of(values, a);
+    together(comm, [&] { search.load(mine); });
     for (std::size_t k = 0; k < a.repeat; ++k) {
       MPI_Barrier(comm);
       const auto start = std::chrono::steady_clock::now();
-      const Result r = finder.find(mine);
+      const Result r = search.find();
       times[k] +=
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
               .count();
@@ -111,19 +111,21 @@ void run(const Arguments& a) {
       found += r.found;
       inactive += r.inactive;
       comparisons += r.comparisons;
-      const mpi::Pairs64 pairs = finder.pairs();
+      mpi::Pairs64 pairs;
+      together(comm, [&] { pairs = search.pairs(); });
       checksum += sum_of(checksum_of(pairs, file.count()), comm);
       if (!a.output.empty()) {
         together(comm, [&] { kept.insert(kept.end(), pairs.begin(), pairs.end()); });
       }
-      bytes += most_of(finder.traffic().halo.bytes, comm);
-      messages += most_of(finder.traffic().halo.messages, comm);
-      known += sum_of(finder.traffic().known, comm);
+      bytes += most_of(search.traffic().halo.bytes, comm);
+      messages += most_of(search.traffic().halo.messages, comm);
+      known += sum_of(search.traffic().known, comm);
     }
   }
   if (!a.output.empty()) write_pairs(a.output, kept, comm);
   const double total_ms = program::median(times);
-  const double imbalance = finder.traffic().imbalance;
+  const double imbalance = search.traffic().imbalance;
+  const std::string buffers = search.buffers();
   std::string text;
   if (a.json) {
     nlohmann::ordered_json json = {{"n", file.count()},
@@ -137,6 +139,7 @@ void run(const Arguments& a) {
                                    {"boxes_searched", known},
                                    {"most_bytes_a_rank", bytes},
                                    {"most_messages_a_rank", messages}};
+    if (!buffers.empty()) json["device_memory_to_mpi"] = buffers;
     text = json.dump(2) + "\n";
   } else {
     text = fmt::format(
@@ -148,6 +151,7 @@ void run(const Arguments& a) {
         checksum, report::format_count(inactive), report::format_ms(total_ms), a.repeat,
         report::format_count(comparisons), imbalance,
         report::format_bytes(static_cast<double>(bytes)), report::format_count(messages));
+    if (!buffers.empty()) text += fmt::format("device memory goes to MPI {}\n", buffers);
     if (!a.output.empty()) text += fmt::format("pairs are in {}\n", a.output);
   }
   say(text, comm);
@@ -160,6 +164,7 @@ the checksum is that of 'throng pairs'. With -o they are uint64 of shape (pairs,
 Examples:
   mpirun -n 4 throng pairs --mpi boxes.npy
   mpirun -n 4 throng pairs --mpi boxes.npy --world worlds.npy -o pairs.npy --json
+  mpirun -n 2 throng pairs --mpi boxes.npy --on-device        a GPU a rank
 Exit status: 0 done, 2 bad input or an output that cannot be written.)";
 
 }  // namespace
@@ -187,9 +192,7 @@ Run add_pairs(CLI::App& program) {
   app.add_option("--order", a->order, "any or canonical, of each rank's pairs (any)")
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
-  app.add_option("--backend", a->backend, "auto, cpu or cuda, of each rank (auto)")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
-      ->type_name("BACKEND");
+  a->where.add_to(app);
   app.add_option("--threads", a->threads, "of each rank, at most; 0: all")->type_name("N");
   app.add_option("--repeat", a->repeat, "searches of a frame to take the median of (1)")
       ->check(CLI::Range(1, 1000000).description(""))

@@ -22,6 +22,13 @@
 
 namespace throng::mpi {
 
+// How a DeviceFinder (throng/mpi_cuda.hpp) hands MPI what lies in its device's memory.
+enum class Buffers : std::uint8_t {
+  automatic,  // direct where MPI says that it takes device memory, else staged
+  direct,     // as it lies; an MPI that does not take it ends the process. Some take it unsaid
+  staged,     // copied to host memory first, and what comes from there
+};
+
 struct Settings {
   // Of the search on each rank. margin, nan and order must be the same on all ranks; the rest is
   // each rank's own: its backend (the CPU or its GPU), threads, executor and memory.
@@ -37,6 +44,8 @@ struct Settings {
   unsigned wide = 32;
   // BroadPhase: an object goes to the rank in whose region its lower corner lies.
   bool migrate = true;
+  // DeviceFinder: each rank's own.
+  Buffers buffers = Buffers::automatic;
   // Finder, on the CPU: boxes of a region that lie far apart are searched in parts. Evens out what
   // one grid makes of the gaps between clusters, and costs more than it spares: docs/scale.md.
   bool parts = false;
@@ -57,6 +66,7 @@ struct Traffic {
   Counts balance;           // cutting space anew
   Counts control;           // agreement, and the check of ids
   bool cut_anew = false;    // before the search
+  bool direct = false;      // DeviceFinder: MPI was given device memory as it lies
   std::uint64_t work = 0;   // of this rank, counted
   double imbalance = 1;     // the largest rank's work over the mean
 };

@@ -1,5 +1,6 @@
 #include "mpi/agree.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cfenv>
 #include <cmath>
@@ -19,6 +20,35 @@ void say(Result& r, Status status, const char* format, ...) noexcept {
   va_start(args, format);
   std::vsnprintf(r.message, sizeof r.message, format, args);
   va_end(args);
+}
+
+void say(Result& r, const pipeline::Failure& failure) noexcept {
+  const char* text = failure.text ? failure.text : "";
+  const ull number{failure.bytes};
+  switch (failure.status) {
+    case Status::no_device:
+      if (failure.text)
+        say(r, failure.status, "no GPU can be used: %s; use mpi::Finder", text);
+      else
+        say(r, failure.status,
+            "this build has no GPU backend; use mpi::Finder, or build with THRONG_CUDA=ON");
+      break;
+    case Status::out_of_memory:
+      say(r, failure.status,
+          "no device memory: %llu bytes were asked for in vain%s%s; free some, or use more ranks",
+          number, failure.text ? ": " : "", text);
+      r.bytes_needed = number;
+      break;
+    case Status::device_error:
+      say(r, failure.status,
+          "the GPU failed: %s; make a new DeviceFinder, and where that fails, too, a new process",
+          text);
+      break;
+    default:
+      say(r, failure.status, "%s %s; give aligned device memory of this rank's GPU",
+          failure.what ? failure.what : "an array", text);
+      break;
+  }
 }
 
 Agreed agreed(const Settings& s, std::uint64_t form) noexcept {
@@ -82,7 +112,7 @@ bool agree(Link& link, Result& r, std::uint64_t* bits, int count) {
   std::vector<std::uint64_t> words(bits, bits + count);
   words.push_back(r.ok() ? 0 : 1);
   link.any_bits(words.data(), count + 1);
-  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  std::copy_n(words.begin(), count, bits);
   if (words.back() == 0) return true;
   share_failure(link, r);
   return false;
@@ -98,7 +128,7 @@ bool agree(Link& link, Result& r, const Agreed& settings, std::uint64_t* bits, i
     words.push_back(~word);
   }
   if (!agree(link, r, words.data(), static_cast<int>(words.size()))) return false;
-  std::memcpy(bits, words.data(), static_cast<std::size_t>(count) * sizeof *bits);
+  std::copy_n(words.begin(), count, bits);
   std::uint64_t differ[fields];
   bool same = true;
   const std::uint64_t* pair = words.data() + count;
@@ -138,17 +168,15 @@ bool valid(const Strided<T>& filter, std::size_t boxes, const char* name, Result
   return r.ok();
 }
 
+bool valid_filter_arrays(const Filters& f, std::size_t n, Result& r) noexcept {
+  return valid(f.group, n, "group", r) && valid(f.mask, n, "mask", r) &&
+         valid(f.owner, n, "owner", r) && valid(f.world, n, "world", r) &&
+         valid(f.is_static, n, "static", r);
+}
+
 }  // namespace
 
-bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
-  if (!valid(f.group, n, "group", r) || !valid(f.mask, n, "mask", r) ||
-      !valid(f.owner, n, "owner", r) || !valid(f.world, n, "world", r) ||
-      !valid(f.is_static, n, "static", r)) {
-    return false;
-  }
-  for (std::size_t i = 0; f.world && i < n; ++i) {
-    if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
-  }
+bool no_bad_worlds(Result& r) noexcept {
   if (r.invalid_count != 0) {
     say(r, Status::bad_filter,
         "%llu boxes have a world below -1, the first is its box %llu; use -1 "
@@ -158,7 +186,25 @@ bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
   return r.ok();
 }
 
-bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
+bool no_nans(Result& r) noexcept {
+  if (r.invalid_count != 0) {
+    say(r, Status::nan_box,
+        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
+        "them as inactive by Options::nan",
+        ull{r.invalid_count}, ull{r.first_invalid});
+  }
+  return r.ok();
+}
+
+bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
+  if (!valid_filter_arrays(f, n, r)) return false;
+  for (std::size_t i = 0; f.world && i < n; ++i) {
+    if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  return no_bad_worlds(r);
+}
+
+bool valid_arrays(const Boxes& boxes, Result& r) noexcept {
   const std::size_t n = boxes.size();
   if (n > max_box_count) {
     say(r, Status::too_many_boxes, "%llu boxes, at most %llu on a rank; use more ranks", ull{n},
@@ -169,7 +215,12 @@ bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
     say(r, Status::bad_boxes, "the stride of the boxes is %llu bytes; wanted a multiple of 4",
         ull{boxes.stride_bytes()});
   }
-  if (!r.ok() || !valid_filters(boxes.filters, n, r)) return false;
+  return r.ok() && valid_filter_arrays(boxes.filters, n, r);
+}
+
+bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
+  const std::size_t n = boxes.size();
+  if (!valid_arrays(boxes, r) || !valid_filters(boxes.filters, n, r)) return false;
   for (std::size_t i = 0; options.nan == NanPolicy::refuse && i < n; ++i) {
     for (int k = 0; k < 6; ++k) {
       if (!std::isnan(boxes.corner(i, k))) continue;
@@ -177,13 +228,7 @@ bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
       break;
     }
   }
-  if (r.invalid_count != 0) {
-    say(r, Status::nan_box,
-        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
-        "them as inactive by Options::nan",
-        ull{r.invalid_count}, ull{r.first_invalid});
-  }
-  return r.ok();
+  return no_nans(r);
 }
 
 DefaultFloats::DefaultFloats() noexcept {

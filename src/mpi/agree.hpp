@@ -8,11 +8,15 @@
 #include <throng/mpi.hpp>
 
 #include "mpi/link.hpp"
+#include "pipeline/failure.hpp"
 
 namespace throng::mpi {
 
 void say(Result& r, Status status, const char* format, ...) noexcept
     __attribute__((format(printf, 3, 4)));
+
+// What a device says of itself, in words.
+void say(Result& r, const pipeline::Failure& failure) noexcept;
 
 // What must be the same on all ranks.
 struct Agreed {
@@ -26,6 +30,8 @@ void attempt(Result& r, F&& f) noexcept {
   if (!r.ok()) return;
   try {
     f();
+  } catch (const pipeline::Failure& failure) {
+    say(r, failure);
   } catch (const std::bad_alloc&) {
     say(r, Status::out_of_memory, "no memory for what this rank must know; use more ranks");
   }
@@ -44,6 +50,11 @@ bool valid(const Settings& settings, Result& r) noexcept;
 // its place here.
 bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept;
 bool valid_filters(const Filters& filters, std::size_t count, Result& r) noexcept;
+// The same in parts. Arrays alone, which may lie in a device's memory; then what stands there:
+// r.invalid_count boxes with a world below -1, or with a NaN, the first of them r.first_invalid.
+bool valid_arrays(const Boxes& boxes, Result& r) noexcept;
+bool no_bad_worlds(Result& r) noexcept;
+bool no_nans(Result& r) noexcept;
 
 // The default floating-point environment while it lives: rounding to nearest, denormals kept.
 class DefaultFloats {

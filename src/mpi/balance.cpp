@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
 #include "mpi/ids.hpp"
 
 namespace throng::mpi {
 
 void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t weight) {
-  // What is infinite lies everywhere, and tells nothing of where objects are.
-  const Key far = key_of(std::numeric_limits<float>::infinity());
-  for (int k = 0; k < 3; ++k) {
-    if (reach.lower[k] <= -far || reach.upper[k] >= far) return;
-  }
-  points.push_back({{reach.lower[0], reach.lower[1], reach.lower[2]},
-                    static_cast<std::uint32_t>(std::min<std::uint64_t>(weight, 1u << 20))});
+  if (!is_somewhere(reach)) return;
+  points.push_back({{reach.lower[0], reach.lower[1], reach.lower[2]}, point_weight(weight)});
 }
 
 // One of each run of `step`, and not always the same: a caller's order may have that period.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "mpi/regions.hpp"
 
@@ -15,6 +16,17 @@ struct Point {
   Key at[3];
   std::uint32_t weight;
 };
+
+// What is infinite lies everywhere, and tells nothing of where objects are.
+THRONG_HD inline bool is_somewhere(const Reach& reach) noexcept {
+  constexpr Key far = key_of(std::numeric_limits<float>::infinity());
+  bool inside = true;
+  for (int k = 0; k < 3; ++k) inside = inside && reach.lower[k] > -far && reach.upper[k] < far;
+  return inside;
+}
+THRONG_HD constexpr std::uint32_t point_weight(std::uint64_t weight) noexcept {
+  return weight < 1u << 20 ? static_cast<std::uint32_t>(weight) : 1u << 20;
+}
 
 // The extent of points along each axis, as one sum can merge it: the maxima of key and ~key.
 struct Extent {

@@ -1,263 +1,152 @@
-// Finder: boxes to the regions that they reach, and a search on each rank.
+// Finder: boxes in host memory, to the regions that they reach, and a search on each rank.
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
-#include "mpi/agree.hpp"
 #include "mpi/balance.hpp"
-#include "mpi/ids.hpp"
+#include "mpi/flow.hpp"
 #include "mpi/local.hpp"
+#include "mpi/mixed.hpp"
 #include "mpi/share.hpp"
 
 namespace throng::mpi {
 namespace {
 
-// One set of a call, on its way.
-struct Sent {
-  const RankBoxes* given = nullptr;
-  std::uint64_t first_id = 0;
-  std::vector<Bytes> to;     // by rank
-  std::vector<int> touched;  // the ranks of `to` that are not empty
-  Bytes wide;
-  LocalSet local;
+class HostFlow final : public Flow {
+  Seen look_at(const Settings& settings, const RankBoxes& set, Result& r) override;
+  const std::uint64_t* host_ids(const RankBoxes& set) override { return set.ids; }
+  Sample sample(const Settings& settings, const RankBoxes& set, std::size_t most) override;
+  void take_wide(int set, const Bytes& records) override;
+  Result search(const Settings& settings, const Bounds& region, Found& found,
+                std::vector<Sample>& samples) override;
+  const Pair64* kept_pairs() const noexcept override { return pairs_.data(); }
+  void route(Link& link, const Settings& settings, std::vector<Sent>& sets, Result& r) override;
+  void deliver(Link& link) override;
 
-  std::uint64_t id(std::size_t i) const noexcept {
-    return given->ids ? given->ids[i] : first_id + i;
-  }
+  void route(const Settings& settings, Sent& set, std::size_t s);
+
+  // The records of one set.
+  struct Going {
+    std::vector<Bytes> to;     // by rank
+    std::vector<int> touched;  // the ranks of `to` that are not empty
+  };
+  std::vector<Going> going_;
+  std::vector<LocalSet> locals_;
+  Share share_;
+  std::vector<Pair64> pairs_;
 };
 
-std::uint64_t hash_of(const RankBoxes& set) noexcept {
-  std::uint64_t hash = mixed(set.boxes.size());
-  for (std::size_t i = 0; set.ids && i < set.boxes.size(); ++i) hash = mixed(hash ^ set.ids[i]);
-  return hash;
+Flow::Seen HostFlow::look_at(const Settings& settings, const RankBoxes& set, Result& r) {
+  Seen seen;
+  if (!valid(set.boxes, settings.search, r)) return seen;
+  for (std::size_t i = 0; i < set.boxes.size(); ++i) {
+    seen.inactive += !core::is_active(set.boxes[i]);
+    if (set.ids) seen.id_sum += mixed(set.ids[i]);
+  }
+  return seen;
+}
+
+// All of them: what is too many is thinned out later.
+Flow::Sample HostFlow::sample(const Settings& settings, const RankBoxes& set, std::size_t) {
+  Sample sample;
+  for (std::size_t i = 0; i < set.boxes.size(); ++i) {
+    add_point(sample.points, reach_of(set.boxes[i], settings.search.margin), 0);
+  }
+  return sample;
+}
+
+void HostFlow::route(Link& link, const Settings& settings, std::vector<Sent>& sets, Result& r) {
+  attempt(r, [&] {
+    going_.assign(sets.size(), {});
+    locals_.clear();
+    for (std::size_t s = 0; s < sets.size(); ++s) {
+      locals_.emplace_back(sets[s].filters);
+      going_[s].to.resize(static_cast<std::size_t>(link.size()));
+      route(settings, sets[s], s);
+    }
+  });
+}
+
+void HostFlow::route(const Settings& settings, Sent& set, std::size_t s) {
+  const Boxes& boxes = set.given->boxes;
+  const LocalSet& local = locals_[s];
+  Going& going = going_[s];
+  std::vector<int> reached;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const std::uint64_t id = set.given->ids ? set.given->ids[i] : set.first_id + i;
+    reached.clear();
+    const bool few = regions().visit(reach_of(boxes[i], settings.search.margin), [&](int rank) {
+      reached.push_back(rank);
+      return reached.size() <= settings.wide;
+    });
+    if (!few) {
+      local.write(boxes, i, id, set.wide);
+      continue;
+    }
+    for (const int rank : reached) {
+      Bytes& to = going.to[static_cast<std::size_t>(rank)];
+      if (to.empty()) going.touched.push_back(rank);
+      local.write(boxes, i, id, to);
+    }
+  }
+}
+
+void HostFlow::deliver(Link& link) {
+  for (std::size_t s = 0; s < going_.size(); ++s) {
+    std::vector<Parcel> parcels;
+    parcels.reserve(going_[s].touched.size());
+    for (const int rank : going_[s].touched) {
+      parcels.push_back({rank, std::move(going_[s].to[static_cast<std::size_t>(rank)])});
+    }
+    const std::vector<Parcel> got = link.exchange(std::move(parcels));
+    for (const Parcel& parcel : got) locals_[s].read_all(parcel.data);
+  }
+  going_.clear();
+}
+
+void HostFlow::take_wide(int set, const Bytes& records) {
+  locals_[static_cast<std::size_t>(set)].read_all(records);
+}
+
+Result HostFlow::search(const Settings& settings, const Bounds& region, Found& found,
+                        std::vector<Sample>& samples) {
+  Options options = settings.search;
+  options.order = Order::any;
+  options.nan = NanPolicy::inactive;  // none came
+  const LocalSet* const locals[] = {&locals_.front(), &locals_.back()};
+  const Result r =
+      share_.search(options, settings.parts, region, locals, static_cast<int>(locals_.size()));
+  found.known = share_.known();
+  found.home = share_.home();
+  found.parts = share_.parts();
+  found.handled = share_.handled();
+  if (!r.ok()) return r;
+  samples.resize(1);
+  samples[0].step = 1;
+  share_.swap(pairs_, samples[0].points);
+  found.kept = pairs_.size();
+  if (settings.search.order == Order::canonical) std::sort(pairs_.begin(), pairs_.end());
+  return r;
 }
 
 }  // namespace
 
 struct Finder::State {
   std::unique_ptr<Link> link;
-  Share share;
-  Regions regions;
-  bool cut = false;           // into regions, once at least
-  std::uint64_t hash = 0;     // of the ids that were checked last
-  std::vector<Point> points;  // of the last search, with what they cost
-  double imbalance = 1;
-  Regions regions_before;  // while it is not known whether those that followed are better
-  // Work, pairs apart: of this rank; of a box at home here, and over all ranks.
-  std::uint64_t work = 0, own = 0, mean = 0;
-  unsigned refused = 0;               // cuts in a row that were worse than what they followed
-  unsigned patience = 0, waited = 0;  // cuts that did not help make the next ones rarer
-  std::vector<Pair64> pairs;
-  Traffic traffic;
+  HostFlow flow;
 
-  void find(const Settings& settings, const RankBoxes* const* sets, int count, Result& r);
-  void check_ids(const RankBoxes* const* sets, int count, bool changed, Result& r);
-  void cut_space(const Settings& settings, const Sent* sets, int count);
-  void route(const Settings& settings, Sent& set);
-  void deliver(Sent& set);
-  void search_here(const Settings& settings, const Sent* sets, int count, Result& r);
-  bool finish(const Sent* sets, int count, Result& r);
-  void judge_cut(double before);
-};
-
-void Finder::State::find(const Settings& settings, const RankBoxes* const* given, int count,
-                         Result& r) {
-  pairs.clear();
-  traffic = {};
-  link->reset_counts();
-  std::uint64_t bits[3] = {};  // filters; whether ids changed
-  std::uint64_t hash_now = 0;
-  if (valid(settings, r)) {
-    for (int s = 0; s < count && r.ok(); ++s) {
-      if (!valid(given[s]->boxes, settings.search, r)) break;
-      bits[s] = present(given[s]->boxes.filters);
-      hash_now = mixed(hash_now ^ hash_of(*given[s]));
-    }
-  }
-  // A rank without boxes has no ids to give: it takes either form.
-  std::uint64_t given_ids = 0;
-  for (int s = 0; s < count; ++s) {
-    if (!given[s]->boxes.empty()) given_ids |= (given[s]->ids ? 1u : 2u) << (2 * s);
-  }
-  bits[2] = (given_ids << 1) | (hash_now != hash || !cut ? 1 : 0);
-  if (!agree(*link, r, agreed(settings, static_cast<std::uint64_t>(count)), bits, 3)) return;
-  for (int s = 0; s < count; ++s) {
-    if ((bits[2] >> (1 + 2 * s) & 3) == 3) {
-      say(r, Status::ranks_disagree,
-          "some ranks give ids and others leave them out; give them on all ranks or on none");
-      return;
-    }
-  }
-  check_ids(given, count, bits[2] & 1, r);
-  if (!r.ok()) return;
-  hash = hash_now;
-  std::vector<Sent> sets(static_cast<std::size_t>(count));
-  for (int s = 0; s < count; ++s) {
-    Sent& set = sets[static_cast<std::size_t>(s)];
-    set.given = given[s];
-    set.local = LocalSet(static_cast<unsigned>(bits[s]));
-    if (!(bits[2] >> (1 + 2 * s) & 1)) set.first_id = link->before(given[s]->boxes.size());
-  }
-  traffic.control = link->counts();
-  link->reset_counts();
-  if (!cut || (imbalance > settings.imbalance && ++waited > patience)) {
-    cut_space(settings, sets.data(), count);
-  }
-  traffic.balance = link->counts();
-  link->reset_counts();
-  for (Sent& set : sets) attempt(r, [&] { route(settings, set); });
-  for (const Sent& set : sets) traffic.wide += set.wide.size() / set.local.record_bytes();
-  std::uint64_t some_wide = traffic.wide;
-  if (!agree(*link, r, &some_wide, 1)) return;
-  for (Sent& set : sets) {
-    deliver(set);
-    if (some_wide != 0) {
-      const std::size_t bytes = set.local.record_bytes();
-      const Bytes got = hand_on(
-          *link, std::move(set.wide), bytes, [&](int begin, int end, const std::byte* record) {
-            return regions.bounds(begin, end)
-                .meets(reach_of(LocalSet::box_of(record), settings.search.margin));
-          });
-      for (std::size_t at = 0; at < got.size(); at += bytes) set.local.read(got.data() + at);
-    }
-  }
-  traffic.halo = link->counts();
-  link->reset_counts();
-  attempt(r, [&] { search_here(settings, sets.data(), count, r); });
-  if (!finish(sets.data(), count, r)) pairs.clear();
-}
-
-void Finder::State::check_ids(const RankBoxes* const* given, int count, bool changed, Result& r) {
-  for (int s = 0; changed && s < count && r.ok(); ++s) {
-    const std::size_t n = given[s]->ids ? given[s]->boxes.size() : 0;
-    const std::vector<Parcel> parcels = to_judges(*link, given[s]->ids, n);
-    attempt(r, [&] { judge(parcels, {}, r); });
-    if (!agree(*link, r, nullptr, 0)) return;
-  }
-}
-
-void Finder::State::cut_space(const Settings& settings, const Sent* sets, int count) {
-  // What the last search cost tells where work is; before the first one all boxes weigh the same.
-  if (!cut) {
-    own = mean = 1;
-    points.clear();
-    for (int s = 0; s < count; ++s) {
-      const Boxes& boxes = sets[s].given->boxes;
-      for (std::size_t i = 0; i < boxes.size(); ++i) {
-        add_point(points, reach_of(boxes[i], settings.search.margin), 0);
-      }
-    }
-  }
-  // A rank's comparisons depend on the grid that it chose for its region, and so on the cuts. Where
-  // a cut was worse, the next one believes less of the difference between ranks.
-  for (Point& point : points) {
-    const double part = static_cast<double>(own) - static_cast<double>(mean);
-    const double cost = static_cast<double>(mean) + std::ldexp(part, -static_cast<int>(refused));
-    point.weight += static_cast<std::uint32_t>(std::max(0.0, std::min(cost, 0x1p20)));
-  }
-  thin_out(points);
-  regions_before = regions;
-  regions = bisect(*link, std::move(points));
-  points.clear();
-  cut = traffic.cut_anew = true;
-  waited = 0;
-}
-
-void Finder::State::route(const Settings& settings, Sent& set) {
-  const Boxes& boxes = set.given->boxes;
-  set.to.resize(static_cast<std::size_t>(link->size()));
-  std::vector<int> reached;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Reach reach = reach_of(boxes[i], settings.search.margin);
-    reached.clear();
-    const bool few = regions.visit(reach, [&](int rank) {
-      reached.push_back(rank);
-      return reached.size() <= settings.wide;
+  static Result find(std::unique_ptr<State>& state, MPI_Comm comm, const Settings& settings,
+                     const RankBoxes* const* sets, int count) noexcept {
+    Result r;
+    attempt(r, [&] {
+      if (!state) state = std::make_unique<State>();
     });
-    if (!few) {
-      set.local.write(boxes, i, set.id(i), set.wide);
-      continue;
-    }
-    for (const int rank : reached) {
-      Bytes& to = set.to[static_cast<std::size_t>(rank)];
-      if (to.empty()) set.touched.push_back(rank);
-      set.local.write(boxes, i, set.id(i), to);
-    }
+    if (!r.ok()) return r;
+    return call(state->link, comm, settings, [&](Link& up, Result& result) {
+      state->flow.find(up, settings, sets, count, result);
+    });
   }
-}
-
-void Finder::State::deliver(Sent& set) {
-  std::vector<Parcel> parcels;
-  parcels.reserve(set.touched.size());
-  for (const int rank : set.touched) {
-    parcels.push_back({rank, std::move(set.to[static_cast<std::size_t>(rank)])});
-  }
-  const std::size_t bytes = set.local.record_bytes();
-  const std::vector<Parcel> got = link->exchange(std::move(parcels));
-  for (const Parcel& parcel : got) {
-    for (std::size_t at = 0; at < parcel.data.size(); at += bytes) {
-      set.local.read(parcel.data.data() + at);
-    }
-  }
-}
-
-void Finder::State::search_here(const Settings& settings, const Sent* sets, int count, Result& r) {
-  Options options = settings.search;
-  options.order = Order::any;
-  options.nan = NanPolicy::inactive;  // none came
-  const LocalSet* const locals[] = {&sets[0].local, &sets[count - 1].local};
-  r = share.search(options, settings.parts, regions.bounds(link->rank(), link->rank() + 1), locals,
-                   count);
-  traffic.known = share.known();
-  traffic.home = share.home();
-  traffic.parts = share.parts();
-  if (!r.ok()) return;
-  share.swap(pairs, points);
-  if (settings.search.order == Order::canonical) std::sort(pairs.begin(), pairs.end());
-  work = work_of(share.handled(), r.comparisons, 0);
-  traffic.work = work_of(share.handled(), r.comparisons, pairs.size());
-  own = traffic.home ? work / traffic.home : 0;
-}
-
-bool Finder::State::finish(const Sent* sets, int count, Result& r) {
-  r.written = pairs.size();
-  if (!agree(*link, r, nullptr, 0)) return false;
-  std::uint64_t given_inactive = 0;
-  for (int s = 0; s < count; ++s) {
-    const Boxes& boxes = sets[s].given->boxes;
-    for (std::size_t i = 0; i < boxes.size(); ++i) given_inactive += reach_of(boxes[i], 0).empty();
-  }
-  std::uint64_t sums[6] = {pairs.size(), given_inactive, r.comparisons,
-                           traffic.work, traffic.home,   work};
-  std::uint64_t most = traffic.work;
-  link->sum_and_most(sums, 6, most);
-  r.found = sums[0];
-  r.inactive = sums[1];
-  r.comparisons = sums[2];
-  mean = sums[4] ? sums[5] / sums[4] : 0;
-  const double each = static_cast<double>(sums[3]) / link->size(), before = imbalance;
-  imbalance = traffic.imbalance = each > 0 ? static_cast<double>(most) / each : 1;
-  if (traffic.cut_anew) judge_cut(before);
-  const Counts& c = link->counts();
-  traffic.control.collectives += c.collectives;
-  traffic.control.collective_bytes += c.collective_bytes;
-  return true;
-}
-
-// Worse than what it followed: back to that. It gained less than a twentieth: what is left is in
-// the scene, not in the cuts, and the next one can wait.
-void Finder::State::judge_cut(double before) {
-  const bool first = regions_before.count() != regions.count();
-  patience = first || imbalance < 0.95 * before ? 0 : std::min(2 * patience + 1, 1000u);
-  if (first || imbalance <= before) {
-    refused = 0;
-    return;
-  }
-  refused = std::min(refused + 1, 20u);
-  regions = regions_before;
-  imbalance = before;
-}
+};
 
 Finder::Finder(MPI_Comm comm, const Settings& settings) noexcept
     : settings_(settings), comm_(comm) {}
@@ -266,38 +155,22 @@ Finder::Finder(Finder&& other) noexcept = default;
 Finder& Finder::operator=(Finder&& other) noexcept = default;
 
 Result Finder::find(const RankBoxes& boxes) noexcept {
-  Result r;
   const RankBoxes* sets[] = {&boxes};
-  attempt(r, [&] {
-    if (!state_) state_ = std::make_unique<State>();
-  });
-  if (!r.ok()) return r;
-  return call(state_->link, comm_, settings_,
-              [&](Link&, Result& result) { state_->find(settings_, sets, 1, result); });
+  return State::find(state_, comm_, settings_, sets, 1);
 }
-
 Result Finder::find(const RankBoxes& a, const RankBoxes& b) noexcept {
-  Result r;
   const RankBoxes* sets[] = {&a, &b};
-  attempt(r, [&] {
-    if (!state_) state_ = std::make_unique<State>();
-  });
-  if (!r.ok()) return r;
-  return call(state_->link, comm_, settings_,
-              [&](Link&, Result& result) { state_->find(settings_, sets, 2, result); });
+  return State::find(state_, comm_, settings_, sets, 2);
 }
 
-Pairs64 Finder::pairs() const noexcept {
-  return state_ ? Pairs64{state_->pairs.data(), state_->pairs.size()} : Pairs64{};
-}
+Pairs64 Finder::pairs() const noexcept { return state_ ? state_->flow.pairs() : Pairs64{}; }
 const Traffic& Finder::traffic() const noexcept {
   static const Traffic none;
-  return state_ ? state_->traffic : none;
+  return state_ ? state_->flow.traffic() : none;
 }
 int Finder::home(const Box& box) const noexcept {
   const DefaultFloats floats;
-  const Reach reach = reach_of(box, settings_.search.margin);
-  return state_ ? state_->regions.home(reach.lower) : 0;
+  return state_ ? state_->flow.home(box, settings_.search.margin) : 0;
 }
 
 }  // namespace throng::mpi

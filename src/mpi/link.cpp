@@ -13,7 +13,7 @@ namespace throng::mpi {
 struct Link::Pending {
   std::vector<std::uint64_t> words, words_out;
   std::vector<Parcel> parcels;
-  std::vector<MPI_Request> sends;
+  std::vector<MPI_Request> requests;
   Bytes data;
   std::uint64_t most = 0, most_out = 0;
   MPI_Request request = MPI_REQUEST_NULL, second = MPI_REQUEST_NULL;
@@ -23,6 +23,7 @@ namespace {
 
 // A message's length is an int; and one this long is as fast as a longer one.
 constexpr std::size_t piece = std::size_t{1} << 28;
+constexpr int swap_tag = 2, slice_tag = 3;  // parcels: 0, 1
 
 }  // namespace
 
@@ -159,15 +160,26 @@ void Link::gather(const void* mine, int bytes, void* out) {
 }
 
 // In pieces. The data must stay where it is until the sends are done.
-void Link::send(int rank, int tag, const Bytes& data, bool synchronous) {
-  for (std::size_t at = 0; at < data.size() || (at == 0 && !synchronous); at += piece) {
-    const int bytes = static_cast<int>(std::min(piece, data.size() - at));
-    MPI_Request& request = pending_->sends.emplace_back(MPI_REQUEST_NULL);
+void Link::send(int rank, int tag, const std::byte* data, std::size_t all, bool synchronous) {
+  for (std::size_t at = 0; at < all || (at == 0 && !synchronous); at += piece) {
+    const int bytes = static_cast<int>(std::min(piece, all - at));
+    MPI_Request& request = pending_->requests.emplace_back(MPI_REQUEST_NULL);
     const auto start = synchronous ? MPI_Issend : MPI_Isend;
-    check(start(data.data() + at, bytes, MPI_BYTE, rank, tag, comm_, &request), "MPI_Isend");
+    check(start(data + at, bytes, MPI_BYTE, rank, tag, comm_, &request), "MPI_Isend");
     ++counts_.messages;
     counts_.bytes += static_cast<std::uint64_t>(bytes);
   }
+}
+
+void Link::wait_for_all() {
+  Pending& p = *pending_;
+  wait([&] {
+    int done = 0;
+    check(MPI_Testall(static_cast<int>(p.requests.size()), p.requests.data(), &done,
+                      MPI_STATUSES_IGNORE),
+          "MPI_Testall");
+    return done != 0;
+  });
 }
 
 // Takes one message that is there, if one is.
@@ -189,14 +201,14 @@ std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
   if (broken_) throw Broken("an earlier call failed");
   tag_ ^= 1;
   Pending& p = *pending_;
-  p.sends.clear();
+  p.requests.clear();
   p.parcels = std::move(parcels);
   std::vector<Parcel> got;
   for (Parcel& parcel : p.parcels) {
     if (parcel.rank == rank_) {
       if (!parcel.data.empty()) got.push_back(std::move(parcel));
     } else {
-      send(parcel.rank, tag_, parcel.data, true);
+      send(parcel.rank, tag_, parcel.data.data(), parcel.data.size(), true);
     }
   }
   bool all_sent = false;
@@ -205,9 +217,9 @@ std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
     while (receive(MPI_ANY_SOURCE, tag_, parcel)) got.push_back(std::move(parcel));
     int done = 0;
     if (!all_sent) {
-      check(
-          MPI_Testall(static_cast<int>(p.sends.size()), p.sends.data(), &done, MPI_STATUSES_IGNORE),
-          "MPI_Testall");
+      check(MPI_Testall(static_cast<int>(p.requests.size()), p.requests.data(), &done,
+                        MPI_STATUSES_IGNORE),
+            "MPI_Testall");
       if (!done) return false;
       all_sent = true;
       check(MPI_Ibarrier(comm_, &p.request), "MPI_Ibarrier");
@@ -231,6 +243,24 @@ std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
   }
   got.resize(kept);
   return got;
+}
+
+void Link::exchange(const std::vector<Slice>& to, const std::vector<Slice>& from) {
+  if (broken_) throw Broken("an earlier call failed");
+  Pending& p = *pending_;
+  p.requests.clear();
+  for (const Slice& slice : from) {
+    for (std::size_t at = 0; at < slice.bytes; at += piece) {
+      const int bytes = static_cast<int>(std::min(piece, slice.bytes - at));
+      MPI_Request& request = p.requests.emplace_back(MPI_REQUEST_NULL);
+      check(MPI_Irecv(slice.data + at, bytes, MPI_BYTE, slice.rank, slice_tag, comm_, &request),
+            "MPI_Irecv");
+    }
+  }
+  for (const Slice& slice : to) {
+    if (slice.bytes) send(slice.rank, slice_tag, slice.data, slice.bytes, false);
+  }
+  wait_for_all();
 }
 
 // MPI_Comm_split waits for ever; all ranks have just met when this is called.
@@ -269,13 +299,12 @@ void Link::swap(int level, const Bytes& data, Bytes& got) {
     to = n.begin + std::min(i, left - 1);
     if (i < left) sources[source_count++] = n.begin + i;
   }
-  constexpr int swap_tag = 2;
   Pending& p = *pending_;
-  p.sends.clear();
+  p.requests.clear();
   p.data = data;
-  send(to, swap_tag, p.data, false);
+  send(to, swap_tag, p.data.data(), p.data.size(), false);
   // An empty message or one that is not full ends what a partner gives.
-  if (!data.empty() && data.size() % piece == 0) send(to, swap_tag, Bytes(), false);
+  if (!data.empty() && data.size() % piece == 0) send(to, swap_tag, nullptr, 0, false);
   for (int s = 0; s < source_count; ++s) {
     Parcel parcel;
     do {
@@ -283,12 +312,7 @@ void Link::swap(int level, const Bytes& data, Bytes& got) {
       got.insert(got.end(), parcel.data.begin(), parcel.data.end());
     } while (parcel.data.size() == piece);
   }
-  wait([&] {
-    int done = 0;
-    check(MPI_Testall(static_cast<int>(p.sends.size()), p.sends.data(), &done, MPI_STATUSES_IGNORE),
-          "MPI_Testall");
-    return done != 0;
-  });
+  wait_for_all();
 }
 
 }  // namespace throng::mpi

@@ -26,6 +26,14 @@ struct Parcel {
   Bytes data;
 };
 
+// A run of bytes that MPI reads or writes where it lies: memory of a device, too, where it takes
+// such.
+struct Slice {
+  int rank;  // whom it is for, or from: not this one
+  std::byte* data;
+  std::size_t bytes;
+};
+
 // Every call is collective unless said otherwise, waits at most the seconds given, and throws
 // Broken. After that the Link is broken for good, and what MPI may still touch is left where it
 // lies.
@@ -60,6 +68,9 @@ class Link {
   // not be known. (Hoefler, Siebert and Lumsdaine, "Scalable communication protocols for dynamic
   // sparse data exchange", PPoPP 2010: synchronous sends, then a barrier that does not block.)
   std::vector<Parcel> exchange(std::vector<Parcel> parcels);
+  // Not collective: gives `to` and takes `from`, whose sizes both sides know. Those between two
+  // ranks go in the order of the lists.
+  void exchange(const std::vector<Slice>& to, const std::vector<Slice>& from);
 
   // The nodes of the tree of regions that this rank lies in, from the root: levels() of them.
   struct Node {
@@ -81,6 +92,9 @@ class Link {
   // `got`.
   void swap(int level, const Bytes& data, Bytes& got);
 
+  // Something failed: memory of slices that were under way may still be written.
+  bool broken() const noexcept { return broken_; }
+
   // Since the last reset.
   const Counts& counts() const noexcept { return counts_; }
   void reset_counts() noexcept { counts_ = {}; }
@@ -90,7 +104,8 @@ class Link {
   using Clock = std::chrono::steady_clock;
 
   void reduce(void* values, int count, MPI_Datatype type, MPI_Op op, int level);
-  void send(int rank, int tag, const Bytes& data, bool synchronous);
+  void send(int rank, int tag, const std::byte* data, std::size_t bytes, bool synchronous);
+  void wait_for_all();
   bool receive(int rank, int tag, Parcel& parcel);
   template <class Done>
   void wait(Done&& done);

@@ -1,7 +1,6 @@
 // The boxes that a rank searches: its region's, and copies of those that reach into it.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -10,27 +9,9 @@
 #include <throng/boxes.hpp>
 
 #include "mpi/link.hpp"
+#include "mpi/record.hpp"
 
 namespace throng::mpi {
-
-// Which filters some rank has; a rank that lacks one gives what allows all.
-enum Present : unsigned {
-  has_group = 1,
-  has_mask = 2,
-  has_owner = 4,
-  has_world = 8,
-  has_static = 16
-};
-
-inline unsigned present(const Filters& f) noexcept {
-  return (f.group ? has_group : 0u) | (f.mask ? has_mask : 0u) | (f.owner ? has_owner : 0u) |
-         (f.world ? has_world : 0u) | (f.is_static ? has_static : 0u);
-}
-
-// A box as it is sent: 24 bytes, its id, and four bytes for each filter that is present.
-inline std::size_t record_bytes(unsigned filters) noexcept {
-  return sizeof(Box) + sizeof(std::uint64_t) + 4 * static_cast<std::size_t>(std::popcount(filters));
-}
 
 class LocalSet {
  public:
@@ -54,7 +35,7 @@ class LocalSet {
     if (filters_ & has_mask) put(p, f.mask ? f.mask[i] : 0xffffffffu);
     if (filters_ & has_owner) put(p, f.owner ? f.owner[i] : std::int32_t{-1});
     if (filters_ & has_world) put(p, f.world ? f.world[i] : std::int32_t{-1});
-    if (filters_ & has_static) put(p, std::uint32_t{f.is_static && f.is_static[i] ? 1u : 0u});
+    if (filters_ & has_static) put(p, static_word(f.is_static && f.is_static[i]));
   }
   static Box box_of(const std::byte* record) noexcept {
     Box box;
@@ -71,6 +52,10 @@ class LocalSet {
     if (filters_ & has_owner) owner_.push_back(take<std::int32_t>(p));
     if (filters_ & has_world) world_.push_back(take<std::int32_t>(p));
     if (filters_ & has_static) static_.push_back(static_cast<std::uint8_t>(take<std::uint32_t>(p)));
+  }
+
+  void read_all(const Bytes& records) {
+    for (std::size_t at = 0; at < records.size(); at += record_bytes()) read(records.data() + at);
   }
 
   // Becomes these boxes of another set. Keeps its memory.

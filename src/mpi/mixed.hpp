@@ -3,10 +3,12 @@
 
 #include <cstdint>
 
+#include "core/hd.hpp"
+
 namespace throng::mpi {
 
 // The splitmix64 finaliser: 64 well mixed bits.
-constexpr std::uint64_t mixed(std::uint64_t x) noexcept {
+THRONG_HD constexpr std::uint64_t mixed(std::uint64_t x) noexcept {
   x += 0x9e3779b97f4a7c15ull;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;

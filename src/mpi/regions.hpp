@@ -12,6 +12,8 @@
 // both. By induction over the cuts both come to the region of h. Infinities are keys like others.
 // With a margin the same holds for any reach that contains the grown box, as long as all ranks
 // compute the same one: see reach_of.
+//
+// What a box asks is asked by a thread of a GPU, too: device_stages.hpp.
 #pragma once
 
 #include <bit>
@@ -22,16 +24,19 @@
 
 #include <throng/types.hpp>
 
+#include "core/bounds.hpp"
+#include "core/hd.hpp"
+
 namespace throng::mpi {
 
 using Key = std::int32_t;
 
 // -0 and 0 have the same key. Not for NaN.
-inline Key key_of(float x) noexcept {
+THRONG_HD constexpr Key key_of(float x) noexcept {
   const auto bits = std::bit_cast<std::int32_t>(x);
   return bits >= 0 ? bits : std::numeric_limits<std::int32_t>::min() - bits;
 }
-inline float float_of(Key key) noexcept {
+constexpr float float_of(Key key) noexcept {
   return std::bit_cast<float>(key >= 0 ? key : std::numeric_limits<std::int32_t>::min() - key);
 }
 
@@ -39,14 +44,19 @@ inline float float_of(Key key) noexcept {
 struct Reach {
   Key lower[3], upper[3];
 
-  bool empty() const noexcept {
+  THRONG_HD bool empty() const noexcept {
     return lower[0] > upper[0] || lower[1] > upper[1] || lower[2] > upper[2];
   }
 };
 
-// Contains the box that is compared, grown by the margin. A box with a NaN, or lower > upper, has
-// an empty one. In the default floating-point environment.
-Reach reach_of(const Box& box, float margin) noexcept;
+// The box that is compared, grown by the margin. A box with a NaN, or lower > upper, has an empty
+// one. In the default floating-point environment.
+THRONG_HD inline Reach reach_of(const Box& box, float margin) noexcept {
+  if (!core::is_active(box)) return {{1, 1, 1}, {0, 0, 0}};
+  const Box b = margin > 0 ? core::expand(box, margin) : box;
+  return {{key_of(b.lower.x), key_of(b.lower.y), key_of(b.lower.z)},
+          {key_of(b.upper.x), key_of(b.upper.y), key_of(b.upper.z)}};
+}
 
 // Half-open, [lower, upper) on each axis; the largest key stands for no end.
 struct Bounds {
@@ -64,6 +74,38 @@ struct Cut {
   std::int32_t axis = 0;
 };
 
+THRONG_HD constexpr int middle_of(int begin, int end) noexcept { return begin + (end - begin) / 2; }
+
+// The cuts of `count` regions, see Regions, in memory of whoever asks.
+struct Tree {
+  const Cut* cuts;
+  int count;
+
+  // f(rank) for each rank whose region is reached, by rank; until f gives false. False if it did.
+  template <class F>
+  THRONG_HD bool visit(const Reach& reach, F&& f) const {
+    if (reach.empty()) return true;
+    struct {
+      int begin, end;
+    } later[32];  // right sides, one a level at most
+    int waiting = 0;
+    int begin = 0, end = count;
+    for (;;) {
+      while (end - begin > 1) {
+        const int m = middle_of(begin, end);
+        const Cut c = cuts[m];
+        const bool left = reach.lower[c.axis] < c.at;
+        if (left && reach.upper[c.axis] >= c.at) later[waiting++] = {m, end};
+        (left ? end : begin) = m;
+      }
+      if (!f(begin)) return false;
+      if (waiting == 0) return true;
+      begin = later[--waiting].begin;
+      end = later[waiting].end;
+    }
+  }
+};
+
 // A tree over the ranks 0 .. count-1: the node [begin, end) is cut at middle(begin, end), and each
 // rank but 0 is the middle of exactly one node, so the tree is an array of one cut a rank.
 class Regions {
@@ -71,10 +113,11 @@ class Regions {
   explicit Regions(int count = 1) : cuts_(static_cast<std::size_t>(count)) {}
 
   int count() const noexcept { return static_cast<int>(cuts_.size()); }
-  static int middle(int begin, int end) noexcept { return begin + (end - begin) / 2; }
+  static int middle(int begin, int end) noexcept { return middle_of(begin, end); }
   Cut& cut(int middle) noexcept { return cuts_[static_cast<std::size_t>(middle)]; }
   const Cut& cut(int middle) const noexcept { return cuts_[static_cast<std::size_t>(middle)]; }
   Cut* data() noexcept { return cuts_.data(); }
+  Tree tree() const noexcept { return {cuts_.data(), count()}; }
 
   // The rank in whose region the point lies.
   int home(const Key (&at)[3]) const noexcept {
@@ -87,25 +130,15 @@ class Regions {
     return begin;
   }
 
-  // f(rank) for each rank whose region is reached, by rank; until f gives false. False if it did.
   template <class F>
   bool visit(const Reach& reach, F&& f) const {
-    return reach.empty() || visit(0, count(), reach, f);
+    return tree().visit(reach, f);
   }
 
   // Of the node [begin, end), which must be one of the tree.
   Bounds bounds(int begin, int end) const noexcept;
 
  private:
-  template <class F>
-  bool visit(int begin, int end, const Reach& reach, F& f) const {
-    if (end - begin == 1) return f(begin);
-    const int m = middle(begin, end);
-    const Cut& c = cut(m);
-    return (reach.lower[c.axis] >= c.at || visit(begin, m, reach, f)) &&
-           (reach.upper[c.axis] < c.at || visit(m, end, reach, f));
-  }
-
   std::vector<Cut> cuts_;
 };
 

@@ -52,6 +52,24 @@ THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
   std::atomic_ref<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
 #endif
 }
+// Adds one. Threads of a warp that come here at once, many of them to the same counter, add up what
+// is theirs first: one addition in memory for each counter that they have among them.
+THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
+#if defined(__CUDA_ARCH__)
+  const unsigned same = __match_any_sync(__activemask(), reinterpret_cast<unsigned long long>(at));
+  const unsigned lane = threadIdx.x % 32;
+  const int first = __ffs(static_cast<int>(same)) - 1;
+  unsigned long long start = 0;
+  if (lane == static_cast<unsigned>(first)) {
+    start = atomicAdd(reinterpret_cast<unsigned long long*>(at),
+                      static_cast<unsigned long long>(__popc(same)));
+  }
+  start = __shfl_sync(same, start, first);
+  return start + static_cast<unsigned>(__popc(same & ((1u << lane) - 1)));
+#else
+  return fetch_add(at, std::uint64_t{1});
+#endif
+}
 // Sets a flag that many threads set: most only read it.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)

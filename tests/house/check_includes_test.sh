@@ -9,7 +9,7 @@ cases=0
 sound_tree() {
   rm -rf "${tree:?}"/*
   mkdir -p "$tree"/include/throng "$tree"/src/core "$tree"/src/cpu "$tree"/program "$tree"/scene "$tree"/paper "$tree"/tests \
-    "$tree"/adapters/bullet/throng "$tree"/simulate "$tree"/src/mpi "$tree"/ranks
+    "$tree"/adapters/bullet/throng "$tree"/simulate "$tree"/src/mpi "$tree"/src/cuda "$tree"/ranks
   echo '#include <cstddef>' > "$tree/include/throng/types.hpp"
   echo '#include <throng/types.hpp>' > "$tree/src/core/bounds.hpp"
   printf '#include <hwy/highway.h>\n#include "core/bounds.hpp"\n' > "$tree/src/cpu/grid.cpp"
@@ -22,6 +22,8 @@ sound_tree() {
   printf '#include <BulletCollision/x.h>\n#include <throng/types.hpp>\n' > "$tree/adapters/bullet/throng/bullet.hpp"
   printf '#include <btBulletDynamicsCommon.h>\n#include <throng/bullet.hpp>\n' > "$tree/simulate/world.hpp"
   printf '#include <mpi.h>\n#include <throng/types.hpp>\n' > "$tree/src/mpi/link.hpp"
+  echo '#include <cub/cub.cuh>' > "$tree/src/cuda/device.cuh"
+  printf '#include <cuda_runtime_api.h>\n#include "cuda/device.cuh"\n#include "core/bounds.hpp"\n' > "$tree/src/mpi/gpu.cu"
   printf '#include <mpi.h>\n#include "mpi/link.hpp"\n' > "$tree/ranks/main.cpp"
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
@@ -59,7 +61,9 @@ refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include
 refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
 refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused scene/npy.hpp '#include <mpi.h>' 'see MPI'
-refused src/mpi/link.hpp '#include "core/bounds.hpp"' 'mpi must not include core'
+refused src/mpi/link.hpp '#include "cpu/grid.cpp"' 'mpi must not include cpu'
+refused src/mpi/link.hpp '#include "cuda/device.cuh"' 'only a .cu file of mpi may include cuda'
+refused src/mpi/link.hpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused src/mpi/link.hpp '#include <unistd.h>' 'mpi includes the standard library only'
 refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
 refused program/child.hpp '#include <throng/types.hpp>' 'program must not include door'

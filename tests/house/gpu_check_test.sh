@@ -106,6 +106,18 @@ sound_programs
 program throng-paper 'echo failed; exit 3'
 expect 1 'FAILED: status 3' "${steps[@]}"
 
+# Ranks, where an MPI is: here one that runs the program once.
+sound_programs
+printf '#!/usr/bin/env bash\nwhile [[ "$1" == -* ]]; do shift 2; done\nexec "$@"\n' > "$folder/tools/mpirun"
+chmod +x "$folder/tools/mpirun"
+expect 1 'skipped: no mpirun or mpi_test' ranks
+program mpi_test "echo '[  PASSED  ] 3 tests.'"
+expect 0 '1 of 1 checks ran' ranks
+program mpi_test "echo '[  PASSED  ] 0 tests.'"
+expect 1 'FAILED: every test was skipped' ranks
+program mpi_test 'exit 1'
+expect 1 'FAILED: status 1' ranks
+
 # The sanitizer: one that works, one that finds something, one that takes no device at all.
 sound_programs
 tool ''

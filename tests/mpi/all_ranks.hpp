@@ -9,9 +9,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <throng/mpi.hpp>
+#include <throng/mpi_cuda.hpp>
+
+#include "ranks/memory.hpp"
 
 namespace throng::mpi {
 
@@ -33,6 +37,69 @@ inline Settings test_settings() {
   settings.seconds = 60;
   return settings;
 }
+
+// A DeviceFinder where device memory is that of the host, and records go to MPI as they lie, or
+// through copies: by the same names as a Finder.
+template <Buffers buffers>
+class EmulatedFinder : public DeviceFinder {
+ public:
+  explicit EmulatedFinder(MPI_Comm comm, Settings settings) noexcept
+      : DeviceFinder(comm, emulated(settings)) {}
+  Result find(const RankBoxes& boxes) noexcept { return DeviceFinder::find(boxes, nullptr); }
+  Result find(const RankBoxes& a, const RankBoxes& b) noexcept {
+    return DeviceFinder::find(a, b, nullptr);
+  }
+
+ private:
+  static Settings emulated(Settings settings) noexcept {
+    settings.search.backend = Backend::emulated;
+    settings.buffers = buffers;
+    return settings;
+  }
+};
+// A DeviceFinder on the GPU, for boxes that lie on the host.
+class GpuFinder : public DeviceFinder {
+ public:
+  explicit GpuFinder(MPI_Comm comm, Settings settings) noexcept
+      : DeviceFinder(comm, on_gpu(settings)) {}
+  Result find(const RankBoxes& boxes) { return DeviceFinder::find(first_.load(boxes), nullptr); }
+  Result find(const RankBoxes& a, const RankBoxes& b) {
+    const RankBoxes first = first_.load(a), second = second_.load(b);
+    return DeviceFinder::find(first, second, nullptr);
+  }
+  Pairs64 pairs() {
+    fetched_ = ranks::fetch(DeviceFinder::pairs());
+    return {fetched_.data(), fetched_.size()};
+  }
+
+ private:
+  static Settings on_gpu(Settings settings) noexcept {
+    settings.search.backend = Backend::cuda;
+    return settings;
+  }
+
+  ranks::DeviceCopy first_, second_;
+  std::vector<Pair64> fetched_;
+};
+
+// One test for all of them; that on a GPU is skipped where there is none.
+template <class T>
+class AnyFinder : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::is_same_v<T, GpuFinder>) return;
+    const Result r = cuda::available();
+    if (!r.ok()) GTEST_SKIP() << r.message;
+  }
+};
+using Finders = testing::Types<Finder, EmulatedFinder<Buffers::direct>,
+                               EmulatedFinder<Buffers::staged>, GpuFinder>;
+struct FinderNames {
+  template <class T>
+  static std::string GetName(int k) {
+    return k == 0 ? "Host" : k == 1 ? "Direct" : k == 2 ? "Staged" : "Gpu";
+  }
+};
 
 // The pairs of all ranks, sorted: one told twice stands there twice.
 inline std::vector<Pair64> from_all(const Pairs64& mine) {

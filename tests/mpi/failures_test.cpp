@@ -26,9 +26,13 @@ void expect_failure(const Result& r, Status status, const std::string& words) {
 
 std::string last() { return "rank " + std::to_string(rank_count() - 1) + ": "; }
 
-TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
+template <class T>
+class Failures : public AnyFinder<T> {};
+TYPED_TEST_SUITE(Failures, Finders, FinderNames);
+
+TYPED_TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
   auto boxes = tests::uniform_boxes(50, 1);
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   const std::vector<Box> good = boxes;
   boxes[17].upper.y = std::nanf("");
   expect_failure(finder.find({Boxes(is_last() ? boxes : good), nullptr}), Status::nan_box,
@@ -43,30 +47,30 @@ TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
   EXPECT_TRUE(finder.find({Boxes(good), nullptr}).ok());
 }
 
-TEST(Failures, OptionsThatDifferAreNamed) {
+TYPED_TEST(Failures, OptionsThatDifferAreNamed) {
   if (rank_count() == 1) GTEST_SKIP() << "one rank agrees with itself";
   const auto boxes = tests::uniform_boxes(20, 2);
   Settings settings = test_settings();
   settings.search.margin = is_last() ? 0.5f : 0.25f;
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   expect_failure(finder.find({Boxes(boxes), nullptr}), Status::ranks_disagree,
                  "disagree on the margin: from 0.25 to 0.5");
   settings = test_settings();
   settings.search.nan = is_last() ? NanPolicy::inactive : NanPolicy::refuse;
-  Finder other(MPI_COMM_WORLD, settings);
+  TypeParam other(MPI_COMM_WORLD, settings);
   expect_failure(other.find({Boxes(boxes), nullptr}), Status::ranks_disagree, "NaN policy");
   settings = test_settings();
   settings.imbalance = is_last() ? 0.5 : 1.5;
-  Finder third(MPI_COMM_WORLD, settings);
+  TypeParam third(MPI_COMM_WORLD, settings);
   expect_failure(third.find({Boxes(boxes), nullptr}), Status::bad_option,
                  last() + "Settings::imbalance is 0.5");
 }
 
-TEST(Failures, IdsGivenTwiceAreNamed) {
+TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
   const auto boxes = tests::uniform_boxes(20, 3);
   std::vector<std::uint64_t> ids(20);
   for (std::size_t i = 0; i < 20; ++i) ids[i] = 100 * static_cast<std::uint64_t>(rank_here()) + i;
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   EXPECT_TRUE(finder.find({Boxes(boxes), ids.data()}).ok());
   if (is_last()) ids[4] = 7;  // rank 0's; with one rank its own
   expect_failure(finder.find({Boxes(boxes), ids.data()}), Status::ranks_disagree,
@@ -79,7 +83,7 @@ TEST(Failures, IdsGivenTwiceAreNamed) {
 }
 
 // A search that cannot run on one rank: an instruction set that nobody has.
-TEST(Failures, OfOneRanksSearchAreThoseOfAll) {
+TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
   const auto boxes = tests::uniform_boxes(20, 4);
   Settings settings = test_settings();
 #ifdef __aarch64__
@@ -97,13 +101,16 @@ TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
   Settings settings = test_settings();
   settings.seconds = 1;
   Finder finder(MPI_COMM_WORLD, settings);
+  EmulatedFinder<Buffers::direct> device(MPI_COMM_WORLD, settings);
   ASSERT_TRUE(finder.find({Boxes(boxes), nullptr}).ok());
+  ASSERT_TRUE(device.find({Boxes(boxes), nullptr}).ok());
   const auto start = std::chrono::steady_clock::now();
   if (rank_here() != 0) {
-    for (int k = 0; k < 2; ++k) {
-      const Result r = finder.find({Boxes(boxes), nullptr});
+    for (int k = 0; k < 4; ++k) {
+      const Result r =
+          k < 2 ? finder.find({Boxes(boxes), nullptr}) : device.find({Boxes(boxes), nullptr});
       EXPECT_EQ(r.status, Status::rank_failed);
-      EXPECT_NE(std::string(r.message).find(k == 0 ? "did not come" : "an earlier call failed"),
+      EXPECT_NE(std::string(r.message).find(k % 2 == 0 ? "did not come" : "an earlier call failed"),
                 std::string::npos)
           << r.message;
     }

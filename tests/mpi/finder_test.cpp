@@ -60,7 +60,8 @@ struct Mine {
   RankBoxes view() const { return {Boxes(boxes), ids.data()}; }
 };
 
-void expect_pairs(Finder& finder, const RankBoxes& mine, const std::vector<Pair64>& wanted,
+template <class SomeFinder>
+void expect_pairs(SomeFinder& finder, const RankBoxes& mine, const std::vector<Pair64>& wanted,
                   const std::string& what) {
   const Result r = finder.find(mine);
   ASSERT_TRUE(r.ok()) << what << ": " << r.message;
@@ -70,13 +71,16 @@ void expect_pairs(Finder& finder, const RankBoxes& mine, const std::vector<Pair6
   EXPECT_TRUE(found == wanted) << what << ": " << difference(found, wanted);
 }
 
-TEST(Finder, FindsWhatTheDoubleLoopFinds) {
+TYPED_TEST_SUITE(AnyFinder, Finders, FinderNames);
+
+TYPED_TEST(AnyFinder, FindsWhatTheDoubleLoopFinds) {
   // What reaches two regions is handed on along the tree, or nothing is. Space stays cut as it was
   // for another scene, or is cut anew.
   Settings settings[2] = {test_settings(), test_settings()};
   settings[0].wide = 1;
   settings[1].imbalance = 1;
-  Finder finders[2] = {Finder(MPI_COMM_WORLD, settings[0]), Finder(MPI_COMM_WORLD, settings[1])};
+  TypeParam finders[2] = {TypeParam(MPI_COMM_WORLD, settings[0]),
+                          TypeParam(MPI_COMM_WORLD, settings[1])};
   std::size_t turn = 0;
   for (const tests::HardScene& scene : tests::hard_scenes(200)) {
     const auto wanted = widened(tests::reference_pairs(scene.boxes).pairs);
@@ -85,10 +89,10 @@ TEST(Finder, FindsWhatTheDoubleLoopFinds) {
   }
 }
 
-TEST(Finder, FindsTheScenes) {
+TYPED_TEST(AnyFinder, FindsTheScenes) {
   Settings settings = test_settings();
   settings.imbalance = 1;  // cut anew whenever it might help
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   std::size_t turn = 0;
   for (const std::string& name : scene::names()) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 1500));
@@ -98,10 +102,10 @@ TEST(Finder, FindsTheScenes) {
   }
 }
 
-TEST(Finder, HeedsMarginAndFilters) {
+TYPED_TEST(AnyFinder, HeedsMarginAndFilters) {
   Settings settings = test_settings();
   settings.search.margin = 0.3f;
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   std::size_t turn = 0;
   for (const tests::HardScene& scene : tests::hard_scenes(120)) {
     if (turn++ % 4 != 0) continue;
@@ -147,9 +151,9 @@ TEST(Finder, HeedsMarginAndFilters) {
   }
 }
 
-TEST(Finder, FindsPairsOfTwoSets) {
+TYPED_TEST(AnyFinder, FindsPairsOfTwoSets) {
   const auto a = tests::uniform_boxes(300, 5), b = tests::huge_among_small(200, 6);
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   const Mine mine_a(a, Spread::shuffled, 1000), mine_b(b, Spread::one_rank, 500);
   const Result r = finder.find(mine_a.view(), mine_b.view());
   ASSERT_TRUE(r.ok()) << r.message;
@@ -161,12 +165,34 @@ TEST(Finder, FindsPairsOfTwoSets) {
   EXPECT_TRUE(from_all(finder.pairs()) == wanted) << difference(from_all(finder.pairs()), wanted);
 }
 
-TEST(Finder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
+TYPED_TEST(AnyFinder, CountsWhatIsInactive) {
+  auto a = tests::uniform_boxes(200, 21);
+  const auto b = tests::uniform_boxes(100, 22);
+  for (std::size_t i = 0; i < a.size(); i += 10) a[i].upper.z = std::nanf("");
+  for (std::size_t i = 5; i < a.size(); i += 20) std::swap(a[i].lower.x, a[i].upper.x);
+  Settings settings = test_settings();
+  settings.search.nan = NanPolicy::inactive;
+  TypeParam finder(MPI_COMM_WORLD, settings);
+  const Mine mine_a(a, Spread::shuffled), mine_b(b, Spread::slices);
+  for (int frame = 0; frame < 2; ++frame) {
+    const Result one = finder.find(mine_a.view());
+    ASSERT_TRUE(one.ok()) << one.message;
+    EXPECT_EQ(one.inactive, 30u);
+    const auto wanted = widened(tests::reference_pairs(Boxes(a)).pairs);
+    EXPECT_TRUE(from_all(finder.pairs()) == wanted) << difference(from_all(finder.pairs()), wanted);
+    const Result two = finder.find(mine_b.view(), mine_a.view());
+    ASSERT_TRUE(two.ok()) << two.message;
+    EXPECT_EQ(two.inactive, 30u);
+    EXPECT_EQ(two.found, from_all(finder.pairs()).size());
+  }
+}
+
+TYPED_TEST(AnyFinder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
   const auto boxes = tests::uniform_boxes(300, 7);
   const std::uint64_t first = std::uint64_t{1} << 63, step = std::uint64_t{0} - 1000003;
   Settings settings = test_settings();
   settings.search.order = Order::canonical;
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   const Mine mine(boxes, Spread::shuffled, first, step);
   std::vector<Pair64> wanted;
   for (const Pair pair : tests::reference_pairs(Boxes(boxes)).pairs) {
@@ -178,8 +204,8 @@ TEST(Finder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
   EXPECT_TRUE(std::is_sorted(finder.pairs().begin(), finder.pairs().end()));
 }
 
-TEST(Finder, TakesNoBoxesAndBoxesThatAllTeleport) {
-  Finder finder(MPI_COMM_WORLD, test_settings());
+TYPED_TEST(AnyFinder, TakesNoBoxesAndBoxesThatAllTeleport) {
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, {}, {}, "none"));
   auto boxes = tests::uniform_boxes(400, 9);
   for (int frame = 0; frame < 4; ++frame) {
@@ -255,14 +281,14 @@ TEST(Finder, SearchesAWholeShareOnAGpu) {
 }
 
 // A plane over everything goes along the tree: its owner sends one message a level.
-TEST(Finder, AnObjectThatSpansAllIsHandedOn) {
+TYPED_TEST(AnyFinder, AnObjectThatSpansAllIsHandedOn) {
   auto boxes = tests::uniform_boxes(500, 11);
   const float far = tests::infinity;
   boxes[0] = {{-far, -far, -far}, {far, far, far}};
   boxes[1] = {{-1e6f, -1e6f, 2}, {1e6f, 1e6f, 3}};
   Settings settings = test_settings();
   settings.wide = 1;
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   const Mine mine(boxes, Spread::slices);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "spanning"));
@@ -270,7 +296,7 @@ TEST(Finder, AnObjectThatSpansAllIsHandedOn) {
 }
 
 // In a caller's odd floating-point state, which may differ by rank.
-TEST(Finder, HeedsNoRoundingModeOfItsCaller) {
+TYPED_TEST(AnyFinder, HeedsNoRoundingModeOfItsCaller) {
   const auto boxes = tests::denormal_boxes(400, 12);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes), 1e-41f).pairs);
   Settings settings = test_settings();
@@ -282,7 +308,7 @@ TEST(Finder, HeedsNoRoundingModeOfItsCaller) {
   const unsigned state = __builtin_ia32_stmxcsr();
   if (rank_here() % 2 == 0) __builtin_ia32_ldmxcsr(state | 0x8040);  // flush to zero, both ways
 #endif
-  Finder finder(MPI_COMM_WORLD, settings);
+  TypeParam finder(MPI_COMM_WORLD, settings);
   const Result r = finder.find(mine.view());
 #ifdef __SSE__
   __builtin_ia32_ldmxcsr(state);
@@ -294,7 +320,7 @@ TEST(Finder, HeedsNoRoundingModeOfItsCaller) {
 }
 
 // What is counted repeats, and comes below the threshold for scenes that are uneven.
-TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
+TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
   for (const char* name : {"clusters", "pile", "uniform"}) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 12000));
     std::vector<std::uint64_t> work[2];
@@ -303,7 +329,8 @@ TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
       if (&run == &work[1] && std::string(name) != "clusters") continue;
       Settings settings = test_settings();
       settings.imbalance = 1.05;
-      Finder finder(MPI_COMM_WORLD, settings);
+      settings.search.algorithm = Algorithm::grid;  // a device has brute force for shares so small
+      TypeParam finder(MPI_COMM_WORLD, settings);
       const Mine mine(boxes, Spread::slices);
       for (int frame = 0; frame < 4; ++frame) {
         ASSERT_TRUE(finder.find(mine.view()).ok());
@@ -320,10 +347,12 @@ TEST(Balance, EvenAfterAFewFramesAndTheSameInEveryRun) {
 }
 
 // Boxes that lie where they are at home: only what crosses a cut is sent.
-TEST(Traffic, IsNearTheLeastForUniformBoxes) {
+TYPED_TEST(AnyFinder, SendsLittleMoreThanTheLeastOfUniformBoxes) {
   const scene::Scene scene = scene_of("uniform", 20000);
   std::vector<Box> boxes = boxes_of(scene);
-  Finder finder(MPI_COMM_WORLD, test_settings());
+  Settings settings = test_settings();
+  settings.imbalance = 1e9;  // space stays as it is cut at first
+  TypeParam finder(MPI_COMM_WORLD, settings);
   ASSERT_TRUE(finder.find(Mine(boxes, Spread::slices).view()).ok());
   std::vector<Box> mine;
   std::vector<std::uint64_t> ids;

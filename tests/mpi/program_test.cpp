@@ -79,6 +79,31 @@ TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
   EXPECT_EQ(nlohmann::json::parse(front.out)["checksum"], one["checksum"]);
 }
 
+TEST_F(Program, gives_the_same_on_what_plays_a_device) {
+  ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status,
+            0);
+  const auto one = json({"pairs", at("w.npy"), "--world", at("w-world.npy")});
+  for (const char* buffers : {"direct", "staged"}) {
+    const Said said = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--on-device",
+                                "--backend", "emulated", "--buffers", buffers, "--json"});
+    ASSERT_EQ(said.status, 0) << said.err;
+    const auto many = nlohmann::json::parse(said.out);
+    EXPECT_EQ(many["pairs"], one["pairs"]);
+    EXPECT_EQ(many["checksum"], one["checksum"]);
+    EXPECT_EQ(many["device_memory_to_mpi"], buffers);
+  }
+  const Said mixed =
+      ranks(1, {"pairs", at("w.npy"), "--on-device", "--backend", "emulated"},
+            {"pairs", at("w.npy"), "--on-device", "--backend", "emulated", "--buffers", "staged"});
+  ASSERT_EQ(mixed.status, 0) << mixed.err;
+  EXPECT_NE(mixed.out.find("device memory goes to MPI direct on 1 of 2 ranks"), std::string::npos)
+      << mixed.out;
+  const Said bench = ranks(
+      2, {"bench", "--objects", "2K", "--frames", "1", "--on-device", "--backend", "emulated"});
+  ASSERT_EQ(bench.status, 0) << bench.err;
+  EXPECT_NE(bench.out.find("which goes to MPI direct"), std::string::npos) << bench.out;
+}
+
 TEST_F(Program, says_what_is_wrong_once_a_rank) {
   ASSERT_EQ(run({"scene", "uniform", "--objects", "500", "-o", at("a.npy")}).status, 0);
   std::string bytes = slurp(at("a.npy"));

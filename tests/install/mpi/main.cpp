@@ -1,6 +1,7 @@
 // A user's program across ranks, in C++17 without exceptions and RTTI; here one rank, without
 // mpirun.
 #include <throng/mpi.hpp>
+#include <throng/mpi_cuda.hpp>
 
 #include <cstdio>
 #include <vector>
@@ -14,6 +15,14 @@ int main(int argc, char** argv) {
     const throng::Result result = finder.find({boxes});
     std::puts(result.ok() ? "MPI consumer: ok" : result.message);
     good = result.ok() && result.found == 1 && finder.pairs()[0] == throng::Pair64{0, 1};
+    throng::mpi::Settings settings;
+    settings.search.backend = throng::Backend::emulated;
+    throng::mpi::DeviceFinder device(MPI_COMM_WORLD, settings);
+    good = good && device.find({boxes}, nullptr).found == 1 && device.pairs().size() == 1;
+    // What a GPU would say, or that there is none: it is linked.
+    throng::mpi::DeviceFinder none(MPI_COMM_WORLD);
+    const throng::Status wanted = throng::cuda::available().status;
+    good = good && none.find(throng::mpi::RankBoxes(), nullptr).status == wanted;
   }
   MPI_Finalize();
   return good ? 0 : 1;

@@ -1,0 +1,18 @@
+// In place of memory.cpp, in a build without CUDA.
+#include "program/failure.hpp"
+#include "ranks/memory.hpp"
+
+namespace throng::ranks {
+namespace {
+
+[[noreturn]] void refuse() {
+  throw program::Failure("boxes for the GPU: this build has no GPU backend; leave --on-device out");
+}
+
+}  // namespace
+
+void DeviceCopy::clear() noexcept {}
+mpi::RankBoxes DeviceCopy::load(const mpi::RankBoxes&) { refuse(); }
+std::vector<Pair64> fetch(const mpi::Pairs64&) { refuse(); }
+
+}  // namespace throng::ranks

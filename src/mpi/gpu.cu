@@ -1,0 +1,116 @@
+// The Place that is a GPU.
+#include <cuda_runtime_api.h>
+
+#include <cub/device/device_merge_sort.cuh>
+
+#include "cuda/device.cuh"
+#include "cuda/guard.hpp"
+#include "mpi/aware.hpp"
+#include "mpi/device_flow.hpp"
+#include "mpi/on_device.hpp"
+
+namespace throng::mpi {
+namespace {
+
+using cuda::check;
+
+// Pinned, so that copies run at the bus's speed.
+struct PinnedMemory {
+  static void* allocate(std::size_t bytes) {
+    void* p = nullptr;
+    const cudaError_t error = cudaMallocHost(&p, bytes);
+    if (error == cudaErrorMemoryAllocation) {
+      (void)cudaGetLastError();
+      throw pipeline::Failure{Status::out_of_memory, bytes, "pinned memory"};
+    }
+    check(error);
+    return p;
+  }
+  static void release(void* p, std::size_t) noexcept { (void)cudaFreeHost(p); }
+};
+
+struct Before {
+  __host__ __device__ bool operator()(const Pair64& a, const Pair64& b) const noexcept {
+    return a < b;
+  }
+};
+
+// A base made before the device, which refers to it.
+struct HasMemory {
+  cuda::Memory memory;
+};
+
+class GpuPlace : private HasMemory, public cuda::Device {
+ public:
+  GpuPlace(const Settings& settings, const cuda::MemoryResource& resource)
+      : HasMemory{cuda::Memory(resource)}, Device(memory), finder_(options_of(settings), resource) {
+    cudaFuncAttributes attributes{};  // this build has code for the device
+    check(cudaFuncGetAttributes(&attributes, cuda::run_each<LookAtBoxes>));
+  }
+
+  struct Current : cuda::Current {
+    explicit Current(const GpuPlace& place) : cuda::Current(place.ordinal()) {}
+  };
+  void begin(cuda::Stream stream) {
+    if (stream && cuda::device_of(stream) != ordinal())
+      throw pipeline::Failure{Status::bad_option, 0, "is of another device than this DeviceFinder",
+                              "the stream"};
+    Device::begin(stream, false);
+  }
+  void require(const pipeline::Set& set, std::size_t count, const std::uint64_t* ids) const {
+    cuda::require_set(set, count, ordinal());
+    if (ids) cuda::Reach(ordinal(), Status::bad_boxes).require(ids, alignof(std::uint64_t), "ids");
+  }
+  static bool mpi_takes_it() noexcept { return takes_device_memory(); }
+
+  void fetch(void* to, const void* from, std::size_t bytes) const {
+    move(to, from, bytes, cudaMemcpyDeviceToHost);
+  }
+  void bring(void* to, const void* from, std::size_t bytes) const {
+    move(to, from, bytes, cudaMemcpyHostToDevice);
+  }
+  void wait() const { check(cudaStreamSynchronize(stream())); }
+  using Staging = PinnedMemory;
+
+  Result find(const Boxes& a, const Boxes* b, Pairs& pairs) noexcept {
+    const Result r = b ? finder_.find(a, *b, stream()) : finder_.find(a, stream());
+    pairs = finder_.pairs();
+    return r;
+  }
+  static std::size_t sort64_bytes(std::size_t count) {
+    std::size_t bytes = 0;
+    check(cub::DeviceMergeSort::SortKeys(nullptr, bytes, static_cast<Pair64*>(nullptr), count,
+                                         Before{}));
+    return bytes;
+  }
+  void sort64(Pair64* pairs, std::size_t count, void* room, std::size_t bytes) const {
+    check(cub::DeviceMergeSort::SortKeys(room, bytes, pairs, count, Before{}, stream()));
+  }
+
+ private:
+  static Options options_of(const Settings& settings) noexcept {
+    Options options = settings.search;
+    options.order = Order::any;
+    options.nan = NanPolicy::inactive;  // none came
+    return options;
+  }
+  void move(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind) const {
+    if (bytes == 0) return;
+    check(cudaMemcpyAsync(to, from, bytes, kind, stream()));
+    wait();
+  }
+
+  cuda::Finder finder_;
+};
+
+}  // namespace
+
+std::unique_ptr<OnDevice> make_gpu_flow(const Settings& settings,
+                                        const cuda::MemoryResource& memory) {
+  int count = 0;
+  check(cudaGetDeviceCount(&count));
+  if (count == 0) check(cudaErrorNoDevice);
+  return std::make_unique<DeviceFlow<GpuPlace>>(settings, memory);
+}
+
+}  // namespace throng::mpi

@@ -1,0 +1,26 @@
+// A Flow whose boxes lie in a device's memory, as DeviceFinder sees it: no CUDA.
+#pragma once
+
+#include <memory>
+
+#include <throng/mpi_cuda.hpp>
+
+#include "mpi/flow.hpp"
+
+namespace throng::mpi {
+
+class OnDevice : public Flow {
+ public:
+  // As Flow::find, on this stream.
+  virtual void find(Link& link, const Settings& settings, const RankBoxes* const* given, int count,
+                    cuda::Stream stream, Result& r) = 0;
+
+ protected:
+  using Flow::find;
+};
+
+// On the GPU that is current. pipeline::Failure: no_device, out_of_memory.
+std::unique_ptr<OnDevice> make_gpu_flow(const Settings& settings,
+                                        const cuda::MemoryResource& memory);
+
+}  // namespace throng::mpi
