@@ -6,4 +6,6 @@ separate_arguments(said UNIX_COMMAND "${said}")
 separate_arguments(FLAGS UNIX_COMMAND "${FLAGS}")
 execute_process(COMMAND ${CXX} ${FLAGS} -std=c++17 -fno-exceptions -fno-rtti ${SOURCE} -o ${OUTPUT}
                         ${said} COMMAND_ERROR_IS_FATAL ANY)
+# A shared library under this prefix is not where the loader looks.
+set(ENV{LD_LIBRARY_PATH} "${PREFIX}/${LIBDIR}:$ENV{LD_LIBRARY_PATH}")
 execute_process(COMMAND ${OUTPUT} COMMAND_ERROR_IS_FATAL ANY)
