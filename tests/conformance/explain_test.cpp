@@ -19,7 +19,7 @@ float extent(const Box& b) {
 
 TEST(Explain, CountsAreThoseOfTheBoxes) {
   BoxList boxes = uniform_boxes(5000, 3);
-  boxes[17] = {{0, 0, 0}, {90, 1, 1}};
+  boxes[17] = {{0, 0, 0}, {90, 60, 1}};  // whichever axis cells are swept along
   boxes[4711] = {{-3, 1, 1}, {20, 30, 2}};
   boxes[99] = {{1, 1, 1}, {0, 0, 0}};  // inactive
   boxes[100] = {{1, 1, 1}, {1, 1, 1}};
