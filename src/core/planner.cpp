@@ -30,7 +30,7 @@ struct Range {
 
 // All but a few boxes that stretch [low, high] far beyond the rest.
 void trim(const Corners* sample, std::uint32_t count, int k, double& low, double& high) noexcept {
-  float lowers[max_sample], uppers[max_sample];
+  float lowers[max_sample] = {}, uppers[max_sample] = {};
   for (std::uint32_t i = 0; i < count; ++i) {
     lowers[i] = sample[i].lower[k];
     uppers[i] = sample[i].upper[k];
