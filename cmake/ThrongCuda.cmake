@@ -27,6 +27,11 @@ if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
     enable_language(CUDA)
     find_package(CUDAToolkit REQUIRED)
     set(THRONG_CUDA_FOUND ON)
+    # Whoever calls CUDA's runtime links this one.
+    set(throng_cudart CUDA::cudart_static)
+    if(CMAKE_CUDA_RUNTIME_LIBRARY STREQUAL "Shared")
+      set(throng_cudart CUDA::cudart)
+    endif()
   elseif(throng_too_old AND NOT THRONG_CUDA STREQUAL "AUTO")
     message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but ${CMAKE_CUDA_COMPILER} is of CUDA ${throng_too_old}; "
                         "${THRONG_CUDA_OLDEST} or newer is needed. Set CMAKE_CUDA_COMPILER to such a one, or "

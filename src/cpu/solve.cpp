@@ -11,12 +11,12 @@ std::uint32_t sample_side(const Search& search, const Side& side, std::uint32_t 
   const std::uint32_t count = std::min(wanted, side.count);
   if (count == 0) return 0;
   std::uint32_t taken = 0;
-  // As far apart as this, in 2^-32.
+  // As far apart as this, in 2^-32; where all are taken the jitter is 0.
   const std::uint64_t step = (std::uint64_t{side.count} << 32) / count;
   const std::uint64_t gap = step >> 32;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint64_t jitter = (i * 0x9e3779b1u) * gap >> 32;
-    const std::uint64_t at = (i * step >> 32) + (count == side.count ? 0 : jitter);
+    const std::uint64_t at = (i * step >> 32) + jitter;
     const Box box = search.box(
         *side.boxes,
         side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1))));

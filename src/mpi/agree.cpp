@@ -196,12 +196,19 @@ bool no_nans(Result& r) noexcept {
   return r.ok();
 }
 
-bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
-  if (!valid_filter_arrays(f, n, r)) return false;
+namespace {
+
+bool valid_worlds(const Filters& f, std::size_t n, Result& r) noexcept {
   for (std::size_t i = 0; f.world && i < n; ++i) {
     if (f.world[i] < -1 && r.invalid_count++ == 0) r.first_invalid = i;
   }
   return no_bad_worlds(r);
+}
+
+}  // namespace
+
+bool valid_filters(const Filters& f, std::size_t n, Result& r) noexcept {
+  return valid_filter_arrays(f, n, r) && valid_worlds(f, n, r);
 }
 
 bool valid_arrays(const Boxes& boxes, Result& r) noexcept {
@@ -220,7 +227,7 @@ bool valid_arrays(const Boxes& boxes, Result& r) noexcept {
 
 bool valid(const Boxes& boxes, const Options& options, Result& r) noexcept {
   const std::size_t n = boxes.size();
-  if (!valid_arrays(boxes, r) || !valid_filters(boxes.filters, n, r)) return false;
+  if (!valid_arrays(boxes, r) || !valid_worlds(boxes.filters, n, r)) return false;
   for (std::size_t i = 0; options.nan == NanPolicy::refuse && i < n; ++i) {
     for (int k = 0; k < 6; ++k) {
       if (!std::isnan(boxes.corner(i, k))) continue;
