@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <throng/find_pairs.hpp>
 #include <throng/version.hpp>

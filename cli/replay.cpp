@@ -6,6 +6,7 @@
 #include <new>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>

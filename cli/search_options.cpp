@@ -1,6 +1,7 @@
 #include "cli/search_options.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <throng/cuda.hpp>
 

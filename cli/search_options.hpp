@@ -3,9 +3,11 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <throng/options.hpp>
+
+namespace CLI {
+class App;
+}
 
 namespace throng::cli {
 

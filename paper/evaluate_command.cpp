@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "paper/commands.hpp"
 #include "paper/cuda.hpp"

@@ -1,6 +1,7 @@
 #include "ranks/search.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "ranks/together.hpp"
 

@@ -5,12 +5,14 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <throng/mpi.hpp>
 #include <throng/mpi_cuda.hpp>
 
 #include "ranks/memory.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace throng::ranks {
 

@@ -73,6 +73,9 @@ configure() {
   rm -f "$log"
 }
 
+# build/asan as clang has it, whose sanitizers libFuzzer needs.
+configure_with_fuzzers() { configure asan -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON -DTHRONG_MPI=AUTO "$@"; }
+
 # build FOLDER [TARGET...]
 build() {
   local folder="$1" targets=()
