@@ -270,7 +270,7 @@ TEST_P(Exact, TinySets) {
                          {{2.7906f, 0.4171f, 5.2914f}, {3.4139f, 2.2969f, 6.4506f}}};
   expect_exact(apart, config(), reference_pairs(apart));
   Random random(77);
-  for (int round = 0; round < 1000; ++round) {
+  for (int round = 0; round < (sanitized ? 250 : 1000); ++round) {
     BoxList boxes;
     const int n = random.between(2, 9);
     for (int i = 0; i < n; ++i) {
