@@ -2,8 +2,8 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>
