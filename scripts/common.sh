@@ -74,7 +74,7 @@ configure() {
 }
 
 # build/asan as clang has it, whose sanitizers libFuzzer needs.
-configure_with_fuzzers() { configure asan -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON -DTHRONG_MPI=AUTO "$@"; }
+configure_with_fuzzers() { configure asan -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON "$@"; }
 
 # build FOLDER [TARGET...]
 build() {
