@@ -73,8 +73,8 @@ configure() {
   rm -f "$log"
 }
 
-# build/asan as clang has it, whose sanitizers libFuzzer needs.
-configure_with_fuzzers() { configure asan -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON "$@"; }
+# Clang's sanitizers and libFuzzer, in a folder of their own: one that changes its compiler loses its settings.
+configure_with_fuzzers() { configure asan -B build/fuzz -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON "$@"; }
 
 # build FOLDER [TARGET...]
 build() {

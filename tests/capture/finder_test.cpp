@@ -12,15 +12,12 @@
 #include "capture/folder.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::tests {
 namespace {
 
 class FinderCapture : public CaptureTest {};
-
-bool same_bits(const std::vector<Box>& a, const std::vector<Box>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Box)) == 0;
-}
 
 TEST_F(FinderCapture, HoldsBoxesFiltersAndAnswer) {
   BoxList boxes = uniform_boxes(300, 1);

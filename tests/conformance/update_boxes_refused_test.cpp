@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstring>
-#include <thread>
+#include <limits>
 
 #include "support/body_scenes.hpp"
 #include "support/configs.hpp"

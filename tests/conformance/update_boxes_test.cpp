@@ -1,10 +1,10 @@
 // Boxes of bodies through the door: exact for every shape, the same bits for every instruction set
-// and thread count, in every layout; and what is refused.
+// and thread count, in every layout, whatever the state of the floating point unit.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
-#include <thread>
+#include <limits>
 
 #include "support/body_scenes.hpp"
 #include "support/configs.hpp"

@@ -78,7 +78,7 @@ TEST(Nbody, FourConesStandUnderSpheres) {
                 scene.side() / 2 + 1e-4)
           << i;
       if (i >= 4) continue;
-      EXPECT_TRUE(same(first[i], b) && !scene.moves(i)) << i;
+      EXPECT_TRUE(same_bits(first[i], b) && !scene.moves(i)) << i;
       EXPECT_EQ(b.lower.z, 0) << i;
       bool& quadrant = quadrants[b.lower.x + b.upper.x > 0][b.lower.y + b.upper.y > 0];
       EXPECT_FALSE(quadrant) << "two cones in one quadrant";
@@ -176,7 +176,7 @@ TEST(Column, FallsOntoThePlaneAndComesToRest) {
     top_before = top;
     EXPECT_LT(pairs_a_box(scene, f), 3.5) << f;
   }
-  EXPECT_TRUE(same(frame_of(scene, 130), frame_of(scene, 1000)));
+  EXPECT_TRUE(same_bits(frame_of(scene, 130), frame_of(scene, 1000)));
   EXPECT_LT(top_before, scene.side() / 3);
   EXPECT_NEAR(pairs_a_box(scene, 130), 3, 0.5);
 }

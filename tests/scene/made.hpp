@@ -2,12 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 #include <string>
 #include <vector>
 
 #include "scene/scene.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::scene {
 
@@ -25,10 +25,7 @@ inline std::vector<Box> frame_of(const Scene& scene, std::size_t f) {
   return boxes;
 }
 
-inline bool same(const Box& a, const Box& b) { return std::memcmp(&a, &b, sizeof(Box)) == 0; }
-inline bool same(const std::vector<Box>& a, const std::vector<Box>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Box)) == 0;
-}
+using tests::same_bits;
 
 // Pairs a box, by a plain sweep along x in each world.
 inline double pairs_a_box(const Scene& scene, std::size_t f) {

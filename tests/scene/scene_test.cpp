@@ -69,13 +69,14 @@ TEST_P(EveryScene, BoxesDependOnIndexAndFrameAlone) {
     std::memset(part, 0xaa, sizeof part);
     const Box guard = part[77];
     scene.boxes(7, begin, end, part);
-    for (std::size_t i = begin; i < end; ++i) EXPECT_TRUE(same(part[i - begin], whole[i])) << i;
-    EXPECT_TRUE(same(part[77], guard));
+    for (std::size_t i = begin; i < end; ++i)
+      EXPECT_TRUE(same_bits(part[i - begin], whole[i])) << i;
+    EXPECT_TRUE(same_bits(part[77], guard));
   }
   Spec other = scene.spec();
-  EXPECT_TRUE(same(frame_of(Scene(other), 7), whole)) << "a resolved spec means the same";
+  EXPECT_TRUE(same_bits(frame_of(Scene(other), 7), whole)) << "a resolved spec means the same";
   other.seed = 2;
-  EXPECT_FALSE(same(frame_of(Scene(other), 7), whole));
+  EXPECT_FALSE(same_bits(frame_of(Scene(other), 7), whole));
 }
 
 TEST_P(EveryScene, FewAndManyAreFinite) {
@@ -103,15 +104,15 @@ TEST_P(EveryScene, OnlyMoversMove) {
   const std::vector<Box> a = frame_of(scene, 0), b = frame_of(scene, 31), c = frame_of(scene, 80);
   int moved = 0, missed = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool differs = !same(a[i], b[i]) && !same(b[i], c[i]);
-    EXPECT_TRUE(scene.moves(i) || (same(a[i], b[i]) && same(a[i], c[i]))) << i;
+    const bool differs = !same_bits(a[i], b[i]) && !same_bits(b[i], c[i]);
+    EXPECT_TRUE(scene.moves(i) || (same_bits(a[i], b[i]) && same_bits(a[i], c[i]))) << i;
     moved += scene.moves(i);
     missed += scene.moves(i) && !differs;
   }
   EXPECT_NEAR(moved, 500, 80);
   EXPECT_TRUE(missed == 0 || GetParam() == "column") << missed;  // where some have come to rest
   spec.moving = 0;
-  EXPECT_TRUE(same(frame_of(Scene(spec), 0), frame_of(Scene(spec), 60)));
+  EXPECT_TRUE(same_bits(frame_of(Scene(spec), 0), frame_of(Scene(spec), 60)));
 }
 
 TEST_P(EveryScene, DensityIsWhatIsToldAndStays) {

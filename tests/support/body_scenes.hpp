@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include <throng/throng.hpp>
 
 #include "support/exact_bodies.hpp"
 #include "support/random.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::tests {
 
@@ -77,11 +77,6 @@ inline std::vector<Box> boxes_of(const Bodies& bodies, const UpdateOptions& opti
   EXPECT_EQ(r.status, Status::ok) << r.message;
   EXPECT_EQ(r.written, bodies.size());
   return boxes;
-}
-
-inline bool same_bits(const std::vector<Box>& a, const std::vector<Box>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Box)) == 0);
 }
 
 }  // namespace throng::tests

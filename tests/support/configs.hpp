@@ -96,13 +96,11 @@ inline std::vector<Config> watched_configs() {
       {Algorithm::all_pairs, Isa::scalar, 0, any, Backend::emulated},
       {Algorithm::grid, Isa::scalar, 0, any, Backend::emulated},
   };
-  if (watches_memory) {
+  if (!watches_threads) {
     configs.push_back({Algorithm::all_pairs, Isa::scalar, 1, any});
     configs.push_back({Algorithm::grid, Isa::scalar, 1, any});
     configs.push_back({Algorithm::grid, Isa::scalar, 0, canonical, Backend::emulated});
-  }
-  if (watches_memory && widest != Isa::scalar) {
-    configs.push_back({Algorithm::grid, widest, 1, any});
+    if (widest != Isa::scalar) configs.push_back({Algorithm::grid, widest, 1, any});
   }
   return configs;
 }
