@@ -85,7 +85,8 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
     const auto* block =
         reinterpret_cast<const GridSpace::Block*>((tail - 1) & ~(space_.block_bytes_ - 1));
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
-    level_.segments.grow(segments + blocks, segments);
+    // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
+    level_.segments.grow(segments + blocks + space_.tasks_, segments);
     const std::uint32_t added =
         space_.chain(tail, level_.segments.data() + segments, static_cast<std::uint32_t>(blocks));
     for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;

@@ -126,13 +126,15 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
     prepare(plan, expected, task_count);
     std::mutex merge;
     BinReport total;
+    Shares shares[2] = {{problem.queries.count, task_count, bin_tile},
+                        {problem.targets.count, task_count, bin_tile}};
     auto task = [&](unsigned t) {
       search.guarded([&] {
         Worker& worker = *team[t];
         BinReport mine;
         for (unsigned side = 0; side < 2; ++side) {
           bin_side(search, side ? problem.targets : problem.queries, side, plan.map, worker, t,
-                   mine);
+                   shares[side], mine);
         }
         const std::lock_guard<std::mutex> lock(merge);
         total.add(mine);
@@ -154,7 +156,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
 }
 
 void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
-                         const core::Quantiser& map, Worker& worker, unsigned t,
+                         const core::Quantiser& map, Worker& worker, unsigned t, Shares& shares,
                          BinReport& report) {
   BinTask& task = worker.bin;
   task.space = this;
@@ -167,10 +169,6 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
       reinterpret_cast<std::uintptr_t>(worker.dummy_block.room(2 * block_bytes_, true));
   task.dummy = (dummy + block_bytes_ - 1) & ~(block_bytes_ - 1);
 
-  const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t{side.count} * t / tasks_);
-  const std::uint32_t end =
-      static_cast<std::uint32_t>(std::uint64_t{side.count} * (t + 1) / tasks_);
-  if (begin == end) return;
   const Boxes& boxes = *side.boxes;
   // The kernels read a little beyond a box: where boxes lie apart, and up to the last ones, which
   // are copied out.
@@ -180,27 +178,31 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[(bin_tile + bin_overrun) * 6];
-  for (std::uint32_t at = begin, count = 0; at < end; at += count) {
-    count = std::min(bin_tile, end - at);
-    if (packed && at < safe) {
-      count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
-      bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
-                  count, index, map, worker, report);
-      continue;
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t id = side.id(at + i);
-      Box box = boxes[id];
-      if (search.margin != 0 && core::is_active(box)) box = core::expand(box, search.margin);
-      if (flat) {
-        // Any two overlap there; words that differ spare the floats.
-        box.lower.z = box.lower.z - 1;
-        box.upper.z = box.upper.z + 1;
+  // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
+  std::size_t begin, end;
+  while (shares.take(begin, end)) {
+    for (std::uint32_t at = static_cast<std::uint32_t>(begin), count = 0; at < end; at += count) {
+      count = std::min(bin_tile, static_cast<std::uint32_t>(end) - at);
+      if (packed && at < safe) {
+        count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
+        bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
+                    count, index, map, worker, report);
+        continue;
       }
-      std::memcpy(tile + 6 * i, &box, sizeof box);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t id = side.id(at + i);
+        Box box = boxes[id];
+        if (search.margin != 0 && core::is_active(box)) box = core::expand(box, search.margin);
+        if (flat) {
+          // Any two overlap there; words that differ spare the floats.
+          box.lower.z = box.lower.z - 1;
+          box.upper.z = box.upper.z + 1;
+        }
+        std::memcpy(tile + 6 * i, &box, sizeof box);
+      }
+      bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
+                  names ? names + at : nullptr, at, count, index, map, worker, report);
     }
-    bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
-                names ? names + at : nullptr, at, count, index, map, worker, report);
   }
 }
 

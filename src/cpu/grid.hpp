@@ -6,6 +6,7 @@
 
 #include "core/planner.hpp"
 #include "cpu/search.hpp"
+#include "cpu/threads.hpp"
 #include "cpu/worker.hpp"
 
 namespace throng::cpu {
@@ -46,7 +47,7 @@ class GridSpace {
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);
   void bin_side(Search&, const Side&, unsigned side, const core::Quantiser&, Worker&, unsigned task,
-                BinReport&);
+                Shares&, BinReport&);
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
                    std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantiser&,
                    Worker&, BinReport&);

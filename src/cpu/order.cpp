@@ -23,6 +23,11 @@ constexpr unsigned most_split_bits = 12;      // beyond, the split itself runs o
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 16;
+// Parts of the pairs that tasks count and split by turns, so that whoever starts late does fewer: a
+// few a task, unless tasks are many.
+constexpr unsigned part_count(unsigned tasks) noexcept {
+  return tasks == 1 ? 1 : std::max(tasks, std::min(4 * tasks, 64u));
+}
 constexpr unsigned most_digit_bits = 11;
 constexpr unsigned most_passes = 6;  // of 64 bits
 
@@ -132,7 +137,7 @@ void sort_bucket(Pair* pairs, std::size_t count, KeyLayout layout, unsigned bits
 }  // namespace
 
 std::size_t PairSorter::bytes_for(std::size_t count, unsigned task_count) noexcept {
-  const std::size_t histograms = (task_count + std::size_t{1}) << most_split_bits;
+  const std::size_t histograms = (part_count(task_count) + std::size_t{1}) << most_split_bits;
   const std::size_t scratch = std::min(count, scratch_pairs) * 2 * task_count + 1;
   return (histograms + scratch + scratch / 8) * sizeof(std::uint64_t);
 }
@@ -152,35 +157,41 @@ void PairSorter::sort(const Executor& executor, unsigned task_count, Pair* from,
   const std::size_t buckets = std::size_t{1} << split_bits;
   if (count < 16384) task_count = 1;
 
-  std::uint64_t* histograms = histograms_.room((task_count + 1) * buckets, true);
-  const auto part = [&](unsigned t) {
-    return count / task_count * t + std::min<std::size_t>(t, count % task_count);
+  const unsigned parts = part_count(task_count);
+  std::uint64_t* histograms = histograms_.room((parts + std::size_t{1}) * buckets, true);
+  const auto part = [&](unsigned p) {
+    return count / parts * p + std::min<std::size_t>(p, count % parts);
   };
-  auto count_task = [&](unsigned t) {
-    std::uint64_t* mine = histograms + t * buckets;
-    std::memset(mine, 0, buckets * sizeof *mine);
-    for (std::size_t i = part(t), end = part(t + 1); i < end; ++i) ++mine[from[i].first >> shift];
+  std::atomic<unsigned> to_count{0}, to_split{0};
+  auto count_task = [&](unsigned) {
+    for (unsigned p; (p = to_count.fetch_add(1, std::memory_order_relaxed)) < parts;) {
+      std::uint64_t* mine = histograms + p * buckets;
+      std::memset(mine, 0, buckets * sizeof *mine);
+      for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) ++mine[from[i].first >> shift];
+    }
   };
   run_tasks(executor, task_count, count_task);
   std::uint64_t sum = 0;
   std::uint64_t largest = 0;
-  std::uint64_t* ends = histograms + task_count * buckets;
+  std::uint64_t* ends = histograms + parts * buckets;
   for (std::size_t b = 0; b < buckets; ++b) {
     const std::uint64_t begin = sum;
-    for (unsigned t = 0; t < task_count; ++t) {
-      const std::uint64_t n = histograms[t * buckets + b];
-      histograms[t * buckets + b] = sum;
+    for (unsigned p = 0; p < parts; ++p) {
+      const std::uint64_t n = histograms[p * buckets + b];
+      histograms[p * buckets + b] = sum;
       sum += n;
     }
     ends[b] = sum;
     largest = std::max(largest, sum - begin);
   }
-  auto split_task = [&](unsigned t) {
-    std::uint64_t* mine = histograms + t * buckets;
-    for (std::size_t i = part(t), end = part(t + 1); i < end; ++i) {
-      Pair* const at = to + mine[from[i].first >> shift]++;
-      prefetch(at + ahead);
-      *at = from[i];
+  auto split_task = [&](unsigned) {
+    for (unsigned p; (p = to_split.fetch_add(1, std::memory_order_relaxed)) < parts;) {
+      std::uint64_t* mine = histograms + p * buckets;
+      for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
+        Pair* const at = to + mine[from[i].first >> shift]++;
+        prefetch(at + ahead);
+        *at = from[i];
+      }
     }
   };
   run_tasks(executor, task_count, split_task);

@@ -1,6 +1,10 @@
 // The one seam to threads.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+
 #include <throng/options.hpp>
 
 namespace throng::cpu {
@@ -19,5 +23,30 @@ void run_tasks(const Executor& executor, unsigned count, F& body) {
       executor, count, [](void* context, unsigned index) { (*static_cast<F*>(context))(index); },
       &body);
 }
+
+// Ranges of 0 .. count-1 that tasks take by turns, so that one that starts late, or has a slower
+// core, holds nobody up: some eight for each. All but the last are as long, a multiple of `step`,
+// and not above most_steps * step.
+class Shares {
+ public:
+  Shares(std::size_t count, unsigned tasks, std::size_t step) noexcept
+      : count_(count),
+        size_(step *
+              std::clamp(count / (std::size_t{tasks} * 8) / step, std::size_t{1}, most_steps)) {}
+  // The next one, of this task alone; false where none is left.
+  bool take(std::size_t& begin, std::size_t& end) noexcept {
+    // `next_` passes the count by a share a task: it cannot come around.
+    begin = next_.load(std::memory_order_relaxed) < count_
+                ? next_.fetch_add(size_, std::memory_order_relaxed)
+                : count_;
+    end = std::min(count_, begin + size_);
+    return begin < count_;
+  }
+
+ private:
+  static constexpr std::size_t most_steps = 64;
+  std::size_t count_, size_;
+  std::atomic<std::size_t> next_{0};
+};
 
 }  // namespace throng::cpu

@@ -1,6 +1,7 @@
 #include "live/pair_set.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
@@ -14,7 +15,10 @@ constexpr std::size_t ahead = 8;
 
 bool before(const LivePair& a, const LivePair& b) noexcept { return key_of(a) < key_of(b); }
 
-// One task's part of a merge: new pairs [begin, end), live ones [live_begin, live_end).
+// Of a merge at most so many parts, which tasks take by turns.
+constexpr unsigned most_parts = 256;
+
+// One of them: new pairs [begin, end), live ones [live_begin, live_end).
 struct Part {
   std::size_t begin, end, live_begin, live_end;
   std::size_t begun, ended;
@@ -173,14 +177,16 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   next_ended_.reserve(count_);
   spare_.reserve(count);
   // In parts that begin at the same pair in both lists. Each writes where its own begins.
-  tasks = std::min({tasks, cpu::max_workers, static_cast<unsigned>((count + count_) / 8192 + 1)});
-  Part parts[cpu::max_workers];
-  for (unsigned t = 0; t < tasks; ++t) {
-    Part& part = parts[t];
-    part.begin = t == 0 ? 0 : parts[t - 1].end;
-    part.live_begin = t == 0 ? 0 : parts[t - 1].live_end;
-    part.end = count / tasks * (t + 1);
-    if (t + 1 == tasks || part.end == 0) part.end = count;
+  const auto part_count = static_cast<unsigned>(std::min<std::size_t>(
+      (count + count_) / 8192 + 1, std::min(tasks == 1 ? 1 : 4 * tasks, most_parts)));
+  tasks = std::min(tasks, part_count);
+  Part parts[most_parts];
+  for (unsigned p = 0; p < part_count; ++p) {
+    Part& part = parts[p];
+    part.begin = p == 0 ? 0 : parts[p - 1].end;
+    part.live_begin = p == 0 ? 0 : parts[p - 1].live_end;
+    part.end = count / part_count * (p + 1);
+    if (p + 1 == part_count || part.end == 0) part.end = count;
     part.live_end = count_;
     if (part.end < count) {
       const LivePair next{pairs[part.end].first, pairs[part.end].second, 0};
@@ -188,19 +194,22 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
           std::lower_bound(sorted_.begin(), sorted_.end(), next, before) - sorted_.begin());
     }
   }
-  auto task = [&](unsigned t) {
-    merge(pairs, sorted_.data(), parts[t], spare_.data(), next_begun_.data() + parts[t].begin,
-          next_ended_.data() + parts[t].live_begin);
+  std::atomic<unsigned> next{0};
+  auto task = [&](unsigned) {
+    for (unsigned p; (p = next.fetch_add(1, std::memory_order_relaxed)) < part_count;) {
+      merge(pairs, sorted_.data(), parts[p], spare_.data(), next_begun_.data() + parts[p].begin,
+            next_ended_.data() + parts[p].live_begin);
+    }
   };
   cpu::run_tasks(executor, tasks, task);
   std::size_t begun = 0, ended = 0;
-  for (unsigned t = 0; t < tasks; ++t) {
-    const LivePair* from = next_begun_.data() + parts[t].begin;
-    std::copy(from, from + parts[t].begun, next_begun_.data() + begun);
-    from = next_ended_.data() + parts[t].live_begin;
-    std::copy(from, from + parts[t].ended, next_ended_.data() + ended);
-    begun += parts[t].begun;
-    ended += parts[t].ended;
+  for (unsigned p = 0; p < part_count; ++p) {
+    const LivePair* from = next_begun_.data() + parts[p].begin;
+    std::copy(from, from + parts[p].begun, next_begun_.data() + begun);
+    from = next_ended_.data() + parts[p].live_begin;
+    std::copy(from, from + parts[p].ended, next_ended_.data() + ended);
+    begun += parts[p].begun;
+    ended += parts[p].ended;
   }
   next_begun_.resize(begun);
   next_ended_.resize(ended);

@@ -1,6 +1,7 @@
 #include "live/tracker.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <utility>
 
@@ -68,28 +69,33 @@ Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
 bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const std::size_t n = boxes.size();
   const unsigned tasks = tasks_to_move(n, options);
-  bool found[cpu::max_workers];
-  auto task = [&](unsigned t) {
-    found[t] = Objects::has_nan(boxes, n * t / tasks, n * (t + 1) / tasks);
+  std::atomic<bool> found{false};
+  cpu::Shares shares(n, tasks, 1024);
+  auto task = [&](unsigned) {
+    for (std::size_t begin, end; shares.take(begin, end);) {
+      if (Objects::has_nan(boxes, begin, end)) found = true;
+    }
   };
   cpu::run_tasks(executor_of(options), tasks, task);
-  return std::any_of(found, found + tasks, [](bool f) { return f; });
+  return found;
 }
 
 void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
   THRONG_RANGE("move all");
   const std::size_t n = objects_.limit();
   const unsigned tasks = tasks_to_move(n, options);
-  struct Part {
-    std::size_t dirty;
-    std::int64_t inactive;
-  } parts[cpu::max_workers];
-  auto task = [&](unsigned t) {
-    parts[t].dirty =
-        objects_.move_range(boxes, n * t / tasks, n * (t + 1) / tasks, parts[t].inactive);
+  std::atomic<std::size_t> dirty{0};
+  std::atomic<std::int64_t> inactive{0};
+  cpu::Shares shares(n, tasks, 1024);
+  auto task = [&](unsigned) {
+    for (std::size_t begin, end; shares.take(begin, end);) {
+      std::int64_t more;
+      dirty += objects_.move_range(boxes, begin, end, more);
+      inactive += more;
+    }
   };
   cpu::run_tasks(executor_of(options), tasks, task);
-  for (unsigned t = 0; t < tasks; ++t) objects_.marked(parts[t].dirty, parts[t].inactive);
+  objects_.marked(dirty, inactive);
 }
 
 void Tracker::update(const Options& options, Result& r) {
