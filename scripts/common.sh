@@ -57,7 +57,11 @@ need() {
 # Settings that a build folder takes when it is made, and ignores afterwards.
 use_ninja_and_ccache() {
   if have ninja; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
-  if have ccache; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"; fi
+  if have ccache; then
+    export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
+    # Without these it caches nothing that has a precompiled header.
+    export CCACHE_SLOPPINESS="${CCACHE_SLOPPINESS:-pch_defines,time_macros}"
+  fi
 }
 
 # configure PRESET [-D...]: quiet unless it fails.

@@ -145,7 +145,7 @@ inline void print_pairs(std::ostream& out, const char* what, const std::vector<P
 
 // Exactly the same multiset; `want` is sorted. Tells the first pairs missing, extra and told twice.
 inline testing::AssertionResult same_pairs(std::vector<Pair> got, const std::vector<Pair>& want) {
-  std::sort(got.begin(), got.end());
+  if (!std::is_sorted(got.begin(), got.end())) std::sort(got.begin(), got.end());
   if (got == want) return testing::AssertionSuccess();
   std::vector<Pair> missing, extra, twice;
   std::size_t g = 0;
