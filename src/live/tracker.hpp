@@ -56,7 +56,12 @@ class Tracker {
   void tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t count);
   std::uint64_t tell_many(const PairSet::Walk& had, const ObjectId* hits, std::uint32_t count);
   void find_all(const Options& options, unsigned tasks, Result& result);
-  Cells::Worlds worlds_of(ObjectId id) const noexcept;
+  Cells::Worlds worlds_of(ObjectId id) const noexcept {
+    if (objects_.in_worlds() == 0) return {};
+    const std::int32_t own = objects_.filter(id).world;
+    if (own == -1) return {-1, false, true};
+    return {own, objects_.in_worlds() != objects_.count(), false};
+  }
 
   cpu::Engine engine_;  // its memory is that of all
   Objects objects_;
