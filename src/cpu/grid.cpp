@@ -180,7 +180,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   alignas(64) float tile[(bin_tile + bin_overrun) * 6];
   // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
   std::size_t begin, end;
-  while (shares.take(begin, end)) {
+  while (!search.over() && shares.take(begin, end)) {
     for (std::uint32_t at = static_cast<std::uint32_t>(begin), count = 0; at < end; at += count) {
       count = std::min(bin_tile, static_cast<std::uint32_t>(end) - at);
       if (packed && at < safe) {

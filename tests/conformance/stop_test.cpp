@@ -78,6 +78,30 @@ TEST_P(Stop, FromAnotherThread) {
   EXPECT_LT(r.comparisons, 79'000'000'000u);
 }
 
+// While boxes are entered into the grid: those not yet looked at are not.
+TEST_P(Stop, WhileBoxesAreBinned) {
+  Options o = stoppable();
+  if (config().backend != Backend::cpu || o.algorithm != Algorithm::grid || o.threads < 2)
+    GTEST_SKIP() << "begins no task of an executor before the first pair";
+  struct Host {
+    std::atomic<bool>& stop;
+    unsigned tasks = 0;
+    static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+      Host& host = *static_cast<Host*>(self);
+      host.stop = true;
+      for (unsigned i = 0; i < count; ++i) task(context, i);
+      host.tasks += count;
+    }
+  } host{stop_};
+  const Executor executor{o.threads, Host::run, &host};
+  o.executor = &executor;
+  const BoxList boxes(100000, Box{{1, 1, 1}, {-1, -1, -1}});
+  const Result r = Finder(o).find(boxes);
+  expect_stopped(r);
+  EXPECT_EQ(host.tasks, o.threads);
+  EXPECT_EQ(r.inactive, 0u);
+}
+
 THRONG_INSTANTIATE(Stop, all_configs);
 
 TEST(StopUpdateBoxes, LeavesTheRest) {
