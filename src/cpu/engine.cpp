@@ -228,8 +228,8 @@ void Engine::find_in_order(Call& call, Output& output) {
     if (!output.data) throw NoMemory{found * sizeof(Pair)};
     output.capacity = found;
   }
-  sorter_.sort(*call.search.executor, call.tasks, own.data, output.data, found,
-               call.search.a->size(), call.search.b->size());
+  sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, own.data, output.data,
+               found, call.search.a->size(), call.search.b->size());
   r.written = found;
   r.times.order_ms = call.clock.lap();
 }
@@ -272,8 +272,8 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
   const std::size_t room = std::min(unordered_.capacity(), ordered_.capacity());
 
   const auto deliver = [&](std::size_t count) {
-    sorter_.sort(*call.search.executor, call.tasks, unordered_.data(), ordered_.data(), count,
-                 call.search.a->size(), call.search.b->size());
+    sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, unordered_.data(),
+                 ordered_.data(), count, call.search.a->size(), call.search.b->size());
     call.result.times.order_ms += call.clock.lap();
     call.result.written += count;
     if (count) go_on = consumer(ordered_.data(), count);

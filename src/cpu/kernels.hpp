@@ -99,6 +99,9 @@ struct Tile {
   std::uint32_t count;
 };
 
+// Columns that are sorted side by side.
+constexpr std::uint32_t sorted_columns = 16;
+
 struct Kernels {
   Isa isa;
   std::uint32_t lanes;  // words compared at once
@@ -116,6 +119,9 @@ struct Kernels {
   void (*sweep)(const Sweep&, Emit&);
   // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
+  // Sorts each of `sorted_columns` columns, whose rows, a multiple of 8, lie one after another.
+  // Null where vectors are too short for that to pay.
+  void (*sort_columns)(std::uint32_t* numbers, std::uint32_t rows);
 };
 
 // The table of an instruction set, or null where this build or processor has it not.

@@ -21,6 +21,7 @@
 
 #include "cpu/kernels_all_pairs-inl.hpp"
 #include "cpu/kernels_bin-inl.hpp"
+#include "cpu/kernels_columns-inl.hpp"
 #include "cpu/kernels_strip-inl.hpp"
 #include "cpu/kernels_sweep-inl.hpp"
 
@@ -33,10 +34,10 @@ const Kernels& kernels() {
                       : HWY_TARGET == HWY_AVX3 ? Isa::avx512
                                                : Isa::neon;
   static const Kernels table{
-      isa,       static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())),
-      bin,       word_range,
-      transpose, sweep,
-      all_pairs};
+      isa, static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())), bin, word_range,
+      transpose, sweep, all_pairs,
+      // Of fewer numbers a vector digits are faster.
+      Columns::width >= 8 ? sort_columns : nullptr};
   return table;
 }
 

@@ -1,16 +1,14 @@
-// One pass by the leading bits of `first` splits the pairs into buckets; the rest of a bucket's
-// keys is sorted from its last digit up, in a core's second level of cache, and in half the room
-// where it fits 32 bits.
+// One pass by the leading bits of `first` splits the pairs into buckets, which are sorted one by
+// one.
 #include "cpu/order.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cstring>
-#include <type_traits>
-#include <utility>
 
 #include "core/profile.hpp"
+#include "cpu/bucket.hpp"
 #include "cpu/prefetch.hpp"
 #include "cpu/threads.hpp"
 
@@ -28,110 +26,9 @@ constexpr std::size_t ahead = 16;
 constexpr unsigned part_count(unsigned tasks) noexcept {
   return tasks == 1 ? 1 : std::max(tasks, std::min(4 * tasks, 64u));
 }
-constexpr unsigned most_digit_bits = 11;
-constexpr unsigned most_passes = 6;  // of 64 bits
 
 unsigned bits_of(std::uint64_t count) noexcept {
   return count < 2 ? 0 : static_cast<unsigned>(std::bit_width(count - 1));
-}
-
-// A pair's key below the bits that all of its bucket share.
-struct KeyLayout {
-  unsigned second_bits;
-  std::uint32_t first_mask;   // the bits of first that are in the key
-  std::uint32_t first_above;  // those that are not: the bucket's
-  template <class Key>
-  Key key(Pair p) const noexcept {
-    return static_cast<Key>(Key{p.first & first_mask} << second_bits | p.second);
-  }
-  template <class Key>
-  Pair pair(Key key) const noexcept {
-    return {first_above | static_cast<std::uint32_t>(key >> second_bits),
-            static_cast<std::uint32_t>(key & ((Key{1} << second_bits) - 1))};
-  }
-};
-
-// How many digits: passes cost what moving a key does, counters what a few do.
-unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
-  unsigned best = 0;
-  double least = 0;
-  for (unsigned passes = 2; passes <= most_passes; ++passes) {
-    const unsigned digit = (bits + passes - 1) / passes;
-    if (digit > most_digit_bits || (even && passes % 2 != 0)) continue;
-    const double cost =
-        passes * (static_cast<double>(count) + 0.5 * static_cast<double>(1u << digit));
-    if (best == 0 || cost < least) {
-      best = passes;
-      least = cost;
-    }
-  }
-  return best;
-}
-
-// Sorts `pairs` in place; a and b have room for as many keys. `a` may be null, then the keys go to
-// and fro between b and the pairs' own room.
-template <class Key>
-void sort_bucket(Pair* pairs, std::size_t count, KeyLayout layout, unsigned bits, Key* a, Key* b) {
-  if (count < 2 || bits == 0) return;
-  if (count <= 48 || count > 0xffffffffu) {
-    std::sort(pairs, pairs + count);
-    return;
-  }
-  const unsigned passes = digit_count(count, bits, a == nullptr);
-  const unsigned digit = (bits + passes - 1) / passes;
-  const std::size_t digits = std::size_t{1} << digit;
-  const Key mask = static_cast<Key>(digits - 1);
-
-  // All counts in one go: of several counters at once none waits for itself.
-  std::uint32_t counts[most_passes << most_digit_bits];
-  std::memset(counts, 0, passes * digits * sizeof *counts);
-  const auto count_keys = [&](auto pass_count) {
-    for (std::size_t i = 0; i < count; ++i) {
-      Key key = layout.key<Key>(pairs[i]);
-      if (a) a[i] = key;
-      for (unsigned p = 0; p < pass_count; ++p, key = static_cast<Key>(key >> digit)) {
-        ++counts[p * digits + (key & mask)];
-      }
-    }
-  };
-  if (passes == 2)
-    count_keys(std::integral_constant<unsigned, 2>());
-  else if (passes == 3)
-    count_keys(std::integral_constant<unsigned, 3>());
-  else
-    count_keys(passes);
-
-  const Key* from = a;  // null: the keys are still pairs
-  Key* to = b;
-  Key* spare = a ? a : reinterpret_cast<Key*>(pairs);
-  for (unsigned p = 0; p < passes; ++p) {
-    std::uint32_t* at = counts + p * digits;
-    std::uint32_t sum = 0;
-    for (std::size_t d = 0; d < digits; ++d) {
-      const std::uint32_t n = at[d];
-      at[d] = sum;
-      sum += n;
-    }
-    const unsigned shift = p * digit;
-    const auto move_keys = [&](auto source, auto target) {
-      for (std::size_t i = 0; i < count; ++i) {
-        const Key key = source(i);
-        target(at[(key >> shift) & mask]++, key);
-      }
-    };
-    const auto keys = [from](std::size_t i) { return from[i]; };
-    const auto to_keys = [to](std::uint32_t i, Key key) { to[i] = key; };
-    const auto to_pairs = [&](std::uint32_t i, Key key) { pairs[i] = layout.pair(key); };
-    if (!from) {
-      move_keys([&](std::size_t i) { return layout.key<Key>(pairs[i]); }, to_keys);
-    } else if (p + 1 < passes) {
-      move_keys(keys, to_keys);
-    } else {
-      move_keys(keys, to_pairs);
-    }
-    from = to;
-    std::swap(to, spare);
-  }
 }
 
 }  // namespace
@@ -142,8 +39,9 @@ std::size_t PairSorter::bytes_for(std::size_t count, unsigned task_count) noexce
   return (histograms + scratch + scratch / 8) * sizeof(std::uint64_t);
 }
 
-void PairSorter::sort(const Executor& executor, unsigned task_count, Pair* from, Pair* to,
-                      std::size_t count, std::uint64_t first_count, std::uint64_t second_count) {
+void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned task_count,
+                      Pair* from, Pair* to, std::size_t count, std::uint64_t first_count,
+                      std::uint64_t second_count) {
   THRONG_RANGE("order");
   const unsigned first_bits = bits_of(first_count), second_bits = bits_of(second_count);
   const unsigned all_bits = first_bits + second_bits;
@@ -196,29 +94,21 @@ void PairSorter::sort(const Executor& executor, unsigned task_count, Pair* from,
   };
   run_tasks(executor, task_count, split_task);
 
-  const unsigned bits = shift + second_bits;
-  const bool narrow = bits <= 32 && second_bits < 32;
   const std::size_t room =
-      static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)) * (narrow ? 1 : 2);
+      Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)),
+                       shift + second_bits);
   std::uint64_t* scratch = scratch_.room(room * task_count + 1);
   std::atomic<std::size_t> next{0};
   auto sort_task = [&](unsigned t) {
     for (std::size_t b; (b = next.fetch_add(1, std::memory_order_relaxed)) < buckets;) {
       const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
       const auto size = static_cast<std::size_t>(ends[b] - begin);
-      const KeyLayout layout{second_bits,
-                             static_cast<std::uint32_t>((std::uint64_t{1} << shift) - 1),
-                             static_cast<std::uint32_t>(std::uint64_t{b} << shift)};
-      std::uint64_t* spare = size <= scratch_pairs ? scratch + room * t
-                                                   : reinterpret_cast<std::uint64_t*>(from + begin);
-      if (narrow) {
-        auto* a = reinterpret_cast<std::uint32_t*>(spare);
-        sort_bucket<std::uint32_t>(to + begin, size, layout, bits, a, a + size);
-      } else if (size <= scratch_pairs) {
-        sort_bucket<std::uint64_t>(to + begin, size, layout, bits, spare, spare + size);
-      } else {
-        sort_bucket<std::uint64_t>(to + begin, size, layout, bits, nullptr, spare);
-      }
+      const Bucket bucket{to + begin, size, shift,
+                          static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
+      if (size <= scratch_pairs)
+        sort_bucket(kernels, bucket, scratch + room * t, room);
+      else
+        sort_bucket(kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
     }
   };
   run_tasks(executor, task_count, sort_task);

@@ -7,6 +7,7 @@
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 
+#include "cpu/kernels.hpp"
 #include "cpu/memory.hpp"
 
 namespace throng::cpu {
@@ -17,8 +18,8 @@ class PairSorter {
 
   // Sorts the `count` pairs of `from` by first, then second, into `to`; `from` is spoilt.
   // Every first is below first_count, every second below second_count.
-  void sort(const Executor& executor, unsigned task_count, Pair* from, Pair* to, std::size_t count,
-            std::uint64_t first_count, std::uint64_t second_count);
+  void sort(const Kernels& kernels, const Executor& executor, unsigned task_count, Pair* from,
+            Pair* to, std::size_t count, std::uint64_t first_count, std::uint64_t second_count);
   std::size_t held() const noexcept { return histograms_.bytes() + scratch_.bytes(); }
   // At least what sorting so many pairs takes beside them.
   static std::size_t bytes_for(std::size_t count, unsigned task_count) noexcept;
