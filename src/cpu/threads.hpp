@@ -25,14 +25,14 @@ void run_tasks(const Executor& executor, unsigned count, F& body) {
 }
 
 // Ranges of 0 .. count-1 that tasks take by turns, so that one that starts late, or has a slower
-// core, holds nobody up: some eight for each. All but the last are as long, a multiple of `step`,
+// core, holds nobody up: some sixteen for each. All but the last are as long, a multiple of `step`,
 // and not above most_steps * step.
 class Shares {
  public:
   Shares(std::size_t count, unsigned tasks, std::size_t step) noexcept
       : count_(count),
         size_(step *
-              std::clamp(count / (std::size_t{tasks} * 8) / step, std::size_t{1}, most_steps)) {}
+              std::clamp(count / (std::size_t{tasks} * 16) / step, std::size_t{1}, most_steps)) {}
   // The next one, of this task alone; false where none is left.
   bool take(std::size_t& begin, std::size_t& end) noexcept {
     // `next_` passes the count by a share a task: it cannot come around.
