@@ -60,6 +60,7 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       grid_(memory_),
       partition_(memory_),
       sorter_(memory_),
+      spill_(memory_),
       pairs_(memory_),
       unordered_(memory_),
       ordered_(memory_) {}
@@ -184,19 +185,14 @@ void Engine::solve_partition(Call& call) {
 }
 
 void Engine::find_into(Call& call, Output& output) {
-  for (bool direct = true;;) {
-    BufferSink sink(output.data, output.capacity, direct);
+  for (;;) {
+    const std::size_t spill = BufferSink::spill_for(call.tasks, output.capacity);
+    BufferSink sink(output.data, output.capacity, spill_.room(spill, true), spill);
     pass(call, sink);
     sink.close();
     call.result.found = sink.found();
     call.result.written = sink.written();
-    if (call.search.failed()) return;
-    const bool fits = sink.found() <= output.capacity;
-    if (sink.torn() && (fits || !output.grow)) {
-      direct = false;
-      continue;
-    }
-    if (fits) return;
+    if (call.search.failed() || sink.found() <= output.capacity) return;
     if (!output.grow) {
       call.result.status = Status::buffer_too_small;
       return;

@@ -70,6 +70,7 @@ class Engine {
   GridSpace grid_;
   Partition partition_;
   PairSorter sorter_;
+  Buffer<Pair> spill_;  // see BufferSink
   Buffer<Pair> pairs_, unordered_, ordered_;
   core::GridPlan grid_plan_;
   bool has_grid_ = false;

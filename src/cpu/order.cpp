@@ -3,7 +3,6 @@
 #include "cpu/order.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cstring>
 
@@ -57,18 +56,12 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
 
   const unsigned parts = part_count(task_count);
   std::uint64_t* histograms = histograms_.room((parts + std::size_t{1}) * buckets, true);
-  const auto part = [&](unsigned p) {
-    return count / parts * p + std::min<std::size_t>(p, count % parts);
-  };
-  std::atomic<unsigned> to_count{0}, to_split{0};
-  auto count_task = [&](unsigned) {
-    for (unsigned p; (p = to_count.fetch_add(1, std::memory_order_relaxed)) < parts;) {
-      std::uint64_t* mine = histograms + p * buckets;
-      std::memset(mine, 0, buckets * sizeof *mine);
-      for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) ++mine[from[i].first >> shift];
-    }
-  };
-  run_tasks(executor, task_count, count_task);
+  const auto part = [&](std::size_t p) { return count / parts * p + std::min(p, count % parts); };
+  run_by_turns(executor, task_count, parts, [&](std::size_t p, unsigned) {
+    std::uint64_t* mine = histograms + p * buckets;
+    std::memset(mine, 0, buckets * sizeof *mine);
+    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) ++mine[from[i].first >> shift];
+  });
   std::uint64_t sum = 0;
   std::uint64_t largest = 0;
   std::uint64_t* ends = histograms + parts * buckets;
@@ -82,36 +75,29 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
     ends[b] = sum;
     largest = std::max(largest, sum - begin);
   }
-  auto split_task = [&](unsigned) {
-    for (unsigned p; (p = to_split.fetch_add(1, std::memory_order_relaxed)) < parts;) {
-      std::uint64_t* mine = histograms + p * buckets;
-      for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
-        Pair* const at = to + mine[from[i].first >> shift]++;
-        prefetch(at + ahead);
-        *at = from[i];
-      }
+  run_by_turns(executor, task_count, parts, [&](std::size_t p, unsigned) {
+    std::uint64_t* mine = histograms + p * buckets;
+    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
+      Pair* const at = to + mine[from[i].first >> shift]++;
+      prefetch(at + ahead);
+      *at = from[i];
     }
-  };
-  run_tasks(executor, task_count, split_task);
+  });
 
   const std::size_t room =
       Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)),
                        shift + second_bits);
   std::uint64_t* scratch = scratch_.room(room * task_count + 1);
-  std::atomic<std::size_t> next{0};
-  auto sort_task = [&](unsigned t) {
-    for (std::size_t b; (b = next.fetch_add(1, std::memory_order_relaxed)) < buckets;) {
-      const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
-      const auto size = static_cast<std::size_t>(ends[b] - begin);
-      const Bucket bucket{to + begin, size, shift,
-                          static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
-      if (size <= scratch_pairs)
-        sort_bucket(kernels, bucket, scratch + room * t, room);
-      else
-        sort_bucket(kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
-    }
-  };
-  run_tasks(executor, task_count, sort_task);
+  run_by_turns(executor, task_count, buckets, [&](std::size_t b, unsigned t) {
+    const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
+    const auto size = static_cast<std::size_t>(ends[b] - begin);
+    const Bucket bucket{to + begin, size, shift,
+                        static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
+    if (size <= scratch_pairs)
+      sort_bucket(kernels, bucket, scratch + room * t, room);
+    else
+      sort_bucket(kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
+  });
 }
 
 }  // namespace throng::cpu

@@ -5,34 +5,26 @@
 
 namespace throng::cpu {
 
-// Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
-// one set fewer; so there are less than 2^64 - 2^33. next_ counts beside them what was left empty:
-// two rooms a worker, of most_pairs each at most.
-namespace {
-// A piece of the output: large enough that few are asked for, and less where little is left, so
-// that no worker sits on what another needs.
-constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
-static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - 2 * max_workers * most_pairs);
-}  // namespace
-
 void BufferSink::take(const Pair* pairs, std::size_t count) {
-  const std::uint64_t at = next_.fetch_add(count, std::memory_order_relaxed);
-  if (at >= capacity_) return;
-  const std::uint64_t room = capacity_ - at;
-  std::memcpy(out_ + at, pairs,
-              static_cast<std::size_t>(count < room ? count : room) * sizeof(Pair));
+  const std::uint64_t first = next_.fetch_add(count, std::memory_order_relaxed);
+  if (first >= end_) return;
+  count = static_cast<std::size_t>(std::min<std::uint64_t>(count, end_ - first));
+  const auto inside = static_cast<std::size_t>(
+      first < capacity_ ? std::min<std::uint64_t>(count, capacity_ - first) : 0);
+  if (inside != 0) std::memcpy(out_ + first, pairs, inside * sizeof(Pair));
+  if (inside != count)
+    std::memcpy(&at(first + inside), pairs + inside, (count - inside) * sizeof(Pair));
 }
 
 bool BufferSink::extend(Room& room) {
-  if (!direct_) return false;
-  std::uint64_t at = next_.load(std::memory_order_relaxed), size = 0;
+  std::uint64_t first = next_.load(std::memory_order_relaxed), size = 0;
   do {
-    if (at >= capacity_) return false;
-    size = std::min(most_pairs, (capacity_ - at) / 8);
+    if (first >= capacity_) return false;
+    size = std::min(most_pairs, (capacity_ - first) / 8);
     if (size < least_pairs) return false;
-  } while (!next_.compare_exchange_weak(at, at + size, std::memory_order_relaxed));
-  if (room.end != out_ + at) room.begin = out_ + at;
-  room.end = out_ + at + size;
+  } while (!next_.compare_exchange_weak(first, first + size, std::memory_order_relaxed));
+  if (room.end != out_ + first) room.begin = out_ + first;
+  room.end = out_ + first + size;
   return true;
 }
 
@@ -43,16 +35,18 @@ void BufferSink::leave(Room room) noexcept {
 }
 
 void BufferSink::close() noexcept {
-  if (next_ > capacity_) return;
   std::sort(rooms_, rooms_ + room_count_,
             [](const Room& a, const Room& b) { return a.begin < b.begin; });
-  Pair* const end = out_ + found();
-  Pair* last = out_ + next_;
+  Pair* const end = out_ + written();
+  std::uint64_t last = std::min<std::uint64_t>(next_, end_);
   std::size_t behind = room_count_;  // rooms from here on lie behind `last`
+  const auto place = [this](const Pair* p) { return static_cast<std::uint64_t>(p - out_); };
   for (std::size_t r = 0; r < room_count_ && rooms_[r].begin < end; ++r) {
     for (Pair* to = rooms_[r].begin; to < std::min(rooms_[r].end, end); ++to) {
-      while (behind > 0 && rooms_[behind - 1].end == last) last = rooms_[--behind].begin;
-      *to = *--last;
+      while (behind > 0 && place(rooms_[behind - 1].end) == last) {
+        last = place(rooms_[--behind].begin);
+      }
+      *to = at(--last);
     }
   }
 }

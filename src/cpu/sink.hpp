@@ -1,6 +1,7 @@
 // Where pairs end up: a buffer, a consumer, or one range of the canonical order.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,8 @@
 
 #include <throng/finder.hpp>
 #include <throng/types.hpp>
+
+#include "cpu/emit.hpp"
 
 namespace throng::cpu {
 
@@ -37,30 +40,48 @@ class Sink {
   virtual bool stopped() const noexcept { return false; }
 };
 
-// Counts always, writes while there is room. With `direct`, workers write into pieces of the
-// output; what they leave empty is filled from the end by close().
+// Counts always, writes while there is room. Workers write into pieces of the output; what they
+// leave empty is filled from the end by close(). As the output may then be full before all of its
+// pieces are, it goes on in some room of the sink's own, the spill.
 class BufferSink final : public Sink {
  public:
+  // What workers leave empty at most, and so what a spill needs; one worker alone fills what it
+  // has.
+  static constexpr std::size_t spill_for(unsigned workers, std::size_t capacity) noexcept {
+    return workers == 1 ? 0 : std::min(capacity, workers * (most_pairs + 2 * emit_slack));
+  }
+
   // The rooms are filled by leave().
   // cppcheck-suppress uninitMemberVar
-  BufferSink(Pair* out, std::size_t capacity, bool direct) noexcept
-      : out_(out), capacity_(capacity), direct_(direct) {}
+  BufferSink(Pair* out, std::size_t capacity, Pair* spill, std::size_t spill_capacity) noexcept
+      : out_(out), capacity_(capacity), spill_(spill), end_(capacity + spill_capacity) {}
   void take(const Pair* pairs, std::size_t count) override;
   bool extend(Room& room) override;
   void leave(Room room) noexcept override;
-  // To be called once, when all pairs are there.
+  // To be called once, when all pairs are there: the first written() of the output are pairs then.
   void close() noexcept;
   std::uint64_t found() const noexcept { return next_ - empty_; }
   std::uint64_t written() const noexcept { return found() < capacity_ ? found() : capacity_; }
-  // Pairs found no room although some was left empty: written() is too high.
-  bool torn() const noexcept { return next_ > capacity_ && empty_ != 0; }
 
  private:
   static constexpr std::size_t most_rooms = 2 * max_workers;
+  // A piece of the output: large enough that few are asked for, and less where little is left, so
+  // that no worker sits on what another needs.
+  static constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
+  // Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
+  // one set fewer; so there are less than 2^64 - 2^33. next_ counts beside them what was left
+  // empty: two rooms a worker, of most_pairs each at most.
+  static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - 2 * max_workers * most_pairs);
+
+  // Of the output and what it goes on in.
+  Pair& at(std::uint64_t i) const noexcept {
+    return i < capacity_ ? out_[i] : spill_[i - capacity_];
+  }
 
   Pair* out_;
   std::uint64_t capacity_;
-  bool direct_;
+  Pair* spill_;
+  std::uint64_t end_;                   // of the spill
   std::atomic<std::uint64_t> next_{0};  // what lies before is given away
   std::uint64_t empty_ = 0;
   std::size_t room_count_ = 0;

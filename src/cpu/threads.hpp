@@ -24,6 +24,16 @@ void run_tasks(const Executor& executor, unsigned count, F& body) {
       &body);
 }
 
+// Runs body(index, task) for index 0 .. count-1, each once: `tasks` tasks take them by turns.
+template <class F>
+void run_by_turns(const Executor& executor, unsigned tasks, std::size_t count, const F& body) {
+  std::atomic<std::size_t> next{0};
+  auto take = [&](unsigned task) {
+    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) body(i, task);
+  };
+  run_tasks(executor, tasks, take);
+}
+
 // Ranges of 0 .. count-1 that tasks take by turns, so that one that starts late, or has a slower
 // core, holds nobody up: some sixteen for each. All but the last are as long, a multiple of `step`,
 // and not above most_steps * step.

@@ -1,7 +1,6 @@
 #include "live/pair_set.hpp"
 
 #include <algorithm>
-#include <atomic>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
@@ -194,14 +193,10 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
           std::lower_bound(sorted_.begin(), sorted_.end(), next, before) - sorted_.begin());
     }
   }
-  std::atomic<unsigned> next{0};
-  auto task = [&](unsigned) {
-    for (unsigned p; (p = next.fetch_add(1, std::memory_order_relaxed)) < part_count;) {
-      merge(pairs, sorted_.data(), parts[p], spare_.data(), next_begun_.data() + parts[p].begin,
-            next_ended_.data() + parts[p].live_begin);
-    }
-  };
-  cpu::run_tasks(executor, tasks, task);
+  cpu::run_by_turns(executor, tasks, part_count, [&](std::size_t p, unsigned) {
+    merge(pairs, sorted_.data(), parts[p], spare_.data(), next_begun_.data() + parts[p].begin,
+          next_ended_.data() + parts[p].live_begin);
+  });
   std::size_t begun = 0, ended = 0;
   for (unsigned p = 0; p < part_count; ++p) {
     const LivePair* from = next_begun_.data() + parts[p].begin;

@@ -141,6 +141,30 @@ TEST_P(Guest, AnyExecutorWillDo) {
   }
 }
 
+// Where one task does all of the work, and the others sit on room in the output, nothing is
+// searched for a second time: not with room for the very pairs, or for one less, either.
+TEST_P(Guest, SearchesOnceWhoeverDoesTheWork) {
+  InlineExecutor inline_executor;
+  const Executor executor = inline_executor.view(4);
+  Options with = options();
+  with.executor = &executor;
+  for (const auto& [boxes, answer] : guest_scenes()) {
+    const auto found = static_cast<std::size_t>(answer.pairs.size());
+    Finder finder(with);
+    std::size_t usual = 0;
+    for (const std::size_t capacity : {4 * found + 100000, found, found == 0 ? 0 : found - 1}) {
+      std::vector<Pair> out(capacity);
+      ASSERT_EQ(finder.find(boxes, out.data(), capacity).found,
+                found);  // takes what memory it wants
+      inline_executor.runs = 0;
+      const Result result = finder.find(boxes, out.data(), capacity);
+      ASSERT_EQ(result.found, found);
+      if (usual == 0) usual = inline_executor.runs;
+      EXPECT_LE(inline_executor.runs, usual) << found << " pairs, room for " << capacity;
+    }
+  }
+}
+
 TEST_P(Guest, AllBytesComeFromTheResource) {
   InlineExecutor inline_executor;
   const Executor executor = inline_executor.view(3);

@@ -74,7 +74,7 @@ TEST(Edges, AStripOfTheMostBoxes) {
 
 // Pairs without room for one of them are only counted.
 TEST(Edges, ASinkCountsOn) {
-  BufferSink sink(nullptr, 0, true);
+  BufferSink sink(nullptr, 0, nullptr, 0);
   const std::size_t blocks[] = {(std::size_t{1} << 24) + 1, (std::size_t{1} << 31) + 1,
                                 std::size_t{1} << 32, (std::size_t{1} << 63) - 1};
   std::uint64_t sum = 0;

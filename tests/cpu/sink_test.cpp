@@ -35,14 +35,104 @@ TEST(RangeSinks, TakeTheirRangeToTheLastPlace) {
 TEST(BufferSinks, TakeToTheLastPlace) {
   const std::vector<Pair> pairs(10, Pair{1, 2});
   for (const std::size_t room : {0, 9, 10, 11}) {
-    std::vector<Pair> out(room + 1, untouched);
-    BufferSink sink(out.data(), room, false);
-    sink.take(pairs.data(), 6);
-    sink.take(pairs.data(), 4);
-    EXPECT_EQ(sink.found(), 10u);
-    EXPECT_EQ(sink.written(), std::min<std::size_t>(room, 10));
-    for (std::size_t k = 0; k < out.size(); ++k)
-      EXPECT_EQ(out[k], k < sink.written() ? pairs[0] : untouched);
+    for (const std::size_t spill_room : {0, 1, 4, 20}) {
+      std::vector<Pair> out(room + 1, untouched), spill(spill_room + 1, untouched);
+      BufferSink sink(out.data(), room, spill.data(), spill_room);
+      sink.take(pairs.data(), 6);
+      sink.take(pairs.data(), 4);
+      EXPECT_EQ(sink.found(), 10u);
+      EXPECT_EQ(sink.written(), std::min<std::size_t>(room, 10));
+      for (std::size_t k = 0; k < out.size(); ++k)
+        EXPECT_EQ(out[k], k < sink.written() ? pairs[0] : untouched);
+      EXPECT_EQ(spill.back(), untouched);
+    }
+  }
+}
+
+TEST(BufferSinks, LetARoomGrowWhereItEnds) {
+  std::vector<Pair> out(10000);
+  BufferSink sink(out.data(), out.size(), nullptr, 0);
+  Room one{}, other{};
+  ASSERT_TRUE(sink.extend(one));
+  EXPECT_EQ(one.begin, out.data());
+  const std::size_t before = one.size();
+  ASSERT_TRUE(sink.extend(one));
+  EXPECT_EQ(one.begin, out.data());
+  EXPECT_GT(one.size(), before);
+  ASSERT_TRUE(sink.extend(other));
+  EXPECT_EQ(other.begin, one.end);
+  const Room last = one;
+  ASSERT_TRUE(sink.extend(one));
+  EXPECT_EQ(one.begin, other.end);
+  EXPECT_LT(last.end, one.end);
+}
+
+// Workers write so many pairs of 0, 1, 2, ... into rooms and leave the rest of those, or have them
+// taken once there is no room. However unevenly they do, the output is full to the last place.
+TEST(BufferSinks, FillWhatWorkersLeaveEmpty) {
+  constexpr std::size_t workers = 3, slack = emit_slack;
+  const std::size_t shares[][workers] = {{20000, 0, 0}, {0, 0, 20000}, {5000, 9000, 6000},
+                                         {3, 19990, 7}, {700, 0, 300}, {1, 0, 0}};
+  for (const auto& share : shares) {
+    const std::size_t found = share[0] + share[1] + share[2];
+    for (const std::size_t capacity : {found + 40000, found + 600, found + 1, found, found - 1,
+                                       found - found / 3, found * 3 / 10, found / 9}) {
+      std::vector<Pair> out(capacity + 1, untouched);
+      const std::size_t spill_room = BufferSink::spill_for(workers, capacity);
+      std::vector<Pair> spill(spill_room + found, untouched);
+      BufferSink sink(out.data(), capacity, spill.data(), spill_room);
+      Room rooms[workers] = {}, gaps[workers] = {};
+      for (Room& room : rooms) sink.extend(room);
+      std::uint32_t next = 0;
+      for (std::size_t w = 0; w < workers; ++w) {
+        for (std::size_t left = share[w]; left != 0;) {
+          Room& room = rooms[w];
+          if (room.size() > slack || (left < room.size())) {
+            *room.begin++ = {next, next + 1};
+            ++next;
+            --left;
+            continue;
+          }
+          Room more{room.begin, room.end};
+          if (!sink.extend(more)) {
+            // What the worker has is filled before anything is taken.
+            for (Room* own : {&gaps[w], &room})
+              for (; own->size() != 0 && left != 0; --left, ++next)
+                *own->begin++ = {next, next + 1};
+            for (; left != 0; --left, ++next) {
+              const Pair pair{next, next + 1};
+              sink.take(&pair, 1);
+            }
+            break;
+          }
+          if (more.begin != room.begin) {
+            for (; gaps[w].size() != 0 && left != 0; --left, ++next)
+              *gaps[w].begin++ = {next, next + 1};
+            sink.leave(gaps[w]);
+            gaps[w] = room;
+          }
+          room = more;
+        }
+      }
+      for (std::size_t w = 0; w < workers; ++w) {
+        sink.leave(rooms[w]);
+        sink.leave(gaps[w]);
+      }
+      sink.close();
+      ASSERT_EQ(sink.found(), found);
+      const std::size_t written = std::min(found, capacity);
+      ASSERT_EQ(sink.written(), written);
+      ASSERT_EQ(out.back(), untouched);
+      for (std::size_t k = spill_room; k < spill.size(); ++k) ASSERT_EQ(spill[k], untouched);
+      std::vector<bool> seen(found);
+      for (std::size_t k = 0; k < written; ++k) {
+        ASSERT_LT(out[k].first, found);
+        ASSERT_EQ(out[k].second, out[k].first + 1);
+        ASSERT_FALSE(seen[out[k].first])
+            << out[k].first << " twice, of " << found << " in " << capacity;
+        seen[out[k].first] = true;
+      }
+    }
   }
 }
 
