@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "cpu/kernels.hpp"
+#include "cpu/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -77,7 +78,7 @@ HWY_INLINE Words load_record(const Record* r) {
 }
 HWY_INLINE void store_record(std::uintptr_t to, Words record) {
   hn::StoreU(record, hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<std::uint16_t*>(to));
-  hwy::Prefetch(reinterpret_cast<const char*>(to) + 128);
+  prefetch_to_own(reinterpret_cast<const char*>(to) + 128);
 }
 
 // Which words of a record a copy in a later column changes: for each set of axes along which it

@@ -12,6 +12,16 @@ inline void prefetch([[maybe_unused]] const void* address) noexcept {
 #endif
 }
 
+// One that will be written soon and that another thread may have: it is to be this one's own by
+// then. To a processor older than the instruction it means nothing.
+inline void prefetch_to_own([[maybe_unused]] const void* address) noexcept {
+#if defined(__GNUC__) && defined(__x86_64__)
+  __asm__ volatile("prefetchw %0" : : "m"(*static_cast<const char*>(address)));
+#else
+  prefetch(address);
+#endif
+}
+
 // One that will be read, but not at once: into the second level of cache.
 inline void prefetch_to_read([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__)
