@@ -1,8 +1,6 @@
 """BroadPhase against two double loops, before and after."""
 
 import os
-import signal
-import threading
 import time
 from typing import Any
 
@@ -10,6 +8,7 @@ import numpy
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from interrupt import LONGEST, ctrl_c
 from reference import brute_force, coordinate
 
 import throng
@@ -149,23 +148,14 @@ def test_ctrl_c(ask: bool) -> None:
     live.update()
     many = numpy.broadcast_to(everywhere[0], (1500000, 6))
     by = numpy.broadcast_to(numpy.ones(3, numpy.float32), (1500000, 3))
-    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
-    # A process that a shell started in the background ignores the signal otherwise.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    started = time.monotonic()
-    try:
-        timer.start()
-        with pytest.raises(KeyboardInterrupt):
-            if ask:
-                live.find_hits(many, by, static=numpy.ones(1500000, bool))
-            else:
-                while time.monotonic() - started < 10:
-                    live.move(numpy.arange(40000), everywhere)
-                    live.update()
-        assert time.monotonic() - started < 10
-    finally:
-        timer.join()
-        signal.signal(signal.SIGINT, before)
+    with ctrl_c():
+        if ask:
+            live.find_hits(many, by, static=numpy.ones(1500000, bool))
+        else:
+            until = time.monotonic() + LONGEST
+            while time.monotonic() < until:
+                live.move(numpy.arange(40000), everywhere)
+                live.update()
     assert len(live) == 40000 and live.update().found == 0
 
 

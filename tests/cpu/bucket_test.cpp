@@ -7,13 +7,14 @@
 #include <random>
 #include <vector>
 
+#include "support/configs.hpp"
+
 namespace throng::cpu {
 namespace {
 
 std::vector<const Kernels*> all_kernels() {
-  std::vector<const Kernels*> all{&scalar_kernels};
-  for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
-    if (const Kernels* kernels = simd_kernels(isa)) all.push_back(kernels);
+  std::vector<const Kernels*> all;
+  for (const Isa isa : tests::supported_isas()) all.push_back(find_kernels(isa));
   return all;
 }
 
@@ -90,6 +91,20 @@ TEST(Buckets, KeepTheGreatestIds) {
     pairs.push_back({0xfffffffeu, 0xfffffffeu});
     std::shuffle(pairs.begin(), pairs.end(), random);
     expect_sorted(*kernels, pairs, bucket, 16 * pairs.size());
+  }
+}
+
+// Columns of 64 rows take 512 numbers of 64 bits; with one less there are digits.
+TEST(Buckets, TakeNoMoreRoomThanThereIs) {
+  std::mt19937 random(4);
+  for (const Kernels* kernels : all_kernels()) {
+    const Bucket bucket{nullptr, 0, 4, 0, 32};
+    std::vector<Pair> pairs;
+    for (std::uint32_t first = 0; first < 16; ++first)
+      for (std::uint32_t k = 0; k < (first == 5 ? 64u : 16u); ++k)
+        pairs.push_back({first, static_cast<std::uint32_t>(random())});
+    std::shuffle(pairs.begin(), pairs.end(), random);
+    for (std::size_t room = 500; room <= 520; ++room) expect_sorted(*kernels, pairs, bucket, room);
   }
 }
 

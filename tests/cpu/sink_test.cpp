@@ -67,10 +67,33 @@ TEST(BufferSinks, LetARoomGrowWhereItEnds) {
   EXPECT_LT(last.end, one.end);
 }
 
-// Workers write so many pairs of 0, 1, 2, ... into rooms and leave the rest of those, or have them
-// taken once there is no room. However unevenly they do, the output is full to the last place.
+// A worker as the sink sees it: it writes into a room until that is full but for its slack, then
+// asks for more; what it has is filled before anything is taken.
+struct Writer {
+  BufferSink& sink;
+  Room room{}, gap{};
+  bool is_growing = true;
+
+  void put(Pair pair) {
+    if (is_growing && room.size() <= emit_slack) grow();
+    Room& own = gap.size() != 0 ? gap : room;
+    if (own.size() != 0)
+      *own.begin++ = pair;
+    else
+      sink.take(&pair, 1);
+  }
+  void grow() {
+    Room more = room;
+    is_growing = sink.extend(more);
+    if (is_growing && more.begin != room.begin) gap = room;
+    if (is_growing) room = more;
+  }
+};
+
+// Workers write so many pairs of 0, 1, 2, ... However unevenly they do, the output is full to the
+// last place.
 TEST(BufferSinks, FillWhatWorkersLeaveEmpty) {
-  constexpr std::size_t workers = 3, slack = emit_slack;
+  constexpr std::size_t workers = 3;
   const std::size_t shares[][workers] = {{20000, 0, 0}, {0, 0, 20000}, {5000, 9000, 6000},
                                          {3, 19990, 7}, {700, 0, 300}, {1, 0, 0}};
   for (const auto& share : shares) {
@@ -81,42 +104,14 @@ TEST(BufferSinks, FillWhatWorkersLeaveEmpty) {
       const std::size_t spill_room = BufferSink::spill_for(workers, capacity);
       std::vector<Pair> spill(spill_room + found, untouched);
       BufferSink sink(out.data(), capacity, spill.data(), spill_room);
-      Room rooms[workers] = {}, gaps[workers] = {};
-      for (Room& room : rooms) sink.extend(room);
+      Writer writers[workers] = {{sink}, {sink}, {sink}};
+      for (Writer& writer : writers) writer.grow();
       std::uint32_t next = 0;
-      for (std::size_t w = 0; w < workers; ++w) {
-        for (std::size_t left = share[w]; left != 0;) {
-          Room& room = rooms[w];
-          if (room.size() > slack || (left < room.size())) {
-            *room.begin++ = {next, next + 1};
-            ++next;
-            --left;
-            continue;
-          }
-          Room more{room.begin, room.end};
-          if (!sink.extend(more)) {
-            // What the worker has is filled before anything is taken.
-            for (Room* own : {&gaps[w], &room})
-              for (; own->size() != 0 && left != 0; --left, ++next)
-                *own->begin++ = {next, next + 1};
-            for (; left != 0; --left, ++next) {
-              const Pair pair{next, next + 1};
-              sink.take(&pair, 1);
-            }
-            break;
-          }
-          if (more.begin != room.begin) {
-            for (; gaps[w].size() != 0 && left != 0; --left, ++next)
-              *gaps[w].begin++ = {next, next + 1};
-            sink.leave(gaps[w]);
-            gaps[w] = room;
-          }
-          room = more;
-        }
-      }
-      for (std::size_t w = 0; w < workers; ++w) {
-        sink.leave(rooms[w]);
-        sink.leave(gaps[w]);
+      for (std::size_t w = 0; w < workers; ++w)
+        for (std::size_t k = 0; k < share[w]; ++k, ++next) writers[w].put({next, next + 1});
+      for (const Writer& writer : writers) {
+        sink.leave(writer.room);
+        sink.leave(writer.gap);
       }
       sink.close();
       ASSERT_EQ(sink.found(), found);

@@ -1,0 +1,29 @@
+"""Ctrl-C, a fifth of a second into what takes far longer."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+LONGEST = 10.0  # seconds until it must have ended
+
+
+@contextmanager
+def ctrl_c() -> Iterator[None]:
+    """What runs inside must end soon, by KeyboardInterrupt."""
+    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+    # What a shell runs in the background ignores that signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    started = time.monotonic()
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            yield
+        assert time.monotonic() - started < LONGEST
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
