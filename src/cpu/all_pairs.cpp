@@ -1,7 +1,6 @@
 #include "cpu/all_pairs.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 
 #include "core/pair_index.hpp"
@@ -62,15 +61,13 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   // Tile pairs with the diagonal are the strict upper triangle of one row more: (r, c + 1).
   const std::uint64_t triangle = problem.self ? rows * (rows + 1) / 2 : 0;
   const std::uint64_t work = triangle + rows * columns;
-  // Each of the two is below 2^32 squared over a tile squared, and `next` passes their sum by one a
-  // task. A tile's number fits 32 bits, as a box's does.
+  // Each of the two is below 2^32 squared over a tile squared, so there are turns for their sum. A
+  // tile's number fits 32 bits, as a box's does.
   constexpr std::uint64_t boxes = FloatSpace::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
-  std::atomic<std::uint64_t> next{0};
+  Turns turns(work);
   auto task = [&](unsigned t) {
-    for (;;) {
-      const std::uint64_t k = next.fetch_add(1, std::memory_order_relaxed);
-      if (k >= work || search.over()) break;
+    for (std::uint64_t k; turns.take(k) && !search.over();) {
       if (k < triangle) {
         const Pair at = core::pair_of_row_index(k, rows + 1);
         const std::uint32_t r = at.first;

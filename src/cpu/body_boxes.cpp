@@ -121,15 +121,14 @@ BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa
   const PlaceBlock unrotated = find_place_block(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
   tasks = static_cast<unsigned>(std::min<std::size_t>(std::max(tasks, 1u), chunks));
-  std::atomic<std::size_t> next{0};
+  Turns turns(chunks);
   std::atomic<std::uint64_t> first{count}, invalid{0};
   auto body = [&](unsigned) {
     Task task(job, place, unrotated);
-    for (;;) {
-      const std::size_t k = next.fetch_add(1, std::memory_order_relaxed);
-      if (k >= chunks || (stop && stop->load(std::memory_order_relaxed))) break;
-      const std::size_t end = std::min(count, (k + 1) * chunk);
-      for (std::size_t i = k * chunk; i < end; i += BodyBlock::size)
+    for (std::uint64_t k; turns.take(k) && !(stop && stop->load(std::memory_order_relaxed));) {
+      const std::size_t begin = static_cast<std::size_t>(k) * chunk;
+      const std::size_t end = std::min(count, begin + chunk);
+      for (std::size_t i = begin; i < end; i += BodyBlock::size)
         task.run(i, std::min(BodyBlock::size, end - i));
     }
     const BodyReport& r = task.report();

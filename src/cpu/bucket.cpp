@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -84,12 +85,7 @@ void sort_by_digits(const Bucket& bucket, Key* a, Key* b) {
   Key* spare = a ? a : reinterpret_cast<Key*>(pairs);
   for (unsigned p = 0; p < passes; ++p) {
     std::uint32_t* at = counts + p * digits;
-    std::uint32_t sum = 0;
-    for (std::size_t d = 0; d < digits; ++d) {
-      const std::uint32_t n = at[d];
-      at[d] = sum;
-      sum += n;
-    }
+    std::exclusive_scan(at, at + digits, at, 0u);
     const unsigned shift = p * digit;
     const auto move_keys = [&](auto source, auto target) {
       for (std::size_t i = 0; i < count; ++i) {
@@ -130,9 +126,10 @@ bool sort_by_columns(const Kernels& kernels, const Bucket& bucket, std::uint32_t
                      std::size_t places) {
   constexpr std::uint32_t width = sorted_columns;
   const std::size_t firsts = std::size_t{1} << bucket.first_bits;
-  if (!kernels.sort_columns || firsts > most_firsts || bucket.count > most_pairs) return false;
+  if (!kernels.sort_columns || firsts > most_firsts) return false;
+  if (bucket.count > most_pairs || bucket.count < least_seconds * firsts) return false;
   const unsigned passes = digit_count(bucket.count, bucket.key_bits(), false);
-  if (bucket.count < least_seconds * firsts || passes == 2) return false;
+  if (passes == 2) return false;
   const double most_ns =
       static_cast<double>(bucket.count) * (digits_ns + pass_ns * passes - columns_ns);
   const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
@@ -145,13 +142,11 @@ bool sort_by_columns(const Kernels& kernels, const Bucket& bucket, std::uint32_t
   std::uint32_t of_class[classes] = {}, begin[most_firsts];
   std::uint16_t ranked[most_firsts];
   for (std::size_t f = 0; f < firsts; ++f) ++of_class[class_of(counts[f])];
-  std::uint32_t sum = 0;
-  for (std::uint32_t& n : of_class) n = std::exchange(sum, sum + n);
-  sum = 0;
+  std::exclusive_scan(of_class, of_class + classes, of_class, 0u);
   for (std::size_t f = 0; f < firsts; ++f) {
     ranked[of_class[class_of(counts[f])]++] = static_cast<std::uint16_t>(f);
-    begin[f] = std::exchange(sum, sum + counts[f]);
   }
+  std::exclusive_scan(counts, counts + firsts, begin, 0u);
 
   struct Group {
     std::size_t begin, end;  // of its firsts, by rank

@@ -1,7 +1,6 @@
 #include "cpu/engine.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <chrono>
 
@@ -153,16 +152,14 @@ void Engine::pass(Call& call, Sink& sink) {
 void Engine::solve_partition(Call& call) {
   Search& search = call.search;
   Worker* const* workers = team(call.tasks);
-  std::atomic<std::uint32_t> next{0};
+  Turns turns(partition_.problem_count());
   const auto is_large = [&](const Problem& p) {
     return call.tasks > 1 && box_count(p) >= team_pays_from;
   };
   auto task = [&](unsigned t) {
     search.guarded([&] {
-      for (;;) {
-        const std::uint32_t i = next.fetch_add(1, std::memory_order_relaxed);
-        if (i >= partition_.problem_count() || search.over()) break;
-        const Problem& p = partition_.problem(i);
+      for (std::uint64_t i; turns.take(i) && !search.over();) {
+        const Problem& p = partition_.problem(static_cast<std::uint32_t>(i));
         if (is_large(p)) continue;
         solve_alone(search, p, make_plan(search, p, call.options.algorithm), *workers[t], 1);
       }

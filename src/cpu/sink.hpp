@@ -45,10 +45,9 @@ class Sink {
 // pieces are, it goes on in some room of the sink's own, the spill.
 class BufferSink final : public Sink {
  public:
-  // What workers leave empty at most, and so what a spill needs; one worker alone fills what it
-  // has.
+  // So much room a spill needs: what workers leave empty at most. One alone fills what it has.
   static constexpr std::size_t spill_for(unsigned workers, std::size_t capacity) noexcept {
-    return workers == 1 ? 0 : std::min(capacity, workers * (most_pairs + 2 * emit_slack));
+    return workers == 1 ? 0 : std::min<std::size_t>(capacity, workers * most_empty);
   }
 
   // The rooms are filled by leave().
@@ -68,10 +67,12 @@ class BufferSink final : public Sink {
   // A piece of the output: large enough that few are asked for, and less where little is left, so
   // that no worker sits on what another needs.
   static constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
+  // Of a worker: a room that grew when it was full but for its slack, and a gap of as much.
+  static constexpr std::uint64_t most_empty = most_pairs + 2 * emit_slack;
   // Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
   // one set fewer; so there are less than 2^64 - 2^33. next_ counts beside them what was left
-  // empty: two rooms a worker, of most_pairs each at most.
-  static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - 2 * max_workers * most_pairs);
+  // empty.
+  static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - max_workers * most_empty);
 
   // Of the output and what it goes on in.
   Pair& at(std::uint64_t i) const noexcept {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 
 #include <throng/options.hpp>
 
@@ -24,12 +25,28 @@ void run_tasks(const Executor& executor, unsigned count, F& body) {
       &body);
 }
 
-// Runs body(index, task) for index 0 .. count-1, each once: `tasks` tasks take them by turns.
+// The indices 0 .. count-1, which tasks take by turns.
+class Turns {
+ public:
+  // The count and a task each more must fit 64 bits.
+  explicit Turns(std::uint64_t count) noexcept : count_(count) {}
+  // The next one, of this task alone; false where none is left.
+  bool take(std::uint64_t& index) noexcept {
+    index = next_.fetch_add(1, std::memory_order_relaxed);
+    return index < count_;
+  }
+
+ private:
+  std::uint64_t count_;
+  std::atomic<std::uint64_t> next_{0};
+};
+
+// Runs body(index, task) for index 0 .. count-1, each once, by turns.
 template <class F>
 void run_by_turns(const Executor& executor, unsigned tasks, std::size_t count, const F& body) {
-  std::atomic<std::size_t> next{0};
+  Turns turns(count);
   auto take = [&](unsigned task) {
-    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) body(i, task);
+    for (std::uint64_t i; turns.take(i);) body(static_cast<std::size_t>(i), task);
   };
   run_tasks(executor, tasks, take);
 }
