@@ -6,6 +6,7 @@
 
 namespace throng {
 
+using live::ids_ahead;
 using live::none;
 using live::set;
 
@@ -15,9 +16,6 @@ using Access = BroadPhaseAccess;
 using capture::Operation;
 
 LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
-
-// Objects of a list of ids are asked for so many places ahead.
-constexpr std::size_t ids_ahead = 32;
 
 // All ids alive, and none twice.
 bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, Result& r) noexcept {
@@ -180,10 +178,7 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      if (i + ids_ahead < boxes.size()) tracker.objects().prefetch(ids[i + ids_ahead]);
-      tracker.objects().move(ids[i], boxes[i]);
-    }
+    tracker.objects().move_listed(ids, bare);
     r.found = tracker.objects().count();
   });
 }

@@ -7,13 +7,28 @@ namespace {
 
 constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
 
-// By bits: what differs in nothing else, as -0 and 0, may count as moved.
-bool same(const void* a, const void* b) noexcept {
-  std::uint64_t x[3], y[3];
-  static_assert(sizeof x == sizeof(Box));
-  std::memcpy(x, a, sizeof x);
-  std::memcpy(y, b, sizeof y);
-  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
+// A box as it lies in memory, looked at in registers: a copy that is read by other parts than it
+// was written by waits for its writes.
+struct Words {
+  std::uint64_t word[3];
+  static_assert(sizeof(Box) == 24);
+
+  explicit Words(const char* from) noexcept {
+    for (int k = 0; k < 3; ++k) std::memcpy(&word[k], from + k * 8, 8);
+  }
+  // By bits: what differs in nothing else, as -0 and 0, may count as moved.
+  bool operator==(const Words& o) const noexcept {
+    return ((word[0] ^ o.word[0]) | (word[1] ^ o.word[1]) | (word[2] ^ o.word[2])) == 0;
+  }
+  void store(char* to) const noexcept {
+    for (int k = 0; k < 3; ++k) std::memcpy(to + k * 8, &word[k], 8);
+  }
+};
+
+bool active_at(const char* box) noexcept {
+  float c[6];
+  for (int k = 0; k < 6; ++k) std::memcpy(&c[k], box + k * sizeof *c, sizeof *c);
+  return (c[0] <= c[3]) & (c[1] <= c[4]) & (c[2] <= c[5]);
 }
 
 }  // namespace
@@ -70,34 +85,56 @@ void Objects::remove(ObjectId id) noexcept {
   removed_.push(id);
 }
 
-template <class At>
-std::size_t Objects::move_each(At&& at, std::size_t begin, std::size_t end,
-                               std::int64_t& inactive) noexcept {
-  std::size_t fresh = 0;
-  std::int64_t more = 0;
-  const bool were_all_active = inactive_ == 0;
-  for (std::size_t id = begin; id < end; ++id) {
-    const auto& given = at(id);
-    Box box;
-    std::memcpy(&box, &given, sizeof box);
-    Box& mine = bodies_[id].box;
-    if (same(&box, &mine) || !(flags_[id] & alive)) continue;
-    more += int{were_all_active || core::is_active(mine)} - int{core::is_active(box)};
-    mine = box;
-    fresh += (flags_[id] & dirty) == 0;
-    flags_[id] |= dirty;
-  }
-  inactive = more;
-  return fresh;
+// Calls f with what gives the memory of a box by its place.
+template <class F>
+auto with_boxes(const Boxes& boxes, F&& f) {
+  const char* packed = boxes.packed_data();
+  const std::size_t stride = boxes.stride_bytes();
+  if (packed) return f([=](std::size_t i) -> const char& { return packed[i * stride]; });
+  return f([&](std::size_t i) { return boxes[i]; });
+}
+
+// Of an object that is alive: false where its box is this one already.
+inline bool Objects::replace(ObjectId id, const char* box, bool were_all_active,
+                             std::int64_t& inactive) noexcept {
+  char* const mine = reinterpret_cast<char*>(&bodies_[id].box);
+  const Words words(box);
+  if (words == Words(mine)) return false;
+  inactive += int{were_all_active || active_at(mine)} - int{active_at(box)};
+  words.store(mine);
+  return true;
 }
 
 std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
                                 std::int64_t& inactive) noexcept {
-  const char* packed = boxes.packed_data();
-  const std::size_t stride = boxes.stride_bytes();
-  if (!packed) return move_each([&](std::size_t id) { return boxes[id]; }, begin, end, inactive);
-  return move_each([=](std::size_t id) -> const char& { return packed[id * stride]; }, begin, end,
-                   inactive);
+  return with_boxes(boxes, [&](auto at) {
+    std::size_t fresh = 0;
+    std::int64_t more = 0;
+    const bool were_all_active = inactive_ == 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& box = at(i);
+      const std::uint8_t flags = flags_[i];
+      if (!(flags & alive) || !replace(static_cast<ObjectId>(i), reinterpret_cast<const char*>(&box), were_all_active, more)) continue;
+      fresh += (flags & dirty) == 0;
+      flags_[i] = flags | dirty;
+    }
+    inactive = more;
+    return fresh;
+  });
+}
+
+void Objects::move_listed(const ObjectId* ids, const Boxes& boxes) noexcept {
+  with_boxes(boxes, [&](auto at) {
+    std::int64_t more = 0;
+    const bool were_all_active = inactive_ == 0;
+    const std::size_t count = boxes.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + ids_ahead < count) prefetch(ids[i + ids_ahead]);
+      const auto& box = at(i);
+      if (replace(ids[i], reinterpret_cast<const char*>(&box), were_all_active, more)) touch(ids[i]);
+    }
+    inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + more);
+  });
 }
 
 bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept {

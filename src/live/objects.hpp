@@ -12,6 +12,8 @@
 namespace throng::live {
 
 constexpr std::uint32_t none = 0xffffffffu;
+// Objects of a list of ids are asked for so many places ahead.
+constexpr std::size_t ids_ahead = 32;
 
 // Two to a cache line: what a search touches of an object.
 struct Body {
@@ -41,6 +43,8 @@ class Objects {
     if (!is_active(id)) ++inactive_;
     touch(id);
   }
+  // Gives each of a list of ids, all alive and none twice, its box.
+  void move_listed(const ObjectId* ids, const Boxes& boxes) noexcept;
   // Of ids begin .. end-1: those whose box differs get the new one and are marked, but neither
   // counted nor listed; `inactive` becomes how many more are inactive. Returns how many are marked
   // that were not. Threads may do ranges of their own at once.
@@ -122,9 +126,8 @@ class Objects {
  private:
   enum : std::uint8_t { alive = 1, dirty = 2, listed = 4 };
   void count_filter(const Filter& filter, std::size_t one) noexcept;
-  template <class At>
-  std::size_t move_each(At&& at, std::size_t begin, std::size_t end,
-                        std::int64_t& inactive) noexcept;
+  bool replace(ObjectId id, const char* box, bool were_all_active,
+               std::int64_t& inactive) noexcept;
 
   List<Body> bodies_;
   List<std::uint8_t> flags_;

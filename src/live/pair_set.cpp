@@ -1,6 +1,7 @@
 #include "live/pair_set.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
@@ -23,6 +24,11 @@ struct Part {
   std::size_t begun, ended;
 };
 
+void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
+  std::memcpy(&to, &ids, sizeof ids);
+  to.slot = slot;
+}
+
 // Writes the new pairs with the slots of those that lived already; begun ones with their index
 // instead. No branch on what comes next, as nobody can guess it.
 //
@@ -33,20 +39,20 @@ void merge(const Pair* pairs, const LivePair* live, Part& part, LivePair* out, L
            LivePair* ended) noexcept {
   std::size_t i = part.begin, j = part.live_begin, begun_count = 0, ended_count = 0;
   while (i < part.end && j < part.live_end) {
-    const Pair p = pairs[i];
-    const LivePair l = live[j];
-    const std::uint64_t a = std::uint64_t{p.first} << 32 | p.second, b = key_of(l);
-    out[i] = {p.first, p.second, l.slot};
-    begun[begun_count] = {p.first, p.second, static_cast<std::uint32_t>(i)};
-    ended[ended_count] = l;
+    const std::uint64_t p = ids_at(pairs + i), l = ids_at(live + j);
+    const std::uint64_t a = key_of(p), b = key_of(l);
+    const std::uint32_t slot = live[j].slot;
+    put(out[i], p, slot);
+    put(begun[begun_count], p, static_cast<std::uint32_t>(i));
+    put(ended[ended_count], l, slot);
     begun_count += a < b;
     ended_count += b < a;
     i += a <= b;
     j += b <= a;
   }
   for (; i < part.end; ++i) {
-    out[i] = {pairs[i].first, pairs[i].second, none};
-    begun[begun_count++] = {pairs[i].first, pairs[i].second, static_cast<std::uint32_t>(i)};
+    put(out[i], ids_at(pairs + i), none);
+    put(begun[begun_count++], ids_at(pairs + i), static_cast<std::uint32_t>(i));
   }
   for (; j < part.live_end; ++j) ended[ended_count++] = live[j];
   part.begun = begun_count;

@@ -1,8 +1,10 @@
 // A radix sort of pairs with their slots.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include <throng/broad_phase.hpp>
 
@@ -11,8 +13,18 @@ namespace throng::live {
 // By first, then second; ids are below `limit`. `spare` has room for as many.
 void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept;
 
-inline std::uint64_t key_of(const LivePair& p) noexcept {
-  return std::uint64_t{p.first} << 32 | p.second;
+// The two ids of a Pair or a LivePair as they lie, moved at once: compilers that see two numbers put
+// them into a vector, and wait for it to tell one from the other.
+inline std::uint64_t ids_at(const void* pair) noexcept {
+  std::uint64_t ids;
+  static_assert(offsetof(LivePair, second) == 4 && offsetof(Pair, second) == 4);
+  std::memcpy(&ids, pair, sizeof ids);
+  return ids;
 }
+// A number that orders pairs: the first one's above the second's.
+inline std::uint64_t key_of(std::uint64_t ids) noexcept {
+  return std::endian::native == std::endian::little ? std::rotl(ids, 32) : ids;
+}
+inline std::uint64_t key_of(const LivePair& p) noexcept { return key_of(ids_at(&p)); }
 
 }  // namespace throng::live
