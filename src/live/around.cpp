@@ -10,7 +10,9 @@ namespace throng::live {
 namespace {
 
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
-constexpr double fair_comparisons = 64, comparison_ns = 1;
+constexpr double fair_comparisons = 64;
+// How many searches it takes to forget half of what those before them showed.
+constexpr double memory_of_searches = 256;
 // Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
 constexpr std::size_t ahead = 8;
 // So many hits of a search are compared with each pair the object has; more are marked.
@@ -61,6 +63,8 @@ void Tracker::search_around(const Options& options, Result& r) {
   pairs_.commit_linked(objects_);
   r.comparisons = compared;
   const auto searches = static_cast<double>(dirty.size());
+  comparisons_ += (static_cast<double>(compared) / searches - comparisons_) * searches /
+                  (searches + memory_of_searches);
   const double fair = std::max(fair_comparisons, 2 * usual_comparisons_) * searches;
   if (usual_comparisons_ == 0) {
     usual_comparisons_ = static_cast<double>(compared) / searches + 1;

@@ -13,58 +13,90 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr Cells::Line empty_line = {
     {{{nan, nan, nan, nan, nan, nan}, none, none}, {{nan, nan, nan, nan, nan, nan}, none, 0}}};
-constexpr std::size_t sample_boxes = 512;
+// Of so many boxes all are looked at for a plan; of more one in eight, but at least so many, and at
+// most so many.
+constexpr std::size_t whole_sample = 1536, least_sample = 512, most_sample = 4096;
 constexpr double crowded = 4;
+constexpr int most_halvings = 16;
 constexpr std::size_t most_homes = std::size_t{1} << 30;
 
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
-// A box's longest side, and how wide it is that nearly all boxes lie along an axis.
+// Some boxes' longest sides, and where they begin.
 struct Sample {
   std::size_t count = 0;
-  double side[sample_boxes], centre[3][sample_boxes];
+  double side[most_sample], lower[3][most_sample];
 
   void add(const Box& b) noexcept {
-    const double lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
-    const double upper[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
+    const double l[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
+    const double u[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
     side[count] = 0;
     for (int k = 0; k < 3; ++k) {
-      side[count] = std::max(side[count], upper[k] - lower[k]);
-      centre[k][count] = 0.5 * lower[k] + 0.5 * upper[k];
+      side[count] = std::max(side[count], u[k] - l[k]);
+      lower[k][count] = l[k];
     }
     ++count;
   }
-  static double quantile(double* values, std::size_t count, double q) noexcept {
-    const auto at = static_cast<std::size_t>(q * static_cast<double>(count - 1));
-    std::nth_element(values, values + at, values + count);
-    return values[at];
+  // Of the first of them.
+  double quantile(const double* values, double q) const noexcept {
+    double some[whole_sample];
+    const std::size_t n = std::min(count, whole_sample);
+    const auto at = static_cast<std::size_t>(q * static_cast<double>(n - 1));
+    std::copy(values, values + n, some);
+    std::nth_element(some, some + at, some + n);
+    return some[at];
+  }
+  // How likely two of them begin in the same of cells that are so long.
+  double together(double length) const noexcept {
+    std::uint64_t cells[most_sample];
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint64_t cell = 0;
+      for (int k = 0; k < 3; ++k) {
+        const auto place = std::bit_cast<std::uint64_t>(std::floor(lower[k][i] / length) + 0.0);
+        cell = (cell ^ place) * 0x9e3779b97f4a7c15u;
+        cell ^= cell >> 29;
+      }
+      cells[i] = cell;
+    }
+    std::sort(cells, cells + count);
+    double twos = 0;
+    for (std::size_t i = 0, same = 0; i + 1 < count; ++i) {
+      same = cells[i] == cells[i + 1] ? same + 1 : 0;
+      twos += static_cast<double>(same);
+    }
+    const auto n = static_cast<double>(count);
+    return count < 2 ? 0 : 2 * twos / (n * (n - 1));
   }
 };
 
 struct Scale {
   double span;      // of the first class
-  double crowding;  // boxes in a cell of two spans
+  double crowding;  // boxes in the cell of a box, of two spans
   double range[3];  // how far nearly all boxes lie apart
 };
 
-// Equal boxes shall fit into the first class, and smaller ones shall share its cells until a cell
-// holds about one box: large boxes look into fewer then.
-Scale measure(Sample& s, std::size_t count) noexcept {
+// Equal boxes shall fit into the first class, and smaller ones shall share its cells until the cell
+// of a box holds about one other: large boxes look into fewer then. Where boxes lie together in an
+// empty world that is less than the world has room for.
+Scale measure(const Sample& s, std::size_t boxes) noexcept {
   if (s.count == 0) return {1, 0, {1, 1, 1}};
-  const double side = Sample::quantile(s.side, s.count, 0.25) * 1.07;
-  const double usual = Sample::quantile(s.side, s.count, 0.5);
+  const double side = s.quantile(s.side, 0.25) * 1.07;
+  const double usual = s.quantile(s.side, 0.5);
+  const auto count = static_cast<double>(boxes);
   Scale scale;
   double volume = 1;
   for (int k = 0; k < 3; ++k) {
-    double(&centre)[sample_boxes] = s.centre[k];
-    const double range =
-        Sample::quantile(centre, s.count, 0.95) - Sample::quantile(centre, s.count, 0.05);
+    const double range = s.quantile(s.lower[k], 0.95) -
+                         s.quantile(s.lower[k], 0.05);
     scale.range[k] = std::max(std::max(range / 0.9, usual), 1e-30);
     volume *= scale.range[k];
   }
-  const double each = volume / static_cast<double>(count);
-  scale.span = std::max(side, 0.5 * std::cbrt(each));
-  scale.crowding = 8 * scale.span * scale.span * scale.span / each;
+  scale.span = std::max(side, 0.5 * std::cbrt(volume / count));
+  scale.crowding = count * s.together(2 * scale.span);
+  for (int k = 0; k < most_halvings && scale.crowding > crowded && scale.span > side; ++k) {
+    scale.span = std::max(side, 0.5 * scale.span);
+    scale.crowding = count * s.together(2 * scale.span);
+  }
   return scale;
 }
 
@@ -73,10 +105,16 @@ Scale measure(Sample& s, std::size_t count) noexcept {
 void Cells::plan(const Objects& objects) {
   const std::size_t count = objects.count();
   Sample sample;
-  const std::size_t step = objects.limit() / sample_boxes + 1;
-  for (std::size_t id = 0; id < objects.limit(); id += step) {
-    const auto i = static_cast<ObjectId>(id);
-    if (objects.is_active(i)) sample.add(objects.grown(i));
+  const std::size_t limit = objects.limit();
+  const std::size_t wanted =
+      limit <= whole_sample ? limit : std::clamp(limit / 8, least_sample, most_sample);
+  for (std::uint32_t i = 0; i < wanted; ++i) {
+    // By the golden section: evenly, but in no steps of one length, as ids may have a rhythm. None
+    // twice where there are three as many.
+    const std::uint32_t part = i * 0x9e3779b9u;
+    const std::uint64_t at = wanted == limit ? i : std::uint64_t{part} * limit >> 32;
+    const auto id = static_cast<ObjectId>(at);
+    if (objects.is_active(id)) sample.add(objects.grown(id));
   }
   const Scale scale = measure(sample, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
@@ -225,18 +263,22 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
   if (reach.count > Reach::most) return most_hits + 1;
   const cpu::PackedQuery query(box);
   const Line* const lines = lines_.data();
-  std::uint64_t found[Reach::room / 32] = {};  // two bits a line
+  std::uint64_t found[Reach::room / 32];  // two bits a line
   std::uint32_t count = reach.count;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const Line& line = lines[reach.homes[k]];
-    const std::uint32_t next = line.entry[0].link;
-    found[k / 32] |= std::uint64_t{query.overlaps(line)} << k % 32 * 2;
-    if (count < Reach::room) [[likely]] {
-      reach.homes[count] = next;
-      count += next != none;
-    } else if (next != none) {
-      return most_hits + 1;
+  for (std::uint32_t from = 0; from < count; from += 32) {
+    std::uint64_t bits = 0;
+    for (std::uint32_t k = from; k < std::min(count, from + 32); ++k) {
+      const Line& line = lines[reach.homes[k]];
+      const std::uint32_t next = line.entry[0].link;
+      bits |= std::uint64_t{query.overlaps(line)} << k % 32 * 2;
+      if (count < Reach::room) [[likely]] {
+        reach.homes[count] = next;
+        count += next != none;
+      } else if (next != none) {
+        return most_hits + 1;
+      }
     }
+    found[from / 32] = bits;
   }
   compared += 2 * std::uint64_t{count};
   std::uint32_t hit_count = 0;

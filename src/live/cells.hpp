@@ -67,7 +67,7 @@ class Cells {
   // that overlaps this one, some of them several times, and returns how many were compared. What f
   // throws comes through: it may want memory.
   struct Reach {
-    static constexpr std::uint32_t most = 40, room = 64;
+    static constexpr std::uint32_t most = 224, room = 256;
     std::uint32_t count;  // above `most`: too many to list
     std::uint32_t homes[room];
   };
@@ -281,7 +281,19 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
   const cpu::PackedQuery query(box);
   const Range range = quantise(box);
   if (!worlds.all && exact_lines(range, worlds) < lines_.size()) {
-    each_home(range, worlds, [&](std::uint32_t home) { compared += look(query, home, f); });
+    // Asked for some at once, then looked at.
+    constexpr std::uint32_t at_once = 64;
+    std::uint32_t homes[at_once], count = 0;
+    const auto look_at_all = [&] {
+      for (std::uint32_t k = 0; k < count; ++k) compared += look(query, homes[k], f);
+      count = 0;
+    };
+    each_home(range, worlds, [&](std::uint32_t home) {
+      prefetch(home);
+      homes[count++] = home;
+      if (count == at_once) look_at_all();
+    });
+    look_at_all();
   } else {
     for (const Line& line : lines_) {
       const std::uint32_t hit = query.overlaps(line);

@@ -13,8 +13,11 @@ namespace {
 // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
 // Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
 constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
-// Searching around an object that changed; a cache line of cells that this looks at.
-constexpr double search_ns = 300, line_ns = 15;
+// Searching around an object that changed, and of each pair it has; a cache line of cells that this
+// looks at.
+constexpr double search_ns = 150, had_pair_ns = 45, line_ns = 15;
+// An update that finds all pairs anew as searches compared too many forgets so much of that.
+constexpr double forgotten = 0.01;
 // Making cells, and linking a pair.
 constexpr double cell_ns = 60, link_ns = 30;
 // Memory is asked for so many objects ahead.
@@ -127,8 +130,13 @@ bool Tracker::few_changed(unsigned tasks) {
   const auto pairs = static_cast<double>(pairs_.count());
   const double all =
       (objects * find_object_ns + pairs * find_pair_ns) / (1 + thread_share * (tasks - 1));
-  const double few = static_cast<double>(objects_.dirty_count()) * search_ns;
-  if (few >= all) return false;
+  const double few =
+      static_cast<double>(objects_.dirty_count()) *
+      (search_ns + comparison_ns * comparisons_ + had_pair_ns * 2 * pairs / std::max(objects, 1.0));
+  if (few >= all) {
+    comparisons_ += forgotten * (first_comparisons - comparisons_);
+    return false;
+  }
   if (!linked_) {
     regret_ += all - few;
     if (regret_ < objects * cell_ns + pairs * link_ns) return false;
@@ -286,6 +294,7 @@ void Tracker::copy(const Tracker& other) noexcept {
   linked_ = other.linked_;
   regret_ = other.regret_;
   usual_comparisons_ = other.usual_comparisons_;
+  comparisons_ = other.comparisons_;
 }
 
 }  // namespace throng::live

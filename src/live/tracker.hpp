@@ -73,6 +73,10 @@ class Tracker {
   bool linked_ = false;  // and linked pairs, too
   double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
   double asked_ = 0;     // ns an object of questions that were asked without cells
+  // What a box is compared with in a search around an object that changed: before the first, and
+  // as searches have shown it; what one takes, in ns.
+  static constexpr double first_comparisons = 24, comparison_ns = 6;
+  double comparisons_ = first_comparisons;
   double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
 };
 

@@ -1,0 +1,68 @@
+// What an update costs where few objects move, counted in boxes compared: on every scene, and with
+// ids in any rhythm.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "support/configs.hpp"
+#include "support/random.hpp"
+
+namespace throng::tests {
+namespace {
+
+class MovingComparisons : public testing::TestWithParam<std::string> {};
+
+// A hundredth moves in each frame. Searching around those compares each with at most 40 boxes, and 40
+// for each pair that it has; where that cannot be, it is soon given up for finding all pairs anew.
+TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
+  scene::Spec spec;
+  spec.name = GetParam();
+  spec.objects = 10000;
+  const scene::Scene made(spec);
+  std::vector<Box> boxes(made.size());
+  made.frame(0, boxes.data());
+  std::vector<std::int32_t> worlds;
+  for (std::size_t i = 0; i < made.size() && made.has_worlds(); ++i)
+    worlds.push_back(made.world(i));
+  Boxes view = boxes;
+  if (made.has_worlds()) view.filters.world = {worlds.data(), worlds.size()};
+
+  Options options;
+  options.threads = 1;
+  BroadPhase broad_phase(options);
+  ASSERT_TRUE(broad_phase.add(view, nullptr).ok());
+  ASSERT_TRUE(broad_phase.update().ok());
+  Random random(1);
+  const std::size_t movers = boxes.size() / 100;
+  constexpr int frames = 100, warm = 40;
+  double limit = 0, compared = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    for (std::size_t k = 0; k < movers; ++k) {
+      const auto id = random.below(static_cast<std::uint32_t>(boxes.size()));
+      const Vec3 by = random.point(-0.5f, 0.5f);
+      Box& b = boxes[id];
+      b = {{b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z},
+           {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z}};
+      ASSERT_EQ(broad_phase.move(id, b), Status::ok);
+    }
+    const Result r = broad_phase.update();
+    ASSERT_TRUE(r.ok()) << r.message;
+    const bool around = std::string(r.plan.reason).find("around") != std::string::npos;
+    if (frame < warm || !around) continue;
+    compared += static_cast<double>(r.comparisons);
+    const auto pairs = static_cast<double>(broad_phase.pair_count());
+    limit += 40 * static_cast<double>(movers) * (1 + 2 * pairs / static_cast<double>(boxes.size()));
+  }
+  EXPECT_LE(compared, limit);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scene::names()),
+                         [](const auto& which) {
+                           std::string name = which.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace throng::tests
