@@ -86,8 +86,7 @@ Scale measure(const Sample& s, std::size_t boxes) noexcept {
   Scale scale;
   double volume = 1;
   for (int k = 0; k < 3; ++k) {
-    const double range = s.quantile(s.lower[k], 0.95) -
-                         s.quantile(s.lower[k], 0.05);
+    const double range = s.quantile(s.lower[k], 0.95) - s.quantile(s.lower[k], 0.05);
     scale.range[k] = std::max(std::max(range / 0.9, usual), 1e-30);
     volume *= scale.range[k];
   }

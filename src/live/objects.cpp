@@ -114,7 +114,9 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
     for (std::size_t i = begin; i < end; ++i) {
       const auto& box = at(i);
       const std::uint8_t flags = flags_[i];
-      if (!(flags & alive) || !replace(static_cast<ObjectId>(i), reinterpret_cast<const char*>(&box), were_all_active, more)) continue;
+      if (!(flags & alive) || !replace(static_cast<ObjectId>(i),
+                                       reinterpret_cast<const char*>(&box), were_all_active, more))
+        continue;
       fresh += (flags & dirty) == 0;
       flags_[i] = flags | dirty;
     }
@@ -131,7 +133,8 @@ void Objects::move_listed(const ObjectId* ids, const Boxes& boxes) noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       if (i + ids_ahead < count) prefetch(ids[i + ids_ahead]);
       const auto& box = at(i);
-      if (replace(ids[i], reinterpret_cast<const char*>(&box), were_all_active, more)) touch(ids[i]);
+      if (replace(ids[i], reinterpret_cast<const char*>(&box), were_all_active, more))
+        touch(ids[i]);
     }
     inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + more);
   });

@@ -126,8 +126,7 @@ class Objects {
  private:
   enum : std::uint8_t { alive = 1, dirty = 2, listed = 4 };
   void count_filter(const Filter& filter, std::size_t one) noexcept;
-  bool replace(ObjectId id, const char* box, bool were_all_active,
-               std::int64_t& inactive) noexcept;
+  bool replace(ObjectId id, const char* box, bool were_all_active, std::int64_t& inactive) noexcept;
 
   List<Body> bodies_;
   List<std::uint8_t> flags_;

@@ -13,8 +13,8 @@ namespace throng::live {
 // By first, then second; ids are below `limit`. `spare` has room for as many.
 void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept;
 
-// The two ids of a Pair or a LivePair as they lie, moved at once: compilers that see two numbers put
-// them into a vector, and wait for it to tell one from the other.
+// The two ids of a Pair or a LivePair as they lie, moved at once: compilers that see two numbers
+// put them into a vector, and wait for it to tell one from the other.
 inline std::uint64_t ids_at(const void* pair) noexcept {
   std::uint64_t ids;
   static_assert(offsetof(LivePair, second) == 4 && offsetof(Pair, second) == 4);

@@ -13,8 +13,9 @@ namespace {
 
 class MovingComparisons : public testing::TestWithParam<std::string> {};
 
-// A hundredth moves in each frame. Searching around those compares each with at most 40 boxes, and 40
-// for each pair that it has; where that cannot be, it is soon given up for finding all pairs anew.
+// A hundredth moves in each frame. Searching around those compares each with at most 40 boxes, and
+// 40 for each pair that it has; where that cannot be, it is soon given up for finding all pairs
+// anew.
 TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
   scene::Spec spec;
   spec.name = GetParam();
