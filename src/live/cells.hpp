@@ -224,6 +224,13 @@ class Cells {
   std::uint32_t used_ = 0;  // a bit each class that has boxes
 };
 
+// Of an object with this filter, or a box that is asked about as if it had.
+inline Cells::Worlds worlds_of(const Objects& objects, const Filter& filter) noexcept {
+  if (objects.in_worlds() == 0) return {};
+  if (filter.world == -1) return {-1, false, true};
+  return {filter.world, objects.in_worlds() != objects.count(), false};
+}
+
 template <class F>
 std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const {
   std::uint64_t compared = 0;

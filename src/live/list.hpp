@@ -23,6 +23,10 @@ class List {
     size_ = 0;
     room_.room(count, true);
   }
+  // As much room as another has; contents lost where that is more.
+  void match(const List& other) {
+    if (other.capacity() > capacity()) renew(other.capacity());
+  }
   void append(const T& value) {
     if (size_ == room_.capacity()) reserve(size_ + 64);
     room_[size_++] = value;

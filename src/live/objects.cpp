@@ -37,7 +37,6 @@ Objects::Objects(cpu::Memory& memory, float margin) noexcept
     : bodies_(memory),
       flags_(memory),
       filters_(memory),
-      marks_(memory),
       dirty_(memory),
       removed_(memory),
       free_(memory),
@@ -49,7 +48,6 @@ void Objects::reserve_more(std::size_t count) {
   bodies_.reserve(wanted);
   flags_.reserve(wanted);
   filters_.reserve(wanted);
-  marks_.reserve(wanted);
   dirty_.reserve(wanted);
   removed_.reserve(wanted);
   free_.reserve(wanted);
@@ -62,7 +60,6 @@ ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
     bodies_.push({});
     flags_.push(0);
     filters_.push({});
-    marks_.push(0);
   } else {
     id = free_.pop();
   }
@@ -227,21 +224,10 @@ void Objects::settle() noexcept {
   removed_.clear();
 }
 
-std::uint32_t Objects::next_tokens(std::size_t count) noexcept {
-  if (count >= none - last_token_) {
-    std::memset(marks_.data(), 0, marks_.size() * sizeof(std::uint32_t));
-    last_token_ = 0;
-  }
-  const std::uint32_t first = last_token_ + 1;
-  last_token_ += static_cast<std::uint32_t>(count);
-  return first;
-}
-
 void Objects::reserve_for(const Objects& other) {
   bodies_.reserve(other.limit());
   flags_.reserve(other.limit());
   filters_.reserve(other.limit());
-  marks_.reserve(other.limit());
   dirty_.reserve(other.limit());
   removed_.reserve(other.limit());
   free_.reserve(other.limit());
@@ -251,7 +237,6 @@ void Objects::copy(const Objects& other) noexcept {
   bodies_.copy(other.bodies_);
   flags_.copy(other.flags_);
   filters_.copy(other.filters_);
-  marks_.copy(other.marks_);
   dirty_.copy(other.dirty_);
   removed_.copy(other.removed_);
   free_.copy(other.free_);
@@ -263,7 +248,6 @@ void Objects::copy(const Objects& other) noexcept {
   owned_ = other.owned_;
   in_worlds_ = other.in_worlds_;
   static_ = other.static_;
-  last_token_ = other.last_token_;
   margin_ = other.margin_;
 }
 

@@ -107,10 +107,6 @@ class Objects {
     if (id < limit()) flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~listed);
   }
 
-  // Marks: each object's last token. next_token() gives one that no object has, and so many more
-  // that follow it.
-  std::uint32_t next_tokens(std::size_t count) noexcept;
-  std::uint32_t& mark(ObjectId id) const noexcept { return marks_[id]; }
   // Bring nearer what is known of an object, or no more than whether it is.
   void prefetch(ObjectId id) const noexcept {
     cpu::prefetch(&bodies_[id]);
@@ -131,13 +127,11 @@ class Objects {
   List<Body> bodies_;
   List<std::uint8_t> flags_;
   List<Filter> filters_;
-  List<std::uint32_t> marks_;
   List<ObjectId> dirty_, removed_, free_;
   std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
   bool dirty_listed_ = true;
   // How many objects have a group or mask, an owner, a world, are static.
   std::size_t grouped_ = 0, owned_ = 0, in_worlds_ = 0, static_ = 0;
-  std::uint32_t last_token_ = 0;
   float margin_;
 };
 

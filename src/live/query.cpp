@@ -49,12 +49,6 @@ Box cover(const Sweep& sweep, double a, double b) noexcept {
   return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
 }
 
-Cells::Worlds worlds_of(const Objects& objects, std::int32_t own) noexcept {
-  if (objects.in_worlds() == 0) return {};
-  if (own == -1) return {-1, false, true};
-  return {own, objects.in_worlds() != objects.count(), false};
-}
-
 Filter filter_at(const Filters& filters, std::size_t i) noexcept {
   Filter f;
   set(f, filters, i);
@@ -147,7 +141,7 @@ void Queries::find_overlaps(const Objects& objects, const Cells& cells, const Bo
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
     const Filter filter = filter_at(boxes.filters, i);
-    const Cells::Worlds worlds = worlds_of(objects, filter.world);
+    const Cells::Worlds worlds = worlds_of(objects, filter);
     Cells::Reach reach;
     cells.reach(box, worlds, reach);
     cells.search(box, worlds, reach, [&](ObjectId id) {
@@ -168,7 +162,7 @@ void Queries::find_hits(const Objects& objects, const Cells* cells, const Sweep*
     const Sweep& sweep = sweeps[i];
     if (!core::is_active(sweep.box)) return;
     const Filter filter = filter_at(filters, i);
-    const Cells::Worlds worlds = worlds_of(objects, filter.world);
+    const Cells::Worlds worlds = worlds_of(objects, filter);
     SweepHit best{static_cast<std::uint32_t>(i), none, 2};
     const auto meet = [&](ObjectId id) {
       if (!objects.is_active(id) || !allows(filter, objects.filter(id))) return;

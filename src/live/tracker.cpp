@@ -13,15 +13,21 @@ namespace {
 // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
 // Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
 constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
-// Searching around an object that changed, and of each pair it has; a cache line of cells that this
-// looks at.
-constexpr double search_ns = 150, had_pair_ns = 45, line_ns = 15;
+// Putting an object that changed into its cell, and telling what of it began and ended; searching
+// around it, and for each pair it has; a cache line of cells that this looks at.
+constexpr double settle_ns = 70, search_ns = 80, had_pair_ns = 45, line_ns = 15;
 // An update that finds all pairs anew as searches compared too many forgets so much of that.
 constexpr double forgotten = 0.01;
 // Making cells, and linking a pair.
 constexpr double cell_ns = 60, link_ns = 30;
+// Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
+constexpr double fair_comparisons = 64;
+// How many searches it takes to forget half of what those before them showed.
+constexpr double memory_of_searches = 256;
 // Memory is asked for so many objects ahead.
 constexpr std::size_t settle_ahead = 32;
+// Below so many objects that changed a second thread does not pay; each takes some at once.
+constexpr std::size_t threads_search_from = 400, search_step = 64;
 
 // Of questions: finding the overlaps of many boxes with all objects, an object; comparing a sweep
 // with one.
@@ -63,6 +69,10 @@ Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
       cells_(engine_.memory()),
       queries_(engine_.memory()),
       found_(engine_.memory()) {}
+
+Tracker::~Tracker() {
+  for (Around* around : around_) memory().destroy(around);
+}
 
 bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const std::size_t n = boxes.size();
@@ -107,9 +117,8 @@ void Tracker::update(const Options& options, Result& r) {
   if (objects_.dirty_count() == 0) {
     pairs_.commit_nothing();
   } else if (few_changed(tasks)) {
-    r.plan.threads = 1;
     r.plan.reason = "few objects changed: only around them was searched";
-    search_around(options, r);
+    search_around(options, tasks, r);
     if (!r.ok()) return;
     objects_.settle();
   } else {
@@ -128,11 +137,12 @@ void Tracker::update(const Options& options, Result& r) {
 bool Tracker::few_changed(unsigned tasks) {
   const auto objects = static_cast<double>(objects_.count());
   const auto pairs = static_cast<double>(pairs_.count());
-  const double all =
-      (objects * find_object_ns + pairs * find_pair_ns) / (1 + thread_share * (tasks - 1));
-  const double few =
-      static_cast<double>(objects_.dirty_count()) *
-      (search_ns + comparison_ns * comparisons_ + had_pair_ns * 2 * pairs / std::max(objects, 1.0));
+  const auto changed = static_cast<double>(objects_.dirty_count());
+  const double threads = 1 + thread_share * (tasks - 1);
+  const double all = (objects * find_object_ns + pairs * find_pair_ns) / threads;
+  const double search =
+      search_ns + comparison_ns * comparisons_ + had_pair_ns * 2 * pairs / std::max(objects, 1.0);
+  const double few = changed * (settle_ns + search / threads);
   if (few >= all) {
     comparisons_ += forgotten * (first_comparisons - comparisons_);
     return false;
@@ -196,7 +206,7 @@ bool Tracker::settle_cells(double most_lines) {
       if (objects_.body(id).home != none) cells_.prefetch(objects_.body(id).home);
       if (objects_.is_active(id)) {
         Box room;
-        place = cells_.place(objects_.grown(id, room), worlds_of(id));
+        place = cells_.place(objects_.grown(id, room), worlds_of(objects_, objects_.filter(id)));
         lines += static_cast<double>(place.lines);
         if (lines > most_lines) return false;
         cells_.prefetch(place.home);
@@ -216,6 +226,58 @@ bool Tracker::settle_cells(double most_lines) {
     body.home = place.home;
   }
   return true;
+}
+
+void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
+  THRONG_RANGE("search around");
+  const List<ObjectId>& dirty = objects_.dirty_list();
+  tasks = dirty.size() < threads_search_from ? 1 : tasks;
+  r.plan.threads = tasks;
+  for (unsigned t = 0; t < tasks; ++t) {
+    if (!around_[t]) around_[t] = memory().create<Around>(memory());
+    around_[t]->start();
+  }
+  const Around::Scene scene{objects_, pairs_, cells_};
+  cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
+  std::atomic<std::size_t> failed{0};
+  auto task = [&](unsigned t) {
+    try {
+      for (std::size_t begin, end; shares.take(begin, end);)
+        around_[t]->search(scene, dirty.data() + begin, end - begin, options.stop);
+    } catch (const cpu::NoMemory& e) {
+      failed = e.bytes;
+    }
+  };
+  cpu::run_tasks(executor_of(options), tasks, task);
+  if (failed != 0) throw cpu::NoMemory{failed};
+  if (options.stop && options.stop->load(std::memory_order_relaxed)) {
+    r.status = Status::stopped;
+    return;
+  }
+  pairs_.next_begun().clear();
+  pairs_.next_ended().clear();
+  for (unsigned t = 0; t < tasks; ++t) {
+    for (const LivePair& pair : around_[t]->begun()) pairs_.next_begun().append(pair);
+    for (const LivePair& pair : around_[t]->ended()) pairs_.next_ended().append(pair);
+    r.comparisons += around_[t]->compared();
+  }
+  // The first gathers what any has; then all have it.
+  for (unsigned t = 1; t < tasks; ++t) around_[0]->match(*around_[t]);
+  for (unsigned t = 1; t < tasks; ++t) around_[t]->match(*around_[0]);
+  pairs_.commit_linked(objects_);
+  learn(static_cast<double>(r.comparisons));
+}
+
+// What searches compared is what the next will be expected to.
+void Tracker::learn(double compared) noexcept {
+  const auto searches = static_cast<double>(objects_.dirty_count());
+  comparisons_ += (compared / searches - comparisons_) * searches / (searches + memory_of_searches);
+  const double fair = std::max(fair_comparisons, 2 * usual_comparisons_) * searches;
+  if (usual_comparisons_ == 0) {
+    usual_comparisons_ = compared / searches + 1;
+  } else {
+    regret_ += comparison_ns * std::max(0.0, compared - fair);
+  }
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {

@@ -12,6 +12,7 @@
 #include <throng/finder.hpp>
 
 #include "cpu/engine.hpp"
+#include "live/around.hpp"
 #include "live/cells.hpp"
 #include "live/objects.hpp"
 #include "live/pair_set.hpp"
@@ -23,6 +24,9 @@ class Tracker {
  public:
   // `already_held`: bytes of whoever owns this, which count too.
   Tracker(const Options& options, std::size_t already_held) noexcept;
+  ~Tracker();
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
 
   Objects& objects() noexcept { return objects_; }
   PairSet& pairs() noexcept { return pairs_; }
@@ -49,25 +53,16 @@ class Tracker {
   void make_cells();
   void want_cells(double ns_an_object);
   bool settle_cells(double most_lines);
-  void search_around(const Options& options, Result& result);
-  bool tells(ObjectId id, ObjectId other) const noexcept;
-  void tell_begun(ObjectId id, ObjectId other);
-  void tell_ended(ObjectId id, ObjectId other, std::uint32_t slot);
-  void tell_few(const PairSet::Walk& had, ObjectId* hits, std::uint32_t count);
-  std::uint64_t tell_many(const PairSet::Walk& had, const ObjectId* hits, std::uint32_t count);
+  void search_around(const Options& options, unsigned tasks, Result& result);
+  void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
-  Cells::Worlds worlds_of(ObjectId id) const noexcept {
-    if (objects_.in_worlds() == 0) return {};
-    const std::int32_t own = objects_.filter(id).world;
-    if (own == -1) return {-1, false, true};
-    return {own, objects_.in_worlds() != objects_.count(), false};
-  }
 
   cpu::Engine engine_;  // its memory is that of all
   Objects objects_;
   PairSet pairs_;
   Cells cells_;
   Queries queries_;
+  Around* around_[cpu::max_workers] = {};  // each task's
   List<Pair> found_;
   bool placed_ = false;  // cells are kept
   bool linked_ = false;  // and linked pairs, too

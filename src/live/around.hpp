@@ -1,0 +1,59 @@
+// Searching around objects that changed: which of their pairs began and ended. One task's part;
+// tasks share what they only read.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "live/cells.hpp"
+#include "live/list.hpp"
+#include "live/objects.hpp"
+#include "live/pair_set.hpp"
+
+namespace throng::live {
+
+class Around {
+ public:
+  explicit Around(cpu::Memory& memory) noexcept
+      : begun_(memory), ended_(memory), hits_(memory), seen_(memory) {}
+
+  // What is searched: the objects are in their cells and linked with their pairs.
+  struct Scene {
+    const Objects& objects;
+    const PairSet& pairs;
+    const Cells& cells;
+  };
+  // Forgets what was found.
+  void start() noexcept;
+  // Searches around the objects of a list, all of which changed, until *stop; adds to what was
+  // found. Of two objects that both changed, the one with the lower id tells of their pair. Throws
+  // cpu::NoMemory.
+  void search(const Scene& scene, const ObjectId* ids, std::size_t count,
+              const std::atomic<bool>* stop);
+
+  // Begun: without slots.
+  const List<LivePair>& begun() const noexcept { return begun_; }
+  const List<LivePair>& ended() const noexcept { return ended_; }
+  std::uint64_t compared() const noexcept { return compared_; }
+
+  // As much room as another task's part has, for which objects come to which task differs. What was
+  // found is lost.
+  void match(const Around& other);
+
+ private:
+  void tell_begun(const Scene& scene, ObjectId id, ObjectId other);
+  void tell_ended(const Scene& scene, ObjectId id, ObjectId other, std::uint32_t slot);
+  void tell_few(const Scene& scene, const PairSet::Walk& had, ObjectId* hits, std::uint32_t count);
+  void tell_many(const Scene& scene, const PairSet::Walk& had, const ObjectId* hits,
+                 std::uint32_t count);
+  bool is_seen(ObjectId id) const noexcept { return (seen_[id / 64] >> id % 64 & 1) != 0; }
+  void flip(ObjectId id) noexcept { seen_[id / 64] ^= std::uint64_t{1} << id % 64; }
+
+  List<LivePair> begun_, ended_;
+  List<ObjectId> hits_;
+  List<std::uint64_t> seen_;  // a bit an object, all of them 0 between two objects
+  bool unclean_ = false;      // unless memory ran out
+  std::uint64_t compared_ = 0;
+};
+
+}  // namespace throng::live
