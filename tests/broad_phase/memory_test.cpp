@@ -50,6 +50,45 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
   EXPECT_GT(searched, 2u) << "no failure while only the movers were searched";
 }
 
+// Of several threads that search around the movers any may be the one that it runs out for.
+TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
+  FailingResource memory;
+  Options options;
+  options.memory = &memory;
+  options.threads = 3;
+  BroadPhase b(options);
+  Random random(5);
+  BoxList boxes = uniform_boxes(30000, 2);
+  for (std::size_t i = 0; i < boxes.size(); i += 300) boxes[i] = cube(boxes[i].lower, 20);
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  std::size_t failed_together = 0;
+  for (int step = 0; step < 50; ++step) {
+    std::vector<ObjectId> ids;
+    BoxList moved;
+    for (std::size_t i = random.below(59); i < boxes.size(); i += 59) {
+      const Vec3 at = boxes[i].lower;
+      const float by = random.in(-0.5f, 0.5f), side = i % 300 == 0 ? 20.0f : 1.0f;
+      boxes[i] = cube({at.x + by, at.y, at.z}, side);
+      ids.push_back(static_cast<ObjectId>(i));
+      moved.push_back(boxes[i]);
+    }
+    ASSERT_TRUE(b.move(ids.data(), moved).ok());
+    Result r;
+    const auto see = [&] { return std::pair(b.pair_count(), b.begun().size() + b.ended().size()); };
+    const std::size_t failed = until_it_works(memory, see, [&] { return r = b.update(); });
+    const bool around = std::string(r.plan.reason).find("around") != std::string::npos;
+    if (around && r.plan.threads == 3) failed_together += failed;
+  }
+  EXPECT_GT(failed_together, 5u);
+  const LivePairs pairs = b.pairs();
+  Options canonical;
+  canonical.order = Order::canonical;
+  const std::vector<Pair> want = find_pairs(boxes, canonical);
+  EXPECT_TRUE(std::equal(
+      pairs.begin(), pairs.end(), want.begin(), want.end(),
+      [](const LivePair& x, const Pair& y) { return x.first == y.first && x.second == y.second; }));
+}
+
 TEST(BroadPhaseMemory, CopiesRunOutToo) {
   Actor actor({}, 5, 10);
   ASSERT_TRUE(actor.add(400, true));

@@ -68,9 +68,22 @@ TEST(BroadPhaseRandom, FewObjects) {
   }
 }
 
+using Lists = std::vector<std::vector<LivePair>>;
+testing::AssertionResult same_lists(const Lists& a, const Lists& b) {
+  const auto same = [](const LivePair& x, const LivePair& y) {
+    return x.first == y.first && x.second == y.second && x.slot == y.slot;
+  };
+  if (a.size() != b.size()) return testing::AssertionFailure() << a.size() << " and " << b.size();
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (!std::equal(a[k].begin(), a[k].end(), b[k].begin(), b[k].end(), same))
+      return testing::AssertionFailure() << "list " << k << " differs";
+  }
+  return testing::AssertionSuccess();
+}
+
 // The same calls give the same bytes, slots included, for every thread count and instruction set.
 TEST(BroadPhaseRandom, SameEverywhere) {
-  std::vector<std::vector<LivePair>> first;
+  Lists first;
   for (const Isa isa : supported_isas()) {
     for (const unsigned threads : {1u, 2u, 5u}) {
       Options options;
@@ -80,7 +93,7 @@ TEST(BroadPhaseRandom, SameEverywhere) {
       Random random(7);
       BoxList boxes = uniform_boxes(12000, 7);
       ASSERT_TRUE(b.add(boxes, nullptr).ok());
-      std::vector<std::vector<LivePair>> told;
+      Lists told;
       for (int step = 0; step < 12; ++step) {
         for (Box& box : boxes)
           if (step < 4 || random.one_in(300)) box = cube(random.point(0, 29), 1);
@@ -89,16 +102,56 @@ TEST(BroadPhaseRandom, SameEverywhere) {
         for (const LivePairs& p : {b.begun(), b.ended(), b.pairs()})
           told.emplace_back(p.begin(), p.end());
       }
-      const auto same = [](const LivePair& x, const LivePair& y) {
-        return x.first == y.first && x.second == y.second && x.slot == y.slot;
-      };
       if (first.empty()) first = told;
-      ASSERT_EQ(first.size(), told.size());
-      for (std::size_t k = 0; k < told.size(); ++k)
-        EXPECT_TRUE(
-            std::equal(first[k].begin(), first[k].end(), told[k].begin(), told[k].end(), same))
-            << to_string(isa) << ", " << threads << " threads, list " << k;
+      EXPECT_TRUE(same_lists(first, told)) << to_string(isa) << ", " << threads << " threads";
     }
+  }
+}
+
+// Enough of them change for several threads to search around them; large boxes among them, each with
+// hundreds of pairs.
+TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
+  Lists first;
+  for (const unsigned threads : {1u, 2u, 3u}) {
+    Options options;
+    options.threads = threads;
+    BroadPhase b(options);
+    Random random(11);
+    BoxList boxes = uniform_boxes(40000, 3);
+    const auto large = [&](std::size_t i) { return i % 1000 == 0 ? 20.0f : 12.0f; };
+    for (std::size_t i = 0; i < boxes.size(); i += 500)
+      boxes[i] = cube(boxes[i].lower, large(i));
+    ASSERT_TRUE(b.add(boxes, nullptr).ok());
+    Lists told;
+    bool shared = false;
+    for (int step = 0; step < 60; ++step) {
+      std::vector<ObjectId> ids;
+      BoxList moved;
+      for (std::size_t i = random.below(83); i < boxes.size(); i += 83) {
+        const Vec3 by = random.point(-0.5f, 0.5f);
+        const Vec3 at = boxes[i].lower;
+        const float side = i % 500 == 0 ? large(i) : 1.0f;
+        boxes[i] = cube({at.x + by.x, at.y + by.y, at.z + by.z}, side);
+        ids.push_back(static_cast<ObjectId>(i));
+        moved.push_back(boxes[i]);
+      }
+      ASSERT_TRUE(b.move(ids.data(), moved).ok());
+      const Result r = b.update();
+      ASSERT_TRUE(r.ok()) << r.message;
+      const bool around = std::string(r.plan.reason).find("around") != std::string::npos;
+      shared = shared || (around && r.plan.threads == threads);
+      for (const LivePairs& p : {b.begun(), b.ended()}) told.emplace_back(p.begin(), p.end());
+    }
+    EXPECT_TRUE(shared) << "no update searched around the movers on " << threads << " threads";
+    const LivePairs pairs = b.pairs();
+    told.emplace_back(pairs.begin(), pairs.end());
+    options.order = Order::canonical;
+    const std::vector<Pair> want = find_pairs(boxes, options);
+    EXPECT_TRUE(std::equal(
+        pairs.begin(), pairs.end(), want.begin(), want.end(),
+        [](const LivePair& x, const Pair& y) { return x.first == y.first && x.second == y.second; }));
+    if (first.empty()) first = told;
+    EXPECT_TRUE(same_lists(first, told)) << threads << " threads";
   }
 }
 
