@@ -274,6 +274,8 @@ int main(int argc, char** argv) {
       {"uniform", 100000, 0.3, 30, true},     {"uniform", 100000, 1, 30, true},
       {"pile", 100000, 0.01, 200, true},      {"pile", 100000, 1, 12, true},
       {"mixed", 100000, 0.01, 60, true},      {"mixed", 100000, 1, 12, true},
+      {"clusters", 100000, 0.01, 100, true},  {"spheres", 100000, 0.01, 100, true},
+      {"rods", 100000, 0.01, 30, true},       {"pile", 100000, 0.05, 30, true},
       {"uniform", 1000000, 0.001, 100, true}, {"uniform", 1000000, 0.01, 40, true},
       {"uniform", 1000000, 1, 10, false},
   };

@@ -121,8 +121,8 @@ void Around::tell_many(const Scene& scene, const PairSet::Walk& had, const Objec
   }
   hits_.clear();
   unclean_ = true;
-  const auto see = [&](ObjectId other) {
-    if (other == id || is_seen(other) || !objects.may_pair(id, other)) return;
+  const auto see = [&](ObjectId other) {  // itself, too, of which nothing is told
+    if (is_seen(other) || !objects.may_pair(id, other)) return;
     hits_.append(other);
     flip(other);
   };

@@ -108,8 +108,8 @@ TEST(BroadPhaseRandom, SameEverywhere) {
   }
 }
 
-// Enough of them change for several threads to search around them; large boxes among them, each with
-// hundreds of pairs.
+// Enough of them change for several threads to search around them; large boxes among them, each
+// with hundreds of pairs.
 TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
   Lists first;
   for (const unsigned threads : {1u, 2u, 3u}) {
@@ -119,8 +119,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
     Random random(11);
     BoxList boxes = uniform_boxes(40000, 3);
     const auto large = [&](std::size_t i) { return i % 1000 == 0 ? 20.0f : 12.0f; };
-    for (std::size_t i = 0; i < boxes.size(); i += 500)
-      boxes[i] = cube(boxes[i].lower, large(i));
+    for (std::size_t i = 0; i < boxes.size(); i += 500) boxes[i] = cube(boxes[i].lower, large(i));
     ASSERT_TRUE(b.add(boxes, nullptr).ok());
     Lists told;
     bool shared = false;
@@ -147,9 +146,10 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
     told.emplace_back(pairs.begin(), pairs.end());
     options.order = Order::canonical;
     const std::vector<Pair> want = find_pairs(boxes, options);
-    EXPECT_TRUE(std::equal(
-        pairs.begin(), pairs.end(), want.begin(), want.end(),
-        [](const LivePair& x, const Pair& y) { return x.first == y.first && x.second == y.second; }));
+    EXPECT_TRUE(std::equal(pairs.begin(), pairs.end(), want.begin(), want.end(),
+                           [](const LivePair& x, const Pair& y) {
+                             return x.first == y.first && x.second == y.second;
+                           }));
     if (first.empty()) first = told;
     EXPECT_TRUE(same_lists(first, told)) << threads << " threads";
   }
