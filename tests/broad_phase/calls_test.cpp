@@ -64,6 +64,15 @@ TEST(BroadPhaseCalls, TheLastMoveWins) {
   EXPECT_TRUE(w.b.ended().empty());
 }
 
+TEST(BroadPhaseCalls, WhatStaysWhereItIsHasNotMoved) {
+  World w;
+  const ObjectId ids[] = {0, 2};
+  ASSERT_TRUE(w.b.move(ids, BoxList{three[0], three[2]}).ok());
+  ASSERT_TRUE(w.b.move_all(three).ok());
+  EXPECT_STREQ(w.b.update().plan.reason, "nothing changed");
+  EXPECT_EQ(w.b.pair_count(), 1u);
+}
+
 TEST(BroadPhaseCalls, IdsComeBackAfterTheirEndWasTold) {
   World w;
   EXPECT_EQ(w.b.remove(1), Status::ok);
