@@ -62,25 +62,15 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       spill_(memory_),
       pairs_(memory_),
       unordered_(memory_),
-      ordered_(memory_) {}
-
-Engine::~Engine() {
-  for (Worker* worker : workers_) memory_.destroy(worker);
-}
-
-Worker* const* Engine::team(unsigned count) {
-  for (unsigned i = 0; i < count; ++i) {
-    if (!workers_[i]) workers_[i] = memory_.create<Worker>(memory_);
-  }
-  return workers_;
-}
+      ordered_(memory_),
+      workers_(memory_) {}
 
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
   Search& search = call.search;
   BinReport report;
-  Worker* const* workers = team(call.tasks);
+  Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   call.partitioned = Partition::needed(*search.a) || Partition::needed(*search.b);
   Result& r = call.result;
@@ -128,7 +118,7 @@ void Engine::pass(Call& call, Sink& sink) {
   THRONG_RANGE("find");
   Search& search = call.search;
   search.sink = &sink;
-  Worker* const* workers = team(call.tasks);
+  Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   if (call.partitioned)
     solve_partition(call);
@@ -141,17 +131,13 @@ void Engine::pass(Call& call, Sink& sink) {
     if (!search.failed()) workers[t]->finish();
     call.result.comparisons += workers[t]->comparisons;
   }
-  if (!memory_.cap()) {
-    // The first gathers what any has; then all have it.
-    for (unsigned t = 1; t < call.tasks; ++t) workers[0]->match(*workers[t]);
-    for (unsigned t = 1; t < call.tasks; ++t) workers[t]->match(*workers[0]);
-  }
+  if (!memory_.cap()) workers_.match(call.tasks);
   call.result.times.find_ms += call.clock.lap();
 }
 
 void Engine::solve_partition(Call& call) {
   Search& search = call.search;
-  Worker* const* workers = team(call.tasks);
+  Worker* const* workers = workers_.make(call.tasks);
   Turns turns(partition_.problem_count());
   const auto is_large = [&](const Problem& p) {
     return call.tasks > 1 && box_count(p) >= team_pays_from;

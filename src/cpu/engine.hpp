@@ -7,6 +7,7 @@
 #include <throng/options.hpp>
 
 #include "core/output.hpp"
+#include "cpu/each_task.hpp"
 #include "cpu/grid.hpp"
 #include "cpu/memory.hpp"
 #include "cpu/order.hpp"
@@ -27,7 +28,6 @@ class Engine {
  public:
   // `already_held`: bytes that the owner took from `memory` for the engine itself.
   Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept;
-  ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -62,7 +62,6 @@ class Engine {
   void consume(Call&, const Consumer&);
   void consume_in_order(Call&, const Consumer&);
   void consume_range(Call&, const Consumer&, std::uint64_t begin, unsigned slice_bits, bool& go_on);
-  Worker* const* team(unsigned count);
   void solve_partition(Call&);
   std::size_t enough_bytes(const Call&) const noexcept;
 
@@ -75,7 +74,7 @@ class Engine {
   core::GridPlan grid_plan_;
   bool has_grid_ = false;
   bool nan_in_b_ = false;
-  Worker* workers_[max_workers] = {};
+  EachTask<Worker> workers_;
 };
 
 }  // namespace throng::cpu

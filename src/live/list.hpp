@@ -34,6 +34,10 @@ class List {
 
   // There must be room.
   void push(const T& value) noexcept { room_[size_++] = value; }
+  void push(const List& other) noexcept {
+    if (other.size_ != 0) std::memcpy(data() + size_, other.data(), other.size_ * sizeof(T));
+    size_ += other.size_;
+  }
   void resize(std::size_t count) noexcept { size_ = count; }
   void copy(const List& other) noexcept {
     size_ = other.size_;

@@ -176,10 +176,7 @@ void PairSet::commit_nothing() noexcept {
 void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id_limit,
                             const Executor& executor, unsigned tasks) {
   sorted(id_limit);
-  next_begun_.clear();
-  next_ended_.clear();
-  next_begun_.reserve(count);
-  next_ended_.reserve(count_);
+  make_room(count, count_);
   spare_.reserve(count);
   // In parts that begin at the same pair in both lists. Each writes where its own begins.
   const auto part_count = static_cast<unsigned>(std::min<std::size_t>(

@@ -28,6 +28,13 @@ class PairSet {
   const List<LivePair>& sorted(std::size_t id_limit) noexcept;
 
   // What is found goes here, and becomes the pairs by a commit. begun: without slots.
+  // make_room() empties both, for so many.
+  void make_room(std::size_t begun, std::size_t ended) {
+    next_begun_.clear();
+    next_ended_.clear();
+    next_begun_.reserve(begun);
+    next_ended_.reserve(ended);
+  }
   List<LivePair>& next_begun() noexcept { return next_begun_; }
   List<LivePair>& next_ended() noexcept { return next_ended_; }
 

@@ -88,11 +88,7 @@ Touch touch(const Sweep& sweep, const Box& b) noexcept {
   return t;
 }
 
-Queries::Queries(cpu::Memory& memory) noexcept
-    : memory_(memory), overlaps_(memory), hits_(memory) {}
-Queries::~Queries() {
-  for (List<SweepHit>* list : found_) memory_.destroy(list);
-}
+Queries::Queries(cpu::Memory& memory) noexcept : found_(memory), overlaps_(memory), hits_(memory) {}
 
 // Calls ask(i, list) for every question, in order within a task, and puts the lists together in
 // hits_. What one question finds is sorted by id, each object once.
@@ -101,37 +97,26 @@ void Queries::run(std::size_t count, const Executor& executor, unsigned tasks,
                   const std::atomic<bool>* stop, Ask&& ask) {
   hits_.clear();
   tasks = count < threads_ask_from ? 1 : tasks;
-  for (unsigned t = 0; t < tasks; ++t) {
-    if (!found_[t]) found_[t] = memory_.create<List<SweepHit>>(memory_);
-    found_[t]->clear();
-  }
-  std::atomic<std::size_t> failed{0};
-  auto task = [&](unsigned t) {
-    List<SweepHit>& found = *found_[t];
-    try {
-      for (std::size_t i = count * t / tasks; i < count * (t + 1) / tasks; ++i) {
-        if (stop && stop->load(std::memory_order_relaxed)) break;
-        const std::size_t before = found.size();
-        ask(i, found);
-        const auto by_id = [](const SweepHit& a, const SweepHit& b) { return a.object < b.object; };
-        const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
-        SweepHit* const begin = found.begin() + before;
-        std::sort(begin, found.end(), by_id);
-        SweepHit* const end = std::unique(begin, found.end(), same);
-        found.resize(static_cast<std::size_t>(end - found.begin()));
-      }
-    } catch (const cpu::NoMemory& e) {
-      failed = e.bytes;
+  found_.make(tasks);
+  cpu::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
+    List<SweepHit>& found = found_[t];
+    found.clear();
+    for (std::size_t i = count * t / tasks; i < count * (t + 1) / tasks; ++i) {
+      if (stop && stop->load(std::memory_order_relaxed)) break;
+      const std::size_t before = found.size();
+      ask(i, found);
+      const auto by_id = [](const SweepHit& a, const SweepHit& b) { return a.object < b.object; };
+      const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
+      SweepHit* const begin = found.begin() + before;
+      std::sort(begin, found.end(), by_id);
+      SweepHit* const end = std::unique(begin, found.end(), same);
+      found.resize(static_cast<std::size_t>(end - found.begin()));
     }
-  };
-  cpu::run_tasks(executor, tasks, task);
-  if (failed != 0) throw cpu::NoMemory{failed};
+  });
   std::size_t total = 0;
-  for (unsigned t = 0; t < tasks; ++t) total += found_[t]->size();
+  for (unsigned t = 0; t < tasks; ++t) total += found_[t].size();
   hits_.reserve(total);
-  for (unsigned t = 0; t < tasks; ++t) {
-    for (const SweepHit& hit : *found_[t]) hits_.push(hit);
-  }
+  for (unsigned t = 0; t < tasks; ++t) hits_.push(found_[t]);
 }
 
 void Queries::find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,

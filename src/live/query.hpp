@@ -6,6 +6,7 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "cpu/each_task.hpp"
 #include "cpu/sink.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
@@ -24,9 +25,6 @@ Touch touch(const Sweep& sweep, const Box& box) noexcept;
 class Queries {
  public:
   explicit Queries(cpu::Memory& memory) noexcept;
-  ~Queries();
-  Queries(const Queries&) = delete;
-  Queries& operator=(const Queries&) = delete;
 
   List<Pair>& overlaps() noexcept { return overlaps_; }
   const List<SweepHit>& hits() const noexcept { return hits_; }
@@ -46,8 +44,7 @@ class Queries {
   void run(std::size_t count, const Executor& executor, unsigned tasks,
            const std::atomic<bool>* stop, Ask&& ask);
 
-  cpu::Memory& memory_;
-  List<SweepHit>* found_[cpu::max_workers] = {};  // by each task
+  cpu::EachTask<List<SweepHit>> found_;
   List<Pair> overlaps_;
   List<SweepHit> hits_;
 };

@@ -68,11 +68,8 @@ Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
       pairs_(engine_.memory()),
       cells_(engine_.memory()),
       queries_(engine_.memory()),
+      around_(engine_.memory()),
       found_(engine_.memory()) {}
-
-Tracker::~Tracker() {
-  for (Around* around : around_) memory().destroy(around);
-}
 
 bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const std::size_t n = boxes.size();
@@ -233,37 +230,30 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   const List<ObjectId>& dirty = objects_.dirty_list();
   tasks = dirty.size() < threads_search_from ? 1 : tasks;
   r.plan.threads = tasks;
-  for (unsigned t = 0; t < tasks; ++t) {
-    if (!around_[t]) around_[t] = memory().create<Around>(memory());
-    around_[t]->start();
-  }
+  around_.make(tasks);
+  for (unsigned t = 0; t < tasks; ++t) around_[t].start();
   const Around::Scene scene{objects_, pairs_, cells_};
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
-  std::atomic<std::size_t> failed{0};
-  auto task = [&](unsigned t) {
-    try {
-      for (std::size_t begin, end; shares.take(begin, end);)
-        around_[t]->search(scene, dirty.data() + begin, end - begin, options.stop);
-    } catch (const cpu::NoMemory& e) {
-      failed = e.bytes;
-    }
-  };
-  cpu::run_tasks(executor_of(options), tasks, task);
-  if (failed != 0) throw cpu::NoMemory{failed};
+  cpu::run_tasks_or_throw(executor_of(options), tasks, [&](unsigned t) {
+    for (std::size_t begin, end; shares.take(begin, end);)
+      around_[t].search(scene, dirty.data() + begin, end - begin, options.stop);
+  });
   if (options.stop && options.stop->load(std::memory_order_relaxed)) {
     r.status = Status::stopped;
     return;
   }
-  pairs_.next_begun().clear();
-  pairs_.next_ended().clear();
+  std::size_t begun = 0, ended = 0;
   for (unsigned t = 0; t < tasks; ++t) {
-    for (const LivePair& pair : around_[t]->begun()) pairs_.next_begun().append(pair);
-    for (const LivePair& pair : around_[t]->ended()) pairs_.next_ended().append(pair);
-    r.comparisons += around_[t]->compared();
+    begun += around_[t].begun().size();
+    ended += around_[t].ended().size();
+    r.comparisons += around_[t].compared();
   }
-  // The first gathers what any has; then all have it.
-  for (unsigned t = 1; t < tasks; ++t) around_[0]->match(*around_[t]);
-  for (unsigned t = 1; t < tasks; ++t) around_[t]->match(*around_[0]);
+  pairs_.make_room(begun, ended);
+  for (unsigned t = 0; t < tasks; ++t) {
+    pairs_.next_begun().push(around_[t].begun());
+    pairs_.next_ended().push(around_[t].ended());
+  }
+  around_.match(tasks);
   pairs_.commit_linked(objects_);
   learn(static_cast<double>(r.comparisons));
 }

@@ -24,9 +24,6 @@ class Tracker {
  public:
   // `already_held`: bytes of whoever owns this, which count too.
   Tracker(const Options& options, std::size_t already_held) noexcept;
-  ~Tracker();
-  Tracker(const Tracker&) = delete;
-  Tracker& operator=(const Tracker&) = delete;
 
   Objects& objects() noexcept { return objects_; }
   PairSet& pairs() noexcept { return pairs_; }
@@ -62,7 +59,7 @@ class Tracker {
   PairSet pairs_;
   Cells cells_;
   Queries queries_;
-  Around* around_[cpu::max_workers] = {};  // each task's
+  cpu::EachTask<Around> around_;
   List<Pair> found_;
   bool placed_ = false;  // cells are kept
   bool linked_ = false;  // and linked pairs, too

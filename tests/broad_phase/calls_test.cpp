@@ -22,11 +22,6 @@ struct World {
   }
 };
 
-std::vector<Pair> plain(const LivePairs& pairs) {
-  std::vector<Pair> all;
-  for (const LivePair& p : pairs) all.push_back({p.first, p.second});
-  return all;
-}
 using List = std::vector<Pair>;
 
 TEST(BroadPhaseCalls, BeginAndEnd) {

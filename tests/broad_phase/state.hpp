@@ -9,6 +9,13 @@
 
 namespace throng::tests {
 
+// Pairs without their slots.
+inline std::vector<Pair> plain(const LivePairs& pairs) {
+  std::vector<Pair> all;
+  for (const LivePair& p : pairs) all.push_back({p.first, p.second});
+  return all;
+}
+
 struct Snapshot {
   explicit Snapshot(BroadPhase& b) {
     for (const LivePairs& list : {b.begun(), b.ended(), b.pairs()}) {

@@ -1,0 +1,45 @@
+// Objects of which so many move in each frame that several threads search around them; some are
+// large, each with hundreds of pairs.
+#pragma once
+
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::tests {
+
+struct Crowd {
+  static constexpr std::size_t objects = 40000, large_every = 500;
+
+  BoxList boxes = uniform_boxes(static_cast<int>(objects), 3);
+  std::vector<ObjectId> ids;  // of those that move
+  BoxList moved;
+  Random random{11};
+
+  Crowd() {
+    for (std::size_t i = 0; i < objects; i += large_every) boxes[i] = cube(boxes[i].lower, side(i));
+  }
+  static float side(std::size_t i) {
+    return i % large_every != 0 ? 1.0f : i % (2 * large_every) == 0 ? 20.0f : 12.0f;
+  }
+  void move() {
+    ids.clear();
+    moved.clear();
+    for (std::size_t i = random.below(83); i < objects; i += 83) {
+      const Vec3 at = boxes[i].lower, by = random.point(-0.5f, 0.5f);
+      boxes[i] = cube({at.x + by.x, at.y + by.y, at.z + by.z}, side(i));
+      ids.push_back(static_cast<ObjectId>(i));
+      moved.push_back(boxes[i]);
+    }
+  }
+  std::vector<Pair> pairs() const {
+    Options canonical;
+    canonical.order = Order::canonical;
+    return find_pairs(boxes, canonical);
+  }
+  static bool was_searched_around(const Result& r, unsigned threads) {
+    return std::string(r.plan.reason).find("around") != std::string::npos &&
+           r.plan.threads == threads;
+  }
+};
+
+}  // namespace throng::tests
