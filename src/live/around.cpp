@@ -6,8 +6,9 @@
 namespace throng::live {
 namespace {
 
-// Memory is asked for so many objects ahead. Of 4, 8, 16: no difference between the latter two.
-constexpr std::size_t ahead = 8;
+// Cells are asked for so many objects ahead, first edges twice as many, what says where both are
+// twice as many again. Of 4, 8, 16 for cells: no difference between the latter two.
+constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edges_ahead;
 // So many hits of a search are compared with each pair the object has; more are marked.
 constexpr std::uint32_t few_hits = 16;
 
@@ -35,16 +36,19 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
                     const std::atomic<bool>* stop) {
   const Objects& objects = scene.objects;
   Cells::Reach reaches[ahead];
-  PairSet::Walk walks[ahead];
+  PairSet::Walk walks[edges_ahead];
   const auto reach_ahead = [&](std::size_t i) {
     if (i >= count) return;
     const ObjectId id = ids[i];
-    scene.pairs.start(walks[i % ahead], objects, id);
     if (objects.body(id).home == none) return;
     Box room;
     scene.cells.reach(objects.grown(id, room), worlds_of(objects, objects.filter(id)),
                       reaches[i % ahead]);
   };
+  const auto walk_ahead = [&](std::size_t i) {
+    if (i < count) scene.pairs.start(walks[i % edges_ahead], objects, ids[i]);
+  };
+  for (std::size_t i = 0; i < edges_ahead; ++i) walk_ahead(i);
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
   ObjectId hits[Cells::most_hits];
   for (std::size_t i = 0; i < count; ++i) {
@@ -53,7 +57,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
       if (objects.body(ids[soon]).home != none) scene.cells.prefetch_chains(reaches[soon % ahead]);
     }
     for (std::size_t soon = i + 1; soon < std::min(i + ahead, count); ++soon)
-      scene.pairs.step(walks[soon % ahead]);
+      scene.pairs.step(walks[soon % edges_ahead]);
     const ObjectId id = ids[i];
     std::uint32_t found = 0;
     Box room;
@@ -62,10 +66,12 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
           scene.cells.search_few(objects.grown(id, room), id, reaches[i % ahead], hits, compared_);
     }
     if (found <= few_hits)
-      tell_few(scene, walks[i % ahead], hits, found);
+      tell_few(scene, walks[i % edges_ahead], hits, found);
     else
-      tell_many(scene, walks[i % ahead], hits, found);
+      tell_many(scene, walks[i % edges_ahead], hits, found);
     reach_ahead(i + ahead);
+    walk_ahead(i + edges_ahead);
+    if (i + bodies_ahead < count) objects.prefetch(ids[i + bodies_ahead]);
   }
 }
 

@@ -74,10 +74,7 @@ class Cells {
   void reach(const Box& box, Worlds worlds, Reach& reach) const noexcept;
   void prefetch_chains(const Reach& reach) const noexcept {
     if (reach.count > Reach::most) return;
-    for (std::uint32_t k = 0; k < reach.count; ++k) {
-      const std::uint32_t home = reach.homes[k], next = lines_[home].entry[0].link;
-      prefetch(home ^ ((home ^ next) & (next == none ? 0u : none)));  // no branch: see search_few()
-    }
+    for (std::uint32_t k = 0; k < reach.count; ++k) prefetch_chain(reach.homes[k]);
   }
   template <class F>
   std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
@@ -89,6 +86,11 @@ class Cells {
   // And where many are.
   template <class F>
   std::uint64_t search_many(const Box& box, Worlds worlds, F&& f) const;
+  // The line behind the first; no branch: see search_few().
+  void prefetch_chain(std::uint32_t home) const noexcept {
+    const std::uint32_t next = lines_[home].entry[0].link;
+    prefetch(home ^ ((home ^ next) & (next == none ? 0u : none)));
+  }
   void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }

@@ -209,6 +209,10 @@ bool Tracker::settle_cells(double most_lines) {
         cells_.prefetch(place.home);
       }
     }
+    if (constexpr std::size_t half = settle_ahead / 2; i >= half && i - half < dirty.size()) {
+      const std::uint32_t home = objects_.body(dirty[i - half]).home;
+      if (home != none) cells_.prefetch_chain(home);
+    }
     if (i + 1 < settle_ahead) continue;
     const ObjectId id = dirty[i + 1 - settle_ahead];
     const Cells::Place& place = places[(i + 1) % settle_ahead];
