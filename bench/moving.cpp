@@ -45,7 +45,7 @@ void must(const Result& r) {
 
 class Persistent : public Mover {
  public:
-  explicit Persistent(unsigned threads) : broad_phase_(options(threads)) {}
+  explicit Persistent(const Options& options) : broad_phase_(options) {}
   std::string name() const override { return "Throng BroadPhase"; }
   void start(const std::vector<Box>& boxes) override {
     must(broad_phase_.add(boxes, nullptr));
@@ -64,12 +64,6 @@ class Persistent : public Mover {
     for (const LivePair& p : broad_phase_.ended()) ended.push_back({p.first, p.second});
   }
 
-  static Options options(unsigned threads) {
-    Options o;
-    o.threads = threads;
-    return o;
-  }
-
  private:
   BroadPhase broad_phase_;
 };
@@ -77,10 +71,9 @@ class Persistent : public Mover {
 // All pairs anew, in canonical order, and the two differences.
 class Anew : public Mover {
  public:
-  explicit Anew(unsigned threads) {
-    Options o = Persistent::options(threads);
-    o.order = Order::canonical;
-    finder_.set_options(o);
+  explicit Anew(Options options) {
+    options.order = Order::canonical;
+    finder_.set_options(options);
   }
   std::string name() const override { return "Finder and two differences"; }
   void start(const std::vector<Box>& boxes) override {
@@ -128,7 +121,15 @@ struct Setting {
   int frames = 0;
   std::vector<unsigned> threads = {1, 2};
   bool rivals = true;
+  bool large_pages = false;
 };
+
+Options options_of(const Setting& setting, unsigned threads) {
+  Options o;
+  o.threads = threads;
+  if (setting.large_pages) o.memory = large_pages();
+  return o;
+}
 
 void run(const Case& c, const Setting& setting) {
   scene::Spec spec;
@@ -141,8 +142,8 @@ void run(const Case& c, const Setting& setting) {
   std::vector<std::unique_ptr<Mover>> movers;
   std::vector<unsigned> threads;
   for (const unsigned t : setting.threads) {
-    movers.push_back(std::make_unique<Persistent>(t));
-    movers.push_back(std::make_unique<Anew>(t));
+    movers.push_back(std::make_unique<Persistent>(options_of(setting, t)));
+    movers.push_back(std::make_unique<Anew>(options_of(setting, t)));
     threads.insert(threads.end(), {t, t});
   }
   if (c.rival && setting.rivals) {
@@ -234,7 +235,7 @@ void batches(std::size_t n, const Setting& setting) {
   for (const unsigned threads : setting.threads) {
     std::vector<double> add, remove;
     for (int k = 0; k < 11; ++k) {
-      BroadPhase b(Persistent::options(threads));
+      BroadPhase b(options_of(setting, threads));
       add.push_back(ms([&] {
         must(b.add(boxes, nullptr));
         must(b.update());
@@ -263,6 +264,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", setting.frames, "so many frames in each case");
   app.add_option("--threads", setting.threads, "thread counts of Throng");
   app.add_flag("!--no-rivals", setting.rivals, "without the rivals");
+  app.add_flag("--large-pages", setting.large_pages, "Throng's memory in large pages");
   CLI11_PARSE(app, argc, argv);
   std::printf(
       "scene,objects,share,contender,threads,frames,ms,least_ms,first_tenth_ms,last_tenth_ms,"

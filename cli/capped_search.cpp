@@ -4,12 +4,12 @@
 
 #include <throng/cuda.hpp>
 #include <throng/finder.hpp>
+#include <throng/large_pages.hpp>
 
 #include "cli/console.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
 #include "cli/search.hpp"
-#include "program/large_pages.hpp"
 #include "stream/stream.hpp"
 
 namespace throng::cli {
@@ -80,7 +80,7 @@ SearchReport run_capped_search(const InputArguments& input, SearchRequest reques
   if (!input.b.empty()) streamed.b = files_of(input.b, input.filters_b);
   streamed.round_outward = input.round_outward;
   // Set, it would keep an automatic choice from a GPU.
-  if (!cuda::available().ok()) request.options.memory = program::large_pages();
+  if (!cuda::available().ok()) request.options.memory = large_pages();
   streamed.options = request.options;
   streamed.output = request.output;
   streamed.scratch_folder = scratch_folder(request.output);

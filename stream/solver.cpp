@@ -5,10 +5,11 @@
 #include <limits>
 #include <utility>
 
+#include <throng/large_pages.hpp>
+
 #include <fmt/format.h>
 
 #include "program/failure.hpp"
-#include "program/large_pages.hpp"
 
 namespace throng::stream {
 namespace {
@@ -37,7 +38,7 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
       output_(output),
       progress_(std::move(progress)),
       search_(std::move(search)),
-      room_(sizes.room_bytes, program::large_pages()),
+      room_(sizes.room_bytes, large_pages()),
       home_bytes_(sizes.room_bytes / 4 * 3) {
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;

@@ -7,6 +7,7 @@
 #include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
+#include <throng/large_pages.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 #include <throng/update_boxes.hpp>

@@ -119,6 +119,33 @@ TEST(BroadPhaseMemory, CopiesOfCopiesStaySmall) {
   EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
 }
 
+// Blocks below a large page, of one, and of several and a part: all theirs, from the first byte to
+// the last.
+TEST(BroadPhaseMemory, LargePages) {
+  std::pmr::memory_resource& memory = *large_pages();
+  constexpr std::size_t page = std::size_t{2} << 20;
+  for (const std::size_t bytes : {std::size_t{64}, page - 1, page, 3 * page + 100}) {
+    for (const std::size_t alignment : {std::size_t{16}, std::size_t{64}, 2 * page}) {
+      void* block = memory.allocate(bytes, alignment);
+      EXPECT_EQ(reinterpret_cast<std::uintptr_t>(block) % alignment, 0u);
+      std::memset(block, 7, bytes);
+      memory.deallocate(block, bytes, alignment);
+    }
+  }
+  EXPECT_EQ(large_pages(), &memory);
+  Options options;
+  options.memory = &memory;
+  BroadPhase b(options);
+  Crowd crowd;
+  ASSERT_TRUE(b.add(crowd.boxes, nullptr).ok());
+  for (int step = 0; step < 20; ++step) {
+    crowd.move();
+    ASSERT_TRUE(b.move(crowd.ids.data(), crowd.moved).ok());
+    ASSERT_TRUE(b.update().ok());
+  }
+  EXPECT_EQ(plain(b.pairs()), crowd.pairs());
+}
+
 // A snapshot goes its own way; rolled back, the same calls tell the same, slots and ids included.
 TEST(BroadPhaseMemory, SnapshotAndRollback) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {

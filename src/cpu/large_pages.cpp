@@ -1,4 +1,4 @@
-#include "program/large_pages.hpp"
+#include <throng/large_pages.hpp>
 
 #include <cstddef>
 #include <new>
@@ -7,23 +7,22 @@
 #include <sys/mman.h>
 #endif
 
-namespace throng::program {
+namespace throng {
 namespace {
 
 constexpr std::size_t page_bytes = std::size_t{2} << 20;
-constexpr std::size_t large_bytes = 8 * page_bytes;
 
 class LargePages final : public std::pmr::memory_resource {
   // The alignment of a block depends on its size alone, which deallocate is told, too.
   static std::align_val_t alignment_of(std::size_t bytes, std::size_t alignment) {
-    return std::align_val_t{bytes >= large_bytes && alignment < page_bytes ? page_bytes
-                                                                           : alignment};
+    return std::align_val_t{bytes >= page_bytes && alignment < page_bytes ? page_bytes : alignment};
   }
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     void* block = ::operator new(bytes, alignment_of(bytes, alignment));
 #ifdef __linux__
-    // A wish: without it, or where it is refused, all works as well.
-    if (bytes >= large_bytes) madvise(block, bytes / page_bytes * page_bytes, MADV_HUGEPAGE);
+    // A wish: without it, or where it is refused, all works as well. Of whole pages alone, so that
+    // no block takes more than was asked for.
+    if (bytes >= page_bytes) madvise(block, bytes / page_bytes * page_bytes, MADV_HUGEPAGE);
 #endif
     return block;
   }
@@ -37,9 +36,9 @@ class LargePages final : public std::pmr::memory_resource {
 
 }  // namespace
 
-std::pmr::memory_resource* large_pages() {
+std::pmr::memory_resource* large_pages() noexcept {
   static LargePages resource;
   return &resource;
 }
 
-}  // namespace throng::program
+}  // namespace throng
