@@ -20,54 +20,39 @@ constexpr double crowded = 4;
 constexpr int most_halvings = 16;
 constexpr std::size_t most_homes = std::size_t{1} << 30;
 
-double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
+float finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
-// Some boxes' longest sides, and where they begin.
-struct Sample {
-  std::size_t count = 0;
-  double side[most_sample], lower[3][most_sample];
+// Of all of a sample that is whole, else of the first of it, in whose order there is none.
+template <class Of>
+double quantile(const List<Cells::Sampled>& sample, double q, Of&& of) noexcept {
+  double some[whole_sample];
+  const std::size_t n = std::min(sample.size(), whole_sample);
+  for (std::size_t i = 0; i < n; ++i) some[i] = of(sample[i]);
+  const auto at = static_cast<std::size_t>(q * static_cast<double>(n - 1));
+  std::nth_element(some, some + at, some + n);
+  return some[at];
+}
 
-  void add(const Box& b) noexcept {
-    const double l[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
-    const double u[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
-    side[count] = 0;
-    for (int k = 0; k < 3; ++k) {
-      side[count] = std::max(side[count], u[k] - l[k]);
-      lower[k][count] = l[k];
+// How likely two of the sample begin in the same of cells that are so long. Sorts it.
+double together(List<Cells::Sampled>& sample, double length) noexcept {
+  for (Cells::Sampled& s : sample) {
+    s.cell = 0;
+    for (const float lower : s.lower) {
+      const auto place = std::bit_cast<std::uint64_t>(std::floor(lower / length) + 0.0);
+      s.cell = (s.cell ^ place) * 0x9e3779b97f4a7c15u;
+      s.cell ^= s.cell >> 29;
     }
-    ++count;
   }
-  // Of the first of them.
-  double quantile(const double* values, double q) const noexcept {
-    double some[whole_sample];
-    const std::size_t n = std::min(count, whole_sample);
-    const auto at = static_cast<std::size_t>(q * static_cast<double>(n - 1));
-    std::copy(values, values + n, some);
-    std::nth_element(some, some + at, some + n);
-    return some[at];
+  std::sort(sample.begin(), sample.end(),
+            [](const Cells::Sampled& x, const Cells::Sampled& y) { return x.cell < y.cell; });
+  double twos = 0;
+  for (std::size_t i = 0, same = 0; i + 1 < sample.size(); ++i) {
+    same = sample[i].cell == sample[i + 1].cell ? same + 1 : 0;
+    twos += static_cast<double>(same);
   }
-  // How likely two of them begin in the same of cells that are so long.
-  double together(double length) const noexcept {
-    std::uint64_t cells[most_sample];
-    for (std::size_t i = 0; i < count; ++i) {
-      std::uint64_t cell = 0;
-      for (int k = 0; k < 3; ++k) {
-        const auto place = std::bit_cast<std::uint64_t>(std::floor(lower[k][i] / length) + 0.0);
-        cell = (cell ^ place) * 0x9e3779b97f4a7c15u;
-        cell ^= cell >> 29;
-      }
-      cells[i] = cell;
-    }
-    std::sort(cells, cells + count);
-    double twos = 0;
-    for (std::size_t i = 0, same = 0; i + 1 < count; ++i) {
-      same = cells[i] == cells[i + 1] ? same + 1 : 0;
-      twos += static_cast<double>(same);
-    }
-    const auto n = static_cast<double>(count);
-    return count < 2 ? 0 : 2 * twos / (n * (n - 1));
-  }
-};
+  const auto n = static_cast<double>(sample.size());
+  return sample.size() < 2 ? 0 : 2 * twos / (n * (n - 1));
+}
 
 struct Scale {
   double span;      // of the first class
@@ -78,23 +63,25 @@ struct Scale {
 // Equal boxes shall fit into the first class, and smaller ones shall share its cells until the cell
 // of a box holds about one other: large boxes look into fewer then. Where boxes lie together in an
 // empty world that is less than the world has room for.
-Scale measure(const Sample& s, std::size_t boxes) noexcept {
-  if (s.count == 0) return {1, 0, {1, 1, 1}};
-  const double side = s.quantile(s.side, 0.25) * 1.07;
-  const double usual = s.quantile(s.side, 0.5);
+Scale measure(List<Cells::Sampled>& sample, std::size_t boxes) noexcept {
+  if (sample.empty()) return {1, 0, {1, 1, 1}};
+  const auto side_of = [](const Cells::Sampled& s) { return s.side; };
+  const double side = quantile(sample, 0.25, side_of) * 1.07;
+  const double usual = quantile(sample, 0.5, side_of);
   const auto count = static_cast<double>(boxes);
   Scale scale;
   double volume = 1;
   for (int k = 0; k < 3; ++k) {
-    const double range = s.quantile(s.lower[k], 0.95) - s.quantile(s.lower[k], 0.05);
+    const auto lower = [k](const Cells::Sampled& s) { return double{s.lower[k]}; };
+    const double range = quantile(sample, 0.95, lower) - quantile(sample, 0.05, lower);
     scale.range[k] = std::max(std::max(range / 0.9, usual), 1e-30);
     volume *= scale.range[k];
   }
   scale.span = std::max(side, 0.5 * std::cbrt(volume / count));
-  scale.crowding = count * s.together(2 * scale.span);
+  scale.crowding = count * together(sample, 2 * scale.span);
   for (int k = 0; k < most_halvings && scale.crowding > crowded && scale.span > side; ++k) {
     scale.span = std::max(side, 0.5 * scale.span);
-    scale.crowding = count * s.together(2 * scale.span);
+    scale.crowding = count * together(sample, 2 * scale.span);
   }
   return scale;
 }
@@ -103,19 +90,25 @@ Scale measure(const Sample& s, std::size_t boxes) noexcept {
 
 void Cells::plan(const Objects& objects) {
   const std::size_t count = objects.count();
-  Sample sample;
   const std::size_t limit = objects.limit();
   const std::size_t wanted =
       limit <= whole_sample ? limit : std::clamp(limit / 8, least_sample, most_sample);
+  sample_.renew(wanted);
   for (std::uint32_t i = 0; i < wanted; ++i) {
     // By the golden section: evenly, but in no steps of one length, as ids may have a rhythm. None
     // twice where there are three as many.
     const std::uint32_t part = i * 0x9e3779b9u;
     const std::uint64_t at = wanted == limit ? i : std::uint64_t{part} * limit >> 32;
     const auto id = static_cast<ObjectId>(at);
-    if (objects.is_active(id)) sample.add(objects.grown(id));
+    if (!objects.is_active(id)) continue;
+    const Box b = objects.grown(id);
+    const float lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
+    const float upper[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
+    double side = 0;
+    for (int k = 0; k < 3; ++k) side = std::max(side, double{upper[k]} - double{lower[k]});
+    sample_.push({side, {lower[0], lower[1], lower[2]}, 0});
   }
-  const Scale scale = measure(sample, std::max<std::size_t>(count, 1));
+  const Scale scale = measure(sample_, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / scale.span, 1e-30, 1e30));
   // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.

@@ -36,7 +36,14 @@ class Cells {
   // none; entry[1].link: how many boxes are in this one.
   using Line = cpu::PackedLine;
 
-  explicit Cells(cpu::Memory& memory) noexcept : lines_(memory) {}
+  explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory) {}
+
+  // A box that is looked at for a plan: its longest side, where it begins, and in which cell.
+  struct Sampled {
+    double side;
+    float lower[3];
+    std::uint64_t cell;
+  };
 
   // Empties the cells and measures the active objects for new ones.
   void plan(const Objects& objects);
@@ -216,6 +223,7 @@ class Cells {
   std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const;
 
   List<Line> lines_;
+  List<Sampled> sample_;     // of the last plan
   std::uint32_t homes_ = 1;  // of cells; the one after is that of too wide boxes
   Axis axis_[3] = {};
   std::uint32_t free_ = none;     // lines to be used again
