@@ -28,7 +28,7 @@ struct Words {
 bool active_at(const char* box) noexcept {
   float c[6];
   for (int k = 0; k < 6; ++k) std::memcpy(&c[k], box + k * sizeof *c, sizeof *c);
-  return (c[0] <= c[3]) & (c[1] <= c[4]) & (c[2] <= c[5]);
+  return core::is_active({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}});
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 namespace throng::live {
@@ -30,8 +31,7 @@ void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t
     std::size_t counts[1 << 11];
     std::memset(counts, 0, digits * sizeof *counts);
     for (std::size_t i = 0; i < count; ++i) ++counts[digit_of(from[i])];
-    std::size_t sum = 0;
-    for (std::size_t d = 0; d < digits; ++d) sum += std::exchange(counts[d], sum);
+    std::exclusive_scan(counts, counts + digits, counts, std::size_t{0});
     for (std::size_t i = 0; i < count; ++i) to[counts[digit_of(from[i])]++] = from[i];
     std::swap(from, to);
   }

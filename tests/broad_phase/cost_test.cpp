@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "broad_phase/state.hpp"
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"
+#include "support/scene_boxes.hpp"
 
 namespace throng::tests {
 namespace {
@@ -20,19 +22,13 @@ TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
   scene::Spec spec;
   spec.name = GetParam();
   spec.objects = 10000;
-  const scene::Scene made(spec);
-  std::vector<Box> boxes(made.size());
-  made.frame(0, boxes.data());
-  std::vector<std::int32_t> worlds;
-  for (std::size_t i = 0; i < made.size() && made.has_worlds(); ++i)
-    worlds.push_back(made.world(i));
-  Boxes view = boxes;
-  if (made.has_worlds()) view.filters.world = {worlds.data(), worlds.size()};
+  SceneBoxes made(spec);
+  std::vector<Box>& boxes = made.boxes;
 
   Options options;
   options.threads = 1;
   BroadPhase broad_phase(options);
-  ASSERT_TRUE(broad_phase.add(view, nullptr).ok());
+  ASSERT_TRUE(broad_phase.add(made.view(), nullptr).ok());
   ASSERT_TRUE(broad_phase.update().ok());
   Random random(1);
   const std::size_t movers = boxes.size() / 100;
@@ -49,8 +45,7 @@ TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
     }
     const Result r = broad_phase.update();
     ASSERT_TRUE(r.ok()) << r.message;
-    const bool around = std::string(r.plan.reason).find("around") != std::string::npos;
-    if (frame < warm || !around) continue;
+    if (frame < warm || !searched_around(r)) continue;
     compared += static_cast<double>(r.comparisons);
     const auto pairs = static_cast<double>(broad_phase.pair_count());
     limit += 40 * static_cast<double>(movers) * (1 + 2 * pairs / static_cast<double>(boxes.size()));

@@ -36,10 +36,6 @@ struct Crowd {
     canonical.order = Order::canonical;
     return find_pairs(boxes, canonical);
   }
-  static bool was_searched_around(const Result& r, unsigned threads) {
-    return std::string(r.plan.reason).find("around") != std::string::npos &&
-           r.plan.threads == threads;
-  }
 };
 
 }  // namespace throng::tests

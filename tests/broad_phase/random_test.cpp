@@ -25,7 +25,7 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
     const bool calm = step / 24 % 3 != 2;
     ASSERT_TRUE(actor.some_calls(calm, objects, filtered, true));
     const Result r = BroadPhase(actor.broad_phase).update();
-    searched = searched || std::string(r.plan.reason).find("around") != std::string::npos;
+    searched = searched || searched_around(r);
     found = found || std::string(r.plan.reason).find("changed") == std::string::npos;
     ASSERT_TRUE(actor.update(random.one_in(3))) << "step " << step << " seed " << seed;
   }
@@ -125,7 +125,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
       ASSERT_TRUE(b.move(crowd.ids.data(), crowd.moved).ok());
       const Result r = b.update();
       ASSERT_TRUE(r.ok()) << r.message;
-      shared += Crowd::was_searched_around(r, threads);
+      shared += searched_around(r) && r.plan.threads == threads;
       for (const LivePairs& p : {b.begun(), b.ended()}) told.emplace_back(p.begin(), p.end());
     }
     EXPECT_GT(shared, 10) << "updates that searched around the movers on " << threads << " threads";

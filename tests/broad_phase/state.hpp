@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <ostream>
+#include <string>
 #include <vector>
 
 #include <throng/throng.hpp>
@@ -14,6 +15,11 @@ inline std::vector<Pair> plain(const LivePairs& pairs) {
   std::vector<Pair> all;
   for (const LivePair& p : pairs) all.push_back({p.first, p.second});
   return all;
+}
+
+// Whether an update searched around what changed, and did not find all pairs anew.
+inline bool searched_around(const Result& r) {
+  return std::string(r.plan.reason).find("around") != std::string::npos;
 }
 
 struct Snapshot {

@@ -1,6 +1,7 @@
 // How many candidates the library compares: a bound a box and reported pair, on every scene.
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
+#include "support/scene_boxes.hpp"
 
 namespace throng::tests {
 namespace {
@@ -26,14 +27,8 @@ TEST_P(Comparisons, AreFew) {
   scene::Spec spec;
   spec.name = GetParam().name;
   spec.objects = GetParam().objects;
-  const scene::Scene made(spec);
-  std::vector<Box> boxes(made.size());
-  made.frame(0, boxes.data());
-  std::vector<std::int32_t> worlds;
-  for (std::size_t i = 0; i < made.size() && made.has_worlds(); ++i)
-    worlds.push_back(made.world(i));
-  Boxes view = boxes;
-  if (made.has_worlds()) view.filters.world = {worlds.data(), worlds.size()};
+  const SceneBoxes made(spec);
+  const Boxes view = made.view();
   const double limit = spec.name == "rods-any" ? 300 : 100;
 
   std::vector<Config> configs = single_configs();
@@ -48,8 +43,8 @@ TEST_P(Comparisons, AreFew) {
     ASSERT_TRUE(result.ok()) << result.message;
     EXPECT_GE(result.comparisons, result.found);
     const double share =
-        static_cast<double>(result.comparisons) / static_cast<double>(boxes.size() + result.found);
-    EXPECT_LE(share, limit) << result.comparisons << " comparisons, " << boxes.size() << " boxes, "
+        static_cast<double>(result.comparisons) / static_cast<double>(view.size() + result.found);
+    EXPECT_LE(share, limit) << result.comparisons << " comparisons, " << view.size() << " boxes, "
                             << result.found << " pairs; " << result.plan.reason;
     RecordProperty(config.name(), std::to_string(share));
   }

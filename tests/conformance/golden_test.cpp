@@ -8,36 +8,23 @@
 #include "scene/checksum.hpp"
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
+#include "support/scene_boxes.hpp"
 
 namespace throng::tests {
 namespace {
 
-struct Made {
-  std::vector<Box> boxes;
-  std::vector<std::int32_t> worlds;
+SceneBoxes boxes_of(const scene::Golden& golden) {
+  scene::Spec spec;
+  spec.name = golden.scene;
+  spec.objects = golden.objects;
+  spec.frames = golden.frame + 1;
+  return SceneBoxes(spec, golden.frame);
+}
 
-  explicit Made(const scene::Golden& golden) {
-    scene::Spec spec;
-    spec.name = golden.scene;
-    spec.objects = golden.objects;
-    spec.frames = golden.frame + 1;
-    const scene::Scene scene(spec);
-    boxes.resize(golden.objects);
-    scene.frame(golden.frame, boxes.data());
-    for (std::size_t i = 0; i < boxes.size() && scene.has_worlds(); ++i)
-      worlds.push_back(scene.world(i));
-  }
-  Boxes view() const {
-    Boxes view = boxes;
-    if (!worlds.empty()) view.filters.world = {worlds.data(), worlds.size()};
-    return view;
-  }
-};
-
-void expect_golden(const scene::Golden& want, const Made& made, const Config& config) {
+void expect_golden(const scene::Golden& want, const SceneBoxes& scene, const Config& config) {
   SCOPED_TRACE(std::string(want.scene) + " " + std::to_string(want.objects) + " " + config.name());
   Finder finder(config.options());
-  const Result result = finder.find(made.view());
+  const Result result = finder.find(scene.view());
   ASSERT_TRUE(result.ok()) << result.message;
   const Pairs pairs = finder.pairs();
   EXPECT_EQ(pairs.size(), want.pairs);
@@ -51,17 +38,18 @@ class Golden : public testing::TestWithParam<scene::Golden> {};
 
 TEST_P(Golden, EveryWayGivesTheSameBytes) {
   const scene::Golden& want = GetParam();
-  const Made made(want);
+  const SceneBoxes scene = boxes_of(want);
   for (const Isa isa : supported_isas())
     for (unsigned threads = 1; threads <= 8; threads += sanitized ? 3 : 1)
-      expect_golden(want, made, {Algorithm::grid, isa, threads, Order::canonical});
-  expect_golden(want, made, {Algorithm::grid, Isa::automatic, 0, Order::any});
+      expect_golden(want, scene, {Algorithm::grid, isa, threads, Order::canonical});
+  expect_golden(want, scene, {Algorithm::grid, Isa::automatic, 0, Order::any});
   if (want.objects <= 1000)
     for (const Isa isa : supported_isas())
-      expect_golden(want, made, {Algorithm::all_pairs, isa, 2, Order::canonical});
-  expect_golden(want, made, {Algorithm::grid, Isa::scalar, 2, Order::canonical, Backend::emulated});
+      expect_golden(want, scene, {Algorithm::all_pairs, isa, 2, Order::canonical});
+  expect_golden(want, scene,
+                {Algorithm::grid, Isa::scalar, 2, Order::canonical, Backend::emulated});
   if (cuda::available().ok())
-    expect_golden(want, made, {Algorithm::grid, Isa::scalar, 0, Order::canonical, Backend::cuda});
+    expect_golden(want, scene, {Algorithm::grid, Isa::scalar, 0, Order::canonical, Backend::cuda});
 }
 
 // THRONG_GOLDEN: scenes of up to so many boxes; the table goes to a million.
