@@ -2,25 +2,35 @@
 #include <algorithm>
 
 #include "cpu/grid.hpp"
+#include "cpu/prefetch.hpp"
 
 namespace throng::cpu {
 namespace {
 
-// Spreads the sample over all boxes, off any regular stride that their order may have.
+// Spreads the sample over all boxes, off any regular stride that their order may have. They lie
+// apart, so all are asked for before the first is read.
 std::uint32_t sample_side(const Search& search, const Side& side, std::uint32_t wanted, Box* out) {
   const std::uint32_t count = std::min(wanted, side.count);
   if (count == 0) return 0;
-  std::uint32_t taken = 0;
+  const Boxes& boxes = *side.boxes;
+  const char* const packed = boxes.packed_data();
   // As far apart as this, in 2^-32; where all are taken the jitter is 0.
   const std::uint64_t step = (std::uint64_t{side.count} << 32) / count;
   const std::uint64_t gap = step >> 32;
+  std::uint32_t ids[core::max_sample];
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint64_t jitter = (i * 0x9e3779b1u) * gap >> 32;
     const std::uint64_t at = (i * step >> 32) + jitter;
-    const Box box = search.box(
-        *side.boxes,
-        side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1))));
-    if (core::is_active(box)) out[taken++] = box;
+    ids[i] = side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1)));
+    if (!packed) continue;
+    const char* const box = packed + ids[i] * boxes.stride_bytes();
+    prefetch_to_read(box);
+    prefetch_to_read(box + sizeof(Box) - sizeof(float));
+  }
+  std::uint32_t taken = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    out[taken] = search.box(boxes, ids[i]);
+    taken += core::is_active(out[taken]);
   }
   return taken;
 }
