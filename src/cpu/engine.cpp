@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "core/profile.hpp"
+#include "cpu/team.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -341,15 +342,18 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   r.plan.isa = search.kernels->isa;
   r.plan.threads = call.tasks;
   r.plan.reason = "";
-  search.guarded([&] {
-    if (search.over()) return;
-    prepare(call);
-    if (search.over()) return;
-    const bool in_order = options.order == Order::canonical;
-    if (consumer)
-      in_order ? consume_in_order(call, *consumer) : consume(call, *consumer);
-    else
-      in_order ? find_in_order(call, *output) : find_into(call, *output);
+  Team::lead(*search.executor, call.tasks, [&](const Executor& team) {
+    search.executor = &team;
+    search.guarded([&] {
+      if (search.over()) return;
+      prepare(call);
+      if (search.over()) return;
+      const bool in_order = options.order == Order::canonical;
+      if (consumer)
+        in_order ? consume_in_order(call, *consumer) : consume(call, *consumer);
+      else
+        in_order ? find_in_order(call, *output) : find_into(call, *output);
+    });
   });
   if (search.failed()) {
     r.status = search.status();

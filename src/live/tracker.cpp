@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "core/profile.hpp"
+#include "cpu/team.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::live {
@@ -111,15 +112,16 @@ void Tracker::update(const Options& options, Result& r) {
   r.plan.threads = tasks;
   r.plan.algorithm = Algorithm::grid;
   r.plan.reason = "nothing changed";
-  if (objects_.dirty_count() == 0) {
+  const std::size_t changed = objects_.dirty_count();
+  if (changed == 0) {
     pairs_.commit_nothing();
-  } else if (few_changed(tasks)) {
-    r.plan.reason = "few objects changed: only around them was searched";
-    search_around(options, tasks, r);
-    if (!r.ok()) return;
-    objects_.settle();
   } else {
-    find_all(options, tasks, r);
+    const unsigned team = changed < threads_search_from ? 1 : tasks;
+    cpu::Team::lead(executor_of(options), team, [&](const Executor& executor) {
+      Options mine = options;
+      mine.executor = &executor;
+      catch_up(mine, tasks, r);
+    });
     if (!r.ok()) return;
     objects_.settle();
   }
@@ -127,6 +129,15 @@ void Tracker::update(const Options& options, Result& r) {
   r.inactive = objects_.inactive();
   if (options.measure_stages) {
     r.times.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+}
+
+void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
+  if (few_changed(tasks)) {
+    r.plan.reason = "few objects changed: only around them was searched";
+    search_around(options, tasks, r);
+  } else {
+    find_all(options, tasks, r);
   }
 }
 

@@ -46,6 +46,7 @@ class Tracker {
   void copy(const Tracker& other) noexcept;
 
  private:
+  void catch_up(const Options& options, unsigned tasks, Result& result);
   bool few_changed(unsigned tasks);
   void make_cells();
   void want_cells(double ns_an_object);

@@ -1,0 +1,69 @@
+#include "cpu/team.hpp"
+
+#include <chrono>
+#include <thread>
+
+#if defined(__SSE2__) || defined(_M_X64)
+#include <emmintrin.h>
+#endif
+
+namespace throng::cpu {
+namespace {
+
+// Waits a little, and less eagerly the longer it has lasted: what others wait for is soon done, or
+// it takes so long that the core should be somebody else's.
+class Wait {
+ public:
+  void operator()() noexcept {
+    if (turns_ < spins) {
+#if defined(__SSE2__) || defined(_M_X64)
+      _mm_pause();
+#endif
+    } else if (turns_ < spins + yields) {
+      std::this_thread::yield();
+    } else {
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+      return;
+    }
+    ++turns_;
+  }
+
+ private:
+  static constexpr unsigned spins = 256, yields = 1024;
+  unsigned turns_ = 0;
+};
+
+}  // namespace
+
+void Team::Phase::work() noexcept {
+  for (unsigned i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) task(context, i);
+}
+
+void Team::run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+  Team& team = *static_cast<Team*>(self);
+  Phase phase{count, task, context};
+  team.phase_ = &phase;
+  team.opened_.fetch_add(1, std::memory_order_release);
+  phase.work();
+  team.phase_ = nullptr;
+  for (Wait wait; team.inside_ != 0;) wait();
+}
+
+void Team::help() noexcept {
+  Wait wait;
+  for (unsigned seen = 0;;) {
+    const unsigned opened = opened_.load(std::memory_order_acquire);
+    if (opened == over) return;
+    if (opened == seen) {
+      wait();
+      continue;
+    }
+    seen = opened;
+    ++inside_;
+    if (Phase* const phase = phase_) phase->work();
+    --inside_;
+    wait = {};
+  }
+}
+
+}  // namespace throng::cpu

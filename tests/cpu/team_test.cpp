@@ -1,0 +1,112 @@
+// The threads of one call, whoever lends them.
+#include "cpu/team.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace throng::cpu {
+namespace {
+
+using RunTasks = void (*)(void*, unsigned, void (*)(void*, unsigned), void*);
+
+// All on the caller, the last first: whoever waits for a task that has not begun waits for ever.
+void run_inline(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  for (unsigned i = count; i-- > 0;) task(context, i);
+}
+void run_on_threads(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < count; ++i) threads.emplace_back(task, context, i);
+  for (std::thread& t : threads) t.join();
+}
+// Each begins when the one before it has had some time.
+void run_late(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < count; ++i) {
+    threads.emplace_back(task, context, i);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  for (std::thread& t : threads) t.join();
+}
+
+void lead(RunTasks run, unsigned tasks, const std::function<void(const Executor&)>& body) {
+  Team::lead({tasks, run, nullptr}, tasks, body);
+}
+
+TEST(Team, RunsEachTaskOnceWhoeverComes) {
+  for (const RunTasks run : {run_inline, run_on_threads, run_late}) {
+    for (const unsigned tasks : {1u, 2u, 3u, 8u}) {
+      for (int call = 0; call < 50; ++call) {
+        int bodies = 0;
+        std::size_t wrong = 0;
+        lead(run, tasks, [&](const Executor& team) {
+          ++bodies;
+          EXPECT_EQ(team.concurrency, tasks);
+          for (unsigned count = 0; count < 2 * tasks + 2; ++count) {
+            std::vector<unsigned char> ran(count + 1, 0);
+            auto task = [&](unsigned i) { ++ran[i]; };
+            run_tasks(team, count, task);
+            for (unsigned i = 0; i <= count; ++i) wrong += ran[i] != (i < count ? 1 : 0);
+          }
+        });
+        EXPECT_EQ(bodies, 1);
+        EXPECT_EQ(wrong, 0u) << tasks << " tasks";
+      }
+    }
+  }
+}
+
+// Two tasks of which each ends only once the other has begun.
+TEST(Team, ThoseWhoComeHelp) {
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  lead(run_on_threads, 2, [&](const Executor& team) {
+    for (int phase = 0; phase < 20; ++phase) {
+      std::atomic<int> begun{0};
+      auto task = [&](unsigned) {
+        ++begun;
+        while (begun < 2 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+        EXPECT_EQ(begun, 2);
+      };
+      run_tasks(team, 2, task);
+    }
+  });
+}
+
+// A body may lead a team of its own team.
+TEST(Team, Nests) {
+  for (const RunTasks run : {run_inline, run_on_threads}) {
+    std::atomic<int> ran{0};
+    lead(run, 3, [&](const Executor& outer) {
+      Team::lead(outer, 3, [&](const Executor& inner) {
+        auto task = [&](unsigned) { ++ran; };
+        run_tasks(inner, 3, task);
+      });
+      auto task = [&](unsigned) { ++ran; };
+      run_tasks(outer, 3, task);
+    });
+    EXPECT_EQ(ran, 6);
+  }
+}
+
+TEST(Team, WhatTheBodyThrowsComesThrough) {
+  for (const RunTasks run : {run_inline, run_on_threads}) {
+    for (const unsigned tasks : {1u, 3u}) {
+      std::string caught;
+      try {
+        lead(run, tasks, [](const Executor&) { throw std::runtime_error("no room"); });
+      } catch (const std::runtime_error& e) {
+        caught = e.what();
+      }
+      EXPECT_EQ(caught, "no room") << tasks << " tasks";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace throng::cpu
