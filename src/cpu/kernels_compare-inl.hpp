@@ -44,6 +44,11 @@ struct Targets {
         begins(hn::LoadU(D16(), s.begins + k)) {}
 };
 
+// Where the window of a query, by its place in the block, goes on.
+struct Window {
+  std::uint32_t query, at;
+};
+
 // The targets that overlap the query by their words and have this column for a home with it, a bit
 // each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the
 // query's. `ordered`: that no target ends before the query begins along the sweep axis is known.

@@ -10,6 +10,7 @@
 
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "cpu/compress_table.hpp"
 #include "cpu/kernels.hpp"
@@ -30,15 +31,12 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
   return static_cast<std::uint32_t>(mask.raw);
 #else
   // Read back as wide as it was written: a wider load would wait for the store to leave the core.
-  if constexpr (hn::MaxLanes(D()) <= 8) {
-    std::uint8_t bits;
-    hn::StoreMaskBits(d, mask, &bits);
-    return bits;
-  } else {
-    std::uint16_t bits;
-    hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
-    return bits;
-  }
+  constexpr std::size_t lanes = hn::MaxLanes(D());
+  using Bits = std::conditional_t<lanes <= 8, std::uint8_t,
+                                  std::conditional_t<lanes <= 16, std::uint16_t, std::uint32_t> >;
+  Bits bits;
+  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+  return bits;
 #endif
 }
 

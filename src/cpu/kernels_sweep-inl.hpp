@@ -15,6 +15,7 @@
 
 #include "cpu/kernels_compare-inl.hpp"
 #include "cpu/kernels_emit-inl.hpp"
+#include "cpu/kernels_sides-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -24,19 +25,16 @@ constexpr std::uint32_t id_lane_bits = (std::uint32_t{1} << hn::MaxLanes(D32()))
 // Queries are taken in blocks, so that the lists of a block stay in the first level of cache.
 constexpr std::uint32_t query_block = 256;
 
-// Queries, as their places in the block, that overlap some of the vector of targets at `at`.
+// Queries that overlap some of the vector of targets at `at`.
 struct Hits {
-  struct Place {
-    std::uint32_t query, at;
-  };
-  Place place[query_block + 8];
+  Window place[query_block + 8];
   std::uint32_t mask[query_block + 8];
   std::size_t count = 0;
 };
 
 // Queries that follow each other share their first window, which begins right after the first of
 // them: loading it, across cache lines, costs more than comparing.
-constexpr std::uint32_t sharing = word_lanes >= 16 ? word_lanes / 8 : 1;
+constexpr std::uint32_t sharing = word_lanes / 8;
 // So many of them go on together; fewer go on alone.
 constexpr std::uint32_t least_together = sharing / 2 + 1;
 
@@ -48,7 +46,7 @@ class StripSweep {
   // `start`: null where a strip is swept over itself.
   template <bool ordered>
   void run(const std::uint32_t* start);
-  std::uint64_t comparisons() const { return vectors_ * word_lanes; }
+  std::uint64_t comparisons() const { return (vectors_ + sides_.vectors()) * word_lanes; }
 
  private:
   void take(std::uint32_t begin);
@@ -72,8 +70,9 @@ class StripSweep {
   std::uint32_t begin_ = 0, end_ = 0;  // the block
   std::uint64_t vectors_ = 0;
   Hits hits_;
+  SideBySide<orientation> sides_;
   // Those whose windows go on: alone, and by the first of those who share them.
-  Hits::Place singles_[query_block + 8], groups_[query_block + 8];
+  Window singles_[query_block + 8], groups_[query_block + 8];
   std::uint32_t single_count_ = 0, group_count_ = 0;
   std::uint8_t bytes_[32];
   Query query_[query_block + 8];  // some more are written and read, and not used
@@ -81,7 +80,7 @@ class StripSweep {
 
 template <Orientation orientation>
 StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, Emit& out)
-    : queries_(queries), targets_(targets), out_(out) {
+    : queries_(queries), targets_(targets), out_(out), sides_(queries, out) {
   const std::uint32_t axis = queries.axis;
   const auto lower = [&](std::uint32_t k) { return 2 * ((axis + k) % 3); };
   const auto upper = [&](std::uint32_t k) { return 6 + 2 * ((axis + k) % 3); };
@@ -265,14 +264,14 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
   vectors_ += group_count_ * sharing + single_count_;
   std::uint32_t singles = 0, groups = 0;
   for (std::uint32_t o = 0; o < single_count_; ++o) {
-    const Hits::Place place = singles_[o];
+    const Window place = singles_[o];
     look<ordered>(place.query, Targets(t, place.at), place.at, ~std::uint32_t{0}, hit);
     const std::uint32_t next = place.at + word_lanes;
     singles_[singles] = {place.query, next};
     singles += goes_on(next, query_[place.query].upper0);
   }
   for (std::uint32_t o = 0; o < group_count_; ++o) {
-    const Hits::Place place = groups_[o];
+    const Window place = groups_[o];
     const Targets window(t, place.at);
     const std::uint32_t next = place.at + word_lanes;
     std::uint32_t members = 0;
@@ -298,7 +297,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
   for (std::size_t count = hits_.count, rest = 0; count != 0; count = rest) {
     rest = 0;
     for (std::size_t h = 0; h < count; ++h) {
-      const Hits::Place p = hits_.place[h];
+      const Window p = hits_.place[h];
       const std::uint32_t mask = hits_.mask[h];
       const int lane = std::countr_zero(mask);
       const std::uint32_t bits = mask >> lane & id_lane_bits;
@@ -325,10 +324,15 @@ template <Orientation orientation>
 template <bool ordered>
 void StripSweep<orientation>::run(const std::uint32_t* start) {
   for (std::uint32_t begin = 0; begin < queries_.count; begin += query_block) {
-    take(begin);
     if (start) {
+      take(begin);
       open_at(start);
+    } else if constexpr (word_lanes <= 16) {
+      const std::uint32_t end = std::min(begin + query_block, queries_.count);
+      single_count_ = sides_.template run<ordered>(begin, end, singles_);
+      if (single_count_ != 0) take(begin);
     } else {
+      take(begin);
       first_windows<ordered>();
       write();
       open_after_first();
