@@ -94,6 +94,7 @@ void Cells::plan(const Objects& objects) {
   const std::size_t wanted =
       limit <= whole_sample ? limit : std::clamp(limit / 8, least_sample, most_sample);
   sample_.renew(wanted);
+  std::size_t thin = 0;
   for (std::uint32_t i = 0; i < wanted; ++i) {
     // By the golden section: evenly, but in no steps of one length, as ids may have a rhythm. None
     // twice where there are three as many.
@@ -104,10 +105,19 @@ void Cells::plan(const Objects& objects) {
     const Box b = objects.grown(id);
     const float lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
     const float upper[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
-    double side = 0;
-    for (int k = 0; k < 3; ++k) side = std::max(side, double{upper[k]} - double{lower[k]});
+    double side = 0, thickness = DBL_MAX;
+    for (int k = 0; k < 3; ++k) {
+      const double extent = double{upper[k]} - double{lower[k]};
+      side = std::max(side, extent);
+      thickness = std::min(thickness, extent);
+    }
+    if (thickness < side / (1 << thinner)) {
+      side /= 1 << thinner;
+      ++thin;
+    }
     sample_.push({side, {lower[0], lower[1], lower[2]}, 0});
   }
+  thin_ = thin > sample_.size() / 2;
   const Scale scale = measure(sample_, std::max<std::size_t>(count, 1));
   const std::size_t most = count + count / 4 + 64;
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / scale.span, 1e-30, 1e30));
@@ -118,8 +128,9 @@ void Cells::plan(const Objects& objects) {
   lines_.renew(lines_for(homes, most));
   most_objects_ = most;
   free_ = none;
-  std::fill(class_count_, class_count_ + classes + 1, 0);
-  used_ = 0;
+  for (auto& counts : class_count_) std::fill(counts, counts + classes + 1, 0);
+  std::fill(used_, used_ + thin_sets, 0);
+  for (auto& spans : span_) std::fill(spans, spans + 3, 0);
   lines_.resize(homes + 1);
   std::fill(lines_.begin(), lines_.end(), empty_line);
 }
@@ -156,12 +167,13 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   if (c == classes) return p;
   p.home = first_part(c, worlds.own);
   for (int k = 0; k < 3; ++k)
-    p.home = sum(p.home, cursor(r.lower[k] >> (cell_bits_ + c), axis_[k]).part);
+    p.home = sum(p.home, cursor(r.lower[k] >> (cell_bits_ + level(c, k)), axis_[k]).part);
   return p;
 }
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
+  hold(box, place.size_class);
   Line& head = lines_[place.home];
   std::uint32_t& used = head.entry[1].link;
   if (used == 2) {
@@ -213,6 +225,7 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
         count_class(c, -1);
         count_class(place.size_class, 1);
       }
+      hold(box, place.size_class);
       entry.set(box);
       return;
     }
@@ -221,9 +234,9 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
 
 std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexcept {
   if (worlds.all) return lines_.size();
-  std::uint64_t count = class_count_[classes] / 2;
-  for (std::uint32_t used = used_; used != 0; used &= used - 1) {
-    const Range cells = cells_of(range, std::countr_zero(used));
+  std::uint64_t count = class_count_[0][classes] / 2;
+  each_class([&](int c) {
+    const Range cells = cells_of(range, c);
     std::uint64_t n[3];
     for (int k = 0; k < 3; ++k) {
       n[k] = static_cast<std::uint64_t>(std::int64_t{cells.upper[k]} - cells.lower[k] + 1);
@@ -231,7 +244,7 @@ std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexce
     // At most 2^25 an axis. More than there are lines: the product need not be known.
     const std::uint64_t layer = n[0] * n[1];
     count += layer >= lines_.size() ? lines_.size() : layer * n[2] * (worlds.everywhere ? 2 : 1);
-  }
+  });
   return std::min<std::uint64_t>(count, lines_.size());
 }
 
@@ -292,8 +305,12 @@ void Cells::copy(const Cells& other) noexcept {
   most_objects_ = other.most_objects_;
   scale_ = other.scale_;
   cell_bits_ = other.cell_bits_;
-  std::copy(other.class_count_, other.class_count_ + classes + 1, class_count_);
-  used_ = other.used_;
+  thin_ = other.thin_;
+  std::memcpy(span_, other.span_, sizeof span_);
+  for (int axes = 0; axes < thin_sets; ++axes) {
+    std::copy(other.class_count_[axes], other.class_count_[axes] + classes + 1, class_count_[axes]);
+    used_[axes] = other.used_[axes];
+  }
 }
 
 }  // namespace throng::live

@@ -7,11 +7,16 @@
 // every axis; cells of that class are 32 << c units long, 16 << c
 // where boxes are dense, and the box's home on an axis is q(lower) >> (bits + c), bits 5 or 4.
 //
+// Where boxes are mostly long and thin, rods and plates, a class also tells along which axes an
+// eighth of its span is enough: there c is less by 3. A search then takes for the span along an
+// axis the longest that any box of the class has had there.
+//
 // Why no pair is lost: let box b of class c overlap box a. On every axis b.lower <= a.upper and
 // a.lower <= b.upper, so q(b.lower) <= q(a.upper), and q(b.lower) >= q(b.upper) - span >=
 // q(a.lower) - span. Shifting keeps the order: b's home is one of the cells
 //   (q(a.lower) - span) >> (bits + c)  ..  q(a.upper) >> (bits + c),
-// and a search of a looks into all of those, for every class in use. No float is widened.
+// c being that of the axis, and a search of a looks into all of those, for every class in use. No
+// float is widened.
 //
 // Cells that fall on one another only cost comparisons of boxes. A search may see a box twice then;
 // whoever searches sorts that out.
@@ -38,7 +43,8 @@ class Cells {
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory) {}
 
-  // A box that is looked at for a plan: its longest side, where it begins, and in which cell.
+  // A box that is looked at for a plan: its longest side, of a thin one an eighth of that; where it
+  // begins, and in which cell.
   struct Sampled {
     double side;
     float lower[3];
@@ -116,6 +122,8 @@ class Cells {
   }
   std::size_t lay_out(const double (&range)[3], std::size_t count) noexcept;
   static constexpr int classes = 24;
+  // The number of a class is its c and, above, a bit for each thin axis, which are two at most.
+  static constexpr int thin_shift = 5, thinner = 3, thin_sets = 7;
   static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
 
@@ -128,11 +136,27 @@ class Cells {
     return r;
   }
   // `classes` for a box too wide for any: those share one chain.
-  static int class_of(const Range& r) noexcept {
+  int class_of(const Range& r) const noexcept {
     std::int32_t span = 1;
     for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
     const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
-    return std::clamp(bits - span_bits, 0, classes);
+    const int c = std::clamp(bits - span_bits, 0, classes);
+    if (!thin_ || c < thinner || c == classes) return c;
+    const std::int32_t thin_span = 1 << (span_bits + c - thinner);
+    int axes = 0;
+    for (int k = 0; k < 3; ++k) axes |= (r.upper[k] - r.lower[k] <= thin_span) << k;
+    return c | axes << thin_shift;
+  }
+  void hold(const Box& box, int size_class) noexcept {
+    if (!thin_ || size_class == classes) return;
+    const Range r = quantise(box);
+    for (int k = 0; k < 3; ++k)
+      span_[size_class][k] = std::max(span_[size_class][k], r.upper[k] - r.lower[k]);
+  }
+  // Its c along an axis.
+  static int level(int size_class, int axis) noexcept {
+    const int c = size_class & ((1 << thin_shift) - 1);
+    return c - thinner * (size_class >> thin_shift >> axis & 1);
   }
   // A cell's home is the sum of four numbers, modulo the count of homes: one of its class and
   // world, and one an axis. Where the world is mostly full, those count cells, row by row and layer
@@ -158,7 +182,7 @@ class Cells {
   }
   std::uint32_t first_part(int c, std::int32_t world) const noexcept {
     if (c == 0 && world == -1) return 0;
-    return hashed((static_cast<std::uint32_t>(world) * 32 + static_cast<std::uint32_t>(c)) *
+    return hashed((static_cast<std::uint32_t>(world) * 256 + static_cast<std::uint32_t>(c)) *
                   0x9e3779b1u);
   }
   std::uint32_t hashed_part(std::int32_t cell, const Axis& axis) const noexcept {
@@ -187,33 +211,53 @@ class Cells {
     return std::min(a + b, a + b - homes_);  // both below homes_, which is at most 2^31
   }
   std::uint32_t wide_home() const noexcept { return homes_; }
-  Range cells_of(const Range& r, int c) const noexcept {
+  Range cells_of(const Range& r, int size_class) const noexcept {
     Range cells;
+    if (thin_) {
+      for (int k = 0; k < 3; ++k) {
+        const int bits = cell_bits_ + level(size_class, k);
+        cells.lower[k] = (r.lower[k] - span_[size_class][k]) >> bits;
+        cells.upper[k] = r.upper[k] >> bits;
+      }
+      return cells;
+    }
     for (int k = 0; k < 4; ++k) {
-      cells.lower[k] = (r.lower[k] - (1 << (span_bits + c))) >> (cell_bits_ + c);
-      cells.upper[k] = r.upper[k] >> (cell_bits_ + c);
+      cells.lower[k] = (r.lower[k] - (1 << (span_bits + size_class))) >> (cell_bits_ + size_class);
+      cells.upper[k] = r.upper[k] >> (cell_bits_ + size_class);
     }
     return cells;
   }
   // Of classes no smaller than its own, a box looks into 2 or 3 cells an axis: less than 32 << c
   // units, in cells of that length or of half of it.
   std::uint64_t lines_of(const Range& r, int size_class, Worlds worlds) const noexcept {
-    const bool smallest = (used_ & ((1u << size_class) - 1)) == 0;
+    if (thin_) return exact_lines(r, worlds);
+    const bool smallest = (used_[0] & ((1u << size_class) - 1)) == 0;
     if (!one_class() || !smallest || worlds.all || worlds.everywhere) return exact_lines(r, worlds);
     return std::min<std::uint64_t>(cell_bits_ == span_bits ? 27 : 8, lines_.size());
   }
   std::uint64_t exact_lines(const Range& r, Worlds worlds) const noexcept;
-  void count_class(int c, int one) noexcept {
-    class_count_[c] += static_cast<std::size_t>(one);
+  void count_class(int size_class, int one) noexcept {
+    const int axes = size_class >> thin_shift, c = level(size_class, 3);
+    class_count_[axes][c] += static_cast<std::size_t>(one);
     const std::uint32_t bit = 1u << c;
-    used_ = class_count_[c] != 0 ? used_ | bit : used_ & ~bit;
-    used_ &= (1u << classes) - 1;
+    std::uint32_t& used = used_[axes];
+    used = class_count_[axes][c] != 0 ? used | bit : used & ~bit;
+    used &= (1u << classes) - 1;
   }
+  // Not asked where boxes are thin.
   bool one_class() const noexcept {
-    return (used_ & (used_ - 1)) == 0 && class_count_[classes] == 0;
+    return (used_[0] & (used_[0] - 1)) == 0 && class_count_[0][classes] == 0;
   }
   int class_of_entry(const cpu::PackedBox& entry) const noexcept {
-    return one_class() ? std::countr_zero(used_) : class_of(quantise(entry.box()));
+    return !thin_ && one_class() ? std::countr_zero(used_[0]) : class_of(quantise(entry.box()));
+  }
+  // f(class) for each that has boxes in cells.
+  template <class F>
+  void each_class(F&& f) const {
+    for (int axes = 0; axes < (thin_ ? thin_sets : 1); ++axes) {
+      for (std::uint32_t used = used_[axes]; used != 0; used &= used - 1)
+        f(std::countr_zero(used) | axes << thin_shift);
+    }
   }
   template <class F>
   void each_home(const Range& range, Worlds worlds, F&& f) const;
@@ -230,8 +274,11 @@ class Cells {
   std::size_t most_objects_ = 0;  // so many have room
   float scale_ = 1;
   int cell_bits_ = 5;
-  std::size_t class_count_[classes + 1] = {};
-  std::uint32_t used_ = 0;  // a bit each class that has boxes
+  bool thin_ = false;                                   // whether there are classes of thin boxes
+  std::int32_t span_[thin_sets << thin_shift][3] = {};  // then: that boxes of a class have had
+  // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
+  std::size_t class_count_[thin_sets][classes + 1] = {};
+  std::uint32_t used_[thin_sets] = {};
 };
 
 // Of an object with this filter, or a box that is asked about as if it had.
@@ -257,13 +304,12 @@ std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&&
 
 template <class F>
 void Cells::each_home(const Range& range, Worlds worlds, F&& f) const {
-  for (std::uint32_t used = used_; used != 0; used &= used - 1) {
-    const int c = std::countr_zero(used);
+  each_class([&](int c) {
     const Range cells = cells_of(range, c);
     each_home(cells, c, worlds.own, f);
     if (worlds.everywhere) each_home(cells, c, -1, f);
-  }
-  if (class_count_[classes] != 0) f(wide_home());
+  });
+  if (class_count_[0][classes] != 0) f(wide_home());
 }
 
 template <class F>

@@ -21,6 +21,7 @@ class ActorOf {
   Model model;
   Random random;
   bool in_worlds = true;  // whether filters give them
+  bool thin = false;      // whether most boxes are rods along an axis, or plates
 
   // Mostly of one size; now and then a point, a slab, a plane, everything, or an inactive one.
   Box any_box() {
@@ -32,6 +33,7 @@ class ActorOf {
       box = {{whole(at.x), whole(at.y), whole(at.z)},
              {whole(at.x) + 1, whole(at.y) + 1, whole(at.z) + 1}};
     }
+    if (thin && !random.one_in(4)) box = rod_or_plate(at);
     switch (random.below(120)) {
       case 0:
         return {at, at};
@@ -51,8 +53,16 @@ class ActorOf {
         return box;
     }
   }
+  Box rod_or_plate(const Vec3& at) {
+    const float thickness = random.one_in(2) ? 0.25f : 0.5f;
+    const float length = thickness * static_cast<float>(random.between(9, 40));
+    const unsigned long_axes = 1 + random.below(6);
+    const auto extent = [&](unsigned axis) { return long_axes >> axis & 1 ? length : thickness; };
+    return {at, {at.x + extent(0), at.y + extent(1), at.z + extent(2)}};
+  }
   Box moved(const Box& box) {
-    if (random.one_in(12)) return any_box();  // a teleport
+    if (random.one_in(12)) return any_box();                       // a teleport
+    if (thin && random.one_in(6)) return rod_or_plate(box.lower);  // grows or turns
     Vec3 by = random.point(-0.5f, 0.5f);
     if (random.one_in(8)) by = {1, 0, 0};
     const auto add = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };

@@ -32,12 +32,14 @@ Sweep any_sweep(Actor& actor, float side) {
 }
 
 // Cells made or not, moves that no update has told yet, one thread and several.
-void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin) {
+void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
+         bool thin = false) {
   Options options;
   options.threads = seed % 2 ? 1 : 3;
   options.margin = margin;
   const float side = 14;
   Actor actor(options, seed, side);
+  actor.thin = thin;
   ASSERT_TRUE(actor.add(400, filtered));
   for (int step = 0; step < 30; ++step) {
     if (step % 10 != 0) {
@@ -73,6 +75,10 @@ TEST(BroadPhaseQuery, Many) {
 }
 TEST(BroadPhaseQuery, Filtered) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, true, 40, 0);
+}
+TEST(BroadPhaseQuery, RodsAndPlates) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed)
+    ask(seed, seed % 3 == 0, 3 + 20 * (seed % 2), 0, true);
 }
 TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);

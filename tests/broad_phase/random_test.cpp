@@ -14,9 +14,10 @@ namespace {
 // Few move for a while, then many, then few: both ways to update, and the way from each to the
 // other.
 void live(Options options, std::uint64_t seed, std::size_t objects, float side, bool filtered,
-          std::size_t steps) {
+          std::size_t steps, bool thin = false) {
   options.threads = 1;  // SameEverywhere has several
   Actor actor(options, seed, side);
+  actor.thin = thin;
   Random& random = actor.random;
   ASSERT_TRUE(actor.add(objects, filtered));
   ASSERT_TRUE(actor.update());
@@ -43,6 +44,26 @@ TEST(BroadPhaseRandom, Margin) {
   Options options;
   options.margin = 0.1f;
   for (std::uint64_t seed = 0; seed < 4; ++seed) live(options, seed, 200, 8, seed % 2, 100);
+}
+TEST(BroadPhaseRandom, RodsAndPlates) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 300, 30, seed % 2, 150, true);
+}
+// First cubes, then rods, then cubes: cells of each are made of what was there.
+TEST(BroadPhaseRandom, RodsComeAndGo) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    Options one;
+    one.threads = 1;
+    Actor actor(one, seed, 20);
+    for (int phase = 0; phase < 6; ++phase) {
+      actor.thin = phase % 2 == 1;
+      ASSERT_TRUE(actor.remove(200));
+      ASSERT_TRUE(actor.add(200, seed % 2));
+      for (int step = 0; step < 12; ++step) {
+        ASSERT_TRUE(actor.move(3));
+        ASSERT_TRUE(actor.update(step % 4 == 0)) << "seed " << seed << " phase " << phase;
+      }
+    }
+  }
 }
 TEST(BroadPhaseRandom, FewObjects) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
