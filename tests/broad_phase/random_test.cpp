@@ -65,6 +65,37 @@ TEST(BroadPhaseRandom, RodsComeAndGo) {
     }
   }
 }
+// A rod grows where it is; then another comes to touch nothing but its new end, in a copy.
+TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
+  Random random(5);
+  Options one;
+  one.threads = 1;
+  Options canonical = one;
+  canonical.order = Order::canonical;
+  const auto rod = [](const Vec3& at, float length) {
+    return Box{at, {at.x + length, at.y + 0.5f, at.z + 0.5f}};
+  };
+  for (int trial = 0; trial < 200; ++trial) {
+    BoxList boxes;
+    for (int i = 0; i < 300; ++i) boxes.push_back(rod(random.point(0, 60), 8));
+    BroadPhase grown(one);
+    ASSERT_TRUE(grown.add(boxes, nullptr).ok());
+    ASSERT_TRUE(grown.update().ok());
+    const auto put = [&](BroadPhase& b, ObjectId id, const Box& box) {
+      boxes[id] = box;
+      EXPECT_EQ(b.move(id, box), Status::ok);
+      const bool searched = searched_around(b.update());
+      EXPECT_EQ(plain(b.pairs()), find_pairs(boxes, canonical)) << "trial " << trial;
+      return searched;
+    };
+    // Cells are made once that pays.
+    for (int k = 0; k < 50 && !put(grown, 2, rod(random.point(0, 60), 8)); ++k) continue;
+    EXPECT_TRUE(put(grown, 0, rod(boxes[0].lower, 8.5f)));
+    BroadPhase copy(grown);
+    const Vec3 at = boxes[0].lower;
+    EXPECT_TRUE(put(copy, 1, rod({at.x + 8.25f, at.y, at.z}, 8)));
+  }
+}
 TEST(BroadPhaseRandom, FewObjects) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     Options one;
