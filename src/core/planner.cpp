@@ -159,7 +159,8 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   return s;
 }
 
-GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced, float cell_scale) noexcept {
+GridPlan plan(const Stats& s, std::uint32_t window_boxes, Algorithm forced,
+              float cell_scale) noexcept {
   GridPlan best;
   const double n = static_cast<double>(s.target_count);
   const double work = static_cast<double>(s.query_count);
@@ -221,7 +222,7 @@ GridPlan plan(const Stats& s, std::uint32_t lanes, Algorithm forced, float cell_
     }
     const double cut = 1 + sweep.share_x * (parts - 1);
     // Windows end anywhere in a vector, and few of those go on that are far from it on average.
-    const double window = per_column * sweep.share_x / lanes;
+    const double window = per_column * sweep.share_x / window_boxes;
     const double second = std::min(1.0, std::max(0.1 * window, window - 0.5));
     const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
                           second_window_ns * second + window_ns * std::max(0.0, window - 1.5);

@@ -37,9 +37,10 @@ struct GridPlan {
   const char* reason = "";
 };
 
-// `lanes`: words that the kernels compare at once. `forced`: automatic, all_pairs or grid.
+// `window`: so many boxes a window the kernels sweep best. `forced`: automatic, all_pairs or grid.
 // `cell_scale`: columns so many times as wide as the cheapest, across the axis of the sweep.
-GridPlan plan(const Stats& stats, std::uint32_t lanes, Algorithm forced, float cell_scale) noexcept;
+GridPlan plan(const Stats& stats, std::uint32_t window, Algorithm forced,
+              float cell_scale) noexcept;
 
 // Below so many boxes brute force is faster than a grid. Measured by throng bench.
 constexpr std::uint64_t all_pairs_limit = 112;
@@ -60,7 +61,7 @@ constexpr double uncached_ns = 40.0;
 // A longer column is cut along its sweep axis into parts of about so many records.
 constexpr double part_records = 4096;
 // And into as many that the mean extent is about so many words.
-constexpr double extent_words = 32;
+constexpr double extent_words = 128;
 // Columns scaled down by the caller stay so wide that a box is entered in so many at most: for
 // large boxes in small columns no memory would do.
 constexpr double most_scaled_replicas = 16;

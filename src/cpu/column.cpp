@@ -96,7 +96,7 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   return {first, segments - first, records};
 }
 
-// About four to eight boxes a bucket, over the range of words that the column really has.
+// About one or two boxes a bucket, over the range of words that the column really has.
 void ColumnSearch::set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b) {
   std::uint32_t least = core::top_word, most = 0;
   const std::uint32_t axis = plan_.sweep_axis;
@@ -106,7 +106,7 @@ void ColumnSearch::set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip
       search_.kernels->word_range(segment.records, segment.count, axis, &least, &most);
     }
   }
-  const std::uint32_t wanted = std::max(1u, std::max(a.records, b.records) / 4);
+  const std::uint32_t wanted = std::max({1u, a.records, b.records});
   std::uint32_t shift = 0;
   while ((most >> shift) - (least >> shift) >= wanted) ++shift;
   for (Strip* strip : {&strip_a, &strip_b}) {

@@ -170,14 +170,14 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   task.dummy = (dummy + block_bytes_ - 1) & ~(block_bytes_ - 1);
 
   const Boxes& boxes = *side.boxes;
-  // The kernels read a little beyond a box: where boxes lie apart, and up to the last ones, which
-  // are copied out.
+  // The kernels read whole groups and a little beyond: where boxes lie apart, and up to the last
+  // ones, which are copied out.
   const bool apart = boxes.stride_bytes() >= sizeof(Box);
   const char* packed = apart && !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
-  const std::size_t safe = boxes.size() > bin_overrun ? boxes.size() - bin_overrun : 0;
+  const std::size_t safe = boxes.size() == 0 ? 0 : (boxes.size() - 1) / bin_group * bin_group;
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
-  alignas(64) float tile[(bin_tile + bin_overrun) * 6];
+  alignas(64) float tile[bin_tile * 6 + 1];
   // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
   std::size_t begin, end;
   while (!search.over() && shares.take(begin, end)) {
@@ -240,10 +240,10 @@ void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t strid
     const std::uint32_t i = task.odd[o];
     Box box;
     std::memcpy(&box, boxes + i * stride, sizeof box);
-    if (task.number[i][0] >= invalid_number) {
-      report.add_inactive(task.record[i].id, core::has_nan(box), side == 1);
-    } else {
+    if (core::is_active(box)) {
       enter_spanning(map, task, side, box, task.whole[i]);
+    } else {
+      report.add_inactive(task.whole[i].id, core::has_nan(box), side == 1);
     }
   }
 }

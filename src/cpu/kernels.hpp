@@ -26,15 +26,15 @@ struct Spanning {
 };
 
 // What binning finds out of a box, in one number: its column, of the lower corner, in the low bits;
-// above, a bit for each axis along which the upper corner lies one column further; and on top
-// whether it lies further than that, or whether it is no box at all (not lower <= upper).
+// above, two bits for each axis, which tell whether the upper corner lies in the same column (0),
+// one further (1), or beyond that (2). What is no box at all (not lower <= upper) has a 2, too.
 constexpr std::uint32_t column_bits = 18;
 constexpr std::uint32_t most_columns = 1u << column_bits;
-constexpr std::uint32_t further_number = 1u << (column_bits + 3);  // at most three of each add up
-constexpr std::uint32_t invalid_number = 1u << (column_bits + 5);
+constexpr std::uint32_t beyond_next = 0b101010u << column_bits;
 
 constexpr std::uint32_t bin_tile = 256;
-constexpr std::uint32_t bin_overrun = 4;
+// Boxes are read in groups of so many, the last one whole, and a float beyond.
+constexpr std::uint32_t bin_group = 4;
 
 // Where the records of one task go: per column a chain of blocks. A tail is the address of the next
 // free record; one that is a multiple of the block's size (null too) asks for a new block.
@@ -52,12 +52,12 @@ struct BinTarget {
     return next_block(this, column);
   }
 
-  // Of the last tile; the arrays have room for a vector beyond.
+  // Of the last tile.
   std::uint32_t odd_count = 0;
-  std::uint32_t odd[bin_tile + 1];          // positions of the boxes that were not entered
-  alignas(64) Record record[bin_tile + 4];  // as it is in the box's first column
-  alignas(64) Record whole[bin_tile + 4];   // with the upper words of its last column
-  alignas(64) std::uint32_t number[bin_tile + 4][4];  // [0]: see above
+  std::uint32_t odd[bin_tile];  // positions of the boxes that were not entered
+  // Lower words of the box's first column, upper words of its last.
+  alignas(64) Record whole[bin_tile];
+  alignas(64) std::uint32_t number[bin_tile];  // see above
 };
 
 // A column's boxes in order of their sweep axis' lower words, up to the width of a bucket; one
@@ -104,11 +104,11 @@ constexpr std::uint32_t sorted_columns = 16;
 
 struct Kernels {
   Isa isa;
-  std::uint32_t lanes;  // words compared at once
+  std::uint32_t window;  // boxes a window that the sweep is best at; see core::plan
   // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
   // lists those that it leaves to the caller: boxes that are none, those that touch three or more
-  // columns along an axis, and in the plain form all that touch more than one. Reads up to
-  // bin_overrun boxes beyond. ids null: first_id, first_id + 1, ...
+  // columns along an axis, and in the plain form all that touch more than one. Reads on to the end
+  // of the last bin_group, and a float beyond. ids null: first_id, first_id + 1, ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);
   // The least and greatest lower word of `axis` among records; taken into *least and *most.

@@ -9,9 +9,13 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "cpu/kernels.hpp"
+#include "cpu/kernels_emit-inl.hpp"
 #include "cpu/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -35,7 +39,7 @@ HWY_INLINE hn::Vec<D> load_corners(D d, const char* corner, std::size_t stride) 
 template <class D>
 HWY_INLINE void load_boxes(D d, const char* boxes, std::size_t stride, hn::Vec<D>& lower,
                            hn::Vec<D>& upper) {
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3_DL
   if (stride == 24) {
     // Four boxes are 24 floats: two loads, and each corner picked from both.
     const __m512 a = _mm512_loadu_ps(boxes), b = _mm512_loadu_ps(boxes + 32);
@@ -55,7 +59,7 @@ HWY_INLINE void load_boxes(D d, const char* boxes, std::size_t stride, hn::Vec<D
 // Truncation. What comes is within 0 .. 2^27, so that none of the care for other values is needed.
 template <class D>
 HWY_INLINE hn::Vec<D> to_index(D d, hn::VFromD<hn::RebindToFloat<D>> x) {
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3_DL
   (void)d;
   return hn::Vec<D>{_mm512_cvttps_epi32(x.raw)};
 #elif HWY_TARGET == HWY_AVX2
@@ -81,56 +85,75 @@ HWY_INLINE void store_record(std::uintptr_t to, Words record) {
   prefetch_to_own(reinterpret_cast<const char*>(to) + 128);
 }
 
-// Which words of a record a copy in a later column changes: for each set of axes along which it
-// lies one column further, those of the upper corner, which are the true ones there, and those of
-// the lower corner, which are 0.
-struct CopyMasks {
-  alignas(16) std::uint16_t upper[8][8] = {};
+// What a record is in the columns that a box touches, by the axes along which it begins in an
+// earlier column or ends in a later one: there the lower word is 0, the upper one the greatest.
+struct WordMasks {
   alignas(16) std::uint16_t lower[8][8] = {};
-  constexpr CopyMasks() {
+  alignas(16) std::uint16_t upper[8][8] = {};
+  constexpr WordMasks() {
     for (int axes = 0; axes < 8; ++axes) {
       for (int k = 0; k < 3; ++k) {
-        upper[axes][3 + k] = lower[axes][k] = (axes >> k & 1) ? 0xffff : 0;
+        lower[axes][k] = (axes >> k & 1) ? 0xffff : 0;
+        upper[axes][3 + k] = (axes >> k & 1) ? core::top_word : 0;
       }
     }
   }
 };
+inline constexpr WordMasks word_masks;
+
+HWY_INLINE Words words_of(const std::uint16_t (&mask)[8]) {
+  return hn::Load(hn::FixedTag<std::uint16_t, 8>(), mask);
+}
+
+// The axes along which a box touches a second column, a bit each, of a number's upper bits; 0 where
+// it goes beyond that along any.
+struct SecondColumns {
+  std::uint8_t axes[64] = {};
+  constexpr SecondColumns() {
+    for (unsigned bits = 0; bits < 64; ++bits) {
+      const bool beyond = (bits << column_bits & beyond_next) != 0;
+      const unsigned of = (bits & 1) | (bits >> 1 & 2) | (bits >> 2 & 4);
+      axes[bits] = static_cast<std::uint8_t>(beyond ? 0 : of);
+    }
+  }
+};
+inline constexpr SecondColumns second_columns;
 
 // Enters boxes that touch a second column along some axes into the other 1, 3 or 7 columns. They
 // are sorted by those axes first, so that what is done for each is known without a branch.
-HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint8_t* several,
+HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* several,
                           std::uint32_t count, BinTarget& out) {
-  static constexpr CopyMasks masks;
-  const hn::FixedTag<std::uint16_t, 8> d;
   // 0: those left to the caller.
   std::uint8_t lists[8][bin_tile];
+  static_assert(bin_tile <= 256);
   std::uint32_t counts[8] = {};
   for (std::uint32_t s = 0; s < count; ++s) {
-    const std::uint32_t axes = out.number[several[s]][0] >> column_bits;
-    const std::uint32_t list = axes < 8 ? axes : 0;
-    lists[list][counts[list]++] = several[s];
+    const std::uint32_t list = second_columns.axes[out.number[several[s]] >> column_bits];
+    lists[list][counts[list]++] = static_cast<std::uint8_t>(several[s]);
   }
   for (std::uint32_t s = 0; s < counts[0]; ++s) out.odd[s] = lists[0][s];
   out.odd_count = counts[0];
   for (std::uint32_t axes = 1; axes < 8; ++axes) {
     if (counts[axes] == 0) continue;
     for (std::uint32_t part = axes; part != 0; part = (part - 1) & axes) {
-      const auto upper = hn::MaskFromVec(hn::Load(d, masks.upper[part]));
-      const auto lower = hn::Load(d, masks.lower[part]);
+      const Words lower = words_of(word_masks.lower[part]);
+      const Words upper = words_of(word_masks.upper[axes & ~part]);
       std::uint32_t delta = 0;
       for (int k = 0; k < 3; ++k) delta += (part >> k & 1) ? map.stride[k] : 0;
       for (std::uint32_t s = 0; s < counts[axes]; ++s) {
         const std::uint32_t i = lists[axes][s];
-        const std::uint32_t column = (out.number[i][0] & (most_columns - 1)) + delta;
-        const Words record =
-            hn::IfThenElse(upper, load_record(out.whole + i), load_record(out.record + i));
+        const std::uint32_t column = (out.number[i] & (most_columns - 1)) + delta;
+        const Words record = hn::Or(hn::AndNot(lower, load_record(out.whole + i)), upper);
         const std::uintptr_t tail = out.room(column);
-        store_record(tail, hn::AndNot(lower, record));
+        store_record(tail, record);
         out.tail[column] = tail + sizeof(Record);
       }
     }
   }
 }
+
+template <std::uint32_t bits>
+using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 
 // Boxes are asked for so far ahead: docs/benchmarks.md tells what that is worth.
 constexpr std::size_t ahead_bytes = 3072;
@@ -143,89 +166,116 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
   const hn::RebindToUnsigned<decltype(df)> du;
   const hn::Repartition<std::uint8_t, decltype(df)> db;
   const hn::Repartition<std::uint16_t, decltype(df)> dw;
-  const std::uint32_t group = static_cast<std::uint32_t>(hn::Lanes(df)) / 4;
+  const hn::Repartition<std::uint64_t, decltype(df)> d64;
+  // Boxes a vector of corners, and vectors at once: as many boxes as a vector has numbers.
+  constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(df)) / 4;
+  constexpr std::uint32_t at_once = 4 * group;
+  static_assert(bin_group % group == 0 && bin_tile % at_once == 0);
+  constexpr std::uint32_t chunk = 64;
 
   const auto origin = in_each_block(df, map.origin);
   const auto scale = in_each_block(df, map.scale);
   const auto most = in_each_block(df, map.max);
-  const auto stride_of = in_each_block(du, map.stride);
+  const auto stride_x = hn::Set(du, map.stride[0]), stride_y = hn::Set(du, map.stride[1]),
+             stride_z = hn::Set(du, map.stride[2]);
   alignas(16) static constexpr std::uint8_t lower_bytes[16] = {
       0, 1, 4, 5, 8, 9, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128};
   alignas(16) static constexpr std::uint8_t upper_bytes[16] = {
       128, 128, 128, 128, 128, 128, 0, 1, 4, 5, 8, 9, 128, 128, 128, 128};
   alignas(16) static constexpr std::uint16_t least_words[8] = {1, 1, 1, 1, 1, 1, 0, 0};
-  alignas(16) static constexpr std::uint32_t next_units[4] = {1u << column_bits, 2u << column_bits,
-                                                              4u << column_bits, 0};
-  alignas(16) static constexpr std::uint32_t invalid_units[4] = {invalid_number, invalid_number,
-                                                                 invalid_number, 0};
   const auto take_lower = in_each_block(db, lower_bytes);
   const auto take_upper = in_each_block(db, upper_bytes);
   const auto least = in_each_block(dw, least_words);
-  const auto next_unit = in_each_block(du, next_units);
-  const auto further_unit = hn::Set(du, further_number);
-  const auto invalid_unit = in_each_block(du, invalid_units);
-  const auto one = hn::Set(di, 1);
-  const auto three = hn::Set(du, 3);
+  const auto column_part = hn::Set(du, 0xffffu), two = hn::Set(du, 2), three = hn::Set(du, 3);
+  const auto no_box = hn::Set(du, 0x80000000u);
   const auto low_part = hn::Set(dw, core::top_word);
-  const auto top = hn::Set(di, core::top_word);
   // Ids in the fourth lane of each block.
   const auto position = hn::Iota(du, 0);
+  // Interleaving leaves the boxes of each block together.
+  alignas(64) std::uint32_t lanes[at_once];
+  for (std::uint32_t k = 0; k < at_once; ++k) lanes[k] = k % group * 4 + k / group;
+  const auto in_order = hn::SetTableIndices(du, lanes);
   const auto is_fourth = hn::Eq(hn::And(position, three), three);
   auto id =
       hn::IfThenElseZero(is_fourth, hn::Add(hn::Set(du, first_id), hn::ShiftRight<2>(position)));
   const auto id_step = hn::IfThenElseZero(is_fourth, hn::Set(du, group));
 
-  for (std::uint32_t i = 0; i < count; i += group) {
-    hn::Vec<decltype(df)> lower, upper;
-    load_boxes(df, boxes, stride, lower, upper);
-    boxes += group * stride;
-    hwy::Prefetch(boxes + ahead_bytes);
-    const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
-    const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
-    const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));
-    const auto qu = to_index(di, hn::Min(hn::Max(tu, hn::Zero(df)), most));
-    const auto cl = hn::ShiftRight<core::word_bits>(ql);
-    const auto span = hn::Sub(hn::ShiftRight<core::word_bits>(qu), cl);
-    const auto next = hn::RebindMask(du, hn::Eq(span, one));
-    const auto further = hn::RebindMask(du, hn::Gt(span, one));
-    const auto valid = hn::RebindMask(du, hn::Le(lower, upper));
-    auto number = hn::Mul(hn::BitCast(du, cl), stride_of);
-    number = hn::Add(number, hn::IfThenElseZero(next, next_unit));
-    number = hn::Add(number, hn::IfThenElseZero(further, further_unit));
-    number = hn::Add(number, hn::IfThenZeroElse(valid, invalid_unit));
-    number = hn::Add(number, hn::Shuffle1032(number));
-    number = hn::Add(number, hn::Shuffle2301(number));
-    hn::StoreU(number, du, out.number[i]);
-    const auto words = hn::Or(hn::TableLookupBytesOr0(hn::BitCast(db, ql), take_lower),
-                              hn::TableLookupBytesOr0(hn::BitCast(db, qu), take_upper));
-    const auto whole =
-        hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least), hn::BitCast(dw, id));
-    hn::StoreU(whole, dw, reinterpret_cast<std::uint16_t*>(out.whole + i));
-    const auto raised = hn::IfThenElseZero(hn::Gt(span, hn::Zero(di)), top);
-    const auto record = hn::Or(
-        whole, hn::BitCast(dw, hn::TableLookupBytesOr0(hn::BitCast(db, raised), take_upper)));
-    hn::StoreU(record, dw, reinterpret_cast<std::uint16_t*>(out.record + i));
-    id = hn::Add(id, id_step);
+  // The column of an axis' lower end in the low bits, how far the upper end lies from it above.
+  const auto along = [&](auto both, auto stride_of, auto shift) HWY_ATTR {
+    const auto first = hn::And(both, column_part);
+    const auto span = hn::Sub(hn::ShiftRight<16>(both), first);
+    return hn::Add(hn::Mul(first, stride_of),
+                   hn::ShiftLeft<decltype(shift)::value>(hn::Min(span, two)));
+  };
+
+  // Two short loops, as few instructions of one long one would be under way at once: of each box
+  // its record, and of each axis the columns of both ends, 16 bits each; and then its number.
+  alignas(64) std::uint32_t ends[chunk][4];
+  std::uint32_t several[bin_tile + at_once], several_count = 0;
+  auto place = position;
+  for (std::uint32_t begin = 0; begin < count; begin += chunk) {
+    const std::uint32_t end = std::min(begin + chunk, count);
+    for (std::uint32_t i = begin; i < end; i += group) {
+      hn::Vec<decltype(df)> lower, upper;
+      load_boxes(df, boxes, stride, lower, upper);
+      boxes += group * stride;
+      hwy::Prefetch(boxes + ahead_bytes);
+      const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
+      const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
+      const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));
+      const auto qu = to_index(di, hn::Min(hn::Max(tu, hn::Zero(df)), most));
+      const auto words = hn::Or(hn::TableLookupBytesOr0(hn::BitCast(db, ql), take_lower),
+                                hn::TableLookupBytesOr0(hn::BitCast(db, qu), take_upper));
+      const auto whole =
+          hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least), hn::BitCast(dw, id));
+      hn::StoreU(whole, dw, reinterpret_cast<std::uint16_t*>(out.whole + i));
+      id = hn::Add(id, id_step);
+      const auto valid = hn::RebindMask(du, hn::Le(lower, upper));
+      const auto first = hn::ShiftRight<core::word_bits>(hn::BitCast(du, ql));
+      const auto last =
+          hn::AndNot(column_part, hn::ShiftLeft<16 - core::word_bits>(hn::BitCast(du, qu)));
+      hn::StoreU(hn::Or(hn::Or(first, last), hn::IfThenZeroElse(valid, no_box)), du,
+                 ends[i - begin]);
+    }
+    for (std::uint32_t i = begin; i < end; i += at_once) {
+      const auto from = ends + (i - begin);
+      const auto p0 = hn::Load(du, from[0]), p1 = hn::Load(du, from[group]),
+                 p2 = hn::Load(du, from[2 * group]), p3 = hn::Load(du, from[3 * group]);
+      const auto xy01 = hn::BitCast(d64, hn::InterleaveLower(du, p0, p1));
+      const auto xy23 = hn::BitCast(d64, hn::InterleaveLower(du, p2, p3));
+      const auto z01 = hn::BitCast(d64, hn::InterleaveUpper(du, p0, p1));
+      const auto z23 = hn::BitCast(d64, hn::InterleaveUpper(du, p2, p3));
+      const auto x = hn::BitCast(du, hn::InterleaveLower(d64, xy01, xy23));
+      const auto y = hn::BitCast(du, hn::InterleaveUpper(d64, xy01, xy23));
+      const auto z = hn::BitCast(du, hn::InterleaveLower(d64, z01, z23));
+      const auto mixed = hn::Add(hn::Add(along(x, stride_x, Bits<column_bits>()),
+                                         along(y, stride_y, Bits<column_bits + 2>())),
+                                 along(z, stride_z, Bits<column_bits + 4>()));
+      const auto number = hn::TableLookupLanes(mixed, in_order);
+      hn::StoreU(number, du, out.number + i);
+      // Listed without a branch; the last vector may have places beyond.
+      std::uint32_t bits = bits_of(du, hn::Gt(number, hn::Set(du, most_columns - 1)));
+      if (count - i < at_once) bits &= (1u << (count - i)) - 1;
+      hn::StoreU(compress(place, bits), du, several + several_count);
+      several_count += static_cast<std::uint32_t>(std::popcount(bits));
+      place = hn::Add(place, hn::Set(du, at_once));
+    }
   }
   if (ids) {
-    for (std::uint32_t i = 0; i < count; ++i) out.record[i].id = out.whole[i].id = ids[i];
+    for (std::uint32_t i = 0; i < count; ++i) out.whole[i].id = ids[i];
   }
 
   // Every box is copied to where its first column's next record goes; one that is left to the
   // caller stays invisible there.
   std::uintptr_t* const tails = out.tail;
-  std::uint32_t several_count = 0;
-  std::uint8_t several[bin_tile];
-  static_assert(bin_tile <= 256);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t number = out.number[i][0];
+    const std::uint32_t number = out.number[i];
     // Of any box the low bits are a column of the grid: no branch to guess wrong.
     const std::uint32_t column = number & (most_columns - 1);
     const std::uintptr_t tail = out.room(column);
-    store_record(tail, load_record(out.record + i));
-    several[several_count] = static_cast<std::uint8_t>(i);
-    several_count += number >= most_columns;
-    tails[column] = tail + sizeof(Record) * (number < further_number);
+    const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
+    store_record(tail, hn::Or(load_record(out.whole + i), words_of(raised)));
+    tails[column] = tail + sizeof(Record) * ((number & beyond_next) == 0);
   }
   copy_on(map, several, several_count, out);
 }

@@ -19,6 +19,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::uint32_t word_lanes = static_cast<std::uint32_t>(hn::MaxLanes(D16()));
 
+// Queries are taken in blocks, so that the lists of a block stay in the first level of cache.
+constexpr std::uint32_t query_block = 256;
+
 // A box as a query: each word twice, so that one 32-bit load spreads it over a vector. Axis 0 here
 // is the sweep axis.
 struct Query {
@@ -50,15 +53,14 @@ struct Window {
 };
 
 // The targets that overlap the query by their words and have this column for a home with it, a bit
-// each; only `lanes` are asked for. `tie` names the ones among them of which a word equals the
+// each. `tie` names the ones among them of which a word equals the
 // query's. `ordered`: that no target ends before the query begins along the sweep axis is known.
 //
 // Beyond the last target every upper word is -1, and nothing is met there: a lower word less -1 is
 // above 0, or it is 32768 and becomes -32768; so either `below` is above 0, or it is -32768 and
 // stays that when its sign is changed. No other difference leaves the signed 16 bits.
 template <bool ordered>
-HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t lanes,
-                                 std::uint32_t& tie) {
+HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t& tie) {
   const D16 d;
   const V16 zero = hn::Zero(d);
   const V16 above = hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0),  //
@@ -67,16 +69,16 @@ HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t
   V16 below = hn::Max(hn::Sub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
   if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
   const V16 least = hn::Min(above, hn::Sub(zero, below));
-#if HWY_TARGET == HWY_AVX3
-  const __mmask32 home = _mm512_mask_testn_epi16_mask(lanes, spread(q.begins).raw, t.begins.raw);
+#if HWY_TARGET == HWY_AVX3_DL
+  const __mmask32 home = _mm512_testn_epi16_mask(spread(q.begins).raw, t.begins.raw);
   const __mmask32 met = _mm512_mask_cmp_epi16_mask(home, least.raw, zero.raw, _MM_CMPINT_NLT);
   tie = _mm512_mask_testn_epi16_mask(met, least.raw, least.raw);
   return met;
 #else
   const auto home = hn::Eq(hn::And(spread(q.begins), t.begins), zero);
   const auto tied = hn::And(home, hn::Eq(least, zero));
-  tie = HWY_LIKELY(hn::AllFalse(d, tied)) ? 0 : bits_of(d, tied) & lanes;
-  return bits_of(d, hn::And(home, hn::Gt(least, hn::Set(d, -1)))) & lanes;
+  tie = HWY_LIKELY(hn::AllFalse(d, tied)) ? 0 : bits_of(d, tied);
+  return bits_of(d, hn::And(home, hn::Gt(least, hn::Set(d, -1))));
 #endif
 }
 

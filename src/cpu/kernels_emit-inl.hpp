@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -26,7 +27,7 @@ using V32 = hn::Vec<D32>;
 
 template <class D>
 HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3_DL
   (void)d;
   return static_cast<std::uint32_t>(mask.raw);
 #else
@@ -42,7 +43,7 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 
 // The lanes that `bits` names, in order, then others.
 HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3_DL
   return hn::Compress(v, hn::Mask<D32>{static_cast<__mmask16>(bits)});
 #else
   // Highway's own keeps its table in the function, which GCC copies to the stack at each call.
@@ -56,7 +57,7 @@ HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 // first 0, second 0, first 1, second 1, ... of the first `count` lanes, and maybe more.
 HWY_INLINE void store_interleaved(V32 first, V32 second, int count, std::uint32_t* to) {
   const D32 d;
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3_DL
   // One shuffle a store; by 128-bit blocks it takes three, and shuffles are what is short here.
   const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
   const __m512i high =
@@ -83,6 +84,49 @@ HWY_INLINE void store_pairs(V32 query, V32 target, int count, Pair* out) {
     store_interleaved(target, query, count, to);
   }
 }
+
+// Writes pairs where there is room, and hands on what is full. Nobody else writes meanwhile.
+template <Orientation orientation>
+class PairWriter {
+ public:
+  explicit PairWriter(Emit& out) : out_(out), cursor_(out.cursor), limit_(out.limit) {}
+  ~PairWriter() { out_.cursor = cursor_; }
+  PairWriter(const PairWriter&) = delete;
+  PairWriter& operator=(const PairWriter&) = delete;
+
+  HWY_INLINE void put(V32 query, V32 target, int count) {
+    store_pairs<orientation>(query, target, count, cursor_);
+    cursor_ += count;
+    if (HWY_LIKELY(cursor_ <= limit_)) return;
+    out_.cursor = cursor_;
+    out_.flush(&out_);
+    cursor_ = out_.cursor;
+    limit_ = out_.limit;
+  }
+
+ private:
+  Emit& out_;
+  Pair* cursor_;
+  Pair* limit_;
+};
+
+#if HWY_TARGET == HWY_AVX3_DL
+// The places of the set bits in order, up to sixteen at a time: take(places, how many).
+template <class Take>
+HWY_INLINE void each_place(std::uint64_t bits, Take&& take) {
+  const hn::Repartition<std::uint8_t, D32> d8;
+  const auto places = _mm512_maskz_compress_epi8(bits, hn::Iota(d8, 0).raw);
+  const int count = std::popcount(bits);
+  take(V32{_mm512_cvtepu8_epi32(_mm512_castsi512_si128(places))}, std::min(count, 16));
+  if (HWY_LIKELY(count <= 16)) return;
+  alignas(64) std::uint8_t more[64];
+  _mm512_store_si512(more, places);
+  for (int k = 16; k < count; k += 16) {
+    const __m128i next = _mm_load_si128(reinterpret_cast<const __m128i*>(more + k));
+    take(V32{_mm512_cvtepu8_epi32(next)}, std::min(count - k, 16));
+  }
+}
+#endif
 
 }  // namespace throng::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

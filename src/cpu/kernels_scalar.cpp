@@ -13,9 +13,8 @@ void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
   for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
     float box[6];
     std::memcpy(box, boxes, sizeof box);
-    out.record[i].id = out.whole[i].id = ids ? ids[i] : first_id + i;
+    out.whole[i].id = ids ? ids[i] : first_id + i;
     if (!(box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5])) {
-      out.number[i][0] = invalid_number;
       out.odd[out.odd_count++] = i;
       continue;
     }
@@ -31,7 +30,6 @@ void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
       column += static_cast<std::uint32_t>(core::column_of(lower)) * map.stride[k];
     }
     if (!one_column) {
-      out.number[i][0] = further_number;
       out.odd[out.odd_count++] = i;
       continue;
     }

@@ -1,9 +1,9 @@
-// The sweep of a strip over itself by vectors of up to 16 words: as many queries side by side, each
-// against the target so many places behind it. Included once an instruction set.
+// The sweep of a strip over itself: queries side by side, each against the target so many places
+// behind it. Included once an instruction set.
 //
-// No word is spread over a vector, and a window may end at any place. With longer vectors it waits
-// for the longest of more windows, and most of its loads cross a cache line: there one query goes
-// against a vector of targets.
+// No word is spread over a vector, and a window may end at any place. Vectors have 16 words at
+// most: with more they would wait for the longest of more windows, and most loads would cross a
+// cache line.
 #if defined(THRONG_KERNELS_SIDES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SIDES_INL
 #undef THRONG_KERNELS_SIDES_INL
@@ -22,10 +22,68 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D8 = hn::Repartition<std::int8_t, D16>;
+using DSide = hn::CappedTag<std::int16_t, 16>;
+using VSide = hn::Vec<DSide>;
+constexpr std::uint32_t side_lanes = static_cast<std::uint32_t>(hn::MaxLanes(DSide()));
+// Columns are to be so wide that a window holds about so many boxes: measured, as wider ones cost
+// more comparisons and narrower ones more copies of boxes.
+constexpr std::uint32_t good_window = 20;
+constexpr std::size_t side_steps = 4;  // targets that are compared before the next branch
+
+struct Sides {
+  VSide upper0, upper1, upper2, lower0, lower1, lower2, begins;
+  HWY_INLINE Sides(const Strip& s, std::size_t i)
+      : upper0(hn::LoadU(DSide(), s.upper[0] + i)),
+        upper1(hn::LoadU(DSide(), s.upper[1] + i)),
+        upper2(hn::LoadU(DSide(), s.upper[2] + i)),
+        lower0(hn::LoadU(DSide(), s.lower[0] + i)),
+        lower1(hn::LoadU(DSide(), s.lower[1] + i)),
+        lower2(hn::LoadU(DSide(), s.lower[2] + i)),
+        begins(hn::LoadU(DSide(), s.begins + i)) {}
+
+  // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
+  template <bool ordered>
+  HWY_INLINE VSide least(const Strip& s, std::size_t t) const {
+    const DSide d;
+    VSide x = hn::Min(hn::Sub(upper0, hn::LoadU(d, s.lower[0] + t)),
+                      hn::Sub(upper1, hn::LoadU(d, s.lower[1] + t)));
+    VSide y = hn::Min(hn::Sub(hn::LoadU(d, s.upper[1] + t), lower1),
+                      hn::Sub(hn::LoadU(d, s.upper[2] + t), lower2));
+    x = hn::Min(x, hn::Sub(upper2, hn::LoadU(d, s.lower[2] + t)));
+    if constexpr (!ordered) y = hn::Min(y, hn::Sub(hn::LoadU(d, s.upper[0] + t), lower0));
+    return hn::Min(x, y);
+  }
+  // That another column is the pair's home.
+  HWY_INLINE hn::Mask<DSide> elsewhere(const Strip& s, std::size_t t) const {
+    const DSide d;
+    return hn::Gt(hn::And(begins, hn::LoadU(d, s.begins + t)), hn::Zero(d));
+  }
+};
+
+#if HWY_TARGET == HWY_AVX3_DL
+// The pairs that queries make with `side_steps` targets from `t` on, a bit for each step and query;
+// `ties`: that some may be tied. Ties of pairs at home elsewhere count, too.
+template <bool ordered>
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
+  const DSide d;
+  const hn::Repartition<std::uint16_t, DSide> du;
+  const VSide l[side_steps] = {q.least<ordered>(s, t), q.least<ordered>(s, t + 1),
+                               q.least<ordered>(s, t + 2), q.least<ordered>(s, t + 3)};
+  const auto met = [&](std::size_t k) HWY_ATTR {
+    const __m256i begins = hn::LoadU(d, s.begins + t + k).raw;
+    return _mm256_mask_cmp_epi16_mask(_mm256_testn_epi16_mask(q.begins.raw, begins), l[k].raw,
+                                      _mm256_setzero_si256(), _MM_CMPINT_NLE);
+  };
+  const auto bits = [&](std::size_t k) HWY_ATTR { return hn::BitCast(du, l[k]); };
+  const auto closest = hn::Min(hn::Min(bits(0), bits(1)), hn::Min(bits(2), bits(3))).raw;
+  ties = _mm256_testn_epi16_mask(closest, closest) != 0;
+  return _mm512_kunpackd(_mm512_kunpackw(met(3), met(2)), _mm512_kunpackw(met(1), met(0)));
+}
+#else
+using D8 = hn::Repartition<std::int8_t, DSide>;
 
 // The words of a, then those of b, as bytes of the same sign; zero stays zero.
-HWY_INLINE hn::Vec<D8> narrow(V16 a, V16 b) {
+HWY_INLINE hn::Vec<D8> narrow(VSide a, VSide b) {
 #if HWY_TARGET == HWY_AVX2
   return hn::Vec<D8>{_mm256_permute4x64_epi64(_mm256_packs_epi16(a.raw, b.raw), 0xd8)};
 #else
@@ -33,6 +91,23 @@ HWY_INLINE hn::Vec<D8> narrow(V16 a, V16 b) {
   return hn::Combine(D8(), hn::DemoteTo(half, b), hn::DemoteTo(half, a));
 #endif
 }
+
+template <bool ordered>
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
+  const DSide d;
+  const D8 d8;
+  const hn::Repartition<std::uint8_t, DSide> du8;
+  const auto at = [&](std::size_t k) HWY_ATTR {
+    return hn::Or(q.least<ordered>(s, t + k), hn::VecFromMask(d, q.elsewhere(s, t + k)));
+  };
+  const auto low = narrow(at(0), at(1)), high = narrow(at(2), at(3));
+  const auto closest = hn::Min(hn::BitCast(du8, low), hn::BitCast(du8, high));
+  ties = !hn::AllFalse(du8, hn::Eq(closest, hn::Zero(du8)));
+  const auto met = [&](auto v)
+                       HWY_ATTR { return std::uint64_t{bits_of(d8, hn::Gt(v, hn::Zero(d8)))}; };
+  return met(low) | met(high) << 2 * side_lanes;
+}
+#endif
 
 template <Orientation orientation>
 class SideBySide {
@@ -47,10 +122,11 @@ class SideBySide {
   std::uint64_t vectors() const { return vectors_; }
 
  private:
-  static constexpr std::size_t steps = 4;  // targets that are compared before the next branch
   static constexpr std::size_t room = 256;
+  // Queries go on together while that takes at most so many steps for each of them that does.
+  static constexpr std::size_t patience = 32;
 
-  void defer(const V16 (&least)[steps], std::size_t first, std::size_t at);
+  void defer(std::size_t first, std::size_t at);
   void write();
 
   const Strip& strip_;
@@ -64,11 +140,12 @@ class SideBySide {
 
 // Equal words: the pairs that the floats must decide.
 template <Orientation orientation>
-HWY_NOINLINE void SideBySide<orientation>::defer(const V16 (&least)[steps], std::size_t first,
-                                                 std::size_t at) {
-  const D16 d;
-  for (std::size_t k = 0; k < steps; ++k) {
-    std::uint32_t ties = bits_of(d, hn::Eq(least[k], hn::Zero(d)));
+HWY_NOINLINE void SideBySide<orientation>::defer(std::size_t first, std::size_t at) {
+  const DSide d;
+  const Sides queries(strip_, first);
+  for (std::size_t k = 0; k < side_steps; ++k) {
+    const auto tied = hn::Eq(queries.template least<false>(strip_, at + k), hn::Zero(d));
+    std::uint32_t ties = bits_of(d, tied) & ~bits_of(d, queries.elsewhere(strip_, at + k));
     for (; ties != 0; ties &= ties - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(ties));
       *out_.maybe_cursor++ =
@@ -82,65 +159,31 @@ template <Orientation orientation>
 template <bool ordered>
 HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std::uint32_t end,
                                                         Window* rest) {
-  const D16 d;
-  const D8 d8;
-  const hn::Repartition<std::uint8_t, D16> du8;
-  const std::int16_t* const lower0 = strip_.lower[0];
-  const std::int16_t* const upper0 = strip_.upper[0];
-  const std::int16_t* const lower1 = strip_.lower[1];
-  const std::int16_t* const upper1 = strip_.upper[1];
-  const std::int16_t* const lower2 = strip_.lower[2];
-  const std::int16_t* const upper2 = strip_.upper[2];
-  const std::int16_t* const begins = strip_.begins;
-  const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << strip_.shift)));
-  const V16 zero = hn::Zero(d);
-  const auto apart = hn::Set(d8, -1);
-  const std::size_t count = strip_.count;
+  const DSide d;
+  const Strip s = strip_;
+  const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << s.shift)));
+  const std::size_t count = s.count;
   std::uint32_t left = 0;
-  for (std::size_t i = begin; i < end; i += word_lanes) {
-    const V16 q_upper0 = hn::LoadU(d, upper0 + i), q_upper1 = hn::LoadU(d, upper1 + i),
-              q_upper2 = hn::LoadU(d, upper2 + i), q_lower1 = hn::LoadU(d, lower1 + i),
-              q_lower2 = hn::LoadU(d, lower2 + i), q_begins = hn::LoadU(d, begins + i);
-    // As compare() has it: 0 is a tie, and what is below is no pair, or not of this column.
-    const auto least = [&](std::size_t t) HWY_ATTR {
-      const V16 above = hn::Min(hn::Min(hn::Sub(q_upper0, hn::LoadU(d, lower0 + t)),
-                                        hn::Sub(q_upper1, hn::LoadU(d, lower1 + t))),
-                                hn::Sub(q_upper2, hn::LoadU(d, lower2 + t)));
-      V16 below = hn::Max(hn::Sub(q_lower1, hn::LoadU(d, upper1 + t)),
-                          hn::Sub(q_lower2, hn::LoadU(d, upper2 + t)));
-      if constexpr (!ordered) {
-        below = hn::Max(below, hn::Sub(hn::LoadU(d, lower0 + i), hn::LoadU(d, upper0 + t)));
-      }
-      const auto elsewhere = hn::Gt(hn::And(q_begins, hn::LoadU(d, begins + t)), zero);
-      return hn::Or(hn::Min(above, hn::Sub(zero, below)), hn::VecFromMask(d, elsewhere));
-    };
+  for (std::size_t i = begin; i < end; i += side_lanes) {
+    const Sides queries(s, i);
     std::size_t at = i + 1;
     for (;;) {
-      const V16 l[steps] = {least(at), least(at + 1), least(at + 2), least(at + 3)};
-      const auto low = narrow(l[0], l[1]), high = narrow(l[2], l[3]);
-      const auto both = [&](auto&& mask_of) HWY_ATTR {
-        return bits_of(d8, mask_of(low)) | std::uint64_t{bits_of(d8, mask_of(high))}
-                                               << 2 * word_lanes;
-      };
-      std::uint64_t met = both([&](auto v) HWY_ATTR { return hn::Gt(v, apart); });
-      const auto closest = hn::Min(hn::BitCast(du8, low), hn::BitCast(du8, high));
-      if (HWY_UNLIKELY(!hn::AllFalse(du8, hn::Eq(closest, hn::Zero(du8))))) {
-        defer(l, i, at);
-        met &= ~both([&](auto v) HWY_ATTR { return hn::Eq(v, hn::Zero(d8)); });
-      }
+      bool ties;
+      const std::uint64_t met = compare_sides<ordered>(queries, s, at, ties);
+      if (HWY_UNLIKELY(ties)) defer(i, at);
       // Without a branch: what is empty is overwritten.
       place_[count_] = i | at << 32;
       met_[count_] = met;
       count_ += met != 0;
       if (HWY_UNLIKELY(count_ == room)) write();
-      at += steps;
+      at += side_steps;
       if (at >= count) break;
       const auto over =
-          hn::Gt(hn::And(hn::LoadU(d, lower0 + at), bucket_start), hn::LoadU(d, upper0 + i));
+          hn::Gt(hn::And(hn::LoadU(d, s.lower[0] + at), bucket_start), queries.upper0);
       if (hn::AllTrue(d, over)) break;
-      if (HWY_LIKELY(at - i <= 32)) continue;
+      if (HWY_LIKELY(at - i <= patience)) continue;
       std::uint32_t going = bits_of(d, hn::Not(over));
-      if (static_cast<std::size_t>(std::popcount(going)) * 8 >= at - i) continue;
+      if (static_cast<std::size_t>(std::popcount(going)) * patience >= at - i) continue;
       for (; going != 0; going &= going - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(going));
         rest[left] = {static_cast<std::uint32_t>(i) - begin + lane,
@@ -155,15 +198,28 @@ HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std
   return left;
 }
 
-// The pairs of all hits: of each a vector of ids; what that leaves waits for the next round.
+// The pairs of all hits.
 template <Orientation orientation>
 HWY_NOINLINE void SideBySide<orientation>::write() {
   const D32 d;
+  const std::uint32_t* HWY_RESTRICT ids = strip_.id;
+  PairWriter<orientation> pairs(out_);
+#if HWY_TARGET == HWY_AVX3_DL
+  const V32 lanes = hn::Set(d, side_lanes - 1);
+  for (std::size_t h = 0; h < count_; ++h) {
+    const std::size_t first = place_[h] & 0xffffffffu, at = place_[h] >> 32;
+    const V32 query = hn::LoadU(d, ids + first);
+    const V32 low = hn::LoadU(d, ids + at), high = hn::LoadU(d, ids + at + side_lanes);
+    each_place(met_[h], [&](V32 place, int count) HWY_ATTR {
+      const V32 target = hn::Add(hn::And(place, lanes), hn::ShiftRight<4>(place));
+      pairs.put(V32{_mm512_permutexvar_epi32(place.raw, query.raw)},
+                V32{_mm512_permutex2var_epi32(low.raw, target.raw, high.raw)}, count);
+    });
+  }
+#else
+  // Of each a vector of ids; what that leaves waits for the next round.
   constexpr unsigned id_lanes = hn::MaxLanes(D32());
   constexpr std::uint64_t group = (std::uint64_t{1} << id_lanes) - 1;
-  const std::uint32_t* HWY_RESTRICT ids = strip_.id;
-  Pair* cursor = out_.cursor;
-  Pair* limit = out_.limit;
   for (std::size_t count = count_, rest = 0; count != 0; count = rest) {
     rest = 0;
     for (std::size_t h = 0; h < count; ++h) {
@@ -174,22 +230,14 @@ HWY_NOINLINE void SideBySide<orientation>::write() {
       place_[rest] = place;
       met_[rest] = met & ~(group << from);
       rest += met_[rest] != 0;
-      const unsigned lane = bit & (word_lanes - id_lanes), step = bit / word_lanes;
+      const unsigned lane = bit & (side_lanes - id_lanes), step = bit / side_lanes;
       const std::uint32_t* const query = ids + (place & 0xffffffffu) + lane;
       const std::uint32_t* const target = ids + (place >> 32) + lane + step;
-      const int found = std::popcount(bits);
-      store_pairs<orientation>(compress(hn::LoadU(d, query), bits),
-                               compress(hn::LoadU(d, target), bits), found, cursor);
-      cursor += found;
-      if (HWY_UNLIKELY(cursor > limit)) {
-        out_.cursor = cursor;
-        out_.flush(&out_);
-        cursor = out_.cursor;
-        limit = out_.limit;
-      }
+      pairs.put(compress(hn::LoadU(d, query), bits), compress(hn::LoadU(d, target), bits),
+                std::popcount(bits));
     }
   }
-  out_.cursor = cursor;
+#endif
   count_ = 0;
 }
 

@@ -4,10 +4,12 @@
 // pair's six differences tells whether they overlap, are apart, or are tied.
 #if defined(THRONG_HIGHWAY)
 
-// Built: SSE4, AVX2, AVX-512, NEON. Off, by bit, as old releases do not name them all: SSSE3, the
-// later AVX-512 sets, SVE.
+// Built: SSE4, AVX2, AVX-512 as Ice Lake and Zen 4 have it (it compresses bytes; what came before
+// is served by AVX2), NEON. Off, by bit, as old releases do not name them all: SSSE3, other AVX-512
+// sets, SVE.
+#define HWY_WANT_AVX3_DL
 #define HWY_DISABLED_TARGETS                                                                     \
-  ((1LL << 12) | (1LL << 7) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
+  ((1LL << 12) | (1LL << 8) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
    (1LL << 26) | (1LL << 27))
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/kernels_simd.cpp"
@@ -16,7 +18,7 @@
 
 #include "cpu/kernels.hpp"
 
-#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || \
+#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3_DL || \
     HWY_TARGET == HWY_NEON
 
 #include "cpu/kernels_all_pairs-inl.hpp"
@@ -29,15 +31,13 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 
 const Kernels& kernels() {
-  constexpr Isa isa = HWY_TARGET == HWY_SSE4   ? Isa::sse4
-                      : HWY_TARGET == HWY_AVX2 ? Isa::avx2
-                      : HWY_TARGET == HWY_AVX3 ? Isa::avx512
-                                               : Isa::neon;
-  static const Kernels table{
-      isa, static_cast<std::uint32_t>(hn::Lanes(hn::ScalableTag<std::uint16_t>())), bin, word_range,
-      transpose, sweep, all_pairs,
-      // Of fewer numbers a vector digits are faster.
-      Columns::width >= 8 ? sort_columns : nullptr};
+  constexpr Isa isa = HWY_TARGET == HWY_SSE4      ? Isa::sse4
+                      : HWY_TARGET == HWY_AVX2    ? Isa::avx2
+                      : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
+                                                  : Isa::neon;
+  static const Kernels table{isa, good_window, bin, word_range, transpose, sweep, all_pairs,
+                             // Of fewer numbers a vector digits are faster.
+                             Columns::width >= 8 ? sort_columns : nullptr};
   return table;
 }
 
@@ -61,8 +61,12 @@ long long supported_targets() noexcept {
                     __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
   const bool avx3 = avx2 && __builtin_cpu_supports("avx512f") &&
                     __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-                    __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd");
-  return (sse4 ? HWY_SSE4 : 0LL) | (avx2 ? HWY_AVX2 : 0LL) | (avx3 ? HWY_AVX3 : 0LL);
+                    __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+                    __builtin_cpu_supports("avx512ifma") && __builtin_cpu_supports("avx512vbmi") &&
+                    __builtin_cpu_supports("avx512vbmi2") && __builtin_cpu_supports("avx512vnni") &&
+                    __builtin_cpu_supports("avx512bitalg") &&
+                    __builtin_cpu_supports("avx512vpopcntdq");
+  return (sse4 ? HWY_SSE4 : 0LL) | (avx2 ? HWY_AVX2 : 0LL) | (avx3 ? HWY_AVX3_DL : 0LL);
 #else
   return static_cast<long long>(hwy::SupportedTargets());
 #endif
@@ -76,8 +80,8 @@ const Kernels* simd_kernels(Isa isa) noexcept {
   // Asked once: the instruction that tells is slow, in a virtual machine by some microseconds.
   static const long long supported = supported_targets();
   const auto has = [](long long target) { return (supported & target) != 0; };
-#if HWY_TARGETS & HWY_AVX3
-  if (isa == Isa::avx512 && has(HWY_AVX3)) return &N_AVX3::kernels();
+#if HWY_TARGETS & HWY_AVX3_DL
+  if (isa == Isa::avx512 && has(HWY_AVX3_DL)) return &N_AVX3_DL::kernels();
 #endif
 #if HWY_TARGETS & HWY_AVX2
   if (isa == Isa::avx2 && has(HWY_AVX2)) return &N_AVX2::kernels();

@@ -5,9 +5,9 @@
 namespace throng::cpu {
 namespace {
 
-// Below this many boxes, or this many vectors a window, sweeping is cheap enough.
+// Below this many boxes, or this many windows of the length that is best, sweeping is cheap enough.
 constexpr std::uint32_t least_boxes = 1024;
-constexpr double least_vectors = 3;
+constexpr double least_windows = 3;
 // A finer grid must promise to cost at most this share of the sweep.
 constexpr double worthwhile = 0.6;
 constexpr double most_replicas = 2;
@@ -47,14 +47,14 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
   if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= Worker::max_depth) return false;
-  const double lanes = search.kernels->lanes;
-  double vectors = 0;
-  if (problem.self) vectors += a.count * (mean_window(a, a) / lanes + 0.5);
+  const double window = search.kernels->window;
+  double windows = 0;
+  if (problem.self) windows += a.count * (mean_window(a, a) / window + 0.5);
   if (b.count && a.count) {
-    vectors += a.count * (mean_window(a, b) / lanes + 0.5);
-    vectors += b.count * (mean_window(b, a) / lanes + 0.5);
+    windows += a.count * (mean_window(a, b) / window + 0.5);
+    windows += b.count * (mean_window(b, a) / window + 0.5);
   }
-  if (vectors < static_cast<double>(boxes) * least_vectors) return false;
+  if (windows < static_cast<double>(boxes) * least_windows) return false;
 
   Level& inner = worker.level(depth + 1);
   inner.ids.room(boxes);
@@ -69,7 +69,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const Problem part{side(problem.queries.boxes, 0, a.count),
                      side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
   const core::GridPlan finer = make_plan(search, part, Algorithm::grid);
-  const double sweep_ns = vectors * core::window_ns;
+  const double sweep_ns = windows * core::window_ns;
   if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
   // Copies multiply from grid to grid: boxes too large for their column stay in one.
   if (finer.replicas > most_replicas) return false;
