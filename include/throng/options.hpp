@@ -38,7 +38,7 @@ enum class Isa : std::uint8_t {
   scalar,
   sse4,
   avx2,
-  avx512,
+  avx512,  // as Ice Lake and Zen 4 have it, and later ones
   neon,
 };
 

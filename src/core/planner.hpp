@@ -61,7 +61,7 @@ constexpr double uncached_ns = 40.0;
 // A longer column is cut along its sweep axis into parts of about so many records.
 constexpr double part_records = 4096;
 // And into as many that the mean extent is about so many words.
-constexpr double extent_words = 128;
+constexpr double extent_words = 32;
 // Columns scaled down by the caller stay so wide that a box is entered in so many at most: for
 // large boxes in small columns no memory would do.
 constexpr double most_scaled_replicas = 16;
