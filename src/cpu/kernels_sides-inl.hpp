@@ -61,14 +61,15 @@ struct Sides {
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
-// The pairs that queries make with `side_steps` targets from `t` on, a bit for each step and query;
-// `ties`: that some may be tied. Ties of pairs at home elsewhere count, too.
+// The pairs that queries make with `side_steps` targets from `t` on, a bit for each step and query.
+// `l`: the least difference of each; `ties`: that some may be tied. Ties of pairs at home elsewhere
+// may count, too.
 template <bool ordered>
-HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t,
+                                       VSide (&l)[side_steps], bool& ties) {
   const DSide d;
   const hn::Repartition<std::uint16_t, DSide> du;
-  const VSide l[side_steps] = {q.least<ordered>(s, t), q.least<ordered>(s, t + 1),
-                               q.least<ordered>(s, t + 2), q.least<ordered>(s, t + 3)};
+  for (std::size_t k = 0; k < side_steps; ++k) l[k] = q.least<ordered>(s, t + k);
   const auto met = [&](std::size_t k) HWY_ATTR {
     const __m256i begins = hn::LoadU(d, s.begins + t + k).raw;
     return _mm256_mask_cmp_epi16_mask(_mm256_testn_epi16_mask(q.begins.raw, begins), l[k].raw,
@@ -93,14 +94,15 @@ HWY_INLINE hn::Vec<D8> narrow(VSide a, VSide b) {
 }
 
 template <bool ordered>
-HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t,
+                                       VSide (&l)[side_steps], bool& ties) {
   const DSide d;
   const D8 d8;
   const hn::Repartition<std::uint8_t, DSide> du8;
-  const auto at = [&](std::size_t k) HWY_ATTR {
-    return hn::Or(q.least<ordered>(s, t + k), hn::VecFromMask(d, q.elsewhere(s, t + k)));
-  };
-  const auto low = narrow(at(0), at(1)), high = narrow(at(2), at(3));
+  for (std::size_t k = 0; k < side_steps; ++k) {
+    l[k] = hn::Or(q.least<ordered>(s, t + k), hn::VecFromMask(d, q.elsewhere(s, t + k)));
+  }
+  const auto low = narrow(l[0], l[1]), high = narrow(l[2], l[3]);
   const auto closest = hn::Min(hn::BitCast(du8, low), hn::BitCast(du8, high));
   ties = !hn::AllFalse(du8, hn::Eq(closest, hn::Zero(du8)));
   const auto met = [&](auto v)
@@ -126,7 +128,7 @@ class SideBySide {
   // Queries go on together while that takes at most so many steps for each of them that does.
   static constexpr std::size_t patience = 32;
 
-  void defer(std::size_t first, std::size_t at);
+  void defer(VSide l0, VSide l1, VSide l2, VSide l3, std::size_t first, std::size_t at);
   void write();
 
   const Strip& strip_;
@@ -138,14 +140,17 @@ class SideBySide {
   std::uint64_t place_[room], met_[room];
 };
 
-// Equal words: the pairs that the floats must decide.
+// Equal words: the pairs that the floats must decide. The differences come in registers: an array
+// of them would be stored at each step, tied or not.
 template <Orientation orientation>
-HWY_NOINLINE void SideBySide<orientation>::defer(std::size_t first, std::size_t at) {
+HWY_NOINLINE void SideBySide<orientation>::defer(VSide l0, VSide l1, VSide l2, VSide l3,
+                                                 std::size_t first, std::size_t at) {
   const DSide d;
-  const Sides queries(strip_, first);
+  const VSide l[side_steps] = {l0, l1, l2, l3};
+  const VSide begins = hn::LoadU(d, strip_.begins + first);
   for (std::size_t k = 0; k < side_steps; ++k) {
-    const auto tied = hn::Eq(queries.template least<false>(strip_, at + k), hn::Zero(d));
-    std::uint32_t ties = bits_of(d, tied) & ~bits_of(d, queries.elsewhere(strip_, at + k));
+    const auto home = hn::Eq(hn::And(begins, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
+    std::uint32_t ties = bits_of(d, hn::And(home, hn::Eq(l[k], hn::Zero(d))));
     for (; ties != 0; ties &= ties - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(ties));
       *out_.maybe_cursor++ =
@@ -168,9 +173,10 @@ HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std
     const Sides queries(s, i);
     std::size_t at = i + 1;
     for (;;) {
+      VSide l[side_steps];
       bool ties;
-      const std::uint64_t met = compare_sides<ordered>(queries, s, at, ties);
-      if (HWY_UNLIKELY(ties)) defer(i, at);
+      const std::uint64_t met = compare_sides<ordered>(queries, s, at, l, ties);
+      if (HWY_UNLIKELY(ties)) defer(l[0], l[1], l[2], l[3], i, at);
       // Without a branch: what is empty is overwritten.
       place_[count_] = i | at << 32;
       met_[count_] = met;
