@@ -111,6 +111,14 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
 }
 #endif
 
+// Queries and targets that met: the first query in the low half and its first target in the high
+// half; and a bit for each step and query.
+struct SideHits {
+  static constexpr std::size_t room = 256;
+  std::uint64_t place[room], met[room];
+  std::size_t count = 0;
+};
+
 template <Orientation orientation>
 class SideBySide {
  public:
@@ -124,7 +132,6 @@ class SideBySide {
   std::uint64_t vectors() const { return vectors_; }
 
  private:
-  static constexpr std::size_t room = 256;
   // Queries go on together while that takes at most so many steps for each of them that does.
   static constexpr std::size_t patience = 32;
 
@@ -134,10 +141,7 @@ class SideBySide {
   const Strip& strip_;
   Emit& out_;
   std::uint64_t vectors_ = 0;
-  // Hits: the first query in the low half and its first target in the high half; and a bit for
-  // each step and query.
-  std::size_t count_ = 0;
-  std::uint64_t place_[room], met_[room];
+  SideHits hits_;
 };
 
 // Equal words: the pairs that the floats must decide. The differences come in registers: an array
@@ -178,10 +182,10 @@ HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std
       const std::uint64_t met = compare_sides<ordered>(queries, s, at, l, ties);
       if (HWY_UNLIKELY(ties)) defer(l[0], l[1], l[2], l[3], i, at);
       // Without a branch: what is empty is overwritten.
-      place_[count_] = i | at << 32;
-      met_[count_] = met;
-      count_ += met != 0;
-      if (HWY_UNLIKELY(count_ == room)) write();
+      hits_.place[hits_.count] = i | at << 32;
+      hits_.met[hits_.count] = met;
+      hits_.count += met != 0;
+      if (HWY_UNLIKELY(hits_.count == SideHits::room)) write();
       at += side_steps;
       if (at >= count) break;
       const auto over =
@@ -212,11 +216,11 @@ HWY_NOINLINE void SideBySide<orientation>::write() {
   PairWriter<orientation> pairs(out_);
 #if HWY_TARGET == HWY_AVX3_DL
   const V32 lanes = hn::Set(d, side_lanes - 1);
-  for (std::size_t h = 0; h < count_; ++h) {
-    const std::size_t first = place_[h] & 0xffffffffu, at = place_[h] >> 32;
+  for (std::size_t h = 0; h < hits_.count; ++h) {
+    const std::size_t first = hits_.place[h] & 0xffffffffu, at = hits_.place[h] >> 32;
     const V32 query = hn::LoadU(d, ids + first);
     const V32 low = hn::LoadU(d, ids + at), high = hn::LoadU(d, ids + at + side_lanes);
-    each_place(met_[h], [&](V32 place, int count) HWY_ATTR {
+    each_place(hits_.met[h], [&](V32 place, int count) HWY_ATTR {
       const V32 target = hn::Add(hn::And(place, lanes), hn::ShiftRight<4>(place));
       pairs.put(V32{_mm512_permutexvar_epi32(place.raw, query.raw)},
                 V32{_mm512_permutex2var_epi32(low.raw, target.raw, high.raw)}, count);
@@ -226,16 +230,16 @@ HWY_NOINLINE void SideBySide<orientation>::write() {
   // Of each a vector of ids; what that leaves waits for the next round.
   constexpr unsigned id_lanes = hn::MaxLanes(D32());
   constexpr std::uint64_t group = (std::uint64_t{1} << id_lanes) - 1;
-  for (std::size_t count = count_, rest = 0; count != 0; count = rest) {
+  for (std::size_t count = hits_.count, rest = 0; count != 0; count = rest) {
     rest = 0;
     for (std::size_t h = 0; h < count; ++h) {
-      const std::uint64_t place = place_[h], met = met_[h];
+      const std::uint64_t place = hits_.place[h], met = hits_.met[h];
       const auto bit = static_cast<unsigned>(std::countr_zero(met));
       const unsigned from = bit & ~(id_lanes - 1);
       const auto bits = static_cast<std::uint32_t>(met >> from & group);
-      place_[rest] = place;
-      met_[rest] = met & ~(group << from);
-      rest += met_[rest] != 0;
+      hits_.place[rest] = place;
+      hits_.met[rest] = met & ~(group << from);
+      rest += hits_.met[rest] != 0;
       const unsigned lane = bit & (side_lanes - id_lanes), step = bit / side_lanes;
       const std::uint32_t* const query = ids + (place & 0xffffffffu) + lane;
       const std::uint32_t* const target = ids + (place >> 32) + lane + step;
@@ -244,7 +248,7 @@ HWY_NOINLINE void SideBySide<orientation>::write() {
     }
   }
 #endif
-  count_ = 0;
+  hits_.count = 0;
 }
 
 }  // namespace throng::cpu::HWY_NAMESPACE
