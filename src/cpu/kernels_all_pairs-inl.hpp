@@ -21,6 +21,7 @@ template <Orientation orientation>
 void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
   const hn::ScalableTag<float> d;
   const std::uint32_t lanes = static_cast<std::uint32_t>(hn::Lanes(d));
+  PairWriter<orientation> pairs(out);
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const auto l0 = hn::Set(d, q.corner[0][i]), l1 = hn::Set(d, q.corner[1][i]),
                l2 = hn::Set(d, q.corner[2][i]), u0 = hn::Set(d, q.corner[3][i]),
@@ -37,10 +38,7 @@ void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
       const std::uint32_t bits = bits_of(d, hn::And(hn::And(x, y), hn::And(z, inside)));
       if (bits == 0) continue;
       const auto target = compress(hn::LoadU(D32(), t.id + j), bits);
-      const int found = std::popcount(bits);
-      store_pairs<orientation>(hn::Set(D32(), q.id[i]), target, found, out.cursor);
-      out.cursor += found;
-      if (out.cursor > out.limit) out.flush(&out);
+      pairs.put(hn::Set(D32(), q.id[i]), target, std::popcount(bits));
     }
     if (t.count > first) out.comparisons += t.count - first;
   }

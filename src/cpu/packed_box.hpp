@@ -1,9 +1,13 @@
-// A box such that one kind of comparison decides an overlap: two vectors of four at most.
+// Boxes whose overlaps two vectors of four decide: as they lie in memory, and such that one kind of
+// comparison does.
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 #include <throng/types.hpp>
+
+#include "core/bounds.hpp"
 
 #if defined(__SSE2__) || defined(_M_X64)
 #include <emmintrin.h>
@@ -26,6 +30,28 @@ struct alignas(16) PackedBox {
     return {{corner[0], corner[1], corner[2]}, {-corner[3], -corner[4], -corner[5]}};
   }
 };
+
+// core::overlaps() of two boxes as they lie in memory, their six floats together.
+inline bool overlap_in_memory(const char* a, const char* b) noexcept {
+#if defined(THRONG_PACKED_SSE2)
+  const auto floats = [](const char* at) {
+    return _mm_loadu_ps(reinterpret_cast<const float*>(at));
+  };
+  const auto upper = [&](const char* box) {
+    const __m128 v = floats(box + 2 * sizeof(float));
+    return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 3, 2, 1));
+  };
+  // The fourth lanes are of no meaning.
+  const __m128 both =
+      _mm_and_ps(_mm_cmple_ps(floats(a), upper(b)), _mm_cmple_ps(floats(b), upper(a)));
+  return (_mm_movemask_ps(both) & 7) == 7;
+#else
+  Box boxes[2];
+  std::memcpy(boxes, a, sizeof *boxes);
+  std::memcpy(boxes + 1, b, sizeof *boxes);
+  return core::overlaps(boxes[0], boxes[1]);
+#endif
+}
 
 // A box's corners in units of 1 / scale, cut to whole numbers of at most `most`: towards zero, so
 // nowhere decreasing. Not of a NaN. The fourth number of each is of no meaning.

@@ -4,6 +4,8 @@
 #include <cstring>
 
 #include "cpu/grid.hpp"
+#include "cpu/packed_box.hpp"
+#include "cpu/prefetch.hpp"
 
 namespace throng::cpu {
 
@@ -147,20 +149,29 @@ void Worker::flush_unsure(Emit* emit) {
   const Pair* pairs = w.unsure_.data();
   const std::size_t count = static_cast<std::size_t>(w.maybe_cursor - pairs);
   w.maybe_cursor = w.unsure_.data();
-  constexpr std::size_t ahead = 12;
-  const char* a = s.a->packed_data();
-  const char* b = s.b->packed_data();
-  for (std::size_t i = 0; i < count; ++i) {
-#if defined(__GNUC__)
-    if (i + ahead < count && a && b) {
-      __builtin_prefetch(a + pairs[i + ahead].first * s.a->stride_bytes());
-      __builtin_prefetch(b + pairs[i + ahead].second * s.b->stride_bytes());
-    }
-#endif
-    const Pair pair = pairs[i];
+  const auto put = [&](Pair pair, bool overlap) {
     *w.cursor = pair;
-    w.cursor += core::overlaps(s.box(*s.a, pair.first), s.box(*s.b, pair.second));
+    w.cursor += overlap;
     if (w.cursor > w.limit) flush_sure(emit);
+  };
+  if (s.margin != 0 || !s.a->packed_data() || !s.b->packed_data()) {
+    for (std::size_t i = 0; i < count; ++i) {
+      put(pairs[i], core::overlaps(s.box(*s.a, pairs[i].first), s.box(*s.b, pairs[i].second)));
+    }
+    return;
+  }
+  const auto first = [boxes = s.a->packed_data(), stride = s.a->stride_bytes()](Pair pair) {
+    return boxes + pair.first * stride;
+  };
+  const auto second = [boxes = s.b->packed_data(), stride = s.b->stride_bytes()](Pair pair) {
+    return boxes + pair.second * stride;
+  };
+  constexpr std::size_t ahead = 12;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Pair soon = pairs[std::min(i + ahead, count - 1)];
+    prefetch_to_read(first(soon));
+    prefetch_to_read(second(soon));
+    put(pairs[i], overlap_in_memory(first(pairs[i]), second(pairs[i])));
   }
 }
 
@@ -168,12 +179,11 @@ void Worker::flush_unsure(Emit* emit) {
 std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
   const std::uint32_t* ids = frame_->ids;
   const std::uint16_t* before = frame_->before;
-  const bool ordered = search_->two_sets;
+  const Orientation orientation = search_->forward();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Pair label = pairs[i];
-    const std::uint32_t first = ids[label.first], second = ids[label.second];
-    pairs[kept] = ordered || first < second ? Pair{first, second} : Pair{second, first};
+    pairs[kept] = make_pair(orientation, ids[label.first], ids[label.second]);
     kept += (before[label.first] & before[label.second]) == 0;
   }
   return kept;
