@@ -82,7 +82,6 @@ HWY_INLINE Words load_record(const Record* r) {
 }
 HWY_INLINE void store_record(std::uintptr_t to, Words record) {
   hn::StoreU(record, hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<std::uint16_t*>(to));
-  prefetch_to_own(reinterpret_cast<const char*>(to) + 128);
 }
 
 // What a record is in the columns that a box touches, by the axes along which it begins in an
@@ -119,36 +118,51 @@ struct SecondColumns {
 };
 inline constexpr SecondColumns second_columns;
 
-// Enters boxes that touch a second column along some axes into the other 1, 3 or 7 columns. They
-// are sorted by those axes first, so that what is done for each is known without a branch.
+// Of a box that touches a second column along some axes, the other 1, 3 or 7 columns that it is
+// entered in: each by the axes along which that is the second one, and, above, the others of these.
+struct Copies {
+  alignas(16) std::uint16_t of[8][8] = {};
+  std::uint8_t count[8] = {};
+  constexpr Copies() {
+    for (unsigned axes = 0; axes < 8; ++axes) {
+      for (unsigned part = axes; part != 0; part = (part - 1) & axes)
+        of[axes][count[axes]++] = static_cast<std::uint16_t>(part | (axes & ~part) << 3);
+    }
+  }
+};
+inline constexpr Copies copies;
+
+// Enters boxes that touch a second column along some axes into the others. All copies are listed
+// before the first is made, so that there is no branch to guess wrong for each box.
 HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* several,
                           std::uint32_t count, BinTarget& out) {
-  // 0: those left to the caller.
-  std::uint8_t lists[8][bin_tile];
-  static_assert(bin_tile <= 256);
-  std::uint32_t counts[8] = {};
+  const hn::FixedTag<std::uint16_t, 8> d;
+  std::uint16_t list[bin_tile * 7 + 1];
+  static_assert(bin_tile <= 1024);  // a number of 10 bits, above 6 that tell which copy
+  std::uint32_t listed = 0, odd = 0;
   for (std::uint32_t s = 0; s < count; ++s) {
-    const std::uint32_t list = second_columns.axes[out.number[several[s]] >> column_bits];
-    lists[list][counts[list]++] = static_cast<std::uint8_t>(several[s]);
+    const std::uint32_t i = several[s];
+    const std::uint32_t axes = second_columns.axes[out.number[i] >> column_bits];
+    const auto box = hn::Set(d, static_cast<std::uint16_t>(i << 6));
+    hn::StoreU(hn::Or(hn::Load(d, copies.of[axes]), box), d, list + listed);
+    listed += copies.count[axes];
+    out.odd[odd] = i;
+    odd += axes == 0;
   }
-  for (std::uint32_t s = 0; s < counts[0]; ++s) out.odd[s] = lists[0][s];
-  out.odd_count = counts[0];
-  for (std::uint32_t axes = 1; axes < 8; ++axes) {
-    if (counts[axes] == 0) continue;
-    for (std::uint32_t part = axes; part != 0; part = (part - 1) & axes) {
-      const Words lower = words_of(word_masks.lower[part]);
-      const Words upper = words_of(word_masks.upper[axes & ~part]);
-      std::uint32_t delta = 0;
-      for (int k = 0; k < 3; ++k) delta += (part >> k & 1) ? map.stride[k] : 0;
-      for (std::uint32_t s = 0; s < counts[axes]; ++s) {
-        const std::uint32_t i = lists[axes][s];
-        const std::uint32_t column = (out.number[i] & (most_columns - 1)) + delta;
-        const Words record = hn::Or(hn::AndNot(lower, load_record(out.whole + i)), upper);
-        const std::uintptr_t tail = out.room(column);
-        store_record(tail, record);
-        out.tail[column] = tail + sizeof(Record);
-      }
-    }
+  out.odd_count = odd;
+  std::uint32_t ahead[8] = {};
+  for (std::uint32_t part = 1; part < 8; ++part) {
+    for (int k = 0; k < 3; ++k) ahead[part] += (part >> k & 1) ? map.stride[k] : 0;
+  }
+  for (std::uint32_t c = 0; c < listed; ++c) {
+    const std::uint32_t i = list[c] >> 6, part = list[c] & 7, others = list[c] >> 3 & 7;
+    const std::uint32_t column = (out.number[i] & (most_columns - 1)) + ahead[part];
+    const Words record =
+        hn::Or(hn::AndNot(words_of(word_masks.lower[part]), load_record(out.whole + i)),
+               words_of(word_masks.upper[others]));
+    const std::uintptr_t tail = out.room(column);
+    store_record(tail, record);
+    out.tail[column] = tail + sizeof(Record);
   }
 }
 
@@ -275,6 +289,7 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     const std::uintptr_t tail = out.room(column);
     const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
     store_record(tail, hn::Or(load_record(out.whole + i), words_of(raised)));
+    prefetch_to_own(reinterpret_cast<const char*>(tail) + 128);
     tails[column] = tail + sizeof(Record) * ((number & beyond_next) == 0);
   }
   copy_on(map, several, several_count, out);
