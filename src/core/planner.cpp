@@ -71,12 +71,11 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   return range;
 }
 
-// The chance that two boxes of the sample share one of 8 x 8 x 8 cells, over that of evenly spread
-// ones. Two different boxes: a box counted with itself would make small samples look crowded.
-double crowding(const Corners* sample, std::uint32_t count, const Range& range,
-                const double* extent) noexcept {
-  constexpr int side = 8;
-  if (count < 128) return 1;
+// The chance that two boxes of the sample share a cell, `side` of them along each axis, over that
+// of evenly spread ones. Two different boxes: a box counted with itself would make small samples
+// look crowded.
+double crowding_in(int side, const Corners* sample, std::uint32_t count, const Range& range,
+                   const double* extent) noexcept {
   // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
   // that axis is one cell.
   int cells_along[3], stride[3], all = 1;
@@ -88,7 +87,11 @@ double crowding(const Corners* sample, std::uint32_t count, const Range& range,
     stride[k] = all;
     all *= cells_along[k];
   }
-  std::uint16_t cells[side * side * side] = {};
+  // By the low bits of a cell's number, or the next place that is free.
+  constexpr int places = 2 * max_sample;
+  std::int32_t cell[places];
+  std::uint16_t boxes[places];
+  std::fill(cell, cell + places, -1);
   double same = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     int at = 0;
@@ -96,10 +99,25 @@ double crowding(const Corners* sample, std::uint32_t count, const Range& range,
       const double part = (sample[i].centre(k) - range.lower[k]) * scale[k];
       at += stride[k] * static_cast<int>(std::clamp(part, 0.0, cells_along[k] - 1.0));
     }
-    same += cells[at]++;
+    int place = at % places;
+    while (cell[place] != at && cell[place] != -1) place = (place + 1) % places;
+    if (cell[place] == -1) boxes[place] = 0;
+    cell[place] = at;
+    same += boxes[place]++;
   }
-  const double chance = same / (0.5 * count * (count - 1.0));
-  return std::clamp(chance * all, 1.0, 512.0);
+  // What chance may have brought is left out.
+  const double chance = (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
+  return chance * all;
+}
+
+// How many times more neighbours a box has than if all were spread evenly. Where cells of an eighth
+// of the range are crowded, smaller ones may be more so.
+double crowding(const Corners* sample, std::uint32_t count, const Range& range,
+                const double* extent) noexcept {
+  if (count < 128) return 1;
+  double most = crowding_in(8, sample, count, range, extent);
+  if (most > 2) most = std::max(most, crowding_in(32, sample, count, range, extent));
+  return std::clamp(most, 1.0, 4096.0);
 }
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
@@ -159,7 +177,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   return s;
 }
 
-GridPlan plan(const Stats& s, std::uint32_t window_boxes, Algorithm forced,
+GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept {
   GridPlan best;
   const double n = static_cast<double>(s.target_count);
@@ -167,7 +185,7 @@ GridPlan plan(const Stats& s, std::uint32_t window_boxes, Algorithm forced,
   if (forced == Algorithm::all_pairs ||
       (forced == Algorithm::automatic && s.target_count <= all_pairs_limit)) {
     best.all_pairs = true;
-    best.expected_ns = 0.5 * n * work / 16 * window_ns;
+    best.expected_ns = 0.5 * n * work * brute_ns;
     best.reason = forced == Algorithm::all_pairs ? "brute force was asked for"
                                                  : "so few boxes that brute force is fastest";
     return best;
@@ -203,9 +221,11 @@ GridPlan plan(const Stats& s, std::uint32_t window_boxes, Algorithm forced,
     return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
   };
   // What no plan of so many columns or more costs less than.
+  const double least_record_ns = record_ns + sweep_cost.least();
   const auto least = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double replicas = replicas_of(sweep, cy, cz);
-    return work * (box_ns - replica_ns + replicas * (replica_ns + record_ns)) + column_ns * cy * cz;
+    return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
+           empty_ns * cy * cz;
   };
   struct Price {
     double parts, replicas, cost;
@@ -221,14 +241,11 @@ GridPlan plan(const Stats& s, std::uint32_t window_boxes, Algorithm forced,
       parts = std::max(1.0, parts);
     }
     const double cut = 1 + sweep.share_x * (parts - 1);
-    // Windows end anywhere in a vector, and few of those go on that are far from it on average.
-    const double window = per_column * sweep.share_x / window_boxes;
-    const double second = std::min(1.0, std::max(0.1 * window, window - 0.5));
     const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
-                          second_window_ns * second + window_ns * std::max(0.0, window - 1.5);
+                          sweep_cost(per_column * sweep.share_x);
     const double cost =
         work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
-        column_ns * sections * parts;
+        (empty_ns + (column_ns - empty_ns) / s.crowding) * sections * parts;
     return Price{parts, replicas * cut, cost};
   };
   std::uint32_t best_columns[3] = {1, 1, 1};

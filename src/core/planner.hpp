@@ -1,6 +1,7 @@
 // The planner: what is known of the boxes in, an algorithm and its grid out. Pure functions.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include <throng/options.hpp>
@@ -28,6 +29,18 @@ struct Stats {
 Stats measure(const Box* sample, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept;
 
+// What it costs to compare a box with a window of so many, in ns that fit those below: of two ways
+// to do it, one that begins cheaply and one whose comparisons are cheap, the cheaper.
+struct SweepCost {
+  double start_ns, box_ns;
+  double long_start_ns, long_box_ns;
+
+  double operator()(double window) const noexcept {
+    return std::min(start_ns + box_ns * window, long_start_ns + long_box_ns * window);
+  }
+  double least() const noexcept { return std::min(start_ns, long_start_ns); }
+};
+
 struct GridPlan {
   bool all_pairs = false;
   std::uint32_t sweep_axis = 0;
@@ -37,24 +50,24 @@ struct GridPlan {
   const char* reason = "";
 };
 
-// `window`: so many boxes a window the kernels sweep best. `forced`: automatic, all_pairs or grid.
+// `sweep`: what the kernels' comparisons cost. `forced`: automatic, all_pairs or grid.
 // `cell_scale`: columns so many times as wide as the cheapest, across the axis of the sweep.
-GridPlan plan(const Stats& stats, std::uint32_t window, Algorithm forced,
+GridPlan plan(const Stats& stats, const SweepCost& sweep, Algorithm forced,
               float cell_scale) noexcept;
 
 // Below so many boxes brute force is faster than a grid. Measured by throng bench.
 constexpr std::uint64_t all_pairs_limit = 112;
 
-// What a plan costs, in ns, fitted to runs over many grids on AVX-512 server cores of 2.2 and 3.5
-// GHz; only the ratios matter. Binning a box; entering it in one more column; sorting a record of a
-// column, and comparing it with its first window; the window after the first, and each after that;
-// each column.
+// What a plan costs, in ns, fitted to runs over many grids on AVX-512 server cores; only the ratios
+// matter. Binning a box; entering it in one more column; sorting a record of a column; each column
+// that has boxes, and each that has none. Comparing is the kernels' SweepCost.
 constexpr double box_ns = 3.0;
 constexpr double replica_ns = 3.5;
-constexpr double record_ns = 6.5;
-constexpr double second_window_ns = 9.0;
-constexpr double window_ns = 4.0;
+constexpr double record_ns = 6.0;
 constexpr double column_ns = 150.0;
+constexpr double empty_ns = 15.0;
+// A comparison of brute force.
+constexpr double brute_ns = 0.25;
 // A column of more records than this leaves the second level of cache, and each costs so much more.
 constexpr double cached_records = 16384;
 constexpr double uncached_ns = 40.0;

@@ -6,6 +6,7 @@
 
 #include <throng/options.hpp>
 
+#include "core/planner.hpp"
 #include "core/quantise.hpp"
 #include "cpu/emit.hpp"
 
@@ -104,7 +105,7 @@ constexpr std::uint32_t sorted_columns = 16;
 
 struct Kernels {
   Isa isa;
-  std::uint32_t window;  // boxes a window that the sweep is best at; see core::plan
+  core::SweepCost sweep_cost;
   // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
   // lists those that it leaves to the caller: boxes that are none, those that touch three or more
   // columns along an axis, and in the plain form all that touch more than one. Reads on to the end

@@ -52,6 +52,20 @@ struct Window {
   std::uint32_t query, at;
 };
 
+#if HWY_TARGET != HWY_AVX3_DL
+// The words of a, then those of b, as bytes of the same sign; zero stays zero. `d` names bytes.
+template <class D, class V>
+HWY_INLINE hn::Vec<D> narrow(D d, V a, V b) {
+#if HWY_TARGET == HWY_AVX2
+  (void)d;
+  return hn::Vec<D>{_mm256_permute4x64_epi64(_mm256_packs_epi16(a.raw, b.raw), 0xd8)};
+#else
+  const hn::Half<D> half;
+  return hn::Combine(d, hn::DemoteTo(half, b), hn::DemoteTo(half, a));
+#endif
+}
+#endif
+
 // The targets that overlap the query by their words and have this column for a home with it, a bit
 // each. `tie` names the ones among them of which a word equals the
 // query's. `ordered`: that no target ends before the query begins along the sweep axis is known.

@@ -128,6 +128,61 @@ HWY_INLINE void each_place(std::uint64_t bits, Take&& take) {
 }
 #endif
 
+// Queries and targets that met: the first query in the low half and the first target in the high
+// half; and a bit for each two of those that were compared.
+struct Hits {
+  static constexpr std::size_t room = 256;
+  std::uint64_t place[room + 1], met[room + 1];
+  std::size_t count = 0;
+
+  // Without a branch: what is empty is overwritten.
+  HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits) {
+    place[count] = query | target << 32;
+    met[count] = bits;
+    count += bits != 0;
+  }
+  std::size_t query(std::size_t h) const { return place[h] & 0xffffffffu; }
+  std::size_t target(std::size_t h) const { return place[h] >> 32; }
+};
+
+// The pairs of all hits. With AVX-512 ids_at(query, target) has the ids of those that were compared
+// in registers, from which (places, queries, targets) picks; else ids_at(query, target, first bit,
+// bits, queries, targets) compresses them.
+template <Orientation orientation, class IdsAt>
+HWY_INLINE void write_pairs(Hits& hits, Emit& out, IdsAt&& ids_at) {
+  PairWriter<orientation> pairs(out);
+#if HWY_TARGET == HWY_AVX3_DL
+  for (std::size_t h = 0; h < hits.count; ++h) {
+    const auto pick = ids_at(hits.query(h), hits.target(h));
+    each_place(hits.met[h], [&](V32 place, int count) HWY_ATTR {
+      V32 query, target;
+      pick(place, query, target);
+      pairs.put(query, target, count);
+    });
+  }
+#else
+  // Of each a vector of ids; what that leaves waits for the next round.
+  constexpr unsigned id_lanes = hn::MaxLanes(D32());
+  constexpr std::uint64_t group = (std::uint64_t{1} << id_lanes) - 1;
+  for (std::size_t count = hits.count, rest = 0; count != 0; count = rest) {
+    rest = 0;
+    for (std::size_t h = 0; h < count; ++h) {
+      const std::size_t first_query = hits.query(h), first_target = hits.target(h);
+      const std::uint64_t met = hits.met[h];
+      const unsigned from = static_cast<unsigned>(std::countr_zero(met)) & ~(id_lanes - 1);
+      const auto bits = static_cast<std::uint32_t>(met >> from & group);
+      hits.place[rest] = hits.place[h];
+      hits.met[rest] = met & ~(group << from);
+      rest += hits.met[rest] != 0;
+      V32 query, target;
+      ids_at(first_query, first_target, from, bits, query, target);
+      pairs.put(query, target, std::popcount(bits));
+    }
+  }
+#endif
+  hits.count = 0;
+}
+
 }  // namespace throng::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -25,9 +25,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using DSide = hn::CappedTag<std::int16_t, 16>;
 using VSide = hn::Vec<DSide>;
 constexpr std::uint32_t side_lanes = static_cast<std::uint32_t>(hn::MaxLanes(DSide()));
-// Columns are to be so wide that a window holds about so many boxes: measured, as wider ones cost
-// more comparisons and narrower ones more copies of boxes.
-constexpr std::uint32_t good_window = 20;
 constexpr std::size_t side_steps = 4;  // targets that are compared before the next branch
 
 struct Sides {
@@ -83,16 +80,6 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
 #else
 using D8 = hn::Repartition<std::int8_t, DSide>;
 
-// The words of a, then those of b, as bytes of the same sign; zero stays zero.
-HWY_INLINE hn::Vec<D8> narrow(VSide a, VSide b) {
-#if HWY_TARGET == HWY_AVX2
-  return hn::Vec<D8>{_mm256_permute4x64_epi64(_mm256_packs_epi16(a.raw, b.raw), 0xd8)};
-#else
-  const hn::Half<D8> half;
-  return hn::Combine(D8(), hn::DemoteTo(half, b), hn::DemoteTo(half, a));
-#endif
-}
-
 template <bool ordered>
 HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t,
                                        VSide (&l)[side_steps], bool& ties) {
@@ -102,7 +89,7 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
   for (std::size_t k = 0; k < side_steps; ++k) {
     l[k] = hn::Or(q.least<ordered>(s, t + k), hn::VecFromMask(d, q.elsewhere(s, t + k)));
   }
-  const auto low = narrow(l[0], l[1]), high = narrow(l[2], l[3]);
+  const auto low = narrow(d8, l[0], l[1]), high = narrow(d8, l[2], l[3]);
   const auto closest = hn::Min(hn::BitCast(du8, low), hn::BitCast(du8, high));
   ties = !hn::AllFalse(du8, hn::Eq(closest, hn::Zero(du8)));
   const auto met = [&](auto v)
@@ -111,24 +98,18 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
 }
 #endif
 
-// Queries and targets that met: the first query in the low half and its first target in the high
-// half; and a bit for each step and query.
-struct SideHits {
-  static constexpr std::size_t room = 256;
-  std::uint64_t place[room], met[room];
-  std::size_t count = 0;
-};
-
 template <Orientation orientation>
 class SideBySide {
  public:
   SideBySide(const Strip& strip, Emit& out) : strip_(strip), out_(out) {}
 
   // The queries from `begin` on, before `end`. Where few of those side by side go on for long, what
-  // is left of their windows is listed in `rest`, each by its place from `begin` on; returns how
-  // many.
+  // is left of their windows is listed in `rest`, each by its place from `begin` on; `left` tells
+  // how many.
   template <bool ordered>
-  std::uint32_t run(std::uint32_t begin, std::uint32_t end, Window* rest);
+  void run(std::uint32_t begin, std::uint32_t end, Window* rest, std::uint32_t& left);
+  // The pairs of all hits.
+  void write();
   std::uint64_t vectors() const { return vectors_; }
 
  private:
@@ -136,12 +117,11 @@ class SideBySide {
   static constexpr std::size_t patience = 32;
 
   void defer(VSide l0, VSide l1, VSide l2, VSide l3, std::size_t first, std::size_t at);
-  void write();
 
   const Strip& strip_;
   Emit& out_;
   std::uint64_t vectors_ = 0;
-  SideHits hits_;
+  Hits hits_;
 };
 
 // Equal words: the pairs that the floats must decide. The differences come in registers: an array
@@ -166,13 +146,12 @@ HWY_NOINLINE void SideBySide<orientation>::defer(VSide l0, VSide l1, VSide l2, V
 
 template <Orientation orientation>
 template <bool ordered>
-HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std::uint32_t end,
-                                                        Window* rest) {
+HWY_NOINLINE void SideBySide<orientation>::run(std::uint32_t begin, std::uint32_t end, Window* rest,
+                                               std::uint32_t& left) {
   const DSide d;
   const Strip s = strip_;
   const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << s.shift)));
   const std::size_t count = s.count;
-  std::uint32_t left = 0;
   for (std::size_t i = begin; i < end; i += side_lanes) {
     const Sides queries(s, i);
     std::size_t at = i + 1;
@@ -181,11 +160,8 @@ HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std
       bool ties;
       const std::uint64_t met = compare_sides<ordered>(queries, s, at, l, ties);
       if (HWY_UNLIKELY(ties)) defer(l[0], l[1], l[2], l[3], i, at);
-      // Without a branch: what is empty is overwritten.
-      hits_.place[hits_.count] = i | at << 32;
-      hits_.met[hits_.count] = met;
-      hits_.count += met != 0;
-      if (HWY_UNLIKELY(hits_.count == SideHits::room)) write();
+      hits_.add(i, at, met);
+      if (HWY_UNLIKELY(hits_.count == Hits::room)) write();
       at += side_steps;
       if (at >= count) break;
       const auto over =
@@ -204,51 +180,32 @@ HWY_NOINLINE std::uint32_t SideBySide<orientation>::run(std::uint32_t begin, std
     }
     vectors_ += at - i - 1;
   }
-  write();
-  return left;
 }
 
-// The pairs of all hits.
 template <Orientation orientation>
 HWY_NOINLINE void SideBySide<orientation>::write() {
   const D32 d;
   const std::uint32_t* HWY_RESTRICT ids = strip_.id;
-  PairWriter<orientation> pairs(out_);
 #if HWY_TARGET == HWY_AVX3_DL
   const V32 lanes = hn::Set(d, side_lanes - 1);
-  for (std::size_t h = 0; h < hits_.count; ++h) {
-    const std::size_t first = hits_.place[h] & 0xffffffffu, at = hits_.place[h] >> 32;
-    const V32 query = hn::LoadU(d, ids + first);
+  write_pairs<orientation>(hits_, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
+    const V32 of = hn::LoadU(d, ids + first);
     const V32 low = hn::LoadU(d, ids + at), high = hn::LoadU(d, ids + at + side_lanes);
-    each_place(hits_.met[h], [&](V32 place, int count) HWY_ATTR {
-      const V32 target = hn::Add(hn::And(place, lanes), hn::ShiftRight<4>(place));
-      pairs.put(V32{_mm512_permutexvar_epi32(place.raw, query.raw)},
-                V32{_mm512_permutex2var_epi32(low.raw, target.raw, high.raw)}, count);
-    });
-  }
+    return [=](V32 place, V32& query, V32& target) HWY_ATTR {
+      const V32 step = hn::Add(hn::And(place, lanes), hn::ShiftRight<4>(place));
+      query = V32{_mm512_permutexvar_epi32(place.raw, of.raw)};
+      target = V32{_mm512_permutex2var_epi32(low.raw, step.raw, high.raw)};
+    };
+  });
 #else
-  // Of each a vector of ids; what that leaves waits for the next round.
-  constexpr unsigned id_lanes = hn::MaxLanes(D32());
-  constexpr std::uint64_t group = (std::uint64_t{1} << id_lanes) - 1;
-  for (std::size_t count = hits_.count, rest = 0; count != 0; count = rest) {
-    rest = 0;
-    for (std::size_t h = 0; h < count; ++h) {
-      const std::uint64_t place = hits_.place[h], met = hits_.met[h];
-      const auto bit = static_cast<unsigned>(std::countr_zero(met));
-      const unsigned from = bit & ~(id_lanes - 1);
-      const auto bits = static_cast<std::uint32_t>(met >> from & group);
-      hits_.place[rest] = place;
-      hits_.met[rest] = met & ~(group << from);
-      rest += hits_.met[rest] != 0;
-      const unsigned lane = bit & (side_lanes - id_lanes), step = bit / side_lanes;
-      const std::uint32_t* const query = ids + (place & 0xffffffffu) + lane;
-      const std::uint32_t* const target = ids + (place >> 32) + lane + step;
-      pairs.put(compress(hn::LoadU(d, query), bits), compress(hn::LoadU(d, target), bits),
-                std::popcount(bits));
-    }
-  }
+  const auto pick = [&](std::size_t first, std::size_t at, unsigned from, std::uint32_t bits,
+                        V32& query, V32& target) HWY_ATTR {
+    const unsigned lane = from & (side_lanes - 1), step = from / side_lanes;
+    query = compress(hn::LoadU(d, ids + first + lane), bits);
+    target = compress(hn::LoadU(d, ids + at + lane + step), bits);
+  };
+  write_pairs<orientation>(hits_, out_, pick);
 #endif
-  hits_.count = 0;
 }
 
 }  // namespace throng::cpu::HWY_NAMESPACE

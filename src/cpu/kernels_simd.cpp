@@ -35,7 +35,7 @@ const Kernels& kernels() {
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
                                                   : Isa::neon;
-  static const Kernels table{isa, good_window, bin, word_range, transpose, sweep, all_pairs,
+  static const Kernels table{isa, sweep_cost, bin, word_range, transpose, sweep, all_pairs,
                              // Of fewer numbers a vector digits are faster.
                              Columns::width >= 8 ? sort_columns : nullptr};
   return table;

@@ -16,6 +16,7 @@
 
 #include "cpu/kernels_compare-inl.hpp"
 #include "cpu/kernels_emit-inl.hpp"
+#include "cpu/kernels_rows-inl.hpp"
 #include "cpu/kernels_sides-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,7 +25,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::uint32_t id_lane_bits = (std::uint32_t{1} << hn::MaxLanes(D32())) - 1;
 // Queries that overlap some of the vector of targets at `at`.
-struct Hits {
+struct WindowHits {
   Window place[query_block + 8];
   std::uint32_t mask[query_block + 8];
   std::size_t count = 0;
@@ -39,12 +40,14 @@ class StripSweep {
   template <bool ordered>
   void run(const std::uint32_t* start);
   std::uint64_t comparisons() const {
-    return vectors_ * word_lanes + sides_.vectors() * side_lanes;
+    return (vectors_ + rows_.vectors()) * word_lanes + sides_.vectors() * side_lanes;
   }
 
  private:
   void take(std::uint32_t begin);
   void open_at(const std::uint32_t* start);
+  template <bool ordered>
+  void open_side_by_side(std::uint32_t begin);
   template <bool ordered>
   void next_windows();
   void defer(const Query& query, std::uint32_t at, std::uint32_t bits);
@@ -55,8 +58,9 @@ class StripSweep {
   Emit& out_;
   std::uint32_t begin_ = 0, end_ = 0;  // the block
   std::uint64_t vectors_ = 0;
-  Hits hits_;
+  WindowHits hits_;
   SideBySide<orientation> sides_;
+  RowByRow<orientation> rows_;
   Window windows_[query_block + 8];  // those that go on
   std::uint32_t count_ = 0;
   std::uint8_t bytes_[32];
@@ -65,7 +69,7 @@ class StripSweep {
 
 template <Orientation orientation>
 StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, Emit& out)
-    : queries_(queries), targets_(targets), out_(out), sides_(queries, out) {
+    : queries_(queries), targets_(targets), out_(out), sides_(queries, out), rows_(queries, out) {
   const std::uint32_t axis = queries.axis;
   const auto lower = [&](std::uint32_t k) { return 2 * ((axis + k) % 3); };
   const auto upper = [&](std::uint32_t k) { return 6 + 2 * ((axis + k) % 3); };
@@ -153,6 +157,22 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
   count_ = count;
 }
 
+// Of a strip over itself: a vector of queries together, as long as that pays.
+template <Orientation orientation>
+template <bool ordered>
+void StripSweep<orientation>::open_side_by_side(std::uint32_t begin) {
+  const std::uint32_t end = std::min(begin + query_block, queries_.count);
+  count_ = 0;
+  if (rows_.pay(begin, end)) {
+    for (std::uint32_t i = begin; i < end; i += word_lanes)
+      rows_.template run<ordered>(i, begin, windows_, count_);
+    rows_.write();
+  } else {
+    sides_.template run<ordered>(begin, end, windows_, count_);
+    sides_.write();
+  }
+}
+
 // One vector further for each window that goes on.
 template <Orientation orientation>
 template <bool ordered>
@@ -229,8 +249,7 @@ void StripSweep<orientation>::run(const std::uint32_t* start) {
       take(begin);
       open_at(start);
     } else {
-      const std::uint32_t end = std::min(begin + query_block, queries_.count);
-      count_ = sides_.template run<ordered>(begin, end, windows_);
+      open_side_by_side<ordered>(begin);
       if (count_ != 0) take(begin);
     }
     while (count_ != 0) {

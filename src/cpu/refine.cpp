@@ -5,28 +5,32 @@
 namespace throng::cpu {
 namespace {
 
-// Below this many boxes, or this many windows of the length that is best, sweeping is cheap enough.
+// Below this many boxes, or where sweeping costs so little a box, no finer grid is thought of: it
+// gathers its boxes from all over memory.
 constexpr std::uint32_t least_boxes = 1024;
-constexpr double least_windows = 3;
+constexpr double least_sweep_ns = 20;
+// A pair of equal words, which the floats decide.
+constexpr double tie_ns = 10;
 // A finer grid must promise to cost at most this share of the sweep.
 constexpr double worthwhile = 0.6;
 constexpr double most_replicas = 2;
 
-// The mean number of targets in a query's window, from some queries.
-double mean_window(const Strip& from, const Strip& to) {
+// What it takes to sweep the targets for one of the queries, estimated from some of them.
+double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& to) {
   if (from.count == 0 || to.count == 0) return 0;
   constexpr std::uint32_t samples = 32;
   const std::uint32_t step = std::max(1u, from.count / samples);
-  double sum = 0, count = 0;
+  double windows = 0, ties = 0, count = 0;
   for (std::uint32_t i = step / 2; i < from.count; i += step) {
     const std::uint32_t last = to.bucket_of(from.upper[0][i]);
     const std::uint32_t first = to.bucket_of(from.lower[0][i]);
     const std::uint32_t end = to.bucket_end[std::min(last, to.bucket_count - 1)];
     const std::uint32_t begin = first == 0 ? 0 : to.bucket_end[first - 1];
-    sum += end - begin;
+    windows += end - begin;
+    if (from.upper[0][i] == from.lower[0][i]) ties += end - begin;
     ++count;
   }
-  return sum / count;
+  return cost(windows / count) + tie_ns * ties / count;
 }
 
 // Labels the boxes of a strip from `first` on, as the inner search will know them.
@@ -47,14 +51,11 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
   if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= Worker::max_depth) return false;
-  const double window = search.kernels->window;
-  double windows = 0;
-  if (problem.self) windows += a.count * (mean_window(a, a) / window + 0.5);
-  if (b.count && a.count) {
-    windows += a.count * (mean_window(a, b) / window + 0.5);
-    windows += b.count * (mean_window(b, a) / window + 0.5);
-  }
-  if (windows < static_cast<double>(boxes) * least_windows) return false;
+  const core::SweepCost& cost = search.kernels->sweep_cost;
+  double sweep_ns = 0;
+  if (problem.self) sweep_ns += a.count * sweep_ns_of(cost, a, a);
+  sweep_ns += a.count * sweep_ns_of(cost, a, b) + b.count * sweep_ns_of(cost, b, a);
+  if (sweep_ns < static_cast<double>(boxes) * least_sweep_ns) return false;
 
   Level& inner = worker.level(depth + 1);
   inner.ids.room(boxes);
@@ -69,7 +70,6 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const Problem part{side(problem.queries.boxes, 0, a.count),
                      side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
   const core::GridPlan finer = make_plan(search, part, Algorithm::grid);
-  const double sweep_ns = windows * core::window_ns;
   if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
   // Copies multiply from grid to grid: boxes too large for their column stay in one.
   if (finer.replicas > most_replicas) return false;

@@ -45,7 +45,7 @@ core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm
     few.query_count = queries;
     few.target_count = boxes;
     if (forced != Algorithm::grid)
-      return core::plan(few, search.kernels->window, forced, search.cell_scale);
+      return core::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
   }
   const std::uint32_t wanted = boxes < 4096 ? 64 : (boxes < 65536 ? 256 : core::max_sample);
   Box sample[core::max_sample];
@@ -54,7 +54,7 @@ core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm
   const std::uint32_t first = std::max(share, std::min(wanted / 8, problem.queries.count));
   std::uint32_t count = sample_side(search, problem.queries, std::min(first, wanted), sample);
   count += sample_side(search, problem.targets, wanted - std::min(first, wanted), sample + count);
-  return core::plan(core::measure(sample, count, boxes, boxes), search.kernels->window, forced,
+  return core::plan(core::measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
                     search.cell_scale);
 }
 
