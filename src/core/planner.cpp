@@ -221,7 +221,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
   };
   // What no plan of so many columns or more costs less than.
-  const double least_record_ns = record_ns + sweep_cost.least();
+  const double least_record_ns = record_ns + sweep_cost(0);
   const auto least = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double replicas = replicas_of(sweep, cy, cz);
     return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
@@ -258,19 +258,40 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     best_columns[(x + 1) % 3] = cy;
     best_columns[(x + 2) % 3] = cz;
   };
+  // Whether columns may be so many along an axis that is not swept.
+  const auto may_cut = [&](std::uint32_t axis, std::uint32_t count) {
+    return count == 1 || extents[axis] < length[axis];
+  };
+  // Every second number along each axis, and then those around the cheapest.
+  constexpr std::uint32_t numbers = sizeof column_counts / sizeof *column_counts;
+  std::uint32_t best_y = 0, best_z = 0;
   for (std::uint32_t x = 0; x < 3; ++x) {
-    const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
     const Sweep sweep = along(x);
-    for (const std::uint32_t cy : column_counts) {
-      if (cy > most_columns || (cy > 1 && extents[y] >= length[y])) break;
+    for (std::uint32_t y = 0; y < numbers; y += 2) {
+      const std::uint32_t cy = column_counts[y];
+      if (cy > most_columns || !may_cut((x + 1) % 3, cy)) break;
       if (least(sweep, cy, 1) >= best.expected_ns) break;
-      for (const std::uint32_t cz : column_counts) {
-        if (static_cast<double>(cy) * cz > most_columns || (cz > 1 && extents[z] >= length[z]))
-          break;
+      for (std::uint32_t z = 0; z < numbers; z += 2) {
+        const std::uint32_t cz = column_counts[z];
+        if (static_cast<double>(cy) * cz > most_columns || !may_cut((x + 2) % 3, cz)) break;
         if (least(sweep, cy, cz) >= best.expected_ns) break;
         const Price p = price(sweep, cy, cz);
-        if (p.cost < best.expected_ns) take(x, cy, cz, p);
+        if (p.cost >= best.expected_ns) continue;
+        take(x, cy, cz, p);
+        best_y = y;
+        best_z = z;
       }
+    }
+  }
+  const Sweep along_best = along(best.sweep_axis);
+  for (std::uint32_t y = best_y - (best_y != 0); y <= std::min(best_y + 1, numbers - 1); ++y) {
+    for (std::uint32_t z = best_z - (best_z != 0); z <= std::min(best_z + 1, numbers - 1); ++z) {
+      const std::uint32_t cy = column_counts[y], cz = column_counts[z];
+      if (static_cast<double>(cy) * cz > most_columns) continue;
+      if (!may_cut((best.sweep_axis + 1) % 3, cy) || !may_cut((best.sweep_axis + 2) % 3, cz))
+        continue;
+      const Price p = price(along_best, cy, cz);
+      if (p.cost < best.expected_ns) take(best.sweep_axis, cy, cz, p);
     }
   }
   if (cell_scale != 1) {

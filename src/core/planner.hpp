@@ -30,15 +30,17 @@ Stats measure(const Box* sample, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept;
 
 // What it costs to compare a box with a window of so many, in ns that fit those below: of two ways
-// to do it, one that begins cheaply and one whose comparisons are cheap, the cheaper.
+// to do it, one that begins cheaply and one whose comparisons are cheap, the cheaper. Windows of
+// less than `least_window` cost as much as that.
 struct SweepCost {
+  double least_window;
   double start_ns, box_ns;
   double long_start_ns, long_box_ns;
 
   double operator()(double window) const noexcept {
-    return std::min(start_ns + box_ns * window, long_start_ns + long_box_ns * window);
+    const double boxes = std::max(window, least_window);
+    return std::min(start_ns + box_ns * boxes, long_start_ns + long_box_ns * boxes);
   }
-  double least() const noexcept { return std::min(start_ns, long_start_ns); }
 };
 
 struct GridPlan {

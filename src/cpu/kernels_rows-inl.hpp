@@ -29,7 +29,7 @@ constexpr bool has_rows = word_lanes > 8;
 constexpr std::uint32_t rows_pay_from = word_lanes + 20;
 // See core::plan. Fitted to runs over all scenes of the benchmark, as is the number above.
 constexpr core::SweepCost sweep_cost =
-    has_rows ? core::SweepCost{0.5, 0.2, 4, 0.08} : core::SweepCost{0.5, 0.2, 0.5, 0.2};
+    has_rows ? core::SweepCost{5, 0.5, 0.2, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
 // As many queries as a vector has words.
 struct Row {
@@ -83,8 +83,8 @@ class RowByRow {
   std::uint64_t vectors() const { return vectors_; }
 
  private:
-  // After so many targets it is asked whether a share of the queries go on, as one alone is compared
-  // with a vector of targets in the time that a vector of queries takes for three or four.
+  // After so many targets it is asked whether a share of the queries go on, as one alone is
+  // compared with a vector of targets in the time that a vector of queries takes for three or four.
   static constexpr std::uint32_t patience = 32, least_share = 4;
 
   std::uint32_t end_of(std::int16_t upper) const {
@@ -149,7 +149,8 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
     return _mm512_mask_cmp_epi16_mask(_mm512_testn_epi16_mask(queries.begins.raw, begins.raw),
                                       l.raw, _mm512_setzero_si512(), _MM_CMPINT_NLE);
   };
-  const __m512i closest = _mm512_min_epu16(_mm512_min_epu16(l0.raw, l1.raw), _mm512_min_epu16(l2.raw, l3.raw));
+  const __m512i closest =
+      _mm512_min_epu16(_mm512_min_epu16(l0.raw, l1.raw), _mm512_min_epu16(l2.raw, l3.raw));
   const bool ties = _mm512_testn_epi16_mask(closest, closest) != 0;
   hits_.add(i, t, _mm512_kunpackd(met(l1, 1), met(l0, 0)));
   hits_.add(i, t + 2, _mm512_kunpackd(met(l3, 3), met(l2, 2)));

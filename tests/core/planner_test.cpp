@@ -15,7 +15,7 @@ GridPlan plan_of(const tests::BoxList& boxes, std::uint64_t count, float cell_sc
   }
   const Stats stats =
       measure(sample.data(), static_cast<std::uint32_t>(sample.size()), count, count);
-  return plan(stats, {0.5, 0.2, 4, 0.08}, Algorithm::grid, cell_scale);
+  return plan(stats, {5, 0.5, 0.2, 4, 0.08}, Algorithm::grid, cell_scale);
 }
 
 TEST(Planner, ScaledPlansAreWithinLimits) {
