@@ -315,6 +315,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       break;
     }
   }
+  best.crowded = s.crowding > 2;
   best.map = make_map(s, best_columns);
   best.reason = forced == Algorithm::grid ? "the grid was asked for"
                 : best.map.column_count() == 1

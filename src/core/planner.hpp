@@ -48,6 +48,7 @@ struct GridPlan {
   std::uint32_t sweep_axis = 0;
   Quantiser map;
   double replicas = 1;     // columns that a box is expected to be entered in
+  bool crowded = false;    // boxes lie closer than spread evenly
   double expected_ns = 0;  // of one thread
   const char* reason = "";
 };
@@ -64,7 +65,7 @@ constexpr std::uint64_t all_pairs_limit = 112;
 // matter. Binning a box; entering it in one more column; sorting a record of a column; each column
 // that has boxes, and each that has none. Comparing is the kernels' SweepCost.
 constexpr double box_ns = 3.0;
-constexpr double replica_ns = 3.5;
+constexpr double replica_ns = 5;
 constexpr double record_ns = 6.0;
 constexpr double column_ns = 150.0;
 constexpr double empty_ns = 15.0;

@@ -60,8 +60,14 @@ class ColumnSearch {
     std::uint32_t first_segment, segment_count, records;
   };
   Raw collect(std::uint32_t column, unsigned side);
-  void set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b);
-  void arrange(const Raw& raw, StripSpace& room, Strip& strip);
+  struct Range {
+    std::uint32_t least, most;
+  };
+  Range words(const Raw& a, const Raw& b) const;
+  void set_buckets(Range words, std::uint32_t wanted, Strip& strip) const;
+  std::uint32_t* count(const Raw& raw, StripSpace& room, const Strip& strip) const;
+  bool crowded(const Strip& a, const std::uint32_t* in_a, const std::uint32_t* in_b) const;
+  void arrange(const Raw& raw, std::uint32_t* end, StripSpace& room, Strip& strip);
   void fill(Strip& strip) const;
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
@@ -96,40 +102,64 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   return {first, segments - first, records};
 }
 
-// About one or two boxes a bucket, over the range of words that the column really has.
-void ColumnSearch::set_buckets(const Raw& a, const Raw& b, Strip& strip_a, Strip& strip_b) {
-  std::uint32_t least = core::top_word, most = 0;
-  const std::uint32_t axis = plan_.sweep_axis;
+// The words at which boxes of the column begin.
+ColumnSearch::Range ColumnSearch::words(const Raw& a, const Raw& b) const {
+  Range range{core::top_word, 0};
   for (const Raw& raw : {a, b}) {
     for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
       const Segment& segment = level_.segments[raw.first_segment + s];
-      search_.kernels->word_range(segment.records, segment.count, axis, &least, &most);
+      search_.kernels->word_range(segment.records, segment.count, plan_.sweep_axis, &range.least,
+                                  &range.most);
     }
   }
-  const std::uint32_t wanted = std::max({1u, a.records, b.records});
-  std::uint32_t shift = 0;
-  while ((most >> shift) - (least >> shift) >= wanted) ++shift;
-  for (Strip* strip : {&strip_a, &strip_b}) {
-    strip->shift = shift;
-    strip->first_bucket = least >> shift;
-    strip->bucket_count = (most >> shift) - (least >> shift) + 1;
-  }
-  strip_a.count = a.records;
-  strip_b.count = b.records;
+  return range;
 }
 
-// A counting sort by bucket.
-void ColumnSearch::arrange(const Raw& raw, StripSpace& room, Strip& strip) {
+// About one or two boxes a bucket, were they spread evenly.
+void ColumnSearch::set_buckets(Range words, std::uint32_t wanted, Strip& strip) const {
+  std::uint32_t shift = 0;
+  while ((words.most >> shift) - (words.least >> shift) >= wanted) ++shift;
+  strip.shift = shift;
+  strip.first_bucket = words.least >> shift;
+  strip.bucket_count = (words.most >> shift) - (words.least >> shift) + 1;
+}
+
+// How many boxes begin in each bucket.
+std::uint32_t* ColumnSearch::count(const Raw& raw, StripSpace& room, const Strip& strip) const {
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
-  std::uint32_t* end = room.buckets.room(strip.bucket_count + 1);
-  std::memset(end, 0, strip.bucket_count * sizeof *end);
+  std::uint32_t* in = room.buckets.room(strip.bucket_count + 1);
+  std::memset(in, 0, strip.bucket_count * sizeof *in);
   const Segment* segments = level_.segments.data() + raw.first_segment;
+  const auto ask = [](const Segment& segment) {
+    for (std::uint32_t k = 0; k < segment.count; k += 64 / sizeof(Record))
+      prefetch_to_read(segment.records + k);
+  };
+  if (raw.segment_count != 0) ask(segments[0]);
   for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+    if (s + 1 < raw.segment_count) ask(segments[s + 1]);
     const Record* r = segments[s].records;
     const Record* const last = r + segments[s].count;
-    for (; r != last; ++r) ++end[(r->lower[axis] >> shift) - first_bucket];
+    for (; r != last; ++r) ++in[(r->lower[axis] >> shift) - first_bucket];
   }
+  return in;
+}
+
+// Whether half of the buckets or more lie before or behind all boxes.
+bool ColumnSearch::crowded(const Strip& a, const std::uint32_t* in_a,
+                           const std::uint32_t* in_b) const {
+  const auto taken = [&](std::uint32_t k) { return (in_a[k] | (in_b ? in_b[k] : 0)) != 0; };
+  std::uint32_t first = 0, end = a.bucket_count;
+  while (first < end && !taken(first)) ++first;
+  while (end > first && !taken(end - 1)) --end;
+  return 2 * (end - first) <= a.bucket_count;
+}
+
+// A counting sort by bucket; `end` holds the counts.
+void ColumnSearch::arrange(const Raw& raw, std::uint32_t* end, StripSpace& room, Strip& strip) {
+  const std::uint32_t axis = plan_.sweep_axis;
+  const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
+  const Segment* segments = level_.segments.data() + raw.first_segment;
   std::uint32_t sum = 0;
   for (std::uint32_t k = 0; k < strip.bucket_count; ++k) {
     const std::uint32_t count = end[k];
@@ -225,9 +255,22 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   const Raw raw_b = has_targets ? collect(column, 1) : Raw{0, 0, 0};
   if ((raw_a.records | raw_b.records) == 0) return;  // their sum may be 2^32
   Strip a, b;
-  set_buckets(raw_a, raw_b, a, b);
-  arrange(raw_a, level_.query_strip, a);
-  if (has_targets) arrange(raw_b, level_.target_strip, b);
+  a.count = raw_a.records;
+  b.count = raw_b.records;
+  const std::uint32_t wanted = std::max({1u, a.count, b.count});
+  std::uint32_t *in_a, *in_b = nullptr;
+  // Over all words that there are, and where boxes have few of these, over those: which a plan of
+  // crowded boxes expects, and what else comes to light in counting.
+  constexpr Range all{0, core::top_word};
+  for (Range range = plan_.crowded ? words(raw_a, raw_b) : all;; range = words(raw_a, raw_b)) {
+    for (Strip* strip : {&a, &b}) set_buckets(range, wanted, *strip);
+    in_a = count(raw_a, level_.query_strip, a);
+    if (has_targets) in_b = count(raw_b, level_.target_strip, b);
+    if (plan_.crowded || range.most - range.least != core::top_word || !crowded(a, in_a, in_b))
+      break;
+  }
+  arrange(raw_a, in_a, level_.query_strip, a);
+  if (has_targets) arrange(raw_b, in_b, level_.target_strip, b);
 
   if (!refine(search_, problem_, worker_, a, b, depth_)) {
     if (problem_.self) search_.kernels->sweep({&a, &a, nullptr, search_.forward()}, worker_);

@@ -29,7 +29,7 @@ constexpr bool has_rows = word_lanes > 8;
 constexpr std::uint32_t rows_pay_from = word_lanes + 20;
 // See core::plan. Fitted to runs over all scenes of the benchmark, as is the number above.
 constexpr core::SweepCost sweep_cost =
-    has_rows ? core::SweepCost{5, 0.5, 0.2, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
+    has_rows ? core::SweepCost{5, 0.5, 0.16, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
 // As many queries as a vector has words.
 struct Row {
