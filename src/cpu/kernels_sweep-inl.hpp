@@ -63,22 +63,29 @@ class StripSweep {
   RowByRow<orientation> rows_;
   Window windows_[query_block + 8];  // those that go on
   std::uint32_t count_ = 0;
-  std::uint8_t bytes_[32];
   Query query_[query_block + 8];  // some more are written and read, and not used
 };
 
 template <Orientation orientation>
 StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, Emit& out)
-    : queries_(queries), targets_(targets), out_(out), sides_(queries, out), rows_(queries, out) {
-  const std::uint32_t axis = queries.axis;
-  const auto lower = [&](std::uint32_t k) { return 2 * ((axis + k) % 3); };
-  const auto upper = [&](std::uint32_t k) { return 6 + 2 * ((axis + k) % 3); };
-  const std::uint32_t words[6] = {upper(0), lower(1), upper(1), lower(2), upper(2), lower(0)};
-  for (std::uint32_t b = 0; b < 24; ++b)
-    bytes_[b] = static_cast<std::uint8_t>(words[b / 4] + b % 2);
-  for (std::uint32_t b = 24; b < 28; ++b) bytes_[b] = static_cast<std::uint8_t>(12 + b % 4);
-  for (std::uint32_t b = 28; b < 32; ++b) bytes_[b] = 128;
-}
+    : queries_(queries), targets_(targets), out_(out), sides_(queries, out), rows_(queries, out) {}
+
+// Of a record the bytes of a query, by the sweep axis.
+struct QueryBytes {
+  alignas(16) std::uint8_t of[3][32] = {};
+  constexpr QueryBytes() {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const auto lower = [&](unsigned k) { return 2 * ((axis + k) % 3); };
+      const auto upper = [&](unsigned k) { return 6 + 2 * ((axis + k) % 3); };
+      const unsigned words[6] = {upper(0), lower(1), upper(1), lower(2), upper(2), lower(0)};
+      for (unsigned b = 0; b < 24; ++b)
+        of[axis][b] = static_cast<std::uint8_t>(words[b / 4] + b % 2);
+      for (unsigned b = 24; b < 28; ++b) of[axis][b] = static_cast<std::uint8_t>(12 + b % 4);
+      for (unsigned b = 28; b < 32; ++b) of[axis][b] = 128;
+    }
+  }
+};
+inline constexpr QueryBytes query_bytes;
 
 // Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
 template <class V>
@@ -113,7 +120,8 @@ HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
                                                              128, 128, 128, 128, 0,   1,   0,   1};
   const auto axis_bits = hn::LoadDup128(d16, bits);
   const auto begins = hn::LoadDup128(d, last_word);
-  const auto first = hn::LoadDup128(d, bytes_), second = hn::LoadDup128(d, bytes_ + 16);
+  const std::uint8_t* const bytes = query_bytes.of[queries_.axis];
+  const auto first = hn::LoadDup128(d, bytes), second = hn::LoadDup128(d, bytes + 16);
   for (std::uint32_t i = begin_; i < end_; i += group) {
     const auto records = hn::LoadU(d, reinterpret_cast<const std::uint8_t*>(queries_.record + i));
     const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
