@@ -320,8 +320,8 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   best.reason = forced == Algorithm::grid ? "the grid was asked for"
                 : best.map.column_count() == 1
                     ? "few or wide boxes: one column, swept along its longest axis"
-                    : "columns wide enough that few boxes span two, narrow enough that a sweep "
-                      "window fits a vector";
+                    : "columns wide enough that few boxes span two, narrow enough that sweep "
+                      "windows are short";
   return best;
 }
 

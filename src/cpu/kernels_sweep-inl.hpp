@@ -1,6 +1,7 @@
-// The sweep over vectors. Of a strip over itself queries go side by side (kernels_sides-inl.hpp);
-// those whose windows are far longer than their neighbours', and those of another strip, go alone,
-// each against vectors of targets. Included once an instruction set.
+// The sweep over vectors. Of a strip over itself queries go side by side (kernels_sides-inl.hpp),
+// or row by row where windows are long (kernels_rows-inl.hpp); those whose windows are far longer
+// than their neighbours', and those of another strip, go alone, each against vectors of targets.
+// Included once an instruction set.
 #if defined(THRONG_KERNELS_SWEEP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SWEEP_INL
 #undef THRONG_KERNELS_SWEEP_INL

@@ -11,9 +11,8 @@
 namespace throng::mpi {
 
 // What a search cost, in units of a comparison of two boxes. A uniform box costs 24 ns of a core
-// with some 40 comparisons (docs/benchmarks.md), and a comparison 4 / 16 ns by the planner's own
-// fit (window_ns), which leaves 14 ns, or 56 comparisons, for the box; a pair that is written costs
-// some 2 ns. Only ratios matter, and only to balance.
+// with some 40 comparisons of 1/4 ns (docs/benchmarks.md), which leaves 14 ns, or 56 comparisons,
+// for the box; a pair that is written costs some 2 ns. Only ratios matter, and only to balance.
 constexpr std::uint64_t box_work = 64, pair_work = 8;
 inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,
                              std::uint64_t pairs) noexcept {
