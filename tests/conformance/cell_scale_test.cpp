@@ -100,6 +100,27 @@ TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
   expect_exact(boxes, config(), answer);
 }
 
+// And where some are too wide for such a grid: in the plain form's, whose columns are many, they
+// would be entered in more than 64.
+TEST_P(CellScaleOfMany, TooWideForGridsInGrids) {
+  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
+  static BoxList boxes;
+  static Answer answer;
+  if (boxes.empty()) {
+    Random random(12);
+    for (int k = 0; k < 60000; ++k) {
+      if (k % 10 < 9)
+        boxes.push_back(cube(random.point(0, 10000), random.unit()));
+      else if (k % 3000 == 9)
+        boxes.push_back(cube(random.point(4780, 4800), random.in(60, 150)));
+      else
+        boxes.push_back(cube(random.point(4800, 4840), random.in(0, 0.6f)));
+    }
+    answer = swept_pairs(boxes);
+  }
+  expect_exact(boxes, config(), answer);
+}
+
 double cells(const Result& r) {
   return double{1} * r.plan.columns[0] * r.plan.columns[1] * r.plan.columns[2];
 }
