@@ -112,11 +112,12 @@ double crowding_in(int side, const Corners* sample, std::uint32_t count, const R
 
 // How many times more neighbours a box has than if all were spread evenly. Where cells of an eighth
 // of the range are crowded, smaller ones may be more so.
+constexpr double crowded_from = 2;
 double crowding(const Corners* sample, std::uint32_t count, const Range& range,
                 const double* extent) noexcept {
   if (count < 128) return 1;
   double most = crowding_in(8, sample, count, range, extent);
-  if (most > 2) most = std::max(most, crowding_in(32, sample, count, range, extent));
+  if (most > crowded_from) most = std::max(most, crowding_in(32, sample, count, range, extent));
   return std::clamp(most, 1.0, 4096.0);
 }
 
@@ -315,7 +316,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       break;
     }
   }
-  best.crowded = s.crowding > 2;
+  best.crowded = s.crowding > crowded_from;
   best.map = make_map(s, best_columns);
   best.reason = forced == Algorithm::grid ? "the grid was asked for"
                 : best.map.column_count() == 1

@@ -53,9 +53,9 @@ struct GridPlan {
   const char* reason = "";
 };
 
-// `sweep`: what the kernels' comparisons cost. `forced`: automatic, all_pairs or grid.
+// `sweep_cost`: what the kernels' comparisons cost. `forced`: automatic, all_pairs or grid.
 // `cell_scale`: columns so many times as wide as the cheapest, across the axis of the sweep.
-GridPlan plan(const Stats& stats, const SweepCost& sweep, Algorithm forced,
+GridPlan plan(const Stats& stats, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept;
 
 // Below so many boxes brute force is faster than a grid. Measured by throng bench.

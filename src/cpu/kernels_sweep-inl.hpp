@@ -48,7 +48,7 @@ class StripSweep {
   void take(std::uint32_t begin);
   void open_at(const std::uint32_t* start);
   template <bool ordered>
-  void open_side_by_side(std::uint32_t begin);
+  void open_together(std::uint32_t begin);
   template <bool ordered>
   void next_windows();
   void defer(const Query& query, std::uint32_t at, std::uint32_t bits);
@@ -169,7 +169,7 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
 // Of a strip over itself: a vector of queries together, as long as that pays.
 template <Orientation orientation>
 template <bool ordered>
-void StripSweep<orientation>::open_side_by_side(std::uint32_t begin) {
+void StripSweep<orientation>::open_together(std::uint32_t begin) {
   const std::uint32_t end = std::min(begin + query_block, queries_.count);
   count_ = 0;
   if (rows_.pay(begin, end)) {
@@ -258,7 +258,7 @@ void StripSweep<orientation>::run(const std::uint32_t* start) {
       take(begin);
       open_at(start);
     } else {
-      open_side_by_side<ordered>(begin);
+      open_together<ordered>(begin);
       if (count_ != 0) take(begin);
     }
     while (count_ != 0) {
