@@ -1,6 +1,5 @@
-// Two ways to sort a bucket in a core's second level of cache: its keys from their last digit up,
-// in half the room where they fit 32 bits; or, where a first has many seconds, those of sixteen
-// firsts at once.
+// A bucket is sorted in a core's second level of cache, by its keys from their last digit up, in
+// half the room where they fit 32 bits.
 #include "cpu/bucket.hpp"
 
 #include <algorithm>
@@ -15,16 +14,6 @@ namespace {
 
 constexpr unsigned most_digit_bits = 11;
 constexpr unsigned most_passes = 6;  // of 64 bits
-// Of a bucket that is sorted in columns: its firsts and its pairs at most, and of each first so
-// many seconds at least.
-constexpr std::size_t most_firsts = 1024, most_pairs = 1u << 18, least_seconds = 8;
-
-// What a pair costs, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
-// By digits, once and a pass; in columns, once, a place in a column, and each doubling of eight
-// rows.
-constexpr double digits_ns = 0.7, pass_ns = 1.2;
-constexpr double columns_ns = 2, place_ns = 0.15, doubling_ns = 0.1;
-
 // How many digits: passes cost what moving a key does, counters what a few do.
 unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
   unsigned best = 0;
@@ -108,95 +97,9 @@ void sort_by_digits(const Bucket& bucket, Key* a, Key* b) {
   }
 }
 
-// Neighbours often have the same first, where each waits for the one before it to be counted: so
-// pairs are gone through from four beginnings at once.
-template <class F>
-void each_pair(const Bucket& bucket, const F& f) {
-  const Pair* const pairs = bucket.pairs;
-  const std::size_t quarter = bucket.count / 4;
-  for (std::size_t i = 0; i < quarter; ++i) {
-    f(pairs[i]), f(pairs[i + quarter]), f(pairs[i + 2 * quarter]), f(pairs[i + 3 * quarter]);
-  }
-  for (std::size_t i = 4 * quarter; i < bucket.count; ++i) f(pairs[i]);
-}
-
-// A first's seconds go down a column, beside those of firsts that have about as many. False, and
-// nothing is done, where digits would cost less, or there is too little room.
-bool sort_by_columns(const Kernels& kernels, const Bucket& bucket, std::uint32_t* room,
-                     std::size_t places) {
-  constexpr std::uint32_t width = sorted_columns;
-  const std::size_t firsts = std::size_t{1} << bucket.first_bits;
-  if (!kernels.sort_columns || firsts > most_firsts) return false;
-  if (bucket.count > most_pairs || bucket.count < least_seconds * firsts) return false;
-  const unsigned passes = digit_count(bucket.count, bucket.key_bits(), false);
-  if (passes == 2) return false;
-  const double most_ns =
-      static_cast<double>(bucket.count) * (digits_ns + pass_ns * passes - columns_ns);
-  const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
-  std::uint32_t counts[most_firsts] = {};
-  each_pair(bucket, [&](Pair p) { ++counts[p.first & first_mask]; });
-
-  // The firsts by how many eights of seconds they have.
-  constexpr std::uint32_t classes = 256;
-  const auto class_of = [](std::uint32_t n) { return std::min((n + 7) / 8, classes - 1); };
-  std::uint32_t of_class[classes] = {}, begin[most_firsts];
-  std::uint16_t ranked[most_firsts];
-  for (std::size_t f = 0; f < firsts; ++f) ++of_class[class_of(counts[f])];
-  std::exclusive_scan(of_class, of_class + classes, of_class, 0u);
-  for (std::size_t f = 0; f < firsts; ++f) {
-    ranked[of_class[class_of(counts[f])]++] = static_cast<std::uint16_t>(f);
-  }
-  std::exclusive_scan(counts, counts + firsts, begin, 0u);
-
-  struct Group {
-    std::size_t begin, end;  // of its firsts, by rank
-    std::uint32_t rows;
-  };
-  const auto each_group = [&](const auto& f) {
-    for (std::size_t at = 0; at < firsts; at += width) {
-      Group group{at, std::min<std::size_t>(at + width, firsts), 0};
-      for (std::size_t c = group.begin; c < group.end; ++c) {
-        group.rows = std::max(group.rows, (counts[ranked[c]] + 7) / 8 * 8);
-      }
-      if (group.rows != 0) f(group);
-    }
-  };
-  std::uint32_t to[most_firsts];
-  std::size_t taken = 0;
-  double ns = 0;
-  each_group([&](const Group& group) {
-    for (std::size_t c = group.begin; c < group.end; ++c) {
-      to[ranked[c]] = static_cast<std::uint32_t>(taken + c - group.begin);
-    }
-    const std::size_t own = std::size_t{group.rows} * width;
-    taken += own;
-    ns += static_cast<double>(own) * (place_ns + doubling_ns * std::bit_width(group.rows / 9));
-  });
-  if (taken > places || ns > most_ns) return false;
-
-  std::memset(room, 0xff, taken * sizeof *room);  // above any id
-  each_pair(bucket, [&to, room, first_mask](Pair p) {
-    std::uint32_t& at = to[p.first & first_mask];
-    room[at] = p.second;
-    at += width;
-  });
-  each_group([&](const Group& group) {
-    kernels.sort_columns(room, group.rows);
-    for (std::size_t c = group.begin; c < group.end; ++c) {
-      const std::uint32_t f = ranked[c], n = counts[f], first = bucket.first_above | f;
-      const std::uint32_t* const column = room + (c - group.begin);
-      Pair* const out = bucket.pairs + begin[f];
-      for (std::uint32_t r = 0; r < n; ++r) out[r] = {first, column[r * width]};
-    }
-    room += std::size_t{group.rows} * width;
-  });
-  return true;
-}
-
 }  // namespace
 
-void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
-                 std::size_t room_count) {
+void sort_bucket(const Bucket& bucket, std::uint64_t* room, std::size_t room_count) {
   const std::size_t count = bucket.count;
   if (count < 2 || bucket.key_bits() == 0) return;
   if (count <= 48 || count > 0xffffffffu) {
@@ -204,7 +107,6 @@ void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* ro
     return;
   }
   auto* const narrow = reinterpret_cast<std::uint32_t*>(room);
-  if (sort_by_columns(kernels, bucket, narrow, 2 * room_count)) return;
   if (bucket.key_bits() <= 32 && bucket.second_bits < 32)
     sort_by_digits<std::uint32_t>(bucket, narrow, narrow + count);
   else if (room_count >= 2 * count)

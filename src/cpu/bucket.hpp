@@ -6,8 +6,6 @@
 
 #include <throng/types.hpp>
 
-#include "cpu/kernels.hpp"
-
 namespace throng::cpu {
 
 struct Bucket {
@@ -25,6 +23,6 @@ struct Bucket {
 };
 
 // By first, then second, in place.
-void sort_bucket(const Kernels&, const Bucket&, std::uint64_t* room, std::size_t room_count);
+void sort_bucket(const Bucket&, std::uint64_t* room, std::size_t room_count);
 
 }  // namespace throng::cpu

@@ -244,7 +244,7 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
       // scratch.
       const std::size_t enough = enough_bytes(call);
       const std::size_t spare = cap > enough ? cap - enough : 0;
-      count = std::min(usual, least_in_order + spare / (2 * sizeof(Pair) + 18 * call.tasks));
+      count = std::min(usual, least_in_order + spare / (2 * sizeof(Pair) + 5 + 18 * call.tasks));
     }
     unordered_.room(count, true);
     ordered_.room(count, true);

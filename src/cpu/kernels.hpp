@@ -100,8 +100,13 @@ struct Tile {
   std::uint32_t count;
 };
 
-// Columns that are sorted side by side.
-constexpr std::uint32_t sorted_columns = 16;
+// The pairs of one first, one after another.
+struct PairList {
+  Pair* pairs = nullptr;
+  std::uint32_t count = 0;
+};
+// Lists that are sorted side by side.
+constexpr std::uint32_t sorted_lists = 16;
 
 struct Kernels {
   Isa isa;
@@ -120,9 +125,10 @@ struct Kernels {
   void (*sweep)(const Sweep&, Emit&);
   // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
-  // Sorts each of `sorted_columns` columns, whose rows, a multiple of 8, lie one after another.
-  // Null where vectors are too short for that to pay.
-  void (*sort_columns)(std::uint32_t* numbers, std::uint32_t rows);
+  // Sorts each of `sorted_lists` lists by its seconds; the longest has `rows` pairs at most, a
+  // multiple of 8, and `room` is for as many rows of a number a list. Null where vectors are too
+  // short for that to pay.
+  void (*sort_lists)(const PairList* lists, std::uint32_t rows, std::uint32_t* room);
 };
 
 // The table of an instruction set, or null where this build or processor has it not.

@@ -1,29 +1,42 @@
-// One pass by the leading bits of `first` splits the pairs into buckets, which are sorted one by
-// one.
+// Two ways: where firsts have many seconds, a list for each first; else buckets of firsts, which
+// are sorted by digits.
 #include "cpu/order.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
+#include <utility>
 
 #include "core/profile.hpp"
 #include "cpu/bucket.hpp"
+#include "cpu/lists.hpp"
 #include "cpu/prefetch.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
 namespace {
 
-constexpr std::size_t bucket_pairs = 4096;    // aimed at
-constexpr std::size_t scratch_pairs = 65536;  // larger buckets are sorted out of the cache
-constexpr unsigned most_split_bits = 12;      // beyond, the split itself runs out of cache
+constexpr std::size_t bucket_pairs = 4096;  // aimed at
+constexpr std::size_t scratch_pairs =
+    Lists::scratch_pairs;                 // a larger bucket is sorted out of the cache
+constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 16;
+// How many pairs a first must have on average for lists to pay: of short ones several share a line,
+// which tasks then take from one another.
+constexpr std::size_t list_pairs = 4, shared_list_pairs = 8;
+constexpr std::size_t most_chunks = 256;  // of firsts, whose counters are summed
 // Parts of the pairs that tasks count and split by turns, so that whoever starts late does fewer: a
 // few a task, unless tasks are many.
 constexpr unsigned part_count(unsigned tasks) noexcept {
   return tasks == 1 ? 1 : std::max(tasks, std::min(4 * tasks, 64u));
+}
+
+// The p-th of `parts` nearly equal parts.
+std::size_t part_begin(std::size_t count, std::size_t parts, std::size_t p) noexcept {
+  return count / parts * p + std::min(p, count % parts);
 }
 
 unsigned bits_of(std::uint64_t count) noexcept {
@@ -33,7 +46,8 @@ unsigned bits_of(std::uint64_t count) noexcept {
 }  // namespace
 
 std::size_t PairSorter::bytes_for(std::size_t count, unsigned task_count) noexcept {
-  const std::size_t histograms = (part_count(task_count) + std::size_t{1}) << most_split_bits;
+  const std::size_t histograms = std::max(
+      (part_count(task_count) + std::size_t{1}) << most_split_bits, (count + count / 8) / 2 + 1);
   const std::size_t scratch = std::min(count, scratch_pairs) * 2 * task_count + 1;
   return (histograms + scratch + scratch / 8) * sizeof(std::uint64_t);
 }
@@ -42,7 +56,89 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
                       Pair* from, Pair* to, std::size_t count, std::uint64_t first_count,
                       std::uint64_t second_count) {
   THRONG_RANGE("order");
-  const unsigned first_bits = bits_of(first_count), second_bits = bits_of(second_count);
+  if (count == 0) return;
+  if (count < 16384) task_count = 1;
+  const Job job{kernels, executor, task_count, from, to, count, first_count, second_count};
+  const std::size_t least = task_count == 1 ? list_pairs : shared_list_pairs;
+  if (kernels.sort_lists && count <= 0xffffffffu && first_count <= count / least)
+    sort_as_lists(job);
+  else
+    sort_as_buckets(job);
+}
+
+// One pass takes each pair to those of its first.
+void PairSorter::sort_as_lists(const Job& job) {
+  const auto firsts = static_cast<std::size_t>(job.first_count);
+  const auto parts = static_cast<unsigned>(std::min<std::size_t>(job.tasks, job.count / firsts));
+  auto* const counters =
+      reinterpret_cast<std::uint32_t*>(histograms_.room((parts * firsts + 1) / 2));
+  Pair *const from = job.from, *const to = job.to;
+  const auto part = [&](std::size_t p) { return part_begin(job.count, parts, p); };
+  run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+    std::uint32_t* const mine = counters + p * firsts;
+    std::memset(mine, 0, firsts * sizeof *mine);
+    // From two places at once: neighbours often have the same first, and each waits for the other.
+    const std::size_t begin = part(p), half = (part(p + 1) - begin) / 2;
+    for (std::size_t i = begin; i < begin + half; ++i) {
+      ++mine[from[i].first];
+      ++mine[from[i + half].first];
+    }
+    for (std::size_t i = begin + 2 * half; i < part(p + 1); ++i) ++mine[from[i].first];
+  });
+
+  // Each counter becomes where its part's pairs of its first go.
+  const std::size_t chunks = job.tasks == 1 ? 1 : std::min<std::size_t>(4 * job.tasks, most_chunks);
+  const auto chunk = [&](std::size_t c) { return part_begin(firsts, chunks, c); };
+  std::uint32_t before[most_chunks + 1], longest[most_chunks];
+  run_by_turns(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
+    std::uint32_t sum = 0, most = 0;
+    for (std::size_t f = chunk(c); f < chunk(c + 1); ++f) {
+      std::uint32_t list = 0;
+      for (unsigned p = 0; p < parts; ++p) list += counters[p * firsts + f];
+      sum += list;
+      most = std::max(most, list);
+    }
+    before[c] = sum;
+    longest[c] = most;
+  });
+  std::exclusive_scan(before, before + chunks, before, 0u);
+  run_by_turns(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
+    std::uint32_t sum = before[c];
+    for (std::size_t f = chunk(c); f < chunk(c + 1); ++f) {
+      for (unsigned p = 0; p < parts; ++p) {
+        std::uint32_t& at = counters[p * firsts + f];
+        at = std::exchange(sum, sum + at);
+      }
+    }
+  });
+  run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+    std::uint32_t* const mine = counters + p * firsts;
+    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
+      Pair* const at = to + mine[from[i].first]++;
+      prefetch(at + ahead);
+      *at = from[i];
+    }
+  });
+
+  const Lists lists(to, job.count, counters + (parts - 1) * firsts, bits_of(job.second_count));
+  const std::size_t room = lists.room_for(*std::max_element(longest, longest + chunks));
+  std::uint64_t* const scratch = scratch_.room(room * job.tasks);
+  // Alike lists are found among many, but each task should have some turns.
+  const std::size_t turns = job.tasks == 1 ? 1 : std::size_t{4} * job.tasks;
+  const std::size_t step =
+      std::clamp<std::size_t>(firsts / turns / sorted_lists, 1, Lists::most / sorted_lists) *
+      sorted_lists;
+  run_by_turns(job.executor, job.tasks, (firsts + step - 1) / step, [&](std::size_t s, unsigned t) {
+    lists.sort(job.kernels, s * step, std::min(firsts, (s + 1) * step), scratch + room * t, from);
+  });
+}
+
+// One pass by the leading bits of `first` splits the pairs into buckets, which are sorted one by
+// one.
+void PairSorter::sort_as_buckets(const Job& job) {
+  const std::size_t count = job.count;
+  Pair *const from = job.from, *const to = job.to;
+  const unsigned first_bits = bits_of(job.first_count), second_bits = bits_of(job.second_count);
   const unsigned all_bits = first_bits + second_bits;
   // Enough buckets, and enough bits taken off for the rest to fit 32 where that can be.
   unsigned split_bits = bits_of(count / bucket_pairs + 1);
@@ -52,12 +148,10 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
   split_bits = std::min({split_bits, first_bits, most_split_bits});
   const unsigned shift = first_bits - split_bits;
   const std::size_t buckets = std::size_t{1} << split_bits;
-  if (count < 16384) task_count = 1;
-
-  const unsigned parts = part_count(task_count);
+  const unsigned parts = part_count(job.tasks);
   std::uint64_t* histograms = histograms_.room((parts + std::size_t{1}) * buckets, true);
-  const auto part = [&](std::size_t p) { return count / parts * p + std::min(p, count % parts); };
-  run_by_turns(executor, task_count, parts, [&](std::size_t p, unsigned) {
+  const auto part = [&](std::size_t p) { return part_begin(count, parts, p); };
+  run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint64_t* mine = histograms + p * buckets;
     std::memset(mine, 0, buckets * sizeof *mine);
     for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) ++mine[from[i].first >> shift];
@@ -75,7 +169,7 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
     ends[b] = sum;
     largest = std::max(largest, sum - begin);
   }
-  run_by_turns(executor, task_count, parts, [&](std::size_t p, unsigned) {
+  run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint64_t* mine = histograms + p * buckets;
     for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
       Pair* const at = to + mine[from[i].first >> shift]++;
@@ -87,16 +181,16 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
   const std::size_t room =
       Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)),
                        shift + second_bits);
-  std::uint64_t* scratch = scratch_.room(room * task_count + 1);
-  run_by_turns(executor, task_count, buckets, [&](std::size_t b, unsigned t) {
+  std::uint64_t* scratch = scratch_.room(room * job.tasks + 1);
+  run_by_turns(job.executor, job.tasks, buckets, [&](std::size_t b, unsigned t) {
     const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
     const auto size = static_cast<std::size_t>(ends[b] - begin);
     const Bucket bucket{to + begin, size, shift,
                         static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
     if (size <= scratch_pairs)
-      sort_bucket(kernels, bucket, scratch + room * t, room);
+      sort_bucket(bucket, scratch + room * t, room);
     else
-      sort_bucket(kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
+      sort_bucket(bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
   });
 }
 

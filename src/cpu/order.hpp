@@ -25,6 +25,17 @@ class PairSorter {
   static std::size_t bytes_for(std::size_t count, unsigned task_count) noexcept;
 
  private:
+  struct Job {
+    const Kernels& kernels;
+    const Executor& executor;
+    unsigned tasks;
+    Pair *from, *to;
+    std::size_t count;
+    std::uint64_t first_count, second_count;
+  };
+  void sort_as_lists(const Job&);
+  void sort_as_buckets(const Job&);
+
   Buffer<std::uint64_t> histograms_;
   Buffer<std::uint64_t> scratch_;  // of every task
 };

@@ -1,0 +1,243 @@
+// Sorting lists of pairs side by side, a list a column of vectors. Included once an instruction
+// set.
+#if defined(THRONG_KERNELS_LISTS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_LISTS_INL
+#undef THRONG_KERNELS_LISTS_INL
+#else
+#define THRONG_KERNELS_LISTS_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "cpu/kernels.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class V>
+HWY_INLINE void order(V& a, V& b) {
+  const V least = hn::Min(a, b);
+  b = hn::Max(a, b);
+  a = least;
+}
+
+// Eight rows of a number a column.
+template <class V>
+HWY_INLINE void sort_eight(V* v) {
+  order(v[0], v[1]), order(v[2], v[3]), order(v[4], v[5]), order(v[6], v[7]);
+  order(v[0], v[2]), order(v[1], v[3]), order(v[4], v[6]), order(v[5], v[7]);
+  order(v[1], v[2]), order(v[5], v[6]), order(v[0], v[4]), order(v[3], v[7]);
+  order(v[1], v[5]), order(v[2], v[6]);
+  order(v[1], v[4]), order(v[3], v[6]);
+  order(v[2], v[4]), order(v[3], v[5]);
+  order(v[3], v[4]);
+}
+
+// Some columns, side by side in one vector a row.
+class Columns {
+  static constexpr hn::CappedTag<std::uint32_t, sorted_lists> d{};
+  using V = hn::Vec<hn::CappedTag<std::uint32_t, sorted_lists>>;
+
+ public:
+  static constexpr std::uint32_t width = static_cast<std::uint32_t>(hn::MaxLanes(d));
+  HWY_INLINE Columns(std::uint32_t* first, std::uint32_t rows) : first_(first), rows_(rows) {}
+
+  // Batcher's bitonic network. Rows beyond the last count as greater than all: what is compared
+  // with them stays. Two steps at a time go through registers, and the last three.
+  HWY_INLINE void sort() const {
+    each_eight([](V* v) HWY_ATTR { sort_eight(v); });
+    for (std::uint32_t sorted = 8; sorted < rows_; sorted *= 2) {
+      std::uint32_t apart = sorted;
+      if (apart >= 16) {
+        two_steps<true>(apart);
+        for (apart /= 4; apart >= 16; apart /= 4) two_steps<false>(apart);
+        if (apart == 8) step<false>(8, 0);
+      } else {
+        step<true>(8, 0);
+      }
+      each_eight([](V* v) HWY_ATTR {
+        order(v[0], v[4]), order(v[1], v[5]), order(v[2], v[6]), order(v[3], v[7]);
+        order(v[0], v[2]), order(v[1], v[3]), order(v[4], v[6]), order(v[5], v[7]);
+        order(v[0], v[1]), order(v[2], v[3]), order(v[4], v[5]), order(v[6], v[7]);
+      });
+    }
+  }
+
+ private:
+  HWY_INLINE std::uint32_t* row(std::uint32_t r) const { return first_ + r * sorted_lists; }
+  template <class Network>
+  HWY_INLINE void each_eight(const Network& network) const {
+    for (std::uint32_t r = 0; r < rows_; r += 8) {
+      V v[8];
+      for (std::uint32_t i = 0; i < 8; ++i) v[i] = hn::LoadU(d, row(r + i));
+      network(v);
+      for (std::uint32_t i = 0; i < 8; ++i) hn::StoreU(v[i], d, row(r + i));
+    }
+  }
+  // Of each block of 2 * apart rows, from row `begin` on, the first half's with the second's: in
+  // turn, or mirrored, the first with the last.
+  template <bool mirrored>
+  HWY_INLINE void step(std::uint32_t apart, std::uint32_t begin) const {
+    for (std::uint32_t b = begin + apart; b < rows_; b += 2 * apart) {
+      const std::uint32_t n = std::min(apart, rows_ - b);
+      for (std::uint32_t i = 0; i < n; ++i) {
+        std::uint32_t *const x = row(mirrored ? b - 1 - i : b - apart + i), *const y = row(b + i);
+        V v0 = hn::LoadU(d, x), v1 = hn::LoadU(d, y);
+        order(v0, v1);
+        hn::StoreU(v0, d, x);
+        hn::StoreU(v1, d, y);
+      }
+    }
+  }
+  // The steps of `apart` and of half of it.
+  template <bool mirrored>
+  HWY_INLINE void two_steps(std::uint32_t apart) const {
+    const std::uint32_t half = apart / 2;
+    std::uint32_t b = 0;
+    for (; b + 2 * apart <= rows_; b += 2 * apart) {
+      for (std::uint32_t i = b; i < b + half; ++i) {
+        const std::uint32_t last = mirrored ? 2 * (b + apart) - 1 - i : i + apart + half;
+        std::uint32_t *const r0 = row(i), *const r1 = row(i + half),
+                             *const r2 = row(mirrored ? last - half : i + apart),
+                             *const r3 = row(last);
+        V v0 = hn::LoadU(d, r0), v1 = hn::LoadU(d, r1), v2 = hn::LoadU(d, r2),
+          v3 = hn::LoadU(d, r3);
+        order(v0, mirrored ? v3 : v2);
+        order(v1, mirrored ? v2 : v3);
+        order(v0, v1);
+        order(v2, v3);
+        hn::StoreU(v0, d, r0);
+        hn::StoreU(v1, d, r1);
+        hn::StoreU(v2, d, r2);
+        hn::StoreU(v3, d, r3);
+      }
+    }
+    step<mirrored>(apart, b);
+    step<false>(half, b);
+  }
+
+  std::uint32_t* first_;
+  std::uint32_t rows_;
+};
+
+// Eight rows of eight lists: the seconds in vectors, one a list or one a row.
+template <std::uint32_t width>  // pairs a vector
+class EightByEight {
+  static constexpr hn::CappedTag<std::uint32_t, 8> d{};
+  static constexpr hn::CappedTag<std::uint64_t, width> d_pair{};
+  static constexpr hn::Repartition<std::uint32_t, decltype(d_pair)> d_numbers{};
+  static constexpr hn::Repartition<std::uint64_t, decltype(d)> d_two{};
+  using V = hn::Vec<hn::CappedTag<std::uint32_t, 8>>;
+
+ public:
+  // From row `begin` on. Rows that a list has not count as greater than all.
+  HWY_INLINE void load_lists(const PairList* lists, std::uint32_t begin) {
+    for (std::uint32_t i = 0; i < 8; ++i) v_[i] = seconds(lists[i], begin);
+    transpose();
+  }
+  HWY_INLINE void store_lists(const PairList* lists, std::uint32_t begin) {
+    transpose();
+    for (std::uint32_t i = 0; i < 8; ++i) store(v_[i], lists[i], begin);
+  }
+  HWY_INLINE void load_rows(const std::uint32_t* room) {
+    for (std::uint32_t i = 0; i < 8; ++i) v_[i] = hn::LoadU(d, room + i * sorted_lists);
+  }
+  HWY_INLINE void store_rows(std::uint32_t* room) const {
+    for (std::uint32_t i = 0; i < 8; ++i) hn::StoreU(v_[i], d, room + i * sorted_lists);
+  }
+  HWY_INLINE void sort() { sort_eight(v_); }
+
+ private:
+  static HWY_INLINE V seconds(const PairList& list, std::uint32_t begin) {
+    const V most = hn::Set(d, ~std::uint32_t{0});
+    if (list.count <= begin) return most;
+    const auto* const from = reinterpret_cast<const std::uint64_t*>(list.pairs + begin);
+    const std::uint32_t left = std::min(list.count - begin, 8u);
+    const auto load = [&](std::uint32_t at) HWY_ATTR {
+      const std::uint32_t n = std::min(left - std::min(left, at), width);
+      return hn::BitCast(d_numbers, hn::MaskedLoad(hn::FirstN(d_pair, n), d_pair, from + at));
+    };
+    V all;
+    if constexpr (width == 8) {
+      const auto pairs = load(0);
+      all = hn::LowerHalf(d, hn::ConcatOdd(d_numbers, pairs, pairs));
+    } else {
+      all = hn::ConcatOdd(d, load(4), load(0));
+    }
+    return hn::IfThenElse(hn::FirstN(d, left), all, most);
+  }
+  static HWY_INLINE void store(V v, const PairList& list, std::uint32_t begin) {
+    if (list.count <= begin) return;
+    auto* const to = reinterpret_cast<std::uint64_t*>(list.pairs + begin);
+    const std::uint32_t left = list.count - begin;
+    const auto first = hn::Set(d_pair, std::uint64_t{list.pairs->first});
+    const auto store_pairs = [&](auto seconds, std::uint32_t at) HWY_ATTR {
+      const auto pairs = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(d_pair, seconds)), first);
+      if (width == 4 && left >= at + 4)  // where a store by a mask is dear
+        hn::StoreU(pairs, d_pair, to + at);
+      else if (left > at)
+        hn::BlendedStore(pairs, hn::FirstN(d_pair, std::min(left - at, width)), d_pair, to + at);
+    };
+    if constexpr (width == 8) {
+      store_pairs(v, 0);
+    } else {
+      const hn::Half<decltype(d)> d_half;
+      store_pairs(hn::LowerHalf(d_half, v), 0);
+      store_pairs(hn::UpperHalf(d_half, v), 4);
+    }
+  }
+  HWY_INLINE void transpose() {
+    V a[8];
+    for (std::uint32_t i = 0; i < 8; i += 2) {
+      a[i] = hn::InterleaveLower(d, v_[i], v_[i + 1]);
+      a[i + 1] = hn::InterleaveUpper(d, v_[i], v_[i + 1]);
+    }
+    V b[8];
+    for (std::uint32_t i = 0; i < 8; i += 4) {
+      for (std::uint32_t k = 0; k < 2; ++k) {
+        const auto x = hn::BitCast(d_two, a[i + k]), y = hn::BitCast(d_two, a[i + 2 + k]);
+        b[i + 2 * k] = hn::BitCast(d, hn::InterleaveLower(d_two, x, y));
+        b[i + 2 * k + 1] = hn::BitCast(d, hn::InterleaveUpper(d_two, x, y));
+      }
+    }
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      v_[i] = hn::ConcatLowerLower(d, b[i + 4], b[i]);
+      v_[i + 4] = hn::ConcatUpperUpper(d, b[i + 4], b[i]);
+    }
+  }
+
+  V v_[8];
+};
+
+// For vectors of eight numbers or more.
+template <std::uint32_t pairs_a_vector>
+void sort_lists(const PairList* lists, std::uint32_t rows, std::uint32_t* room) {
+  EightByEight<pairs_a_vector> block;
+  for (std::uint32_t c = 0; c < sorted_lists; c += 8) {
+    for (std::uint32_t r = 0; r < rows; r += 8) {
+      block.load_lists(lists + c, r);
+      if (rows > 8) {
+        block.store_rows(room + r * sorted_lists + c);
+      } else {
+        block.sort();
+        block.store_lists(lists + c, r);
+      }
+    }
+  }
+  if (rows <= 8) return;
+  for (std::uint32_t c = 0; c < sorted_lists; c += Columns::width) Columns(room + c, rows).sort();
+  for (std::uint32_t c = 0; c < sorted_lists; c += 8) {
+    for (std::uint32_t r = 0; r < rows; r += 8) {
+      block.load_rows(room + r * sorted_lists + c);
+      block.store_lists(lists + c, r);
+    }
+  }
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,82 @@
+// Lists of about the same length are sorted side by side; a long one by its digits.
+#include "cpu/lists.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "cpu/bucket.hpp"
+#include "cpu/prefetch.hpp"
+
+namespace throng::cpu {
+namespace {
+
+constexpr std::uint32_t most_rows = 4096;
+constexpr std::uint32_t classes = most_rows / 8 + 2;
+
+}  // namespace
+
+Lists::Lists(Pair* pairs, std::size_t count, const std::uint32_t* ends,
+             unsigned second_bits) noexcept
+    : pairs_(pairs),
+      ends_(ends),
+      second_bits_(second_bits),
+      // So that room for all rows is room for as many numbers of 64 bits as there are pairs.
+      most_rows_(static_cast<std::uint32_t>(std::min<std::size_t>(most_rows, count / 64 * 8))) {}
+
+std::size_t Lists::room_for(std::size_t longest) const noexcept {
+  const std::size_t rows = std::min<std::size_t>((longest + 7) / 8 * 8, most_rows_);
+  return std::max(rows * sorted_lists / 2, std::min(longest, scratch_pairs));
+}
+
+// How many eights of rows: none for a list that is sorted as it is, the last for a long one.
+std::uint32_t Lists::class_of(std::uint32_t count) const noexcept {
+  if (count < 2) return 0;
+  return count <= most_rows_ ? (count + 7) / 8 : classes - 1;
+}
+
+void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std::uint64_t* room,
+                 Pair* spare) const {
+  const auto firsts = static_cast<std::uint32_t>(end - begin);
+  std::uint32_t starts[most + 1];
+  std::uint32_t class_end[classes] = {};
+  std::uint16_t ranked[most];
+  starts[0] = begin == 0 ? 0 : ends_[begin - 1];
+  for (std::uint32_t f = 0; f < firsts; ++f) starts[f + 1] = ends_[begin + f];
+  const auto count_of = [&](std::uint32_t f) { return starts[f + 1] - starts[f]; };
+  for (std::uint32_t f = 0; f < firsts; ++f) ++class_end[class_of(count_of(f))];
+  std::exclusive_scan(class_end, class_end + classes, class_end, 0u);
+  for (std::uint32_t f = 0; f < firsts; ++f) {
+    ranked[class_end[class_of(count_of(f))]++] = static_cast<std::uint16_t>(f);
+  }
+  // Where a class ends, now, the next begins.
+  const std::uint32_t long_ones = class_end[classes - 2];
+  // The lists of a group are asked for while the one before it is sorted: they lie anywhere.
+  PairList groups[2][sorted_lists];
+  const auto gather = [&](std::uint32_t at, PairList* group) {
+    for (std::uint32_t i = 0; i < sorted_lists; ++i) {
+      group[i] = {};
+      if (at + i >= long_ones) continue;
+      const std::uint32_t f = ranked[at + i];
+      group[i] = {pairs_ + starts[f], count_of(f)};
+      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].pairs + k);
+    }
+  };
+  gather(class_end[0], groups[0]);
+  for (std::uint32_t at = class_end[0], g = 0; at < long_ones; at += sorted_lists, g ^= 1) {
+    gather(at + sorted_lists, groups[g ^ 1]);
+    const std::uint32_t last = ranked[std::min(at + sorted_lists, long_ones) - 1];
+    kernels.sort_lists(groups[g], 8 * class_of(count_of(last)),
+                       reinterpret_cast<std::uint32_t*>(room));
+  }
+  for (std::uint32_t at = long_ones; at < firsts; ++at) {
+    const std::uint32_t f = ranked[at], count = count_of(f);
+    const Bucket bucket{pairs_ + starts[f], count, 0, static_cast<std::uint32_t>(begin + f),
+                        second_bits_};
+    if (count <= scratch_pairs)
+      sort_bucket(bucket, room, count);
+    else
+      sort_bucket(bucket, reinterpret_cast<std::uint64_t*>(spare + starts[f]), count);
+  }
+}
+
+}  // namespace throng::cpu

@@ -1,0 +1,40 @@
+// Lists of the canonical order's sort: the pairs of a first, each in its place among the firsts,
+// but their seconds in any order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "cpu/kernels.hpp"
+
+namespace throng::cpu {
+
+class Lists {
+ public:
+  // Of all firsts; ends[f]: where the list of first f ends and the next begins.
+  Lists(Pair* pairs, std::size_t count, const std::uint32_t* ends, unsigned second_bits) noexcept;
+
+  // How many are sorted in one go, at most.
+  static constexpr std::size_t most = 1024;
+  // Numbers of 64 bits that this takes room for; `longest`: the pairs of the longest list. At most
+  // the count of all pairs, and `scratch_pairs` where that is more.
+  std::size_t room_for(std::size_t longest) const noexcept;
+  static constexpr std::size_t scratch_pairs = 65536;
+
+  // Sorts the lists of the firsts begin .. end-1. `spare` has room for all pairs, and stands in
+  // where a list is too long for `room`.
+  void sort(const Kernels&, std::size_t begin, std::size_t end, std::uint64_t* room,
+            Pair* spare) const;
+
+ private:
+  std::uint32_t class_of(std::uint32_t count) const noexcept;
+
+  Pair* pairs_;
+  const std::uint32_t* ends_;
+  unsigned second_bits_;
+  std::uint32_t most_rows_;  // a longer list is not sorted beside others
+};
+
+}  // namespace throng::cpu

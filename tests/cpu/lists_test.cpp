@@ -1,0 +1,137 @@
+// Lists of the canonical order, each instruction set, beside std::sort.
+#include "cpu/lists.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include "cpu/memory.hpp"
+#include "cpu/order.hpp"
+#include "cpu/threads.hpp"
+#include "support/configs.hpp"
+
+namespace throng::cpu {
+namespace {
+
+std::vector<const Kernels*> kernels_with_lists() {
+  std::vector<const Kernels*> all;
+  for (const Isa isa : tests::supported_isas()) {
+    const Kernels* const kernels = find_kernels(isa);
+    if (kernels->sort_lists) all.push_back(kernels);
+  }
+  return all;
+}
+
+// Lists of lengths up to `rows`, one behind the other, with a guard behind each.
+TEST(SortedLists, EqualOnesSortedByThemselves) {
+  std::mt19937 random(3);
+  constexpr Pair guard{77, 78};
+  for (const Kernels* kernels : kernels_with_lists()) {
+    for (std::uint32_t rows = 8; rows <= 1104; rows += rows < 160 ? 8 : 104) {
+      for (const std::uint32_t most : {3u, 0xfffffffeu}) {
+        std::vector<Pair> pairs;
+        std::uint32_t counts[sorted_lists];
+        for (std::uint32_t i = 0; i < sorted_lists; ++i) {
+          counts[i] = i == 5 ? rows : static_cast<std::uint32_t>(random()) % (rows + 1);
+          for (std::uint32_t k = 0; k < counts[i]; ++k) {
+            pairs.push_back({1000 + i, static_cast<std::uint32_t>(random()) & most});
+          }
+          pairs.push_back(guard);
+        }
+        std::vector<Pair> want = pairs;
+        PairList lists[sorted_lists];
+        std::size_t at = 0;
+        for (std::uint32_t i = 0; i < sorted_lists; ++i) {
+          lists[i] = {pairs.data() + at, counts[i]};
+          std::sort(want.begin() + static_cast<std::ptrdiff_t>(at),
+                    want.begin() + static_cast<std::ptrdiff_t>(at + counts[i]));
+          at += counts[i] + 1;
+        }
+        std::vector<std::uint32_t> room(rows * sorted_lists + 1, 12345);
+        kernels->sort_lists(lists, rows, room.data());
+        ASSERT_EQ(room.back(), 12345u);
+        ASSERT_EQ(pairs, want) << to_string(kernels->isa) << " " << rows << " rows";
+      }
+    }
+  }
+}
+
+TEST(SortedLists, MayBeNone) {
+  for (const Kernels* kernels : kernels_with_lists()) {
+    const PairList none[sorted_lists];
+    std::uint32_t room[16 * sorted_lists] = {};
+    kernels->sort_lists(none, 8, room);
+    kernels->sort_lists(none, 16, room);
+  }
+}
+
+struct Scene {
+  const char* name;
+  std::vector<std::uint32_t> lengths;  // of each first's list
+  std::uint64_t second_count;
+};
+
+std::vector<Scene> scenes() {
+  std::mt19937 random(5);
+  std::vector<Scene> all;
+  const auto add = [&](const char* name, std::size_t firsts, std::uint64_t second_count,
+                       const auto& length) {
+    Scene scene{name, {}, second_count};
+    for (std::size_t f = 0; f < firsts; ++f) scene.lengths.push_back(length(f));
+    all.push_back(std::move(scene));
+  };
+  const auto any = [&](std::uint32_t most) {
+    return [&random, most](std::size_t) { return static_cast<std::uint32_t>(random()) % most; };
+  };
+  add("short", 3000, 100000, any(24));
+  add("about a hundred", 1500, 1u << 19, any(200));
+  add("of every class", 700, 0xffffffff, [](std::size_t f) { return std::uint32_t(f); });
+  add("one first", 1, 1u << 20, [](std::size_t) { return 30000u; });
+  add("one short first", 1, 1u << 20, [](std::size_t) { return 3000u; });
+  // One that goes by digits beside others, one longer than what is sorted in the cache.
+  add("long", 2000, 1u << 31, [&](std::size_t f) { return f == 700 ? 5000u : f % 40; });
+  add("longest", 2000, 0xffffffff, [&](std::size_t f) { return f == 1999 ? 200000u : f % 9; });
+  add("empty but for one in a hundred", 1000, 5000,
+      [](std::size_t f) { return f % 100 == 99 ? 1500u : 0u; });
+  return all;
+}
+
+TEST(PairSorter, EqualsASortOfPairs) {
+  std::mt19937 random(6);
+  std::size_t checked = 0;
+  for (const Scene& scene : scenes()) {
+    std::vector<Pair> pairs;
+    for (std::size_t f = 0; f < scene.lengths.size(); ++f) {
+      for (std::uint32_t k = 0; k < scene.lengths[f]; ++k) {
+        const std::uint64_t second =
+            (std::uint64_t{random()} << 32 | random()) % scene.second_count;
+        pairs.push_back({static_cast<std::uint32_t>(f), static_cast<std::uint32_t>(second)});
+      }
+    }
+    std::shuffle(pairs.begin(), pairs.end(), random);
+    std::vector<Pair> want = pairs;
+    std::sort(want.begin(), want.end());
+    for (const Isa isa : tests::supported_isas()) {
+      for (const unsigned tasks : {1u, 2u, 5u}) {
+        Memory memory(nullptr, 0);
+        PairSorter sorter(memory);
+        std::vector<Pair> from = pairs;
+        constexpr Pair guard{77, 78};
+        std::vector<Pair> to(pairs.size() + 1, guard);
+        sorter.sort(*find_kernels(isa), default_executor(), tasks, from.data(), to.data(),
+                    pairs.size(), scene.lengths.size(), scene.second_count);
+        ASSERT_EQ(to.back(), guard);
+        to.pop_back();
+        ASSERT_EQ(to, want) << scene.name << ", " << to_string(isa) << ", " << tasks << " tasks";
+        EXPECT_LE(sorter.held(), PairSorter::bytes_for(pairs.size(), tasks)) << scene.name;
+        ++checked;
+      }
+    }
+  }
+  EXPECT_GE(checked, 8u * 3);
+}
+
+}  // namespace
+}  // namespace throng::cpu
