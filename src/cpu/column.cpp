@@ -290,22 +290,18 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
                      Worker* const* team, unsigned task_count, unsigned depth) {
   const std::uint32_t* order = nullptr;
   if (task_count > 1 && columns_ > task_count) order = densest_first();
-  std::atomic<std::uint32_t> free{0};
-  // The next one, while there are any: no more columns than 2^17, so the count cannot come around.
-  const auto take = [&] {
-    const std::uint32_t at = free.fetch_add(1, std::memory_order_relaxed);
-    return at >= columns_ ? LookAhead::no_column : order ? order[at] : at;
+  // Long columns first, whoever comes; else to each task its own.
+  Ranges ranges(columns_, order ? 1 : task_count);
+  const auto column_at = [&](std::uint64_t i) {
+    const auto at = static_cast<std::uint32_t>(i);
+    return order ? order[at] : at;
   };
-  // Who takes a column while it is busy with another keeps it from those who are not.
-  const bool plenty = columns_ >= 64 * task_count;
   auto task = [&](unsigned t) {
     search.guarded([&] {
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
-      std::uint32_t column = take();
-      while (column != LookAhead::no_column && !search.over()) {
-        const std::uint32_t next = plenty ? take() : LookAhead::no_column;
-        columns.run(column, next);
-        column = plenty ? next : take();
+      for (std::uint64_t i, next; ranges.take(t, i) && !search.over();) {
+        const bool known = ranges.peek(t, next);
+        columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
       }
     });
   };

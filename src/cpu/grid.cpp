@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 
 #include "cpu/threads.hpp"
 
@@ -17,6 +18,7 @@ constexpr std::uint32_t block_batch = 8;
 
 GridSpace::GridSpace(Memory& memory) noexcept
     : pool_(memory),
+      regions_(memory),
       tails_(memory),
       order_(memory),
       sizes_(memory),
@@ -49,6 +51,7 @@ void Level::match(const Level& other) {
 
 void GridSpace::match(const GridSpace& other) {
   pool_.match(other.pool_);
+  regions_.match(other.regions_);
   tails_.match(other.tails_);
   order_.match(other.order_);
   sizes_.match(other.sizes_);
@@ -63,16 +66,11 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   BinTask& task = *static_cast<BinTask*>(target);
   GridSpace& space = *task.space;
   if (task.next_free == task.free_end) {
-    const std::size_t at = space.used_blocks_.fetch_add(block_batch, std::memory_order_relaxed);
-    if (at + block_batch > space.pool_blocks_) {
-      // Goes on counting, so that the next attempt gets all it needs; what it writes is lost.
-      space.pool_short_.store(true, std::memory_order_relaxed);
-      task.next_free = task.dummy;
-      task.free_end = task.dummy + block_batch;
-    } else {
-      task.next_free = space.pool_begin_ + at * space.block_bytes_;
-      task.free_end = task.next_free + block_batch * space.block_bytes_;
-    }
+    task.next_free = space.take_blocks(task.number);
+    if (task.next_free == 0) task.next_free = task.dummy;
+    task.free_end = task.next_free == task.dummy
+                        ? task.dummy + block_batch
+                        : task.next_free + block_batch * space.block_bytes_;
   }
   if (space.pool_short_.load(std::memory_order_relaxed) &&
       task.next_free - task.dummy < block_batch) {
@@ -92,6 +90,21 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   return block + sizeof(Block);
 }
 
+std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
+  const std::size_t each = pool_blocks_ / tasks_ / block_batch * block_batch;
+  for (unsigned k = 0; k < tasks_; ++k) {
+    const unsigned r = (task + k) % tasks_;
+    std::atomic<std::size_t>& used = regions_[r].used;
+    if (used.load(std::memory_order_relaxed) >= each) continue;
+    const std::size_t at = used.fetch_add(block_batch, std::memory_order_relaxed);
+    if (at < each) return pool_begin_ + (r * each + at) * block_bytes_;
+  }
+  // Goes on counting, so that the next attempt gets all it needs; what it writes is lost.
+  regions_[task].used.fetch_add(block_batch, std::memory_order_relaxed);
+  pool_short_.store(true, std::memory_order_relaxed);
+  return 0;
+}
+
 void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned task_count) {
   columns_ = plan.map.column_count();
   tasks_ = task_count;
@@ -103,12 +116,13 @@ void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned 
   const std::size_t chains = std::size_t{columns_} * task_count;
   const std::size_t blocks =
       static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
-      std::min(chains, boxes) + block_batch * task_count + 1;
+      std::min(chains, boxes) + 2 * block_batch * task_count + 1;
   char* base = pool_.room((blocks + 1) * block_bytes_, true);
   pool_begin_ = (reinterpret_cast<std::uintptr_t>(base) + block_bytes_ - 1) & ~(block_bytes_ - 1);
   pool_blocks_ =
       (pool_.capacity() - (pool_begin_ - reinterpret_cast<std::uintptr_t>(base))) / block_bytes_;
-  used_blocks_ = 0;
+  regions_.room(task_count, true);
+  for (unsigned t = 0; t < task_count; ++t) std::construct_at(&regions_[t]);
   pool_short_ = false;
   wide_count_[0] = wide_count_[1] = 0;
   tails_.room(chains * 2);
@@ -141,6 +155,8 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
       });
     };
     run_tasks(*search.executor, task_count, task);
+    used_blocks_ = 0;
+    for (unsigned t = 0; t < task_count; ++t) used_blocks_ += regions_[t].used;
     if (search.failed()) return;
     if (!pool_short_) {
       report = total;
@@ -160,6 +176,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
                          BinReport& report) {
   BinTask& task = worker.bin;
   task.space = this;
+  task.number = t;
   task.next_block = next_block;
   task.block_mask = block_bytes_ - 1;
   if (index == 0) task.next_free = task.free_end = 0;
@@ -180,7 +197,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   alignas(64) float tile[bin_tile * 6 + 1];
   // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
   std::size_t begin, end;
-  while (!search.over() && shares.take(begin, end)) {
+  while (!search.over() && shares.take(t, begin, end)) {
     for (std::uint32_t at = static_cast<std::uint32_t>(begin), count = 0; at < end; at += count) {
       count = std::min(bin_tile, static_cast<std::uint32_t>(end) - at);
       if (packed && at < safe) {

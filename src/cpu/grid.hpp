@@ -28,13 +28,13 @@ class GridSpace {
 
   void match(const GridSpace& other);
   std::size_t held() const noexcept {
-    return pool_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() + wide_[0].bytes() +
-           wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
+    return pool_.bytes() + regions_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() +
+           wide_[0].bytes() + wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
            wide_labels_[0].bytes() + wide_labels_[1].bytes();
   }
   // Records that the last binning asked room for, or more.
   std::size_t record_bound() const noexcept {
-    return used_blocks_.load(std::memory_order_relaxed) * (block_bytes_ / sizeof(Record));
+    return used_blocks_ * (block_bytes_ / sizeof(Record));
   }
 
  private:
@@ -44,6 +44,11 @@ class GridSpace {
     std::uintptr_t previous;  // address of the column's block before this, or 0
     std::uint64_t before;     // records in all blocks before this
   };
+  // A task's part of the pool, so that it writes from call to call where it has written.
+  struct alignas(64) Region {
+    std::atomic<std::size_t> used{0};
+  };
+  std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);
   void bin_side(Search&, const Side&, unsigned side, const core::Quantiser&, Worker&, unsigned task,
@@ -66,9 +71,10 @@ class GridSpace {
   std::uintptr_t block_bytes_ = 0;
   std::uintptr_t pool_begin_ = 0;
   std::size_t pool_blocks_ = 0;
-  std::atomic<std::size_t> used_blocks_{0};
+  std::size_t used_blocks_ = 0;  // that were asked for, had there been so many
   std::atomic<bool> pool_short_{false};
   Buffer<char> pool_;
+  Buffer<Region> regions_;
   Buffer<std::uintptr_t> tails_;
   Buffer<std::uint32_t> order_, sizes_;
   Buffer<Spanning> wide_[2];

@@ -41,12 +41,55 @@ class Turns {
   std::atomic<std::uint64_t> next_{0};
 };
 
-// Runs body(index, task) for index 0 .. count-1, each once, by turns.
+// The indices 0 .. count-1 in as many ranges as there are tasks: each task takes those of its own
+// by turns, and then what others have left of theirs. So what an index stands for stays in the
+// cache of one core from call to call, and who starts late holds nobody up.
+class Ranges {
+ public:
+  Ranges(std::uint64_t count, unsigned tasks) noexcept
+      : places_(std::min(std::max(tasks, 1u), most_places)) {
+    for (unsigned p = 0; p < places_; ++p) {
+      const auto begin = [&](std::uint64_t at) {
+        return count / places_ * at + std::min<std::uint64_t>(at, count % places_);
+      };
+      place_[p].next.store(begin(p), std::memory_order_relaxed);
+      place_[p].end = begin(p + 1);
+    }
+  }
+  // The next one, of this task alone; false where none is left.
+  bool take(unsigned task, std::uint64_t& index) noexcept {
+    for (unsigned k = 0; k < places_; ++k) {
+      Place& place = place_[(task + k) % places_];
+      // `next` passes the end by one a task: it cannot come around.
+      if (place.next.load(std::memory_order_relaxed) >= place.end) continue;
+      index = place.next.fetch_add(1, std::memory_order_relaxed);
+      if (index < place.end) return true;
+    }
+    return false;
+  }
+  // Which one this task would take, were it to take one now; false where others must be asked.
+  bool peek(unsigned task, std::uint64_t& index) const noexcept {
+    const Place& place = place_[task % places_];
+    index = place.next.load(std::memory_order_relaxed);
+    return index < place.end;
+  }
+
+ private:
+  struct alignas(64) Place {
+    std::atomic<std::uint64_t> next;
+    std::uint64_t end;
+  };
+  static constexpr unsigned most_places = 16;
+  unsigned places_;
+  Place place_[most_places];
+};
+
+// Runs body(index, task) for index 0 .. count-1, each once, of their own range first.
 template <class F>
 void run_by_turns(const Executor& executor, unsigned tasks, std::size_t count, const F& body) {
-  Turns turns(count);
+  Ranges ranges(count, tasks);
   auto take = [&](unsigned task) {
-    for (std::uint64_t i; turns.take(i);) body(static_cast<std::size_t>(i), task);
+    for (std::uint64_t i; ranges.take(task, i);) body(static_cast<std::size_t>(i), task);
   };
   run_tasks(executor, tasks, take);
 }
@@ -59,21 +102,21 @@ class Shares {
   Shares(std::size_t count, unsigned tasks, std::size_t step) noexcept
       : count_(count),
         size_(step *
-              std::clamp(count / (std::size_t{tasks} * 16) / step, std::size_t{1}, most_steps)) {}
+              std::clamp(count / (std::size_t{tasks} * 16) / step, std::size_t{1}, most_steps)),
+        ranges_(count / size_ + (count % size_ != 0), tasks) {}
   // The next one, of this task alone; false where none is left.
-  bool take(std::size_t& begin, std::size_t& end) noexcept {
-    // `next_` passes the count by a share a task: it cannot come around.
-    begin = next_.load(std::memory_order_relaxed) < count_
-                ? next_.fetch_add(size_, std::memory_order_relaxed)
-                : count_;
+  bool take(unsigned task, std::size_t& begin, std::size_t& end) noexcept {
+    std::uint64_t share;
+    if (!ranges_.take(task, share)) return false;
+    begin = static_cast<std::size_t>(share) * size_;
     end = std::min(count_, begin + size_);
-    return begin < count_;
+    return true;
   }
 
  private:
   static constexpr std::size_t most_steps = 64;
   std::size_t count_, size_;
-  std::atomic<std::size_t> next_{0};
+  Ranges ranges_;
 };
 
 }  // namespace throng::cpu

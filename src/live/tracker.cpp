@@ -77,8 +77,8 @@ bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const unsigned tasks = tasks_to_move(n, options);
   std::atomic<bool> found{false};
   cpu::Shares shares(n, tasks, 1024);
-  auto task = [&](unsigned) {
-    for (std::size_t begin, end; shares.take(begin, end);) {
+  auto task = [&](unsigned t) {
+    for (std::size_t begin, end; shares.take(t, begin, end);) {
       if (Objects::has_nan(boxes, begin, end)) found = true;
     }
   };
@@ -93,8 +93,8 @@ void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
   std::atomic<std::size_t> dirty{0};
   std::atomic<std::int64_t> inactive{0};
   cpu::Shares shares(n, tasks, 1024);
-  auto task = [&](unsigned) {
-    for (std::size_t begin, end; shares.take(begin, end);) {
+  auto task = [&](unsigned t) {
+    for (std::size_t begin, end; shares.take(t, begin, end);) {
       std::int64_t more;
       dirty += objects_.move_range(boxes, begin, end, more);
       inactive += more;
@@ -250,7 +250,7 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   const Around::Scene scene{objects_, pairs_, cells_};
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
   cpu::run_tasks_or_throw(executor_of(options), tasks, [&](unsigned t) {
-    for (std::size_t begin, end; shares.take(begin, end);)
+    for (std::size_t begin, end; shares.take(t, begin, end);)
       around_[t].search(scene, dirty.data() + begin, end - begin, options.stop);
   });
   if (options.stop && options.stop->load(std::memory_order_relaxed)) {

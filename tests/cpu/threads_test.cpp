@@ -3,11 +3,46 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 #include <vector>
 
 namespace throng::cpu {
 namespace {
+
+TEST(Ranges, AreTakenFromTheirTasksFirst) {
+  for (const unsigned tasks : {1u, 2u, 3u, 16u, 40u}) {
+    for (const std::uint64_t count : {0u, 1u, 2u, 5u, 1000u}) {
+      Ranges ranges(count, tasks);
+      std::vector<unsigned> taken(count, 0);
+      std::vector<std::uint64_t> first(tasks, count);
+      bool any = true;
+      for (unsigned round = 0; any; ++round) {
+        any = false;
+        for (unsigned t = 0; t < tasks; ++t) {
+          std::uint64_t index, foreseen;
+          const bool foresees = ranges.peek(t, foreseen);
+          if (!ranges.take(t, index)) {
+            EXPECT_FALSE(foresees);
+            continue;
+          }
+          ASSERT_LT(index, count);
+          if (foresees) {
+            EXPECT_EQ(index, foreseen);
+          }
+          if (round == 0) first[t] = index;
+          ++taken[index];
+          any = true;
+        }
+      }
+      EXPECT_EQ(std::count(taken.begin(), taken.end(), 1u), static_cast<std::ptrdiff_t>(count));
+      if (tasks > 16 || count < 16) continue;
+      for (unsigned t = 0; t < tasks; ++t) {
+        EXPECT_EQ(first[t], count / tasks * t + std::min<std::uint64_t>(t, count % tasks));
+      }
+    }
+  }
+}
 
 TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
   for (const unsigned tasks : {1u, 2u, 3u, 64u}) {
@@ -16,7 +51,7 @@ TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
         Shares shares(count, tasks, step);
         std::vector<unsigned char> taken(count, 0);
         std::size_t wrong = 0;
-        for (std::size_t begin, end; shares.take(begin, end);) {
+        for (std::size_t begin, end; shares.take(tasks - 1, begin, end);) {
           wrong +=
               begin >= end || end > count || begin % step != 0 || (end != count && end % step != 0);
           for (std::size_t i = begin; i < end; ++i) ++taken[i];
@@ -24,7 +59,7 @@ TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
         for (const unsigned char t : taken) wrong += t != 1;
         EXPECT_EQ(wrong, 0u) << tasks << " tasks, " << count << " by " << step;
         std::size_t begin, end;
-        EXPECT_FALSE(shares.take(begin, end)) << "what is over is over";
+        EXPECT_FALSE(shares.take(0, begin, end)) << "what is over is over";
       }
     }
   }
@@ -35,9 +70,9 @@ TEST(Shares, ThreadsTakeNoneTwice) {
   Shares shares(count, 4, 16);
   std::vector<unsigned char> taken(count, 0);
   std::vector<std::thread> threads;
-  for (int t = 0; t < 4; ++t) {
-    threads.emplace_back([&] {
-      for (std::size_t begin, end; shares.take(begin, end);) {
+  for (unsigned t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t begin, end; shares.take(t, begin, end);) {
         for (std::size_t i = begin; i < end; ++i) ++taken[i];
       }
     });
@@ -52,7 +87,7 @@ TEST(Shares, ThreadsTakeNoneTwice) {
 TEST(Shares, AreMoreThanTasks) {
   Shares shares(100000, 4, 256);
   unsigned count = 0;
-  for (std::size_t begin, end; shares.take(begin, end);) ++count;
+  for (std::size_t begin, end; shares.take(2, begin, end);) ++count;
   EXPECT_GE(count, 4 * 8u);
 }
 
