@@ -9,11 +9,15 @@
 #include <type_traits>
 #include <utility>
 
+#include "cpu/lists.hpp"
+
 namespace throng::cpu {
 namespace {
 
 constexpr unsigned most_digit_bits = 11;
-constexpr unsigned most_passes = 6;  // of 64 bits
+constexpr unsigned most_passes = 6;    // of 64 bits
+constexpr std::size_t list_pairs = 8;  // that a first has on average where lists pay
+
 // How many digits: passes cost what moving a key does, counters what a few do.
 unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
   unsigned best = 0;
@@ -34,7 +38,7 @@ unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
 // a and b have room for as many keys as there are pairs. `a` may be null, then the keys go to and
 // fro between b and the pairs' own room.
 template <class Key>
-void sort_by_digits(const Bucket& bucket, Key* a, Key* b) {
+void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   const auto first_mask = static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1);
@@ -97,9 +101,45 @@ void sort_by_digits(const Bucket& bucket, Key* a, Key* b) {
   }
 }
 
+// Neighbours often have the same first, where each waits for the one before it to be counted: so
+// pairs are gone through from four beginnings at once.
+template <class F>
+void each_pair(const Bucket& bucket, const F& f) {
+  const Pair* const pairs = bucket.pairs;
+  const std::size_t quarter = bucket.count / 4;
+  for (std::size_t i = 0; i < quarter; ++i) {
+    f(pairs[i]), f(pairs[i + quarter]), f(pairs[i + 2 * quarter]), f(pairs[i + 3 * quarter]);
+  }
+  for (std::size_t i = 4 * quarter; i < bucket.count; ++i) f(pairs[i]);
+}
+
+// False, and nothing is done, where digits would cost less, or there is too little room.
+bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
+                   std::size_t room_count) {
+  const std::size_t firsts = std::size_t{1} << bucket.first_bits;
+  if (!kernels.sort_lists || firsts > Lists::most || bucket.count < list_pairs * firsts)
+    return false;
+  if (room_count < 2 * bucket.count || digit_count(bucket.count, bucket.key_bits(), false) == 2)
+    return false;
+  std::uint32_t ends[Lists::most] = {};
+  const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
+  each_pair(bucket, [&](Pair p) { ++ends[p.first & first_mask]; });
+  std::exclusive_scan(ends, ends + firsts, ends, 0u);
+  auto* const lists = reinterpret_cast<Pair*>(room);
+  each_pair(bucket, [&](Pair p) { lists[ends[p.first & first_mask]++] = p; });
+  Lists(lists, bucket.pairs, bucket.count, ends, bucket.first_above, bucket.second_bits)
+      .sort(kernels, 0, firsts, room + bucket.count, nullptr);
+  return true;
+}
+
 }  // namespace
 
-void sort_bucket(const Bucket& bucket, std::uint64_t* room, std::size_t room_count) {
+void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
+                 std::size_t room_count) {
+  if (!sort_as_lists(kernels, bucket, room, room_count)) sort_by_digits(bucket, room, room_count);
+}
+
+void sort_by_digits(const Bucket& bucket, std::uint64_t* room, std::size_t room_count) {
   const std::size_t count = bucket.count;
   if (count < 2 || bucket.key_bits() == 0) return;
   if (count <= 48 || count > 0xffffffffu) {
@@ -108,11 +148,11 @@ void sort_bucket(const Bucket& bucket, std::uint64_t* room, std::size_t room_cou
   }
   auto* const narrow = reinterpret_cast<std::uint32_t*>(room);
   if (bucket.key_bits() <= 32 && bucket.second_bits < 32)
-    sort_by_digits<std::uint32_t>(bucket, narrow, narrow + count);
+    move_by_digits<std::uint32_t>(bucket, narrow, narrow + count);
   else if (room_count >= 2 * count)
-    sort_by_digits<std::uint64_t>(bucket, room, room + count);
+    move_by_digits<std::uint64_t>(bucket, room, room + count);
   else
-    sort_by_digits<std::uint64_t>(bucket, nullptr, room);
+    move_by_digits<std::uint64_t>(bucket, nullptr, room);
 }
 
 }  // namespace throng::cpu

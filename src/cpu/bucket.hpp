@@ -6,6 +6,8 @@
 
 #include <throng/types.hpp>
 
+#include "cpu/kernels.hpp"
+
 namespace throng::cpu {
 
 struct Bucket {
@@ -16,13 +18,13 @@ struct Bucket {
   unsigned second_bits;
 
   unsigned key_bits() const noexcept { return first_bits + second_bits; }
-  // Numbers of 64 bits that sorting it takes room for. A wide bucket does with half of it, slower.
-  static constexpr std::size_t room_for(std::size_t count, unsigned key_bits) noexcept {
-    return key_bits <= 32 ? count : 2 * count;
-  }
+  // Numbers of 64 bits that sorting it takes room for. Half of them do, but it may be slower.
+  static constexpr std::size_t room_for(std::size_t count) noexcept { return 2 * count; }
 };
 
 // By first, then second, in place.
-void sort_bucket(const Bucket&, std::uint64_t* room, std::size_t room_count);
+void sort_bucket(const Kernels&, const Bucket&, std::uint64_t* room, std::size_t room_count);
+// The same by digits, whatever the pairs.
+void sort_by_digits(const Bucket&, std::uint64_t* room, std::size_t room_count);
 
 }  // namespace throng::cpu

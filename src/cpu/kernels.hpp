@@ -100,9 +100,10 @@ struct Tile {
   std::uint32_t count;
 };
 
-// The pairs of one first, one after another.
+// The pairs of one first, one after another, and where they go, which may be where they are.
 struct PairList {
-  Pair* pairs = nullptr;
+  const Pair* from = nullptr;
+  Pair* to = nullptr;
   std::uint32_t count = 0;
 };
 // Lists that are sorted side by side.

@@ -154,7 +154,7 @@ class EightByEight {
   static HWY_INLINE V seconds(const PairList& list, std::uint32_t begin) {
     const V most = hn::Set(d, ~std::uint32_t{0});
     if (list.count <= begin) return most;
-    const auto* const from = reinterpret_cast<const std::uint64_t*>(list.pairs + begin);
+    const auto* const from = reinterpret_cast<const std::uint64_t*>(list.from + begin);
     const std::uint32_t left = std::min(list.count - begin, 8u);
     const auto load = [&](std::uint32_t at) HWY_ATTR {
       const std::uint32_t n = std::min(left - std::min(left, at), width);
@@ -171,9 +171,9 @@ class EightByEight {
   }
   static HWY_INLINE void store(V v, const PairList& list, std::uint32_t begin) {
     if (list.count <= begin) return;
-    auto* const to = reinterpret_cast<std::uint64_t*>(list.pairs + begin);
+    auto* const to = reinterpret_cast<std::uint64_t*>(list.to + begin);
     const std::uint32_t left = list.count - begin;
-    const auto first = hn::Set(d_pair, std::uint64_t{list.pairs->first});
+    const auto first = hn::Set(d_pair, std::uint64_t{list.from->first});
     const auto store_pairs = [&](auto seconds, std::uint32_t at) HWY_ATTR {
       const auto pairs = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(d_pair, seconds)), first);
       if (width == 4 && left >= at + 4)  // where a store by a mask is dear

@@ -2,6 +2,7 @@
 #include "cpu/lists.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "cpu/bucket.hpp"
@@ -15,10 +16,12 @@ constexpr std::uint32_t classes = most_rows / 8 + 2;
 
 }  // namespace
 
-Lists::Lists(Pair* pairs, std::size_t count, const std::uint32_t* ends,
-             unsigned second_bits) noexcept
-    : pairs_(pairs),
+Lists::Lists(const Pair* from, Pair* to, std::size_t count, const std::uint32_t* ends,
+             std::uint32_t first_above, unsigned second_bits) noexcept
+    : from_(from),
+      to_(to),
       ends_(ends),
+      first_above_(first_above),
       second_bits_(second_bits),
       // So that room for all rows is room for as many numbers of 64 bits as there are pairs.
       most_rows_(static_cast<std::uint32_t>(std::min<std::size_t>(most_rows, count / 64 * 8))) {}
@@ -30,7 +33,7 @@ std::size_t Lists::room_for(std::size_t longest) const noexcept {
 
 // How many eights of rows: none for a list that is sorted as it is, the last for a long one.
 std::uint32_t Lists::class_of(std::uint32_t count) const noexcept {
-  if (count < 2) return 0;
+  if (count < 2 && from_ == to_) return 0;
   return count <= most_rows_ ? (count + 7) / 8 : classes - 1;
 }
 
@@ -57,8 +60,8 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
       group[i] = {};
       if (at + i >= long_ones) continue;
       const std::uint32_t f = ranked[at + i];
-      group[i] = {pairs_ + starts[f], count_of(f)};
-      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].pairs + k);
+      group[i] = {from_ + starts[f], to_ + starts[f], count_of(f)};
+      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].from + k);
     }
   };
   gather(class_end[0], groups[0]);
@@ -70,12 +73,14 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   }
   for (std::uint32_t at = long_ones; at < firsts; ++at) {
     const std::uint32_t f = ranked[at], count = count_of(f);
-    const Bucket bucket{pairs_ + starts[f], count, 0, static_cast<std::uint32_t>(begin + f),
+    Pair* const pairs = to_ + starts[f];
+    if (from_ != to_) std::memcpy(pairs, from_ + starts[f], count * sizeof(Pair));
+    const Bucket bucket{pairs, count, 0, first_above_ + static_cast<std::uint32_t>(begin) + f,
                         second_bits_};
     if (count <= scratch_pairs)
-      sort_bucket(bucket, room, count);
+      sort_by_digits(bucket, room, count);
     else
-      sort_bucket(bucket, reinterpret_cast<std::uint64_t*>(spare + starts[f]), count);
+      sort_by_digits(bucket, reinterpret_cast<std::uint64_t*>(spare + starts[f]), count);
   }
 }
 

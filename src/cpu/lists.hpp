@@ -1,5 +1,5 @@
-// Lists of the canonical order's sort: the pairs of a first, each in its place among the firsts,
-// but their seconds in any order.
+// Lists of the canonical order's sort: the pairs of a first, each list in its place among those of
+// other firsts, but its seconds in any order.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,10 @@ namespace throng::cpu {
 
 class Lists {
  public:
-  // Of all firsts; ends[f]: where the list of first f ends and the next begins.
-  Lists(Pair* pairs, std::size_t count, const std::uint32_t* ends, unsigned second_bits) noexcept;
+  // `count` pairs, which will lie sorted in `to`, which may be where they are. ends[f]: where the
+  // list of first first_above + f ends and the next begins.
+  Lists(const Pair* from, Pair* to, std::size_t count, const std::uint32_t* ends,
+        std::uint32_t first_above, unsigned second_bits) noexcept;
 
   // How many are sorted in one go, at most.
   static constexpr std::size_t most = 1024;
@@ -23,16 +25,18 @@ class Lists {
   std::size_t room_for(std::size_t longest) const noexcept;
   static constexpr std::size_t scratch_pairs = 65536;
 
-  // Sorts the lists of the firsts begin .. end-1. `spare` has room for all pairs, and stands in
-  // where a list is too long for `room`.
+  // Sorts the lists begin .. end-1. `spare` has room for all pairs, and stands in where a list is
+  // too long for `room`; null where none is.
   void sort(const Kernels&, std::size_t begin, std::size_t end, std::uint64_t* room,
             Pair* spare) const;
 
  private:
   std::uint32_t class_of(std::uint32_t count) const noexcept;
 
-  Pair* pairs_;
+  const Pair* from_;
+  Pair* to_;
   const std::uint32_t* ends_;
+  std::uint32_t first_above_;
   unsigned second_bits_;
   std::uint32_t most_rows_;  // a longer list is not sorted beside others
 };

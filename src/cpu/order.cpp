@@ -24,9 +24,10 @@ constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out o
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 16;
-// How many pairs a first must have on average for lists to pay: of short ones several share a line,
-// which tasks then take from one another.
-constexpr std::size_t list_pairs = 4, shared_list_pairs = 8;
+// How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
+// several lists in a line: so these pay only where one task has all, and its cache holds them.
+constexpr std::size_t long_list_pairs = 64, short_list_pairs = 4;
+constexpr std::size_t pairs_in_cache = 1u << 19;
 constexpr std::size_t most_chunks = 256;  // of firsts, whose counters are summed
 // Parts of the pairs that tasks count and split by turns, so that whoever starts late does fewer: a
 // few a task, unless tasks are many.
@@ -59,7 +60,8 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
   if (count == 0) return;
   if (count < 16384) task_count = 1;
   const Job job{kernels, executor, task_count, from, to, count, first_count, second_count};
-  const std::size_t least = task_count == 1 ? list_pairs : shared_list_pairs;
+  const bool in_cache = task_count == 1 && count <= pairs_in_cache;
+  const std::size_t least = in_cache ? short_list_pairs : long_list_pairs;
   if (kernels.sort_lists && count <= 0xffffffffu && first_count <= count / least)
     sort_as_lists(job);
   else
@@ -120,7 +122,8 @@ void PairSorter::sort_as_lists(const Job& job) {
     }
   });
 
-  const Lists lists(to, job.count, counters + (parts - 1) * firsts, bits_of(job.second_count));
+  const Lists lists(to, to, job.count, counters + (parts - 1) * firsts, 0,
+                    bits_of(job.second_count));
   const std::size_t room = lists.room_for(*std::max_element(longest, longest + chunks));
   std::uint64_t* const scratch = scratch_.room(room * job.tasks);
   // Alike lists are found among many, but each task should have some turns.
@@ -179,8 +182,7 @@ void PairSorter::sort_as_buckets(const Job& job) {
   });
 
   const std::size_t room =
-      Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)),
-                       shift + second_bits);
+      Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)));
   std::uint64_t* scratch = scratch_.room(room * job.tasks + 1);
   run_by_turns(job.executor, job.tasks, buckets, [&](std::size_t b, unsigned t) {
     const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
@@ -188,9 +190,9 @@ void PairSorter::sort_as_buckets(const Job& job) {
     const Bucket bucket{to + begin, size, shift,
                         static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
     if (size <= scratch_pairs)
-      sort_bucket(bucket, scratch + room * t, room);
+      sort_bucket(job.kernels, bucket, scratch + room * t, room);
     else
-      sort_bucket(bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
+      sort_bucket(job.kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
   });
 }
 

@@ -1,4 +1,4 @@
-// Buckets of the canonical order, beside std::sort.
+// Buckets of the canonical order, each instruction set, beside std::sort.
 #include "cpu/bucket.hpp"
 
 #include <gtest/gtest.h>
@@ -7,11 +7,20 @@
 #include <random>
 #include <vector>
 
+#include "support/configs.hpp"
+
 namespace throng::cpu {
 namespace {
 
+std::vector<const Kernels*> all_kernels() {
+  std::vector<const Kernels*> all;
+  for (const Isa isa : tests::supported_isas()) all.push_back(find_kernels(isa));
+  return all;
+}
+
 // Sorts with so much room, and with guards behind it and behind the pairs.
-void expect_sorted(std::vector<Pair> pairs, Bucket bucket, std::size_t room_count) {
+void expect_sorted(const Kernels& kernels, std::vector<Pair> pairs, Bucket bucket,
+                   std::size_t room_count) {
   std::vector<Pair> want = pairs;
   std::sort(want.begin(), want.end());
   constexpr Pair guard{77, 78};
@@ -20,12 +29,12 @@ void expect_sorted(std::vector<Pair> pairs, Bucket bucket, std::size_t room_coun
   pairs.push_back(guard);
   bucket.pairs = pairs.data();
   std::vector<std::uint64_t> room(room_count + 1, room_guard);
-  sort_bucket(bucket, room.data(), room_count);
+  sort_bucket(kernels, bucket, room.data(), room_count);
   ASSERT_EQ(pairs.back(), guard);
   ASSERT_EQ(room.back(), room_guard);
   pairs.pop_back();
-  ASSERT_EQ(pairs, want) << bucket.count << " pairs, " << bucket.first_bits << " + "
-                         << bucket.second_bits << " bits";
+  ASSERT_EQ(pairs, want) << to_string(kernels.isa) << " " << bucket.count << " pairs, "
+                         << bucket.first_bits << " + " << bucket.second_bits << " bits";
 }
 
 enum class Lists { even, random, one_long, empty_between };
@@ -51,17 +60,19 @@ std::vector<Pair> make_pairs(const Bucket& bucket, Lists lists, std::uint32_t se
 
 TEST(Buckets, AreSortedWhateverTheirLists) {
   std::mt19937 random(1);
-  for (const unsigned first_bits : {0u, 1u, 3u, 5u, 10u, 11u}) {
-    for (const unsigned second_bits : {7u, 19u, 27u, 32u}) {
-      for (const std::uint32_t seconds : {1u, 9u, 70u}) {
-        for (const Lists lists :
-             {Lists::even, Lists::random, Lists::one_long, Lists::empty_between}) {
-          const Bucket bucket{nullptr, 0, first_bits, 5u << 12, second_bits};
-          const auto pairs = make_pairs(bucket, lists, seconds, random);
-          const std::size_t enough = Bucket::room_for(pairs.size(), bucket.key_bits());
-          for (const std::size_t room : {enough, pairs.size(), 16 * enough}) {
-            expect_sorted(pairs, bucket, room);
-            if (HasFatalFailure()) return;
+  for (const Kernels* kernels : all_kernels()) {
+    for (const unsigned first_bits : {0u, 1u, 3u, 5u, 10u, 11u}) {
+      for (const unsigned second_bits : {7u, 19u, 27u, 32u}) {
+        for (const std::uint32_t seconds : {1u, 9u, 70u}) {
+          for (const Lists lists :
+               {Lists::even, Lists::random, Lists::one_long, Lists::empty_between}) {
+            const Bucket bucket{nullptr, 0, first_bits, 5u << 12, second_bits};
+            const auto pairs = make_pairs(bucket, lists, seconds, random);
+            const std::size_t enough = Bucket::room_for(pairs.size());
+            for (const std::size_t room : {enough, pairs.size(), 16 * enough}) {
+              expect_sorted(*kernels, pairs, bucket, room);
+              if (HasFatalFailure()) return;
+            }
           }
         }
       }
@@ -69,15 +80,35 @@ TEST(Buckets, AreSortedWhateverTheirLists) {
   }
 }
 
+// The greatest ids there are, which must not be taken for the places that a column leaves empty.
 TEST(Buckets, KeepTheGreatestIds) {
   std::mt19937 random(2);
-  const Bucket bucket{nullptr, 0, 4, 0xfffffff0u, 32};
-  std::vector<Pair> pairs;
-  for (std::uint32_t first = 0xfffffff0u; first != 0xffffffffu; ++first)
-    for (std::uint32_t k = 2; k < 40 + first % 7; ++k) pairs.push_back({first, 0xffffffffu - k});
-  pairs.push_back({0xfffffffeu, 0xfffffffeu});
-  std::shuffle(pairs.begin(), pairs.end(), random);
-  expect_sorted(pairs, bucket, 16 * pairs.size());
+  for (const Kernels* kernels : all_kernels()) {
+    const Bucket bucket{nullptr, 0, 4, 0xfffffff0u, 32};
+    std::vector<Pair> pairs;
+    for (std::uint32_t first = 0xfffffff0u; first != 0xffffffffu; ++first)
+      for (std::uint32_t k = 2; k < 40 + first % 7; ++k) pairs.push_back({first, 0xffffffffu - k});
+    pairs.push_back({0xfffffffeu, 0xfffffffeu});
+    std::shuffle(pairs.begin(), pairs.end(), random);
+    expect_sorted(*kernels, pairs, bucket, 16 * pairs.size());
+  }
+}
+
+// Lists and what they are sorted in take two numbers of 64 bits a pair; with one less there are
+// digits.
+TEST(Buckets, TakeNoMoreRoomThanThereIs) {
+  std::mt19937 random(4);
+  for (const Kernels* kernels : all_kernels()) {
+    const Bucket bucket{nullptr, 0, 4, 0, 32};
+    std::vector<Pair> pairs;
+    for (std::uint32_t first = 0; first < 16; ++first)
+      for (std::uint32_t k = 0; k < (first == 5 ? 64u : 16u); ++k)
+        pairs.push_back({first, static_cast<std::uint32_t>(random())});
+    std::shuffle(pairs.begin(), pairs.end(), random);
+    const std::size_t enough = Bucket::room_for(pairs.size());
+    for (std::size_t room = enough - 10; room <= enough + 10; ++room)
+      expect_sorted(*kernels, pairs, bucket, room);
+  }
 }
 
 }  // namespace

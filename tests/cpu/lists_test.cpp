@@ -44,7 +44,7 @@ TEST(SortedLists, EqualOnesSortedByThemselves) {
         PairList lists[sorted_lists];
         std::size_t at = 0;
         for (std::uint32_t i = 0; i < sorted_lists; ++i) {
-          lists[i] = {pairs.data() + at, counts[i]};
+          lists[i] = {pairs.data() + at, pairs.data() + at, counts[i]};
           std::sort(want.begin() + static_cast<std::ptrdiff_t>(at),
                     want.begin() + static_cast<std::ptrdiff_t>(at + counts[i]));
           at += counts[i] + 1;
