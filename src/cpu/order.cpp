@@ -1,5 +1,5 @@
-// Two ways: where firsts have many seconds, a list for each first; else buckets of firsts, which
-// are sorted by digits.
+// Two ways: where firsts have many seconds, a list for each first; else buckets of some firsts
+// each, which are sorted one by one.
 #include "cpu/order.hpp"
 
 #include <algorithm>
@@ -18,9 +18,7 @@ namespace throng::cpu {
 namespace {
 
 constexpr std::size_t bucket_pairs = 4096;  // aimed at
-constexpr std::size_t scratch_pairs =
-    Lists::scratch_pairs;                 // a larger bucket is sorted out of the cache
-constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
+constexpr unsigned most_split_bits = 12;    // beyond, the split itself runs out of cache
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 16;
@@ -49,7 +47,7 @@ unsigned bits_of(std::uint64_t count) noexcept {
 std::size_t PairSorter::bytes_for(std::size_t count, unsigned task_count) noexcept {
   const std::size_t histograms = std::max(
       (part_count(task_count) + std::size_t{1}) << most_split_bits, (count + count / 8) / 2 + 1);
-  const std::size_t scratch = std::min(count, scratch_pairs) * 2 * task_count + 1;
+  const std::size_t scratch = std::min(count, Lists::scratch_pairs) * 2 * task_count + 1;
   return (histograms + scratch + scratch / 8) * sizeof(std::uint64_t);
 }
 
@@ -181,15 +179,15 @@ void PairSorter::sort_as_buckets(const Job& job) {
     }
   });
 
-  const std::size_t room =
-      Bucket::room_for(static_cast<std::size_t>(std::min<std::uint64_t>(largest, scratch_pairs)));
+  const std::size_t room = Bucket::room_for(
+      static_cast<std::size_t>(std::min<std::uint64_t>(largest, Lists::scratch_pairs)));
   std::uint64_t* scratch = scratch_.room(room * job.tasks + 1);
   run_by_turns(job.executor, job.tasks, buckets, [&](std::size_t b, unsigned t) {
     const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
     const auto size = static_cast<std::size_t>(ends[b] - begin);
     const Bucket bucket{to + begin, size, shift,
                         static_cast<std::uint32_t>(std::uint64_t{b} << shift), second_bits};
-    if (size <= scratch_pairs)
+    if (size <= Lists::scratch_pairs)
       sort_bucket(job.kernels, bucket, scratch + room * t, room);
     else
       sort_bucket(job.kernels, bucket, reinterpret_cast<std::uint64_t*>(from + begin), size);
