@@ -66,7 +66,7 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   BinTask& task = *static_cast<BinTask*>(target);
   GridSpace& space = *task.space;
   if (task.next_free == task.free_end) {
-    task.next_free = space.take_blocks(task.number);
+    task.next_free = space.take_blocks(task.task);
     if (task.next_free == 0) task.next_free = task.dummy;
     task.free_end = task.next_free == task.dummy
                         ? task.dummy + block_batch
@@ -176,7 +176,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
                          BinReport& report) {
   BinTask& task = worker.bin;
   task.space = this;
-  task.number = t;
+  task.task = t;
   task.next_block = next_block;
   task.block_mask = block_bytes_ - 1;
   if (index == 0) task.next_free = task.free_end = 0;

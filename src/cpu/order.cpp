@@ -18,7 +18,8 @@ namespace throng::cpu {
 namespace {
 
 constexpr std::size_t bucket_pairs = 4096;  // aimed at
-constexpr unsigned most_split_bits = 12;    // beyond, the split itself runs out of cache
+constexpr std::size_t one_bucket_pairs = 16384;
+constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 16;
@@ -125,7 +126,7 @@ void PairSorter::sort_as_lists(const Job& job) {
   const std::size_t room = lists.room_for(*std::max_element(longest, longest + chunks));
   std::uint64_t* const scratch = scratch_.room(room * job.tasks);
   // Alike lists are found among many, but each task should have some turns.
-  const std::size_t turns = job.tasks == 1 ? 1 : std::size_t{4} * job.tasks;
+  const std::size_t turns = 1 + std::size_t{4} * (job.tasks - 1);
   const std::size_t step =
       std::clamp<std::size_t>(firsts / turns / sorted_lists, 1, Lists::most / sorted_lists) *
       sorted_lists;
@@ -142,13 +143,19 @@ void PairSorter::sort_as_buckets(const Job& job) {
   const unsigned first_bits = bits_of(job.first_count), second_bits = bits_of(job.second_count);
   const unsigned all_bits = first_bits + second_bits;
   // Enough buckets, and enough bits taken off for the rest to fit 32 where that can be.
-  unsigned split_bits = bits_of(count / bucket_pairs + 1);
+  unsigned split_bits = count <= one_bucket_pairs ? 0 : bits_of(count / bucket_pairs + 1);
   if (all_bits > 32 && all_bits <= 32 + most_split_bits && count > 4096) {
     split_bits = std::max(split_bits, all_bits - 32);
   }
   split_bits = std::min({split_bits, first_bits, most_split_bits});
   const unsigned shift = first_bits - split_bits;
   const std::size_t buckets = std::size_t{1} << split_bits;
+  if (buckets == 1) {
+    std::memcpy(to, from, count * sizeof(Pair));
+    const std::size_t room = Bucket::room_for(count);
+    return sort_bucket(job.kernels, {to, count, first_bits, 0, second_bits}, scratch_.room(room),
+                       room);
+  }
   const unsigned parts = part_count(job.tasks);
   std::uint64_t* histograms = histograms_.room((parts + std::size_t{1}) * buckets, true);
   const auto part = [&](std::size_t p) { return part_begin(count, parts, p); };

@@ -52,14 +52,16 @@ struct BinReport {
   std::uint64_t first_nan = ~std::uint64_t{0};  // the least index; of the queries, then the targets
   bool nan_in_targets = false;
 
-  // To be called in the order of the boxes.
+  // In any order: a task that is through with its own boxes helps with earlier ones.
   void add_inactive(std::uint64_t id, bool nan, bool is_target) noexcept {
-    ++inactive;
-    if (!nan) return;
-    if (nan_count++ == 0) {
-      first_nan = id;
-      nan_in_targets = is_target;
+    BinReport one;
+    one.inactive = 1;
+    if (nan) {
+      one.nan_count = 1;
+      one.first_nan = id;
+      one.nan_in_targets = is_target;
     }
+    add(one);
   }
   // Of two parts of the same boxes.
   void add(const BinReport& other) noexcept {

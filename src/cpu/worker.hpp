@@ -39,7 +39,7 @@ class GridSpace;
 // One task's part of a binning.
 struct BinTask : BinTarget {
   GridSpace* space = nullptr;
-  unsigned number = 0;                         // of the task
+  unsigned task = 0;                           // its number
   std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
   std::uintptr_t dummy = 0;                    // where records go to die once the pool is short
 };
