@@ -101,8 +101,8 @@ class Shares {
  public:
   Shares(std::size_t count, unsigned tasks, std::size_t step) noexcept
       : count_(count),
-        size_(step *
-              std::clamp(count / (std::size_t{tasks} * 16) / step, std::size_t{1}, most_steps)),
+        size_(step * std::clamp(count / (std::max<std::size_t>(tasks, 1) * 16) / step,
+                                std::size_t{1}, most_steps)),
         ranges_(count / size_ + (count % size_ != 0), tasks) {}
   // The next one, of this task alone; false where none is left.
   bool take(unsigned task, std::size_t& begin, std::size_t& end) noexcept {
