@@ -1,5 +1,5 @@
-// A bucket is sorted in a core's second level of cache, by its keys from their last digit up, in
-// half the room where they fit 32 bits.
+// Two ways to sort a bucket in a core's second level of cache: its keys from their last digit up,
+// in half the room where they fit 32 bits; or, where a first has many seconds, as lists.
 #include "cpu/bucket.hpp"
 
 #include <algorithm>

@@ -66,11 +66,9 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   BinTask& task = *static_cast<BinTask*>(target);
   GridSpace& space = *task.space;
   if (task.next_free == task.free_end) {
-    task.next_free = space.take_blocks(task.task);
-    if (task.next_free == 0) task.next_free = task.dummy;
-    task.free_end = task.next_free == task.dummy
-                        ? task.dummy + block_batch
-                        : task.next_free + block_batch * space.block_bytes_;
+    const std::uintptr_t blocks = space.take_blocks(task.task);
+    task.next_free = blocks ? blocks : task.dummy;
+    task.free_end = task.next_free + block_batch * (blocks ? space.block_bytes_ : 1);
   }
   if (space.pool_short_.load(std::memory_order_relaxed) &&
       task.next_free - task.dummy < block_batch) {

@@ -48,6 +48,7 @@ class GridSpace {
   struct alignas(64) Region {
     std::atomic<std::size_t> used{0};
   };
+  // Some blocks in a row, of the task's own part first; 0 where the pool is short.
   std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);

@@ -34,13 +34,18 @@ constexpr unsigned part_count(unsigned tasks) noexcept {
   return tasks == 1 ? 1 : std::max(tasks, std::min(4 * tasks, 64u));
 }
 
-// The p-th of `parts` nearly equal parts.
-std::size_t part_begin(std::size_t count, std::size_t parts, std::size_t p) noexcept {
-  return count / parts * p + std::min(p, count % parts);
-}
-
 unsigned bits_of(std::uint64_t count) noexcept {
   return count < 2 ? 0 : static_cast<unsigned>(std::bit_width(count - 1));
+}
+
+// Takes each pair to the next place of its bucket, that of the leading bits of `first`.
+template <class Place>
+void deal(const Pair* begin, const Pair* end, unsigned shift, Place* next, Pair* to) noexcept {
+  for (const Pair* p = begin; p != end; ++p) {
+    Pair* const at = to + next[p->first >> shift]++;
+    prefetch(at + ahead);
+    *at = *p;
+  }
 }
 
 }  // namespace
@@ -113,12 +118,7 @@ void PairSorter::sort_as_lists(const Job& job) {
     }
   });
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
-    std::uint32_t* const mine = counters + p * firsts;
-    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
-      Pair* const at = to + mine[from[i].first]++;
-      prefetch(at + ahead);
-      *at = from[i];
-    }
+    deal(from + part(p), from + part(p + 1), 0, counters + p * firsts, to);
   });
 
   const Lists lists(to, to, job.count, counters + (parts - 1) * firsts, 0,
@@ -178,12 +178,7 @@ void PairSorter::sort_as_buckets(const Job& job) {
     largest = std::max(largest, sum - begin);
   }
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
-    std::uint64_t* mine = histograms + p * buckets;
-    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
-      Pair* const at = to + mine[from[i].first >> shift]++;
-      prefetch(at + ahead);
-      *at = from[i];
-    }
+    deal(from + part(p), from + part(p + 1), shift, histograms + p * buckets, to);
   });
 
   const std::size_t room = Bucket::room_for(

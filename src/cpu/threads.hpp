@@ -41,6 +41,12 @@ class Turns {
   std::atomic<std::uint64_t> next_{0};
 };
 
+// Where the p-th of `parts` nearly equal parts of 0 .. count-1 begins.
+constexpr std::uint64_t part_begin(std::uint64_t count, std::uint64_t parts,
+                                   std::uint64_t p) noexcept {
+  return count / parts * p + std::min(p, count % parts);
+}
+
 // The indices 0 .. count-1 in as many ranges as there are tasks: each task takes those of its own
 // by turns, and then what others have left of theirs. So what an index stands for stays in the
 // cache of one core from call to call, and who starts late holds nobody up.
@@ -49,11 +55,8 @@ class Ranges {
   Ranges(std::uint64_t count, unsigned tasks) noexcept
       : places_(std::min(std::max(tasks, 1u), most_places)) {
     for (unsigned p = 0; p < places_; ++p) {
-      const auto begin = [&](std::uint64_t at) {
-        return count / places_ * at + std::min<std::uint64_t>(at, count % places_);
-      };
-      place_[p].next.store(begin(p), std::memory_order_relaxed);
-      place_[p].end = begin(p + 1);
+      place_[p].next.store(part_begin(count, places_, p), std::memory_order_relaxed);
+      place_[p].end = part_begin(count, places_, p + 1);
     }
   }
   // The next one, of this task alone; false where none is left.
