@@ -16,21 +16,6 @@
 
 namespace throng::cpu {
 
-// Lower corner, and the upper one negated: exact, as a float's sign is a bit of its own. With two
-// numbers of whoever keeps it. All NaN: overlaps nothing.
-struct alignas(16) PackedBox {
-  float corner[6];
-  std::uint32_t id, link;
-
-  void set(const Box& b) noexcept {
-    const float c[6] = {b.lower.x, b.lower.y, b.lower.z, -b.upper.x, -b.upper.y, -b.upper.z};
-    for (int k = 0; k < 6; ++k) corner[k] = c[k];
-  }
-  Box box() const noexcept {
-    return {{corner[0], corner[1], corner[2]}, {-corner[3], -corner[4], -corner[5]}};
-  }
-};
-
 // core::overlaps() of two boxes as they lie in memory, their six floats together.
 inline bool overlap_in_memory(const char* a, const char* b) noexcept {
 #if defined(THRONG_PACKED_SSE2)
@@ -79,57 +64,60 @@ inline void whole_units(const Box& b, float scale, float most, std::int32_t (&lo
 #endif
 }
 
-// Two boxes, a cache line.
+// Two boxes, a cache line: corner by corner, the upper ones negated (exact, as a float's sign is a
+// bit of its own). With numbers of whoever keeps it. A box all NaN overlaps nothing.
 struct alignas(64) PackedLine {
-  PackedBox entry[2];
+  float corner[6][2];
+  std::uint32_t id[2], next, used;
+
+  void set(std::uint32_t k, const Box& b) noexcept {
+    const float c[6] = {b.lower.x, b.lower.y, b.lower.z, -b.upper.x, -b.upper.y, -b.upper.z};
+    for (int i = 0; i < 6; ++i) corner[i][k] = c[i];
+  }
+  Box box(std::uint32_t k) const noexcept {
+    return {{corner[0][k], corner[1][k], corner[2][k]},
+            {-corner[3][k], -corner[4][k], -corner[5][k]}};
+  }
 };
 
+static_assert(sizeof(PackedLine) == 64);
+
 // The box whose overlaps are asked for: what no corner of the other may exceed.
-#if defined(THRONG_PACKED_SSE2)
 class PackedQuery {
  public:
   explicit PackedQuery(const Box& b) noexcept {
-    const auto* corner = reinterpret_cast<const float*>(&b);
-    const __m128 v0 = _mm_loadu_ps(corner), v1 = _mm_loadu_ps(corner + 2);
-    const __m128 zx = _mm_shuffle_ps(v1, v0, _MM_SHUFFLE(0, 0, 3, 3));
-    first_ = _mm_xor_ps(_mm_shuffle_ps(v1, zx, _MM_SHUFFLE(2, 0, 2, 1)),
-                        _mm_setr_ps(0.0f, 0.0f, 0.0f, -0.0f));
-    rest_ = _mm_xor_ps(_mm_shuffle_ps(v0, v0, _MM_SHUFFLE(2, 2, 2, 1)), _mm_set1_ps(-0.0f));
+    const float most[6] = {b.upper.x, b.upper.y, b.upper.z, -b.lower.x, -b.lower.y, -b.lower.z};
+#if defined(THRONG_PACKED_SSE2)
+    for (int i = 0; i < 3; ++i)
+      most_[i] = _mm_setr_ps(most[2 * i], most[2 * i], most[2 * i + 1], most[2 * i + 1]);
+#else
+    for (int i = 0; i < 6; ++i) most_[i] = most[i];
+#endif
   }
   // Whether each of the two overlaps: bits 0 and 1.
   std::uint32_t overlaps(const PackedLine& line) const noexcept {
-    // The two lanes that are numbers, not corners, count as good.
-    const __m128 good = _mm_castsi128_ps(_mm_setr_epi32(0, 0, -1, -1));
-    const auto both = [&](const PackedBox& b) {
-      const __m128 rest = _mm_cmple_ps(_mm_load_ps(b.corner + 4), rest_);
-      return _mm_castps_si128(
-          _mm_and_ps(_mm_cmple_ps(_mm_load_ps(b.corner), first_), _mm_or_ps(rest, good)));
+#if defined(THRONG_PACKED_SSE2)
+    const auto both = [&](int i) {  // of two corners
+      return _mm_cmple_ps(_mm_load_ps(line.corner[2 * i]), most_[i]);
     };
-    const __m128i lanes = _mm_packs_epi32(both(line.entry[0]), both(line.entry[1]));
-    auto m = static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(lanes, lanes)));
-    m &= m >> 1;
-    m &= m >> 2;
-    return (m & 1) | (m >> 3 & 2);
-  }
-
- private:
-  __m128 first_, rest_;
-};
+    const auto m = static_cast<std::uint32_t>(
+        _mm_movemask_ps(_mm_and_ps(_mm_and_ps(both(0), both(1)), both(2))));
+    return m & m >> 2;
 #else
-class PackedQuery {
- public:
-  explicit PackedQuery(const Box& b) noexcept { most_.set({b.upper, b.lower}); }
-  std::uint32_t overlaps(const PackedLine& line) const noexcept {
     bool both[2] = {true, true};
-    for (int i = 0; i < 2; ++i) {
-      for (int k = 0; k < 6; ++k) both[i] &= line.entry[i].corner[k] <= most_.corner[k];
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 2; ++k) both[k] &= line.corner[i][k] <= most_[i];
     }
     return (both[0] ? 1u : 0u) | (both[1] ? 2u : 0u);
+#endif
   }
 
  private:
-  PackedBox most_;
-};
+#if defined(THRONG_PACKED_SSE2)
+  __m128 most_[3];
+#else
+  float most_[6];
 #endif
+};
 
 }  // namespace throng::cpu

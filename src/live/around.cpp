@@ -13,7 +13,8 @@ constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edg
 constexpr std::uint32_t few_hits = 16;
 
 bool tells(const Objects& objects, ObjectId id, ObjectId other) noexcept {
-  return id < other || !objects.is_dirty(other);
+  // Both, without a branch: nobody can guess which id is lower.
+  return static_cast<int>(id < other) | static_cast<int>(!objects.is_dirty(other));
 }
 
 }  // namespace
@@ -50,7 +51,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
   };
   for (std::size_t i = 0; i < edges_ahead; ++i) walk_ahead(i);
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
-  ObjectId hits[Cells::most_hits];
+  ObjectId hits[Cells::most_hits + 1];
   for (std::size_t i = 0; i < count; ++i) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
     if (const std::size_t soon = i + ahead / 2; soon < count) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr Cells::Line empty_line = {
-    {{{nan, nan, nan, nan, nan, nan}, none, none}, {{nan, nan, nan, nan, nan, nan}, none, 0}}};
+    {{nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}}, {none, none}, 0, 0};
 // Of so many boxes all are looked at for a plan; of more one in eight, but at least so many, and at
 // most so many.
 constexpr std::size_t whole_sample = 1536, least_sample = 512, most_sample = 4096;
@@ -57,14 +57,14 @@ double together(List<Cells::Sampled>& sample, double length) noexcept {
 struct Scale {
   double span;      // of the first class
   double crowding;  // boxes in the cell of a box, of two spans
-  double range[3];  // how far nearly all boxes lie apart
+  Cells::Extent extent[3];
 };
 
 // Equal boxes shall fit into the first class, and smaller ones shall share its cells until the cell
 // of a box holds about one other: large boxes look into fewer then. Where boxes lie together in an
 // empty world that is less than the world has room for.
 Scale measure(List<Cells::Sampled>& sample, std::size_t boxes) noexcept {
-  if (sample.empty()) return {1, 0, {1, 1, 1}};
+  if (sample.empty()) return {1, 0, {{0, 1}, {0, 1}, {0, 1}}};
   const auto side_of = [](const Cells::Sampled& s) { return s.side; };
   const double side = quantile(sample, 0.25, side_of) * 1.07;
   const double usual = quantile(sample, 0.5, side_of);
@@ -73,9 +73,11 @@ Scale measure(List<Cells::Sampled>& sample, std::size_t boxes) noexcept {
   double volume = 1;
   for (int k = 0; k < 3; ++k) {
     const auto lower = [k](const Cells::Sampled& s) { return double{s.lower[k]}; };
-    const double range = quantile(sample, 0.95, lower) - quantile(sample, 0.05, lower);
-    scale.range[k] = std::max(std::max(range / 0.9, usual), 1e-30);
-    volume *= scale.range[k];
+    const double begin = quantile(sample, 0.05, lower);
+    const double range = quantile(sample, 0.95, lower) - begin;
+    const double length = std::max(std::max(range / 0.9, usual), 1e-30);
+    scale.extent[k] = {begin - 0.05 * length, length};
+    volume *= length;
   }
   scale.span = std::max(side, 0.5 * std::cbrt(volume / count));
   scale.crowding = count * together(sample, 2 * scale.span);
@@ -123,11 +125,11 @@ void Cells::plan(const Objects& objects) {
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / scale.span, 1e-30, 1e30));
   // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
   cell_bits_ = scale.crowding > crowded ? 4 : 5;
-  const std::size_t homes = lay_out(scale.range, count);
+  const std::size_t homes = lay_out(scale.extent, count);
   most_objects_ = 0;
   lines_.renew(lines_for(homes, most));
   most_objects_ = most;
-  free_ = none;
+  free_ = 0;
   for (auto& counts : class_count_) std::fill(counts, counts + classes + 1, 0);
   std::fill(used_, used_ + thin_sets, 0);
   for (auto& spans : span_) std::fill(spans, spans + 3, 0);
@@ -137,11 +139,11 @@ void Cells::plan(const Objects& objects) {
 
 // Cells row by row where there are no more than two a box, else about one home a box. One to two
 // boxes a cell: most of them then lie in its own line, and the lines in the cache.
-std::size_t Cells::lay_out(const double (&range)[3], std::size_t count) noexcept {
+std::size_t Cells::lay_out(const Extent (&extent)[3], std::size_t count) noexcept {
   const auto limit = static_cast<double>(std::clamp<std::size_t>(count, 64, most_homes));
   double cells[3], all = 1;
   for (int k = 0; k < 3; ++k) {
-    cells[k] = std::floor(range[k] * static_cast<double>(scale_) / (1 << cell_bits_)) + 2;
+    cells[k] = std::floor(units(extent[k].length) / (1 << cell_bits_)) + 2;
     all *= cells[k];
   }
   const bool full = all <= 2 * limit;
@@ -154,8 +156,10 @@ std::size_t Cells::lay_out(const double (&range)[3], std::size_t count) noexcept
     axis.lift = static_cast<std::uint32_t>(k) << 30;  // of a hashed one only to tell y from z
     if (axis.period == 0) continue;
     stride *= axis.period;
-    axis.inverse = 1.0 / axis.period;
-    axis.lift = ((1u << 25) / axis.period + 1) * axis.period;
+    const double most = most_units;
+    axis.origin = static_cast<std::int32_t>(std::clamp(units(extent[k].begin), -most, most)) -
+                  (1 << cell_bits_);
+    axis.lift = ((1u << 26) / axis.period + 1) * axis.period;
   }
   return homes_;
 }
@@ -167,7 +171,7 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   if (c == classes) return p;
   p.home = first_part(c, worlds.own);
   for (int k = 0; k < 3; ++k)
-    p.home = sum(p.home, cursor(r.lower[k] >> (cell_bits_ + level(c, k)), axis_[k]).part);
+    p.home = sum(p.home, cursor(r.lower[k] >> (cell_bits_ + level(c, k)), c, k).part);
   return p;
 }
 
@@ -175,125 +179,114 @@ void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
   hold(box, place.size_class);
   Line& head = lines_[place.home];
-  std::uint32_t& used = head.entry[1].link;
-  if (used == 2) {
+  if (head.used == 2) {
     // The full line goes behind a fresh one.
     std::uint32_t moved = free_;
-    if (moved != none) {
-      free_ = lines_[moved].entry[0].link;
+    if (moved != 0) {
+      free_ = lines_[moved].next;
     } else {
       moved = static_cast<std::uint32_t>(lines_.size());
       lines_.resize(lines_.size() + 1);
     }
     lines_[moved] = head;
     head = empty_line;
-    head.entry[0].link = moved;
+    head.next = moved;
   }
-  cpu::PackedBox& entry = head.entry[used++];
-  entry.set(box);
-  entry.id = id;
+  head.set(head.used, box);
+  head.id[head.used++] = id;
 }
 
 void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   Line& head = lines_[home];
-  std::uint32_t& used = head.entry[1].link;
-  for (std::uint32_t i = home;; i = lines_[i].entry[0].link) {
+  for (std::uint32_t i = home;; i = lines_[i].next) {
     Line& line = lines_[i];
-    cpu::PackedBox* entry = line.entry[0].id == id ? &line.entry[0] : &line.entry[1];
-    if (entry->id != id) continue;
-    count_class(class_of_entry(*entry), -1);
-    cpu::PackedBox& last = head.entry[--used];
-    std::copy(last.corner, last.corner + 6, entry->corner);
-    entry->id = last.id;
-    std::fill(last.corner, last.corner + 6, nan);
-    last.id = none;
+    const std::uint32_t k = line.id[0] == id ? 0 : 1;
+    if (line.id[k] != id) continue;
+    count_class(class_in(line, k), -1);
+    const std::uint32_t last = --head.used;
+    for (int c = 0; c < 6; ++c) {
+      line.corner[c][k] = head.corner[c][last];
+      head.corner[c][last] = nan;
+    }
+    line.id[k] = head.id[last];
+    head.id[last] = none;
     break;
   }
-  const std::uint32_t next = head.entry[0].link;
-  if (used != 0 || next == none) return;
+  const std::uint32_t next = head.next;
+  if (static_cast<int>(head.used != 0) | static_cast<int>(next == 0)) return;
   head = lines_[next];
   lines_[next] = empty_line;
-  lines_[next].entry[0].link = free_;
+  lines_[next].next = free_;
   free_ = next;
 }
 
 void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
-  for (std::uint32_t i = place.home;; i = lines_[i].entry[0].link) {
-    for (cpu::PackedBox& entry : lines_[i].entry) {
-      if (entry.id != id) continue;
-      if (const int c = class_of_entry(entry); c != place.size_class) {
-        count_class(c, -1);
-        count_class(place.size_class, 1);
-      }
-      hold(box, place.size_class);
-      entry.set(box);
-      return;
+  for (std::uint32_t i = place.home;; i = lines_[i].next) {
+    Line& line = lines_[i];
+    const std::uint32_t k = line.id[0] == id ? 0 : 1;
+    if (line.id[k] != id) continue;
+    if (const int c = class_in(line, k); c != place.size_class) {
+      count_class(c, -1);
+      count_class(place.size_class, 1);
     }
+    hold(box, place.size_class);
+    line.set(k, box);
+    return;
   }
 }
 
 std::uint64_t Cells::exact_lines(const Range& range, Worlds worlds) const noexcept {
   if (worlds.all) return lines_.size();
   std::uint64_t count = class_count_[0][classes] / 2;
-  each_class([&](int c) {
-    const Range cells = cells_of(range, c);
-    std::uint64_t n[3];
-    for (int k = 0; k < 3; ++k) {
-      n[k] = static_cast<std::uint64_t>(std::int64_t{cells.upper[k]} - cells.lower[k] + 1);
-    }
-    // At most 2^25 an axis. More than there are lines: the product need not be known.
-    const std::uint64_t layer = n[0] * n[1];
-    count += layer >= lines_.size() ? lines_.size() : layer * n[2] * (worlds.everywhere ? 2 : 1);
-  });
+  each_class([&](int c) { count += lines_in(cells_of(range, c)) * (worlds.everywhere ? 2 : 1); });
   return std::min<std::uint64_t>(count, lines_.size());
 }
 
 void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   reach.count = Reach::most + 1;
+  if (worlds.all) return;
   const Range range = quantise(box);
-  const std::uint64_t lines = lines_of(range, class_of(range), worlds);
-  if (lines >= Reach::most || lines >= lines_.size()) return;
-  std::uint32_t count = 0;
-  const Line* const all = lines_.data();
-  each_home(range, worlds, [&reach, &count, all](std::uint32_t home) {
+  const std::uint64_t most = std::min<std::uint64_t>(Reach::most, lines_.size());
+  std::uint64_t left = most - std::min<std::uint64_t>(most, class_count_[0][classes] / 2);
+  std::uint32_t* to = reach.homes;
+  const auto list = [&to, all = lines_.data()](std::uint32_t home) {
     cpu::prefetch(all + home);
-    reach.homes[count++] = home;
+    *to++ = home;
+  };
+  each_class([&](int c) {
+    const Range cells = cells_of(range, c);
+    left -= std::min(left, lines_in(cells) * (worlds.everywhere ? 2 : 1));
+    if (left == 0) return;
+    each_home(cells, c, worlds.own, list);
+    if (worlds.everywhere) each_home(cells, c, -1, list);
   });
-  reach.count = count;
+  if (left == 0) return;
+  if (class_count_[0][classes] != 0) list(wide_home());
+  reach.count = static_cast<std::uint32_t>(to - reach.homes);
 }
 
-// Chains are put on a list and hits noted at no branch: nobody can guess where they are.
+// Chains are put on the list and hits noted at no branch: nobody can guess where they are.
 std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                                 std::uint64_t& compared) const noexcept {
   if (reach.count > Reach::most) return most_hits + 1;
   const cpu::PackedQuery query(box);
   const Line* const lines = lines_.data();
-  std::uint64_t found[Reach::room / 32];  // two bits a line
-  std::uint32_t count = reach.count;
-  for (std::uint32_t from = 0; from < count; from += 32) {
-    std::uint64_t bits = 0;
-    for (std::uint32_t k = from; k < std::min(count, from + 32); ++k) {
-      const Line& line = lines[reach.homes[k]];
-      const std::uint32_t next = line.entry[0].link;
-      bits |= std::uint64_t{query.overlaps(line)} << k % 32 * 2;
-      if (count < Reach::room) [[likely]] {
-        reach.homes[count] = next;
-        count += next != none;
-      } else if (next != none) {
-        return most_hits + 1;
-      }
+  std::uint32_t count = reach.count, hit_count = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Line& line = lines[reach.homes[k]];
+    if (count < Reach::room) [[likely]] {
+      reach.homes[count] = line.next;
+      count += line.next != 0;
+    } else if (line.next != 0) {
+      return most_hits + 1;
     }
-    found[from / 32] = bits;
+    const std::uint32_t hit = query.overlaps(line);
+    hits[hit_count] = line.id[0];
+    hit_count += hit & std::uint32_t{line.id[0] != self};
+    hits[hit_count] = line.id[1];
+    hit_count += hit >> 1 & std::uint32_t{line.id[1] != self};
   }
   compared += 2 * std::uint64_t{count};
-  std::uint32_t hit_count = 0;
-  for (std::uint32_t from = 0; from < count; from += 32) {
-    for (std::uint64_t bits = found[from / 32]; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      hits[hit_count] = lines[reach.homes[from + bit / 2]].entry[bit % 2].id;
-      hit_count += hits[hit_count] != self;
-    }
-  }
   return hit_count;
 }
 

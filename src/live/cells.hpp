@@ -37,12 +37,16 @@ namespace throng::live {
 class Cells {
  public:
   // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
-  // empty entry is all NaN, which overlaps nothing. entry[0].link: the next line of the chain, or
-  // none; entry[1].link: how many boxes are in this one.
+  // empty place is all NaN, which overlaps nothing. `next`: the next line of the chain, or 0, which
+  // is in none; `used`: how many boxes are in this one.
   using Line = cpu::PackedLine;
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory) {}
 
+  // Where nearly all boxes begin along an axis, and how far they lie apart.
+  struct Extent {
+    double begin, length;
+  };
   // A box that is looked at for a plan: its longest side, of a thin one an eighth of that; where it
   // begins, and in which cell.
   struct Sampled {
@@ -92,18 +96,16 @@ class Cells {
   template <class F>
   std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
   // Its two ways. Where few lines are to be looked at: writes all that overlap but `self` to hits,
-  // which has most_hits of room, and returns how many. Above most_hits: that was not enough.
+  // which has most_hits of room and one more, and returns how many. Above most_hits: that was not
+  // enough.
   static constexpr std::uint32_t most_hits = 2 * Reach::room;
   std::uint32_t search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                            std::uint64_t& compared) const noexcept;
   // And where many are.
   template <class F>
   std::uint64_t search_many(const Box& box, Worlds worlds, F&& f) const;
-  // The line behind the first; no branch: see search_few().
-  void prefetch_chain(std::uint32_t home) const noexcept {
-    const std::uint32_t next = lines_[home].entry[0].link;
-    prefetch(home ^ ((home ^ next) & (next == none ? 0u : none)));
-  }
+  // The line behind the first. Where there is none, line 0: a branch would be guessed wrong.
+  void prefetch_chain(std::uint32_t home) const noexcept { prefetch(lines_[home].next); }
   void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
@@ -120,7 +122,7 @@ class Cells {
   static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
     return homes + 1 + objects / 2 + 1;
   }
-  std::size_t lay_out(const double (&range)[3], std::size_t count) noexcept;
+  std::size_t lay_out(const Extent (&extent)[3], std::size_t count) noexcept;
   static constexpr int classes = 24;
   // The number of a class is its c and, above, a bit for each thin axis, which are two at most.
   static constexpr int thin_shift = 5, thinner = 3, thin_sets = 7;
@@ -154,7 +156,8 @@ class Cells {
       span_[size_class][k] = std::max(span_[size_class][k], r.upper[k] - r.lower[k]);
   }
   // Its c along an axis.
-  static int level(int size_class, int axis) noexcept {
+  int level(int size_class, int axis) const noexcept {
+    if (!thin_) return size_class;
     const int c = size_class & ((1 << thin_shift) - 1);
     return c - thinner * (size_class >> thin_shift >> axis & 1);
   }
@@ -163,8 +166,9 @@ class Cells {
   // by layer, and begin again after so many: neighbours lie side by side, and no two fall on one
   // another but far ones. Else those of y and z are hashed.
   struct Axis {
-    std::uint32_t period, stride, lift;  // period 0: hashed. lift: a multiple, of at least 2^25
-    double inverse;
+    std::int32_t origin;  // in units: about where boxes begin
+    // period 0: hashed. lift: a multiple of it, of at least 2^26.
+    std::uint32_t period, stride, lift;
   };
   struct Cursor {
     std::int32_t cell;
@@ -188,13 +192,17 @@ class Cells {
   std::uint32_t hashed_part(std::int32_t cell, const Axis& axis) const noexcept {
     return hashed((static_cast<std::uint32_t>(cell) ^ axis.lift) * 0x9e3779b1u);
   }
-  Cursor cursor(std::int32_t cell, const Axis& axis) const noexcept {
+  // How many cells of class c it lies behind the origin: most by less than the period. What lies
+  // before it, by less than 2^26, counts as far behind.
+  std::uint32_t behind_origin(std::int32_t cell, int c, int axis) const noexcept {
+    return static_cast<std::uint32_t>(cell - (axis_[axis].origin >> (cell_bits_ + level(c, axis))));
+  }
+  Cursor cursor(std::int32_t cell, int c, int k) const noexcept {
+    const Axis& axis = axis_[k];
     if (axis.period == 0) return {cell, 0, hashed_part(cell, axis)};
-    // The quotient is off by one at most, as it is below 2^32 and 1 / period far above 2^-52.
-    const std::uint32_t lifted = static_cast<std::uint32_t>(cell) + axis.lift;
-    const auto quotient = static_cast<std::int64_t>(static_cast<double>(lifted) * axis.inverse);
-    std::uint32_t rest = lifted - static_cast<std::uint32_t>(quotient) * axis.period;
-    if (rest >= axis.period) rest -= axis.period;
+    std::uint32_t rest = behind_origin(cell, c, k);
+    if (rest >= axis.period) [[unlikely]]
+      rest = (rest + axis.lift) % axis.period;
     return {cell, rest, rest * axis.stride};
   }
   void step(Cursor& at, const Axis& axis) const noexcept {
@@ -236,6 +244,14 @@ class Cells {
     return std::min<std::uint64_t>(cell_bits_ == span_bits ? 27 : 8, lines_.size());
   }
   std::uint64_t exact_lines(const Range& r, Worlds worlds) const noexcept;
+  // At most 2^26 an axis. More than there are lines: the product need not be known.
+  std::uint64_t lines_in(const Range& cells) const noexcept {
+    std::uint64_t n[3];
+    for (int k = 0; k < 3; ++k)
+      n[k] = static_cast<std::uint64_t>(std::int64_t{cells.upper[k]} - cells.lower[k] + 1);
+    const std::uint64_t layer = n[0] * n[1];
+    return layer >= lines_.size() ? lines_.size() : layer * n[2];
+  }
   void count_class(int size_class, int one) noexcept {
     const int axes = size_class >> thin_shift, c = level(size_class, 3);
     class_count_[axes][c] += static_cast<std::size_t>(one);
@@ -248,8 +264,8 @@ class Cells {
   bool one_class() const noexcept {
     return (used_[0] & (used_[0] - 1)) == 0 && class_count_[0][classes] == 0;
   }
-  int class_of_entry(const cpu::PackedBox& entry) const noexcept {
-    return !thin_ && one_class() ? std::countr_zero(used_[0]) : class_of(quantise(entry.box()));
+  int class_in(const Line& line, std::uint32_t k) const noexcept {
+    return !thin_ && one_class() ? std::countr_zero(used_[0]) : class_of(quantise(line.box(k)));
   }
   // f(class) for each that has boxes in cells.
   template <class F>
@@ -260,8 +276,6 @@ class Cells {
     }
   }
   template <class F>
-  void each_home(const Range& range, Worlds worlds, F&& f) const;
-  template <class F>
   void each_home(const Range& cells, int c, std::int32_t world, F&& f) const;
   template <class F>
   std::uint64_t look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const;
@@ -270,7 +284,7 @@ class Cells {
   List<Sampled> sample_;     // of the last plan
   std::uint32_t homes_ = 1;  // of cells; the one after is that of too wide boxes
   Axis axis_[3] = {};
-  std::uint32_t free_ = none;     // lines to be used again
+  std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
   float scale_ = 1;
   int cell_bits_ = 5;
@@ -291,32 +305,44 @@ inline Cells::Worlds worlds_of(const Objects& objects, const Filter& filter) noe
 template <class F>
 std::uint64_t Cells::look(const cpu::PackedQuery& query, std::uint32_t home, F&& f) const {
   std::uint64_t compared = 0;
-  for (std::uint32_t i = home; i != none;) {
+  std::uint32_t i = home;
+  do {
     const Line& line = lines_[i];
-    i = line.entry[0].link;
+    i = line.next;
     compared += 2;
     const std::uint32_t hit = query.overlaps(line);
-    if (hit & 1) f(line.entry[0].id);
-    if (hit & 2) f(line.entry[1].id);
-  }
+    if (hit & 1) f(line.id[0]);
+    if (hit & 2) f(line.id[1]);
+  } while (i != 0);
   return compared;
-}
-
-template <class F>
-void Cells::each_home(const Range& range, Worlds worlds, F&& f) const {
-  each_class([&](int c) {
-    const Range cells = cells_of(range, c);
-    each_home(cells, c, worlds.own, f);
-    if (worlds.everywhere) each_home(cells, c, -1, f);
-  });
-  if (class_count_[0][classes] != 0) f(wide_home());
 }
 
 template <class F>
 void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) const {
   const std::uint32_t first = first_part(c, world);
-  const Cursor x0 = cursor(cells.lower[0], axis_[0]), y0 = cursor(cells.lower[1], axis_[1]);
-  Cursor z = cursor(cells.lower[2], axis_[2]);
+  // Where no axis begins again, and the sum does not, homes are counted as cells are.
+  std::uint32_t begin = first, n[3];
+  std::uint64_t end = first + std::uint64_t{1};
+  bool once = true;
+  for (int k = 0; k < 3; ++k) {
+    const Axis& axis = axis_[k];
+    const std::uint32_t rest = behind_origin(cells.lower[k], c, k);
+    n[k] = static_cast<std::uint32_t>(cells.upper[k] - cells.lower[k] + 1);
+    once &= rest < axis.period && n[k] <= axis.period - rest;
+    begin += rest * axis.stride;
+    end += (rest + std::uint64_t{n[k]} - 1) * axis.stride;
+  }
+  if (once && end <= homes_) [[likely]] {
+    for (std::uint32_t z = 0; z < n[2]; ++z) {
+      for (std::uint32_t y = 0; y < n[1]; ++y) {
+        const std::uint32_t row = begin + z * axis_[2].stride + y * axis_[1].stride;
+        for (std::uint32_t x = 0; x < n[0]; ++x) f(row + x);
+      }
+    }
+    return;
+  }
+  const Cursor x0 = cursor(cells.lower[0], c, 0), y0 = cursor(cells.lower[1], c, 1);
+  Cursor z = cursor(cells.lower[2], c, 2);
   for (; z.cell <= cells.upper[2]; step(z, axis_[2])) {
     const std::uint32_t layer = sum(first, z.part);
     for (Cursor y = y0; y.cell <= cells.upper[1]; step(y, axis_[1])) {
@@ -329,7 +355,7 @@ void Cells::each_home(const Range& cells, int c, std::int32_t world, F&& f) cons
 template <class F>
 std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const {
   std::uint64_t compared = 0;
-  ObjectId hits[most_hits];
+  ObjectId hits[most_hits + 1];
   const std::uint32_t count = search_few(box, none, reach, hits, compared);
   if (count <= most_hits) {
     for (std::uint32_t k = 0; k < count; ++k) f(hits[k]);
@@ -351,17 +377,23 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
       for (std::uint32_t k = 0; k < count; ++k) compared += look(query, homes[k], f);
       count = 0;
     };
-    each_home(range, worlds, [&](std::uint32_t home) {
+    const auto look_soon = [&](std::uint32_t home) {
       prefetch(home);
       homes[count++] = home;
       if (count == at_once) look_at_all();
+    };
+    each_class([&](int c) {
+      const Range cells = cells_of(range, c);
+      each_home(cells, c, worlds.own, look_soon);
+      if (worlds.everywhere) each_home(cells, c, -1, look_soon);
     });
     look_at_all();
+    if (class_count_[0][classes] != 0) compared += look(query, wide_home(), f);
   } else {
     for (const Line& line : lines_) {
       const std::uint32_t hit = query.overlaps(line);
-      if (hit & 1) f(line.entry[0].id);
-      if (hit & 2) f(line.entry[1].id);
+      if (hit & 1) f(line.id[0]);
+      if (hit & 2) f(line.id[1]);
     }
     compared += 2 * lines_.size();
   }

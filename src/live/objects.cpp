@@ -63,7 +63,7 @@ ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
   } else {
     id = free_.pop();
   }
-  bodies_[id] = {box, none, none};
+  bodies_[id] = {box, 0, none};
   flags_[id] |= alive;
   filters_[id] = filter;
   count_filter(filter, 1);

@@ -17,9 +17,9 @@ constexpr std::size_t ids_ahead = 32;
 
 // Two to a cache line: what a search touches of an object.
 struct Body {
-  Box box;  // as given; of an id that is not alive an inactive one
-  std::uint32_t first_edge;
-  std::uint32_t home;  // where Cells keep it
+  Box box;                   // as given; of an id that is not alive an inactive one
+  std::uint32_t first_edge;  // of its list; 0: it has none
+  std::uint32_t home;        // where Cells keep it
 };
 static_assert(sizeof(Body) == 32);
 

@@ -83,25 +83,26 @@ std::uint32_t PairSet::take_slot() noexcept {
 }
 
 void PairSet::link(Objects& objects, const LivePair& pair) noexcept {
-  Edge& edge = edges_[pair.slot];
+  const std::uint32_t e = pair.slot + 1;
+  Edge& edge = edges_[e];
   edge.id[0] = pair.first;
   edge.id[1] = pair.second;
   for (int side = 0; side < 2; ++side) {
     std::uint32_t& head = objects.body(edge.id[side]).first_edge;
     edge.next[side] = head;
-    edge.previous[side] = none;
-    if (head != none) edges_[head].previous[edges_[head].id[1] == edge.id[side]] = pair.slot;
-    head = pair.slot;
+    edge.previous[side] = 0;
+    before_next(edge, side) = e;
+    head = e;
   }
 }
 
 void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
-  Edge& edge = edges_[slot];
+  Edge& edge = edges_[slot + 1];
   for (int side = 0; side < 2; ++side) {
     const ObjectId id = edge.id[side];
     const std::uint32_t next = edge.next[side], previous = edge.previous[side];
-    if (next != none) edges_[next].previous[edges_[next].id[1] == id] = previous;
-    if (previous != none)
+    before_next(edge, side) = previous;
+    if (previous != 0)
       edges_[previous].next[edges_[previous].id[1] == id] = next;
     else
       objects.body(id).first_edge = next;
@@ -110,18 +111,18 @@ void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
 }
 
 void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
-  const Edge& edge = edges_[slot];
+  const Edge& edge = edges_[slot + 1];
   for (const std::uint32_t other : {edge.next[0], edge.next[1], edge.previous[0], edge.previous[1]})
-    if (other != none) cpu::prefetch(&edges_[other]);
+    cpu::prefetch(&edges_[other]);
 }
 
 void PairSet::link_all(Objects& objects) {
-  edges_.reserve(slot_limit_);
+  edges_.reserve(slot_limit_ + 1);
   const List<LivePair>& all = sorted(objects.limit());  // may yet come from the edges
-  edges_.resize(slot_limit_);
-  for (Edge& edge : edges_) edge.id[0] = none;
+  edges_.resize(slot_limit_ + 1);
+  for (Edge& edge : edges_) edge = {{none, none}, {0, 0}, {0, 0}};
   for (std::size_t id = 0; id < objects.limit(); ++id) {
-    objects.body(static_cast<ObjectId>(id)).first_edge = none;
+    objects.body(static_cast<ObjectId>(id)).first_edge = 0;
   }
   for (const LivePair& pair : all) link(objects, pair);
 }
@@ -141,7 +142,7 @@ void PairSet::commit_linked(Objects& objects) {
   if (begun + ended == 0) return commit_nothing();
   const std::size_t count = count_ + begun - ended;
   reserve_slots(begun);
-  edges_.reserve(slot_limit_ + begun);
+  edges_.reserve(slot_limit_ + 1 + begun);
   sorted_.reserve(std::max({count, begun, ended}));
   spare_.reserve(std::max({count, begun, ended}));
   // From here on nothing fails.
@@ -154,14 +155,12 @@ void PairSet::commit_linked(Objects& objects) {
   for (std::size_t i = 0; i < begun; ++i) {
     if (i + ahead < begun) {
       const LivePair& soon = next_begun_[i + ahead];
-      for (const ObjectId id : {soon.first, soon.second}) {
-        if (const std::uint32_t head = objects.body(id).first_edge; head != none)
-          cpu::prefetch(&edges_[head]);
-      }
+      for (const ObjectId id : {soon.first, soon.second})
+        cpu::prefetch(&edges_[objects.body(id).first_edge]);
     }
     LivePair& pair = next_begun_[i];
     pair.slot = take_slot();
-    edges_.resize(slot_limit_);
+    edges_.resize(slot_limit_ + 1);
     link(objects, pair);
   }
   finish(state_ == Sorted::now ? Sorted::before : Sorted::lost);
@@ -241,10 +240,10 @@ const List<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {
     sorted_.swap(spare_);
   } else if (state_ == Sorted::lost) {
     sorted_.clear();
-    for (std::size_t slot = 0; slot < edges_.size(); ++slot) {
-      const Edge& edge = edges_[slot];
+    for (std::size_t e = 1; e < edges_.size(); ++e) {
+      const Edge& edge = edges_[e];
       if (edge.id[0] != none)
-        sorted_.push({edge.id[0], edge.id[1], static_cast<std::uint32_t>(slot)});
+        sorted_.push({edge.id[0], edge.id[1], static_cast<std::uint32_t>(e - 1)});
     }
     sort_pairs(sorted_.data(), spare_.data(), sorted_.size(), id_limit);
   }

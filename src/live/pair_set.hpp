@@ -45,7 +45,7 @@ class PairSet {
   struct Walk {
     static constexpr std::uint32_t room = 16;
     ObjectId id;
-    std::uint32_t next, count;  // the edge that comes next, or none
+    std::uint32_t next, count;  // the edge that comes next, or 0
     ObjectId others[room];
     std::uint32_t slots[room];
   };
@@ -53,16 +53,18 @@ class PairSet {
     walk.id = id;
     walk.next = objects.body(id).first_edge;
     walk.count = 0;
-    if (walk.next != none) cpu::prefetch(&edges_[walk.next]);
+    cpu::prefetch(&edges_[walk.next]);
   }
+  // At the end of the list edge 0, again and again: nobody can guess where that is.
   void step(Walk& walk) const noexcept {
-    if (walk.next == none || walk.count == Walk::room) return;
+    if (walk.count == Walk::room) return;
     const Edge& edge = edges_[walk.next];
     const bool is_second = edge.id[1] == walk.id;
     walk.others[walk.count] = edge.id[!is_second];
-    walk.slots[walk.count++] = walk.next;
+    walk.slots[walk.count] = walk.next - 1;
+    walk.count += walk.next != 0;
     walk.next = edge.next[is_second];
-    if (walk.next != none) cpu::prefetch(&edges_[walk.next]);
+    cpu::prefetch(&edges_[walk.next]);
   }
   // Calls f(other, slot) for all pairs of the object, listed or not.
   template <class F>
@@ -80,6 +82,7 @@ class PairSet {
   void copy(const PairSet& other) noexcept;
 
  private:
+  // That of a slot has the number after it. Edge 0 is of no pair: where a list ends.
   struct Edge {
     ObjectId id[2];  // the first one's none: a free slot
     std::uint32_t next[2], previous[2];
@@ -92,6 +95,11 @@ class PairSet {
   void link(Objects& objects, const LivePair& pair) noexcept;
   void unlink(Objects& objects, std::uint32_t slot) noexcept;
   void prefetch_neighbours(std::uint32_t slot) const noexcept;
+  // Which the next in the list of one of its objects has before it. Edge 0 may have any.
+  std::uint32_t& before_next(const Edge& edge, int side) noexcept {
+    Edge& next = edges_[edge.next[side]];
+    return next.previous[next.id[1] == edge.id[side]];
+  }
   void finish(Sorted sorted) noexcept;
 
   List<Edge> edges_;
@@ -105,11 +113,11 @@ class PairSet {
 template <class F>
 void PairSet::each_pair(const Walk& walk, F&& f) const {
   for (std::uint32_t k = 0; k < walk.count; ++k) f(walk.others[k], walk.slots[k]);
-  for (std::uint32_t slot = walk.next; slot != none;) {
-    const Edge& edge = edges_[slot];
+  for (std::uint32_t e = walk.next; e != 0;) {
+    const Edge& edge = edges_[e];
     const bool is_second = edge.id[1] == walk.id;
-    f(edge.id[!is_second], slot);
-    slot = edge.next[is_second];
+    f(edge.id[!is_second], e - 1);
+    e = edge.next[is_second];
   }
 }
 
