@@ -10,7 +10,7 @@ namespace {
 // twice as many again. Of 4, 8, 16 for cells: no difference between the latter two.
 constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edges_ahead;
 // So many hits of a search are compared with each pair the object has; more are marked.
-constexpr std::uint32_t few_hits = 16;
+constexpr std::uint32_t few_hits = 8;
 
 bool tells(const Objects& objects, ObjectId id, ObjectId other) noexcept {
   // Both, without a branch: nobody can guess which id is lower.
@@ -51,13 +51,16 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
   };
   for (std::size_t i = 0; i < edges_ahead; ++i) walk_ahead(i);
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
+  // Of each a few more edges than objects have on average.
+  const std::size_t steps = std::min<std::uint64_t>(
+      edges_ahead - 1, 3 + 3 * std::uint64_t{scene.pairs.count()} / (objects.count() + 1));
   ObjectId hits[Cells::most_hits + 1];
   for (std::size_t i = 0; i < count; ++i) {
     if (stop && stop->load(std::memory_order_relaxed)) return;
     if (const std::size_t soon = i + ahead / 2; soon < count) {
       if (objects.body(ids[soon]).home != none) scene.cells.prefetch_chains(reaches[soon % ahead]);
     }
-    for (std::size_t soon = i + 1; soon < std::min(i + ahead, count); ++soon)
+    for (std::size_t soon = i + 1; soon < std::min(i + 1 + steps, count); ++soon)
       scene.pairs.step(walks[soon % edges_ahead]);
     const ObjectId id = ids[i];
     std::uint32_t found = 0;
