@@ -158,6 +158,10 @@ class Soak {
     Bytes stream(bytes);
     const Case c = make_case(stream, most);
     judge_.begin(c);
+    // Tens of thousands of boxes in one place: gigabytes, and minutes that thousands of scenes
+    // take.
+    constexpr std::size_t most_pairs = std::size_t{1} << 25;
+    if (judge_.truth().pairs().size() > most_pairs) return true;
     if (rounds_ % 64 == 0) {
       ++judge_.tally.looked_close;
       if (has_close_pair(c)) ++judge_.tally.close_cases;
