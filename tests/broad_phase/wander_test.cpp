@@ -1,5 +1,5 @@
-// Objects that leave the place that cells were planned for, a little and very far, on all sides: the
-// same pairs as of all boxes anew, and no more looked at for them than for others.
+// Objects that leave the place that cells were planned for, a little and very far, on all sides:
+// the same pairs as of all boxes anew, and no more looked at for them than for others.
 #include <cfloat>
 #include <limits>
 #include <vector>
@@ -42,8 +42,8 @@ struct Herd {
   }
 };
 
-// Movers go to where cells begin again: about each corner of the range, and some ranges beyond. Each
-// sixteenth object stays.
+// Movers go to where cells begin again: about each corner of the range, and some ranges beyond.
+// Each sixteenth object stays.
 void wander(Herd& herd, Vec3 at) {
   herd.start();
   Random random(17);

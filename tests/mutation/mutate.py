@@ -142,6 +142,7 @@ def suites(build):
          "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:-*MorePairs*")
     test("engine", "pipeline", 120, "pipeline_test", "FarEngine*")
     test("calls", "live", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
+    test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*")
     add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
     add("soak of emulated", "core pipeline", 40,
         [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"])

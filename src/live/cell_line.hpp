@@ -1,0 +1,68 @@
+// Two boxes in a cache line, and whether a third overlaps them: three vectors of four decide.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "cpu/sse2.hpp"
+
+namespace throng::live {
+
+// Two boxes, a cache line: corner by corner, the upper ones negated (exact, as a float's sign is a
+// bit of its own). With numbers of whoever keeps it. A box all NaN overlaps nothing.
+struct alignas(64) CellLine {
+  float corner[6][2];
+  std::uint32_t id[2], next, used;
+
+  void set(std::uint32_t k, const Box& b) noexcept {
+    const float c[6] = {b.lower.x, b.lower.y, b.lower.z, -b.upper.x, -b.upper.y, -b.upper.z};
+    for (int i = 0; i < 6; ++i) corner[i][k] = c[i];
+  }
+  Box box(std::uint32_t k) const noexcept {
+    return {{corner[0][k], corner[1][k], corner[2][k]},
+            {-corner[3][k], -corner[4][k], -corner[5][k]}};
+  }
+};
+
+static_assert(sizeof(CellLine) == 64);
+
+// The box whose overlaps are asked for: what no corner of the other may exceed.
+class CellQuery {
+ public:
+  explicit CellQuery(const Box& b) noexcept {
+    const float most[6] = {b.upper.x, b.upper.y, b.upper.z, -b.lower.x, -b.lower.y, -b.lower.z};
+#if defined(THRONG_SSE2)
+    for (int i = 0; i < 3; ++i)
+      most_[i] = _mm_setr_ps(most[2 * i], most[2 * i], most[2 * i + 1], most[2 * i + 1]);
+#else
+    for (int i = 0; i < 6; ++i) most_[i] = most[i];
+#endif
+  }
+  // Whether each of the two overlaps: bits 0 and 1.
+  std::uint32_t overlaps(const CellLine& line) const noexcept {
+#if defined(THRONG_SSE2)
+    const auto both = [&](int i) {  // of two corners
+      return _mm_cmple_ps(_mm_load_ps(line.corner[2 * i]), most_[i]);
+    };
+    const auto m = static_cast<std::uint32_t>(
+        _mm_movemask_ps(_mm_and_ps(_mm_and_ps(both(0), both(1)), both(2))));
+    return m & m >> 2;
+#else
+    bool both[2] = {true, true};
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 2; ++k) both[k] &= line.corner[i][k] <= most_[i];
+    }
+    return (both[0] ? 1u : 0u) | (both[1] ? 2u : 0u);
+#endif
+  }
+
+ private:
+#if defined(THRONG_SSE2)
+  __m128 most_[3];
+#else
+  float most_[6];
+#endif
+};
+
+}  // namespace throng::live
