@@ -7,7 +7,7 @@ namespace throng::live {
 namespace {
 
 // Cells are asked for so many objects ahead, first edges twice as many, what says where both are
-// twice as many again. Of 4, 8, 16 for cells: no difference between the latter two.
+// twice as many again. Of 6, 8, 12 and 16 for cells 8 is fastest, with caches emptied, too.
 constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edges_ahead;
 // So many hits of a search are compared with each pair the object has; more are marked.
 constexpr std::uint32_t few_hits = 8;

@@ -3,8 +3,8 @@
 // One function per axis maps a float to a whole number of units, q(x) = int(clamp(x * scale)).
 // Each step is non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities
 // included. A box is of the first class c whose span 16 << c is at least q(upper) - q(lower) on
-// every axis; cells of that class are 32 << c units long, 16 << c
-// where boxes are dense, and the box's home on an axis is q(lower) >> (bits + c), bits 5 or 4.
+// every axis; cells of that class are 32 << c units long, 16 << c where boxes are dense, and the
+// box's home on an axis is q(lower) >> (bits + c), bits 5 or 4.
 //
 // Where boxes are mostly long and thin, rods and plates, a class also tells along which axes an
 // eighth of its span is enough: there c is less by 3. A search then takes for the span along an
@@ -105,8 +105,8 @@ class CellMap {
     const std::uint64_t layer = n[0] * n[1];
     return layer >= most ? most : std::min(most, layer * n[2]);
   }
-  // How many there are of the smallest class in use, at most: a box that is no larger looks into 2
-  // or 3 an axis, less than 32 << c units, in cells of that length or of half of it.
+  // Of the smallest class in use, for a box that is no larger: 2 or 3 an axis, as that reaches over
+  // less than 32 << c units, and cells are that long or half as long.
   std::uint64_t most_of_smallest() const noexcept { return cell_bits_ == span_bits ? 27 : 8; }
   // f(home) for each of these cells.
   template <class F>
