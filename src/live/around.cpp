@@ -13,8 +13,7 @@ constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edg
 constexpr std::uint32_t few_hits = 8;
 
 bool tells(const Objects& objects, ObjectId id, ObjectId other) noexcept {
-  // Both, without a branch: nobody can guess which id is lower.
-  return static_cast<int>(id < other) | static_cast<int>(!objects.is_dirty(other));
+  return id < other || !objects.is_dirty(other);
 }
 
 }  // namespace

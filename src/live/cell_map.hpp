@@ -74,8 +74,7 @@ class CellMap {
   // Of a box of class c, which is not `classes`: 0 .. homes() - 1.
   std::uint32_t home_of(const Range& r, int c, std::int32_t world) const noexcept {
     std::uint32_t home = first_part(c, world);
-    for (int k = 0; k < 3; ++k)
-      home = sum(home, cursor(r.lower[k] >> (cell_bits_ + level(c, k)), c, k).part);
+    for (int k = 0; k < 3; ++k) home = sum(home, cursor(r.lower[k] >> shift(c, k), c, k).part);
     return home;
   }
 
@@ -84,7 +83,7 @@ class CellMap {
     Range cells;
     if (thin_) {
       for (int k = 0; k < 3; ++k) {
-        const int bits = cell_bits_ + level(size_class, k);
+        const int bits = shift(size_class, k);
         cells.lower[k] = (r.lower[k] - span_[size_class][k]) >> bits;
         cells.upper[k] = r.upper[k] >> bits;
       }
@@ -105,9 +104,6 @@ class CellMap {
     const std::uint64_t layer = n[0] * n[1];
     return layer >= most ? most : std::min(most, layer * n[2]);
   }
-  // Of the smallest class in use, for a box that is no larger: 2 or 3 an axis, as that reaches over
-  // less than 32 << c units, and cells are that long or half as long.
-  std::uint64_t most_of_smallest() const noexcept { return cell_bits_ == span_bits ? 27 : 8; }
   // f(home) for each of these cells.
   template <class F>
   void each_home(const Range& cells, int c, std::int32_t world, F&& f) const;
@@ -117,6 +113,10 @@ class CellMap {
   static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
 
+  // From units to cells.
+  int shift(int size_class, int axis) const noexcept {
+    return cell_bits_ + level(size_class, axis);
+  }
   // A cell's home is the sum of four numbers, modulo the count of homes: one of its class and
   // world, and one an axis. Where the world is mostly full, those count cells, row by row and layer
   // by layer, and begin again after so many: neighbours lie side by side, and no two fall on one
@@ -151,7 +151,7 @@ class CellMap {
   // How many cells of class c it lies behind the origin: most by less than the period. What lies
   // before it, by less than 2^26, counts as far behind.
   std::uint32_t behind_origin(std::int32_t cell, int c, int axis) const noexcept {
-    return static_cast<std::uint32_t>(cell - (axis_[axis].origin >> (cell_bits_ + level(c, axis))));
+    return static_cast<std::uint32_t>(cell - (axis_[axis].origin >> shift(c, axis)));
   }
   Cursor cursor(std::int32_t cell, int c, int k) const noexcept {
     const Axis& axis = axis_[k];

@@ -31,7 +31,7 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   const CellMap::Range r = map_.quantise(box);
   const int c = map_.class_of(r);
   const std::uint32_t home = c == CellMap::classes ? wide_home() : map_.home_of(r, c, worlds.own);
-  return {home, c, lines_of(r, c, worlds)};
+  return {home, c, lines_of(r, worlds)};
 }
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
@@ -57,22 +57,17 @@ void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
 
 void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   Line& head = lines_[home];
-  for (std::uint32_t i = home;; i = lines_[i].next) {
-    Line& line = lines_[i];
-    const std::uint32_t k = line.id[0] == id ? 0 : 1;
-    if (line.id[k] != id) continue;
-    count_class(class_in(line, k), -1);
-    const std::uint32_t last = --head.used;
-    for (int c = 0; c < 6; ++c) {
-      line.corner[c][k] = head.corner[c][last];
-      head.corner[c][last] = nan;
-    }
-    line.id[k] = head.id[last];
-    head.id[last] = none;
-    break;
+  const auto [line, k] = find(id, home);
+  count_class(class_in(*line, k), -1);
+  const std::uint32_t last = --head.used;
+  for (int c = 0; c < 6; ++c) {
+    line->corner[c][k] = head.corner[c][last];
+    head.corner[c][last] = nan;
   }
+  line->id[k] = head.id[last];
+  head.id[last] = none;
   const std::uint32_t next = head.next;
-  if (static_cast<int>(head.used != 0) | static_cast<int>(next == 0)) return;
+  if (head.used != 0 || next == 0) return;
   head = lines_[next];
   lines_[next] = empty_line;
   lines_[next].next = free_;
@@ -80,28 +75,26 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
 }
 
 void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
-  for (std::uint32_t i = place.home;; i = lines_[i].next) {
+  const auto [line, k] = find(id, place.home);
+  if (const int c = class_in(*line, k); c != place.size_class) {
+    count_class(c, -1);
+    count_class(place.size_class, 1);
+  }
+  map_.hold(box, place.size_class);
+  line->set(k, box);
+}
+
+Cells::Entry Cells::find(ObjectId id, std::uint32_t home) const noexcept {
+  for (std::uint32_t i = home;; i = lines_[i].next) {
     Line& line = lines_[i];
     const std::uint32_t k = line.id[0] == id ? 0 : 1;
-    if (line.id[k] != id) continue;
-    if (const int c = class_in(line, k); c != place.size_class) {
-      count_class(c, -1);
-      count_class(place.size_class, 1);
-    }
-    map_.hold(box, place.size_class);
-    line.set(k, box);
-    return;
+    if (line.id[k] == id) return {&line, k};
   }
 }
 
-std::uint64_t Cells::lines_of(const CellMap::Range& r, int size_class,
-                              Worlds worlds) const noexcept {
+std::uint64_t Cells::lines_of(const CellMap::Range& r, Worlds worlds) const noexcept {
   const std::uint64_t most = lines_.size();
   if (worlds.all) return most;
-  if (!map_.thin() && one_class() && !worlds.everywhere) {
-    const bool smallest = (used_[0] & ((1u << size_class) - 1)) == 0;
-    if (smallest) return std::min(map_.most_of_smallest(), most);
-  }
   std::uint64_t count = wide_lines();
   each_class([&](int c) {
     count += CellMap::count(map_.cells_of(r, c), most) * (worlds.everywhere ? 2 : 1);
@@ -123,9 +116,7 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   each_class([&](int c) {
     const CellMap::Range cells = map_.cells_of(range, c);
     left -= std::min(left, CellMap::count(cells, most) * (worlds.everywhere ? 2 : 1));
-    if (left == 0) return;
-    map_.each_home(cells, c, worlds.own, list);
-    if (worlds.everywhere) map_.each_home(cells, c, -1, list);
+    if (left != 0) each_home(cells, c, worlds, list);
   });
   if (left == 0) return;
   if (has_wide()) list(wide_home());

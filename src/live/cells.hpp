@@ -41,8 +41,8 @@ class Cells {
     bool everywhere = false;  // those of world -1, too: there are such, and `own` is another
     bool all = false;         // every world: `own` is -1, and there are others
   };
-  // Where a box belongs, and how many lines a search of it looks at, but for chains: at most so
-  // many, and no more than there are.
+  // Where a box belongs, and how many lines a search of it looks at, but for chains: no more than
+  // there are.
   struct Place {
     std::uint32_t home;
     int size_class;
@@ -101,7 +101,13 @@ class Cells {
   std::uint32_t wide_home() const noexcept { return map_.homes(); }
   bool has_wide() const noexcept { return class_count_[0][CellMap::classes] != 0; }
   std::uint64_t wide_lines() const noexcept { return class_count_[0][CellMap::classes] / 2; }
-  std::uint64_t lines_of(const CellMap::Range& r, int size_class, Worlds worlds) const noexcept;
+  std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
+  // Where a box is that is in the chain of this home.
+  struct Entry {
+    Line* line;
+    std::uint32_t k;
+  };
+  Entry find(ObjectId id, std::uint32_t home) const noexcept;
   void count_class(int size_class, int one) noexcept {
     const int axes = size_class >> CellMap::thin_shift, c = map_.level(size_class, 3);
     class_count_[axes][c] += static_cast<std::size_t>(one);
@@ -123,6 +129,12 @@ class Cells {
       for (std::uint32_t used = used_[axes]; used != 0; used &= used - 1)
         f(std::countr_zero(used) | axes << CellMap::thin_shift);
     }
+  }
+  // f(home) for each of these cells, in all worlds that are looked into.
+  template <class F>
+  void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
+    map_.each_home(cells, c, worlds.own, f);
+    if (worlds.everywhere) map_.each_home(cells, c, -1, f);
   }
   template <class F>
   std::uint64_t look(const CellQuery& query, std::uint32_t home, F&& f) const;
@@ -176,7 +188,7 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
   std::uint64_t compared = 0;
   const CellQuery query(box);
   const CellMap::Range range = map_.quantise(box);
-  if (lines_of(range, map_.class_of(range), worlds) < lines_.size()) {
+  if (lines_of(range, worlds) < lines_.size()) {
     // Asked for some at once, then looked at.
     constexpr std::uint32_t at_once = 64;
     std::uint32_t homes[at_once], count = 0;
@@ -189,11 +201,7 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
       homes[count++] = home;
       if (count == at_once) look_at_all();
     };
-    each_class([&](int c) {
-      const CellMap::Range cells = map_.cells_of(range, c);
-      map_.each_home(cells, c, worlds.own, look_soon);
-      if (worlds.everywhere) map_.each_home(cells, c, -1, look_soon);
-    });
+    each_class([&](int c) { each_home(map_.cells_of(range, c), c, worlds, look_soon); });
     look_at_all();
     if (has_wide()) compared += look(query, wide_home(), f);
   } else {

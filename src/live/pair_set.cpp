@@ -13,8 +13,6 @@ namespace {
 // Edges are asked for so many changes ahead.
 constexpr std::size_t ahead = 8;
 
-bool before(const LivePair& a, const LivePair& b) noexcept { return key_of(a) < key_of(b); }
-
 // Of a merge at most so many parts, which tasks take by turns.
 constexpr unsigned most_parts = 256;
 

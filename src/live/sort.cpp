@@ -7,10 +7,7 @@
 #include <utility>
 
 namespace throng::live {
-
 namespace {
-
-bool before(const LivePair& a, const LivePair& b) noexcept { return key_of(a) < key_of(b); }
 
 // Each run of pairs of one first.
 void sort_runs(LivePair* pairs, std::size_t count) noexcept {

@@ -26,5 +26,6 @@ inline std::uint64_t key_of(std::uint64_t ids) noexcept {
   return std::endian::native == std::endian::little ? std::rotl(ids, 32) : ids;
 }
 inline std::uint64_t key_of(const LivePair& p) noexcept { return key_of(ids_at(&p)); }
+inline bool before(const LivePair& a, const LivePair& b) noexcept { return key_of(a) < key_of(b); }
 
 }  // namespace throng::live

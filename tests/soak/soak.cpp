@@ -158,8 +158,7 @@ class Soak {
     Bytes stream(bytes);
     const Case c = make_case(stream, most);
     judge_.begin(c);
-    // Tens of thousands of boxes in one place: gigabytes, and minutes that thousands of scenes
-    // take.
+    // Tens of thousands of boxes in one place would take minutes, and gigabytes for each copy.
     constexpr std::size_t most_pairs = std::size_t{1} << 25;
     if (judge_.truth().pairs().size() > most_pairs) return true;
     if (rounds_ % 64 == 0) {
