@@ -169,8 +169,10 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* sever
 template <std::uint32_t bits>
 using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 
-// Boxes are asked for so far ahead: docs/benchmarks.md tells what that is worth.
+// Boxes are asked for so far ahead, and a column's next line once the first of its four records is
+// there; sooner, it may be gone again by then. docs/benchmarks.md tells what both are worth.
 constexpr std::size_t ahead_bytes = 3072;
+constexpr std::size_t records_ahead = 3;
 
 inline void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
                 const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
@@ -233,7 +235,8 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
       hn::Vec<decltype(df)> lower, upper;
       load_boxes(df, boxes, stride, lower, upper);
       boxes += group * stride;
-      hwy::Prefetch(boxes + ahead_bytes);
+      for (std::size_t line = 0; line < group * stride; line += 64)
+        hwy::Prefetch(boxes + ahead_bytes + line);
       const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
       const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
       const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));
@@ -289,7 +292,7 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     const std::uintptr_t tail = out.room(column);
     const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
     store_record(tail, hn::Or(load_record(out.whole + i), words_of(raised)));
-    prefetch_to_own(reinterpret_cast<const char*>(tail) + 128);
+    prefetch_to_own(reinterpret_cast<const Record*>(tail) + records_ahead);
     tails[column] = tail + sizeof(Record) * ((number & beyond_next) == 0);
   }
   copy_on(map, several, several_count, out);
