@@ -15,6 +15,7 @@
 
 #include "cpu/compress_table.hpp"
 #include "cpu/kernels.hpp"
+#include "cpu/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -97,6 +98,9 @@ class PairWriter {
   HWY_INLINE void put(V32 query, V32 target, int count) {
     store_pairs<orientation>(query, target, count, cursor_);
     cursor_ += count;
+    const char* const later = reinterpret_cast<const char*>(cursor_) + ahead_bytes;
+    prefetch_to_own(later);
+    if (HWY_UNLIKELY(count > 8)) prefetch_to_own(later + 64);
     if (HWY_LIKELY(cursor_ <= limit_)) return;
     out_.cursor = cursor_;
     out_.flush(&out_);
@@ -105,6 +109,9 @@ class PairWriter {
   }
 
  private:
+  // Room is asked for so far ahead, a line for each line: see docs/benchmarks.md.
+  static constexpr std::size_t ahead_bytes = 4096;
+
   Emit& out_;
   Pair* cursor_;
   Pair* limit_;

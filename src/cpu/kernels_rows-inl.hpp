@@ -1,5 +1,5 @@
-// The sweep of a strip over itself where windows are long: a vector of queries against one target
-// after the other, whose words are spread over a vector as they are loaded. Included once an
+// The sweep of a strip over itself where windows are long: a row of queries against two targets
+// after the other two, whose words are spread over a vector as they are loaded. Included once an
 // instruction set.
 #if defined(THRONG_KERNELS_ROWS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_ROWS_INL
@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 #include "cpu/kernels_compare-inl.hpp"
 #include "cpu/kernels_emit-inl.hpp"
@@ -20,49 +21,69 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::size_t row_steps = 4;  // targets that are compared before the next branch
+constexpr std::uint32_t row_queries = word_lanes / 2;
+constexpr std::uint32_t row_steps = 4;  // vectors that are compared before the next branch,
+constexpr std::uint32_t row_targets = 2 * row_steps;  // of so many targets
 // Whether this can pay: of vectors of eight words it does not.
 constexpr bool has_rows = word_lanes > 8;
 // Where the last window of a vector of queries ends so many places behind the first of them, or
-// more, rows are faster than queries side by side (kernels_sides-inl.hpp): for these, half of the
-// comparisons of the first word_lanes rows are of no use.
+// more, rows are faster than queries side by side (kernels_sides-inl.hpp): of these, half of the
+// comparisons of the first row_queries targets are of no use.
 constexpr std::uint32_t rows_pay_from = word_lanes + 20;
 // See core::plan. Fitted to runs over all scenes of the benchmark, as is the number above.
 constexpr core::SweepCost sweep_cost =
     has_rows ? core::SweepCost{5, 0.5, 0.16, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
-// As many queries as a vector has words.
+// Words of 32 bits, each of which two words of 16 bits make.
+using DTwo = hn::Repartition<std::uint32_t, D16>;
+
+// Half as many queries as a vector has words, each word twice, as two targets come at once. With as
+// many queries as words twice as many comparisons with the first targets would be of no use; and to
+// spread 32 bits takes a load, to spread 16 of them some processors a shuffle, too.
 struct Row {
   V16 upper0, upper1, upper2, lower0, lower1, lower2, begins;
   HWY_INLINE Row(const Strip& s, std::size_t i)
-      : upper0(hn::LoadU(D16(), s.upper[0] + i)),
-        upper1(hn::LoadU(D16(), s.upper[1] + i)),
-        upper2(hn::LoadU(D16(), s.upper[2] + i)),
-        lower0(hn::LoadU(D16(), s.lower[0] + i)),
-        lower1(hn::LoadU(D16(), s.lower[1] + i)),
-        lower2(hn::LoadU(D16(), s.lower[2] + i)),
-        begins(hn::LoadU(D16(), s.begins + i)) {}
+      : upper0(twice(s.upper[0] + i)),
+        upper1(twice(s.upper[1] + i)),
+        upper2(twice(s.upper[2] + i)),
+        lower0(twice(s.lower[0] + i)),
+        lower1(twice(s.lower[1] + i)),
+        lower2(twice(s.lower[2] + i)),
+        begins(twice(s.begins + i)) {}
+
+  // q0, q0, q1, q1, ...
+  static HWY_INLINE V16 twice(const std::int16_t* words) {
+    const hn::Rebind<std::uint16_t, DTwo> half;
+    const auto once =
+        hn::PromoteTo(DTwo(), hn::LoadU(half, reinterpret_cast<const std::uint16_t*>(words)));
+    return hn::BitCast(D16(), hn::Or(once, hn::ShiftLeft<16>(once)));
+  }
+  // t0, t1, t0, t1, ...
+  static HWY_INLINE V16 two(const std::int16_t* words) {
+    std::uint32_t both;
+    std::memcpy(&both, words, sizeof both);
+    return hn::BitCast(D16(), hn::Set(DTwo(), both));
+  }
 
   // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
   template <bool ordered>
   HWY_INLINE V16 least(const Strip& s, std::size_t t) const {
-    const D16 d;
-    V16 x = hn::Min(hn::Sub(upper0, hn::Set(d, s.lower[0][t])),
-                    hn::Sub(upper1, hn::Set(d, s.lower[1][t])));
-    V16 y = hn::Min(hn::Sub(hn::Set(d, s.upper[1][t]), lower1),
-                    hn::Sub(hn::Set(d, s.upper[2][t]), lower2));
-    x = hn::Min(x, hn::Sub(upper2, hn::Set(d, s.lower[2][t])));
-    if constexpr (!ordered) y = hn::Min(y, hn::Sub(hn::Set(d, s.upper[0][t]), lower0));
+    V16 x = hn::Min(hn::Sub(upper0, two(s.lower[0] + t)), hn::Sub(upper1, two(s.lower[1] + t)));
+    V16 y = hn::Min(hn::Sub(two(s.upper[1] + t), lower1), hn::Sub(two(s.upper[2] + t), lower2));
+    x = hn::Min(x, hn::Sub(upper2, two(s.lower[2] + t)));
+    if constexpr (!ordered) y = hn::Min(y, hn::Sub(two(s.upper[0] + t), lower0));
     return hn::Min(x, y);
   }
 };
 
-// Makes a difference negative for the queries that do not lie before a target: from `words` +
-// word_lanes less the target's place behind the first query.
+// Makes a difference negative for the queries that do not lie before their target: from `words` +
+// `most` less twice the place of the first of two targets behind the first query.
 struct NotBefore {
-  std::int16_t words[2 * word_lanes] = {};
+  static constexpr std::uint32_t most = 2 * (row_queries + row_targets);
+  std::int16_t words[most + word_lanes] = {};
   constexpr NotBefore() {
-    for (std::uint32_t k = word_lanes; k < 2 * word_lanes; ++k) words[k] = -32767;
+    for (std::uint32_t k = most; k < most + word_lanes; ++k) words[k] = -32767;
+    words[most + 1] = 0;  // the first of two lies before the second
   }
 };
 inline constexpr NotBefore not_before;
@@ -74,7 +95,7 @@ class RowByRow {
 
   // Whether the queries from `begin` on, before `end`, are better taken so.
   bool pay(std::uint32_t begin, std::uint32_t end) const;
-  // A vector of queries from `i` on. Where few of it go on for long, what is left of their windows
+  // The row of queries from `i` on. Where few of it go on for long, what is left of their windows
   // is added to `rest`, where `left` are, each by its place from `block` on.
   template <bool ordered>
   void run(std::uint32_t i, std::uint32_t block, Window* rest, std::uint32_t& left);
@@ -84,7 +105,7 @@ class RowByRow {
 
  private:
   // After so many targets it is asked whether a share of the queries go on, as one alone is
-  // compared with a vector of targets in the time that a vector of queries takes for three or four.
+  // compared with a vector of targets in the time that a row takes for six or eight.
   static constexpr std::uint32_t patience = 32, least_share = 4;
 
   std::uint32_t end_of(std::int16_t upper) const {
@@ -119,33 +140,35 @@ HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, s
                                                std::size_t t) {
   const D16 d;
   const V16 l[row_steps] = {l0, l1, l2, l3};
-  const V16 begins = hn::LoadU(d, strip_.begins + i);
-  for (std::size_t k = 0; k < row_steps; ++k) {
-    const auto home = hn::Eq(hn::And(begins, hn::Set(d, strip_.begins[t + k])), hn::Zero(d));
-    std::uint32_t ties = bits_of(d, hn::And(home, hn::Eq(l[k], hn::Zero(d))));
+  const V16 begins = Row::twice(strip_.begins + i);
+  for (const V16& least : l) {
+    const auto home = hn::Eq(hn::And(begins, Row::two(strip_.begins + t)), hn::Zero(d));
+    std::uint32_t ties = bits_of(d, hn::And(home, hn::Eq(least, hn::Zero(d))));
     for (; ties != 0; ties &= ties - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(ties));
-      *out_.maybe_cursor++ = make_pair(orientation, strip_.id[i + lane], strip_.id[t + k]);
+      *out_.maybe_cursor++ =
+          make_pair(orientation, strip_.id[i + lane / 2], strip_.id[t + lane % 2]);
     }
     if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
+    t += 2;
   }
 }
 
-// `corner`: of these targets some are queries of the vector.
+// `corner`: of these targets some are queries of the row.
 template <Orientation orientation>
 template <bool ordered, bool corner>
 HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& queries, std::size_t i,
                                                std::size_t t) {
   const D16 d;
   const auto least = [&](std::size_t k) HWY_ATTR {
-    const V16 l = queries.least<ordered>(s, t + k);
+    const V16 l = queries.least<ordered>(s, t + 2 * k);
     if constexpr (!corner) return l;
-    return hn::Or(l, hn::LoadU(d, not_before.words + word_lanes - (t + k - i)));
+    return hn::Or(l, hn::LoadU(d, not_before.words + NotBefore::most - 2 * (t + 2 * k - i)));
   };
 #if HWY_TARGET == HWY_AVX3_DL
   const V16 l0 = least(0), l1 = least(1), l2 = least(2), l3 = least(3);
   const auto met = [&](V16 l, std::size_t k) HWY_ATTR {
-    const V16 begins = hn::Set(d, s.begins[t + k]);
+    const V16 begins = Row::two(s.begins + t + 2 * k);
     return _mm512_mask_cmp_epi16_mask(_mm512_testn_epi16_mask(queries.begins.raw, begins.raw),
                                       l.raw, _mm512_setzero_si512(), _MM_CMPINT_NLE);
   };
@@ -153,12 +176,12 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
       _mm512_min_epu16(_mm512_min_epu16(l0.raw, l1.raw), _mm512_min_epu16(l2.raw, l3.raw));
   const bool ties = _mm512_testn_epi16_mask(closest, closest) != 0;
   hits_.add(i, t, _mm512_kunpackd(met(l1, 1), met(l0, 0)));
-  hits_.add(i, t + 2, _mm512_kunpackd(met(l3, 3), met(l2, 2)));
+  hits_.add(i, t + 4, _mm512_kunpackd(met(l3, 3), met(l2, 2)));
 #else
   const hn::Repartition<std::int8_t, D16> d8;
   const hn::Repartition<std::uint8_t, D16> du8;
   const auto at_home = [&](std::size_t k) HWY_ATTR {
-    const V16 both = hn::And(queries.begins, hn::Set(d, s.begins[t + k]));
+    const V16 both = hn::And(queries.begins, Row::two(s.begins + t + 2 * k));
     return hn::Or(least(k), hn::VecFromMask(d, hn::Gt(both, hn::Zero(d))));
   };
   const V16 l0 = at_home(0), l1 = at_home(1), l2 = at_home(2), l3 = at_home(3);
@@ -182,22 +205,22 @@ HWY_NOINLINE void RowByRow<orientation>::run(std::uint32_t i, std::uint32_t bloc
   const Row queries(s, i);
   const std::uint32_t stop = end_of(hn::GetLane(hn::MaxOfLanes(d, queries.upper0)));
   std::uint32_t t = i + 1;
-  const std::uint32_t corner = std::min(stop, i + word_lanes);
-  for (; t < corner; t += row_steps) compare<ordered, true>(s, queries, i, t);
+  const std::uint32_t corner = std::min(stop, i + row_queries);
+  for (; t < corner; t += row_targets) compare<ordered, true>(s, queries, i, t);
   while (t < stop) {
     const std::uint32_t pause = std::min(stop, t + patience);
-    for (; t < pause; t += row_steps) compare<ordered, false>(s, queries, i, t);
+    for (; t < pause; t += row_targets) compare<ordered, false>(s, queries, i, t);
     if (t >= stop) break;
     const auto bucket = static_cast<std::int16_t>(s.lower[0][t] & -(1 << s.shift));
     std::uint32_t going = bits_of(d, hn::Not(hn::Gt(hn::Set(d, bucket), queries.upper0)));
     if (static_cast<std::uint32_t>(std::popcount(going)) * least_share >= word_lanes) continue;
-    for (; going != 0; going &= going - 1) {
+    for (going &= 0x55555555u; going != 0; going &= going - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(going));
-      rest[left++] = {i - block + lane, t};
+      rest[left++] = {i - block + lane / 2, t};
     }
     break;
   }
-  vectors_ += t - i - 1;
+  vectors_ += (t - i - 1) / 2;
 }
 
 template <Orientation orientation>
@@ -205,20 +228,28 @@ HWY_NOINLINE void RowByRow<orientation>::write() {
   const D32 d;
   const std::uint32_t* HWY_RESTRICT ids = strip_.id;
 #if HWY_TARGET == HWY_AVX3_DL
+  const __m512i second_bit = _mm512_set1_epi32(2);
+  constexpr int choose = 0xe4;  // of the first where the third has a bit, else of the second
   write_pairs<orientation>(hits_, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
-    const V32 low = hn::LoadU(d, ids + first), high = hn::LoadU(d, ids + first + word_lanes / 2);
-    const hn::FixedTag<std::uint32_t, 4> two;
-    const __m512i of = _mm512_broadcastq_epi64(hn::LoadU(two, ids + at).raw);
+    const V32 of = hn::LoadU(d, ids + first), four = hn::LoadDup128(d, ids + at);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
-      query = V32{_mm512_permutex2var_epi32(low.raw, place.raw, high.raw)};
-      target = V32{_mm512_permutexvar_epi32(hn::ShiftRight<5>(place).raw, of)};
+      // The lowest bit of a place and the highest but one are its target; more bits do not matter.
+      const __m512i step = _mm512_ternarylogic_epi32(hn::ShiftRight<4>(place).raw, place.raw,
+                                                     second_bit, choose);
+      query = V32{_mm512_permutexvar_epi32(hn::ShiftRight<1>(place).raw, of.raw)};
+      target = V32{_mm512_permutexvar_epi32(step, four.raw)};
     };
   });
 #else
+  const hn::RepartitionToWide<D32> d64;
+  const hn::Rebind<std::uint32_t, decltype(d64)> half;
   const auto pick = [&](std::size_t first, std::size_t at, unsigned from, std::uint32_t bits,
                         V32& query, V32& target) HWY_ATTR {
-    query = compress(hn::LoadU(d, ids + first + (from & (word_lanes - 1))), bits);
-    target = hn::Set(d, ids[at + from / word_lanes]);
+    const auto once = hn::PromoteTo(d64, hn::LoadU(half, ids + first + from % word_lanes / 2));
+    std::uint64_t two;
+    std::memcpy(&two, ids + at + from / word_lanes * 2, sizeof two);
+    query = compress(hn::BitCast(d, hn::Or(once, hn::ShiftLeft<32>(once))), bits);
+    target = compress(hn::BitCast(d, hn::Set(d64, two)), bits);
   };
   write_pairs<orientation>(hits_, out_, pick);
 #endif

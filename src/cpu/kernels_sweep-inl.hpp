@@ -166,14 +166,14 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
   count_ = count;
 }
 
-// Of a strip over itself: a vector of queries together, as long as that pays.
+// Of a strip over itself: some queries together, as long as that pays.
 template <Orientation orientation>
 template <bool ordered>
 void StripSweep<orientation>::open_together(std::uint32_t begin) {
   const std::uint32_t end = std::min(begin + query_block, queries_.count);
   count_ = 0;
   if (rows_.pay(begin, end)) {
-    for (std::uint32_t i = begin; i < end; i += word_lanes)
+    for (std::uint32_t i = begin; i < end; i += row_queries)
       rows_.template run<ordered>(i, begin, windows_, count_);
     rows_.write();
   } else {
