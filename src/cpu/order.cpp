@@ -21,8 +21,8 @@ constexpr std::size_t bucket_pairs = 4096;  // aimed at
 constexpr std::size_t one_bucket_pairs = 16384;
 constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
-// another's lines, and took twice as long.
-constexpr std::size_t ahead = 16;
+// another's lines, and took twice as long. Pairs that are counted and split, so many.
+constexpr std::size_t ahead = 12, read_ahead = 256;
 // How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
 // several lists in a line: so these pay only where one task has all, and its cache holds them.
 constexpr std::size_t long_list_pairs = 64, short_list_pairs = 4;
@@ -43,6 +43,7 @@ template <class Place>
 void deal(const Pair* begin, const Pair* end, unsigned shift, Place* next, Pair* to) noexcept {
   for (const Pair* p = begin; p != end; ++p) {
     Pair* const at = to + next[p->first >> shift]++;
+    prefetch_to_stream(p + read_ahead);
     prefetch(at + ahead);
     *at = *p;
   }
@@ -86,6 +87,8 @@ void PairSorter::sort_as_lists(const Job& job) {
     // From two places at once: neighbours often have the same first, and each waits for the other.
     const std::size_t begin = part(p), half = (part(p + 1) - begin) / 2;
     for (std::size_t i = begin; i < begin + half; ++i) {
+      prefetch_to_stream(from + i + read_ahead);
+      prefetch_to_stream(from + i + half + read_ahead);
       ++mine[from[i].first];
       ++mine[from[i + half].first];
     }
@@ -162,7 +165,10 @@ void PairSorter::sort_as_buckets(const Job& job) {
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint64_t* mine = histograms + p * buckets;
     std::memset(mine, 0, buckets * sizeof *mine);
-    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) ++mine[from[i].first >> shift];
+    for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
+      prefetch_to_stream(from + i + read_ahead);
+      ++mine[from[i].first >> shift];
+    }
   });
   std::uint64_t sum = 0;
   std::uint64_t largest = 0;

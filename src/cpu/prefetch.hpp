@@ -30,4 +30,12 @@ inline void prefetch_to_read([[maybe_unused]] const void* address) noexcept {
 #endif
 }
 
+// One of many in a row that will be read: into the first.
+inline void prefetch_to_stream([[maybe_unused]] const void* address) noexcept {
+#if defined(__GNUC__)
+  __builtin_prefetch(address, 0, 3);
+  __asm__ volatile("");
+#endif
+}
+
 }  // namespace throng::cpu
