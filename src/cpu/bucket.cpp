@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "cpu/lists.hpp"
+#include "cpu/prefetch.hpp"
 
 namespace throng::cpu {
 namespace {
@@ -59,6 +60,7 @@ void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   std::memset(counts, 0, passes * digits * sizeof *counts);
   const auto count_keys = [&](auto pass_count) {
     for (std::size_t i = 0; i < count; ++i) {
+      prefetch_to_stream(pairs + i + read_ahead);
       Key key = key_of(pairs[i]);
       if (a) a[i] = key;
       for (unsigned p = 0; p < pass_count; ++p, key = static_cast<Key>(key >> digit)) {

@@ -21,8 +21,8 @@ constexpr std::size_t bucket_pairs = 4096;  // aimed at
 constexpr std::size_t one_bucket_pairs = 16384;
 constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
-// another's lines, and took twice as long. Pairs that are counted and split, so many.
-constexpr std::size_t ahead = 12, read_ahead = 256;
+// another's lines, and took twice as long.
+constexpr std::size_t ahead = 12;
 // How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
 // several lists in a line: so these pay only where one task has all, and its cache holds them.
 constexpr std::size_t long_list_pairs = 64, short_list_pairs = 4;
