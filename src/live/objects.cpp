@@ -6,6 +6,8 @@ namespace throng::live {
 namespace {
 
 constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
+// Where all objects are gone through, they and their new boxes are asked for so many ahead.
+constexpr std::size_t all_ahead = 64;
 
 // A box as it lies in memory, looked at in registers: a copy that is read by other parts than it
 // was written by waits for its writes.
@@ -108,7 +110,10 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
     std::size_t fresh = 0;
     std::int64_t more = 0;
     const bool were_all_active = inactive_ == 0;
+    const char* const packed = boxes.packed_data();
     for (std::size_t i = begin; i < end; ++i) {
+      if (packed) cpu::prefetch_to_stream(packed + (i + all_ahead) * boxes.stride_bytes());
+      cpu::prefetch(bodies_.data() + i + all_ahead);
       const auto& box = at(i);
       const std::uint8_t flags = flags_[i];
       if (!(flags & alive) || !replace(static_cast<ObjectId>(i),
