@@ -234,8 +234,8 @@ HWY_NOINLINE void RowByRow<orientation>::write() {
     const V32 of = hn::LoadU(d, ids + first), four = hn::LoadDup128(d, ids + at);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
       // The lowest bit of a place and the highest but one are its target; more bits do not matter.
-      const __m512i step = _mm512_ternarylogic_epi32(hn::ShiftRight<4>(place).raw, place.raw,
-                                                     second_bit, choose);
+      const __m512i step =
+          _mm512_ternarylogic_epi32(hn::ShiftRight<4>(place).raw, place.raw, second_bit, choose);
       query = V32{_mm512_permutexvar_epi32(hn::ShiftRight<1>(place).raw, of.raw)};
       target = V32{_mm512_permutexvar_epi32(step, four.raw)};
     };
