@@ -233,7 +233,7 @@ HWY_NOINLINE void RowByRow<orientation>::write() {
   write_pairs<orientation>(hits_, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
     const V32 of = hn::LoadU(d, ids + first), four = hn::LoadDup128(d, ids + at);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
-      // The lowest bit of a place and the highest but one are its target; more bits do not matter.
+      // The lowest and the highest bit of a place are its target, what lies above does not matter.
       const __m512i step =
           _mm512_ternarylogic_epi32(hn::ShiftRight<4>(place).raw, place.raw, second_bit, choose);
       query = V32{_mm512_permutexvar_epi32(hn::ShiftRight<1>(place).raw, of.raw)};
