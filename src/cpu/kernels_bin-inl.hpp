@@ -188,6 +188,7 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
   constexpr std::uint32_t at_once = 4 * group;
   static_assert(bin_group % group == 0 && bin_tile % at_once == 0);
   constexpr std::uint32_t chunk = 64;
+  const std::size_t step = std::max<std::size_t>(stride, 64);  // each line, or each box
 
   const auto origin = in_each_block(df, map.origin);
   const auto scale = in_each_block(df, map.scale);
@@ -235,8 +236,8 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
       hn::Vec<decltype(df)> lower, upper;
       load_boxes(df, boxes, stride, lower, upper);
       boxes += group * stride;
-      for (std::size_t line = 0; line < group * stride; line += 64)
-        hwy::Prefetch(boxes + ahead_bytes + line);
+      for (std::size_t at = 0; at < group * stride; at += step)
+        hwy::Prefetch(boxes + ahead_bytes + at);
       const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
       const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
       const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));
