@@ -60,7 +60,7 @@ void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   std::memset(counts, 0, passes * digits * sizeof *counts);
   const auto count_keys = [&](auto pass_count) {
     for (std::size_t i = 0; i < count; ++i) {
-      prefetch_to_stream(pairs + i + read_ahead);
+      prefetch_to_stream(pairs + i + pairs_ahead);
       Key key = key_of(pairs[i]);
       if (a) a[i] = key;
       for (unsigned p = 0; p < pass_count; ++p, key = static_cast<Key>(key >> digit)) {

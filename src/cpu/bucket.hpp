@@ -10,9 +10,6 @@
 
 namespace throng::cpu {
 
-// Pairs that are gone through in a row are asked for so many ahead.
-constexpr std::size_t read_ahead = 256;
-
 struct Bucket {
   Pair* pairs;
   std::size_t count;

@@ -6,7 +6,6 @@
 #define THRONG_KERNELS_BIN_INL
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -237,7 +236,7 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
       load_boxes(df, boxes, stride, lower, upper);
       boxes += group * stride;
       for (std::size_t at = 0; at < group * stride; at += step)
-        hwy::Prefetch(boxes + ahead_bytes + at);
+        prefetch_to_stream(boxes + ahead_bytes + at);
       const auto tl = hn::Mul(hn::Sub(lower, origin), scale);
       const auto tu = hn::Mul(hn::Sub(upper, origin), scale);
       const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), most));

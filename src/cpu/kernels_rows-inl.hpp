@@ -34,8 +34,21 @@ constexpr std::uint32_t rows_pay_from = word_lanes + 20;
 constexpr core::SweepCost sweep_cost =
     has_rows ? core::SweepCost{5, 0.5, 0.16, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
-// Words of 32 bits, each of which two words of 16 bits make.
-using DTwo = hn::Repartition<std::uint32_t, D16>;
+// v0, v0, v1, v1, ... `wide` names unsigned numbers of twice the bits.
+template <class D, class T>
+HWY_INLINE hn::Vec<D> each_twice(D wide, const T* values) {
+  const hn::Rebind<T, D> half;
+  const auto once = hn::PromoteTo(wide, hn::LoadU(half, values));
+  return hn::Or(once, hn::ShiftLeft<8 * sizeof(T)>(once));
+}
+// v0, v1, v0, v1, ...
+template <class D, class T>
+HWY_INLINE hn::Vec<D> two_by_turns(D wide, const T* values) {
+  hn::TFromD<D> both;
+  static_assert(sizeof both == 2 * sizeof(T));
+  std::memcpy(&both, values, sizeof both);
+  return hn::Set(wide, both);
+}
 
 // Half as many queries as a vector has words, each word twice, as two targets come at once. With as
 // many queries as words twice as many comparisons with the first targets would be of no use; and to
@@ -51,18 +64,12 @@ struct Row {
         lower2(twice(s.lower[2] + i)),
         begins(twice(s.begins + i)) {}
 
-  // q0, q0, q1, q1, ...
+  using DTwo = hn::Repartition<std::uint32_t, D16>;
   static HWY_INLINE V16 twice(const std::int16_t* words) {
-    const hn::Rebind<std::uint16_t, DTwo> half;
-    const auto once =
-        hn::PromoteTo(DTwo(), hn::LoadU(half, reinterpret_cast<const std::uint16_t*>(words)));
-    return hn::BitCast(D16(), hn::Or(once, hn::ShiftLeft<16>(once)));
+    return hn::BitCast(D16(), each_twice(DTwo(), reinterpret_cast<const std::uint16_t*>(words)));
   }
-  // t0, t1, t0, t1, ...
   static HWY_INLINE V16 two(const std::int16_t* words) {
-    std::uint32_t both;
-    std::memcpy(&both, words, sizeof both);
-    return hn::BitCast(D16(), hn::Set(DTwo(), both));
+    return hn::BitCast(D16(), two_by_turns(DTwo(), words));
   }
 
   // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
@@ -242,14 +249,12 @@ HWY_NOINLINE void RowByRow<orientation>::write() {
   });
 #else
   const hn::RepartitionToWide<D32> d64;
-  const hn::Rebind<std::uint32_t, decltype(d64)> half;
   const auto pick = [&](std::size_t first, std::size_t at, unsigned from, std::uint32_t bits,
                         V32& query, V32& target) HWY_ATTR {
-    const auto once = hn::PromoteTo(d64, hn::LoadU(half, ids + first + from % word_lanes / 2));
-    std::uint64_t two;
-    std::memcpy(&two, ids + at + from / word_lanes * 2, sizeof two);
-    query = compress(hn::BitCast(d, hn::Or(once, hn::ShiftLeft<32>(once))), bits);
-    target = compress(hn::BitCast(d, hn::Set(d64, two)), bits);
+    const auto queries = each_twice(d64, ids + first + from % word_lanes / 2);
+    const auto targets = two_by_turns(d64, ids + at + from / word_lanes * 2);
+    query = compress(hn::BitCast(d, queries), bits);
+    target = compress(hn::BitCast(d, targets), bits);
   };
   write_pairs<orientation>(hits_, out_, pick);
 #endif

@@ -43,7 +43,7 @@ template <class Place>
 void deal(const Pair* begin, const Pair* end, unsigned shift, Place* next, Pair* to) noexcept {
   for (const Pair* p = begin; p != end; ++p) {
     Pair* const at = to + next[p->first >> shift]++;
-    prefetch_to_stream(p + read_ahead);
+    prefetch_to_stream(p + pairs_ahead);
     prefetch(at + ahead);
     *at = *p;
   }
@@ -87,8 +87,8 @@ void PairSorter::sort_as_lists(const Job& job) {
     // From two places at once: neighbours often have the same first, and each waits for the other.
     const std::size_t begin = part(p), half = (part(p + 1) - begin) / 2;
     for (std::size_t i = begin; i < begin + half; ++i) {
-      prefetch_to_stream(from + i + read_ahead);
-      prefetch_to_stream(from + i + half + read_ahead);
+      prefetch_to_stream(from + i + pairs_ahead);
+      prefetch_to_stream(from + i + half + pairs_ahead);
       ++mine[from[i].first];
       ++mine[from[i + half].first];
     }
@@ -166,7 +166,7 @@ void PairSorter::sort_as_buckets(const Job& job) {
     std::uint64_t* mine = histograms + p * buckets;
     std::memset(mine, 0, buckets * sizeof *mine);
     for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
-      prefetch_to_stream(from + i + read_ahead);
+      prefetch_to_stream(from + i + pairs_ahead);
       ++mine[from[i].first >> shift];
     }
   });

@@ -1,7 +1,12 @@
 // Asks for cache lines ahead of need.
 #pragma once
 
+#include <cstddef>
+
 namespace throng::cpu {
+
+// Pairs that are gone through in a row are asked for so many ahead.
+constexpr std::size_t pairs_ahead = 256;
 
 // One that will be written soon.
 inline void prefetch([[maybe_unused]] const void* address) noexcept {

@@ -1,6 +1,7 @@
 #include "live/objects.hpp"
 
 #include <cstring>
+#include <type_traits>
 
 namespace throng::live {
 namespace {
@@ -110,9 +111,9 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
     std::size_t fresh = 0;
     std::int64_t more = 0;
     const bool were_all_active = inactive_ == 0;
-    const char* const packed = boxes.packed_data();
     for (std::size_t i = begin; i < end; ++i) {
-      if (packed) cpu::prefetch_to_stream(packed + (i + all_ahead) * boxes.stride_bytes());
+      if constexpr (std::is_reference_v<decltype(at(i))>)
+        cpu::prefetch_to_stream(&at(i + all_ahead));
       cpu::prefetch(bodies_.data() + i + all_ahead);
       const auto& box = at(i);
       const std::uint8_t flags = flags_[i];

@@ -10,8 +10,8 @@
 namespace throng::live {
 namespace {
 
-// Edges are asked for so many changes ahead; pairs that are merged, so many pairs.
-constexpr std::size_t ahead = 8, merge_ahead = 256;
+// Edges are asked for so many changes ahead.
+constexpr std::size_t ahead = 8;
 
 // Of a merge at most so many parts, which tasks take by turns.
 constexpr unsigned most_parts = 256;
@@ -37,9 +37,9 @@ void merge(const Pair* pairs, const LivePair* live, Part& part, LivePair* out, L
            LivePair* ended) noexcept {
   std::size_t i = part.begin, j = part.live_begin, begun_count = 0, ended_count = 0;
   while (i < part.end && j < part.live_end) {
-    cpu::prefetch_to_stream(pairs + i + merge_ahead);
-    cpu::prefetch_to_stream(live + j + merge_ahead);
-    cpu::prefetch(out + i + merge_ahead);
+    cpu::prefetch_to_stream(pairs + i + cpu::pairs_ahead);
+    cpu::prefetch_to_stream(live + j + cpu::pairs_ahead);
+    cpu::prefetch(out + i + cpu::pairs_ahead);
     const std::uint64_t p = ids_at(pairs + i), l = ids_at(live + j);
     const std::uint64_t a = key_of(p), b = key_of(l);
     const std::uint32_t slot = live[j].slot;
