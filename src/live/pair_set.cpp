@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
@@ -13,13 +14,14 @@ namespace {
 // Edges are asked for so many changes ahead.
 constexpr std::size_t ahead = 8;
 
-// Of a merge at most so many parts, which tasks take by turns.
+// Of a merge at most so many parts, of which tasks take two by turns.
 constexpr unsigned most_parts = 256;
 
-// One of them: new pairs [begin, end), live ones [live_begin, live_end).
+// One of them: new pairs [begin, end), live ones [live_begin, live_end); how many of them begin and
+// end, and how many of all parts before it.
 struct Part {
   std::size_t begin, end, live_begin, live_end;
-  std::size_t begun, ended;
+  std::size_t begun, ended, begun_before, ended_before;
 };
 
 void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
@@ -27,37 +29,78 @@ void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
   to.slot = slot;
 }
 
-// Writes the new pairs with the slots of those that lived already; begun ones with their index
-// instead. No branch on what comes next, as nobody can guess it.
-//
-// The index is cut to 32 bits, and that is enough. Whoever uses it has called reserve_slots()
-// before, which refuses 2^32 - 1 slots or more, and there are as many slots as pairs at least:
-// those that lived keep theirs, and each that begun gets one that is free or new.
-void merge(const Pair* pairs, const LivePair* live, Part& part, LivePair* out, LivePair* begun,
-           LivePair* ended) noexcept {
-  std::size_t i = part.begin, j = part.live_begin, begun_count = 0, ended_count = 0;
-  while (i < part.end && j < part.live_end) {
-    cpu::prefetch_to_stream(pairs + i + cpu::pairs_ahead);
-    cpu::prefetch_to_stream(live + j + cpu::pairs_ahead);
-    cpu::prefetch(out + i + cpu::pairs_ahead);
-    const std::uint64_t p = ids_at(pairs + i), l = ids_at(live + j);
+// What is merged, and where to: what begins of a part as far on as its new pairs are, and what ends
+// as its live ones.
+struct Arrays {
+  const Pair* pairs;
+  const LivePair* live;
+  LivePair *out, *begun, *ended;
+};
+
+// How far a part's merge has come. A step takes a new pair, that begins, or a live one, that ends,
+// or both: so what has begun is steps without live ones, and what has ended steps without new ones.
+// All three are counted from the sum of where the part begins.
+struct Merge {
+  std::size_t i, j, steps;  // new pairs, live ones
+
+  explicit Merge(const Part& part) noexcept
+      : i(part.begin), j(part.live_begin), steps(part.begin + part.live_begin) {}
+
+  // The new pair gets the slot that it had if it lived already; one that begins has its index in
+  // the place of a slot. No branch on what comes next, as nobody can guess it.
+  //
+  // The index is cut to 32 bits, and that is enough. Whoever uses it has called reserve_slots()
+  // before, which refuses 2^32 - 1 slots or more, and there are as many slots as pairs at least:
+  // those that lived keep theirs, and each that begun gets one that is free or new.
+  void step(const Arrays& of) noexcept {
+    cpu::prefetch_to_stream(of.pairs + i + cpu::pairs_ahead);
+    cpu::prefetch_to_stream(of.live + j + cpu::pairs_ahead);
+    cpu::prefetch(of.out + i + cpu::pairs_ahead);
+    const std::uint64_t p = ids_at(of.pairs + i), l = ids_at(of.live + j);
     const std::uint64_t a = key_of(p), b = key_of(l);
-    const std::uint32_t slot = live[j].slot;
-    put(out[i], p, slot);
-    put(begun[begun_count], p, static_cast<std::uint32_t>(i));
-    put(ended[ended_count], l, slot);
-    begun_count += a < b;
-    ended_count += b < a;
+    const std::uint32_t slot = of.live[j].slot;
+    put(of.out[i], p, slot);
+    put(of.begun[steps - j], p, static_cast<std::uint32_t>(i));
+    put(of.ended[steps - i], l, slot);
     i += a <= b;
     j += b <= a;
+    ++steps;
   }
-  for (; i < part.end; ++i) {
-    put(out[i], ids_at(pairs + i), none);
-    put(begun[begun_count++], ids_at(pairs + i), static_cast<std::uint32_t>(i));
+  // How many steps can be made whatever comes.
+  std::size_t sure(const Part& part) const noexcept {
+    return std::min(part.end - i, part.live_end - j);
   }
-  for (; j < part.live_end; ++j) ended[ended_count++] = live[j];
-  part.begun = begun_count;
-  part.ended = ended_count;
+  // Once nothing is left of one list.
+  void finish(const Arrays& of, Part& part) noexcept {
+    for (; i < part.end; ++i, ++steps) {
+      put(of.out[i], ids_at(of.pairs + i), none);
+      put(of.begun[steps - j], ids_at(of.pairs + i), static_cast<std::uint32_t>(i));
+    }
+    for (; j < part.live_end; ++j, ++steps) of.ended[steps - i] = of.live[j];
+    part.begun = steps - j - part.begin;
+    part.ended = steps - i - part.live_begin;
+  }
+};
+
+// In copies of all that is looked at, as no store can change those.
+template <class... Merges>
+void go_on(const Arrays of, std::size_t count, Merges&... merges) noexcept {
+  const auto in_copies = [&](auto... copies) {
+    for (; count != 0; --count) (copies.step(of), ...);
+    ((merges = copies), ...);
+  };
+  in_copies(merges...);
+}
+
+// Two parts in turn, as the steps of each wait for one another.
+void merge(const Arrays& of, Part& first, Part& second) noexcept {
+  Merge one(first), two(second);
+  while (const std::size_t count = std::min(one.sure(first), two.sure(second)))
+    go_on(of, count, one, two);
+  while (const std::size_t count = one.sure(first)) go_on(of, count, one);
+  while (const std::size_t count = two.sure(second)) go_on(of, count, two);
+  one.finish(of, first);
+  two.finish(of, second);
 }
 
 }  // namespace
@@ -128,13 +171,11 @@ void PairSet::link_all(Objects& objects) {
   for (const LivePair& pair : all) link(objects, pair);
 }
 
-// What ended is told and its slots are free, but only for the next commit: what began in this one
-// never has the slot of a pair that ends in it.
+// What began and ended is told, and the slots of what ended are free, but only for the next commit:
+// what began in this one never has the slot of a pair that ends in it.
 void PairSet::finish(Sorted sorted) noexcept {
-  for (const LivePair& pair : next_ended_) free_slots_.push(pair.slot);
-  count_ = count_ + next_begun_.size() - next_ended_.size();
-  begun_.swap(next_begun_);
-  ended_.swap(next_ended_);
+  for (const LivePair& pair : ended_) free_slots_.push(pair.slot);
+  count_ = count_ + begun_.size() - ended_.size();
   state_ = sorted;
 }
 
@@ -164,6 +205,8 @@ void PairSet::commit_linked(Objects& objects) {
     edges_.resize(slot_limit_ + 1);
     link(objects, pair);
   }
+  begun_.swap(next_begun_);
+  ended_.swap(next_ended_);
   finish(state_ == Sorted::now ? Sorted::before : Sorted::lost);
 }
 
@@ -178,10 +221,11 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   sorted(id_limit);
   make_room(count, count_);
   spare_.reserve(count);
-  // In parts that begin at the same pair in both lists. Each writes where its own begins.
-  const auto part_count = static_cast<unsigned>(std::min<std::size_t>(
-      (count + count_) / 8192 + 1, std::min(tasks == 1 ? 1 : 4 * tasks, most_parts)));
-  tasks = std::min(tasks, part_count);
+  // In parts that begin at the same pair in both lists, two by two.
+  const auto part_count =
+      2 * static_cast<unsigned>(std::min<std::size_t>(
+              (count + count_) / 8192 + 1, std::min(tasks == 1 ? 1 : 4 * tasks, most_parts / 2)));
+  tasks = std::min(tasks, part_count / 2);
   Part parts[most_parts];
   for (unsigned p = 0; p < part_count; ++p) {
     Part& part = parts[p];
@@ -196,29 +240,41 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
           std::lower_bound(sorted_.begin(), sorted_.end(), next, before) - sorted_.begin());
     }
   }
-  cpu::run_by_turns(executor, tasks, part_count, [&](std::size_t p, unsigned) {
-    merge(pairs, sorted_.data(), parts[p], spare_.data(), next_begun_.data() + parts[p].begin,
-          next_ended_.data() + parts[p].live_begin);
+  const Arrays arrays{pairs, sorted_.data(), spare_.data(), next_begun_.data(), next_ended_.data()};
+  cpu::run_by_turns(executor, tasks, part_count / 2, [&](std::size_t p, unsigned) {
+    merge(arrays, parts[2 * p], parts[2 * p + 1]);
   });
   std::size_t begun = 0, ended = 0;
-  for (unsigned p = 0; p < part_count; ++p) {
-    const LivePair* from = next_begun_.data() + parts[p].begin;
-    std::copy(from, from + parts[p].begun, next_begun_.data() + begun);
-    from = next_ended_.data() + parts[p].live_begin;
-    std::copy(from, from + parts[p].ended, next_ended_.data() + ended);
-    begun += parts[p].begun;
-    ended += parts[p].ended;
+  for (Part* part = parts; part != parts + part_count; ++part) {
+    part->begun_before = std::exchange(begun, begun + part->begun);
+    part->ended_before = std::exchange(ended, ended + part->ended);
   }
-  next_begun_.resize(begun);
-  next_ended_.resize(ended);
   reserve_slots(begun);
   sorted_.reserve(count);
+  begun_.reserve(begun);
+  ended_.reserve(ended);
   // From here on nothing fails.
-  for (LivePair& pair : next_begun_) {
-    const std::uint32_t slot = take_slot();
-    spare_[pair.slot].slot = slot;
-    pair.slot = slot;
-  }
+  const std::size_t free = free_slots_.size();
+  cpu::run_by_turns(executor, tasks, part_count, [&](std::size_t p, unsigned) {
+    const Part& part = parts[p];
+    for (std::size_t k = 0; k < part.begun; ++k) {
+      const LivePair& pair = next_begun_[part.begin + k];
+      const std::size_t taken = part.begun_before + k;
+      // Free ones from the last to the first, then new ones.
+      const std::uint32_t slot = taken < free
+                                     ? free_slots_[free - 1 - taken]
+                                     : static_cast<std::uint32_t>(slot_limit_ + (taken - free));
+      spare_[pair.slot].slot = slot;
+      begun_[taken] = {pair.first, pair.second, slot};
+    }
+    const LivePair* const from = next_ended_.data() + part.live_begin;
+    std::copy(from, from + part.ended, ended_.data() + part.ended_before);
+  });
+  const std::size_t used = std::min(begun, free);
+  free_slots_.resize(free - used);
+  slot_limit_ += begun - used;
+  begun_.resize(begun);
+  ended_.resize(ended);
   spare_.resize(count);
   sorted_.swap(spare_);
   finish(Sorted::now);
