@@ -1,107 +1,18 @@
 #include "live/pair_set.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
+#include "live/merge.hpp"
 #include "live/sort.hpp"
 
 namespace throng::live {
 namespace {
 
-// Edges are asked for so many changes ahead.
-constexpr std::size_t ahead = 8;
-
-// Of a merge at most so many parts, of which tasks take two by turns.
-constexpr unsigned most_parts = 256;
-
-// One of them: new pairs [begin, end), live ones [live_begin, live_end); how many of them begin and
-// end, and how many of all parts before it.
-struct Part {
-  std::size_t begin, end, live_begin, live_end;
-  std::size_t begun, ended, begun_before, ended_before;
-};
-
-void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
-  std::memcpy(&to, &ids, sizeof ids);
-  to.slot = slot;
-}
-
-// What is merged, and where to: what begins of a part as far on as its new pairs are, and what ends
-// as its live ones.
-struct Arrays {
-  const Pair* pairs;
-  const LivePair* live;
-  LivePair *out, *begun, *ended;
-};
-
-// How far a part's merge has come. A step takes a new pair, that begins, or a live one, that ends,
-// or both: so what has begun is steps without live ones, and what has ended steps without new ones.
-// All three are counted from the sum of where the part begins.
-struct Merge {
-  std::size_t i, j, steps;  // new pairs, live ones
-
-  explicit Merge(const Part& part) noexcept
-      : i(part.begin), j(part.live_begin), steps(part.begin + part.live_begin) {}
-
-  // The new pair gets the slot that it had if it lived already; one that begins has its index in
-  // the place of a slot. No branch on what comes next, as nobody can guess it.
-  //
-  // The index is cut to 32 bits, and that is enough. Whoever uses it has called reserve_slots()
-  // before, which refuses 2^32 - 1 slots or more, and there are as many slots as pairs at least:
-  // those that lived keep theirs, and each that begun gets one that is free or new.
-  void step(const Arrays& of) noexcept {
-    cpu::prefetch_to_stream(of.pairs + i + cpu::pairs_ahead);
-    cpu::prefetch_to_stream(of.live + j + cpu::pairs_ahead);
-    cpu::prefetch(of.out + i + cpu::pairs_ahead);
-    const std::uint64_t p = ids_at(of.pairs + i), l = ids_at(of.live + j);
-    const std::uint64_t a = key_of(p), b = key_of(l);
-    const std::uint32_t slot = of.live[j].slot;
-    put(of.out[i], p, slot);
-    put(of.begun[steps - j], p, static_cast<std::uint32_t>(i));
-    put(of.ended[steps - i], l, slot);
-    i += a <= b;
-    j += b <= a;
-    ++steps;
-  }
-  // How many steps can be made whatever comes.
-  std::size_t sure(const Part& part) const noexcept {
-    return std::min(part.end - i, part.live_end - j);
-  }
-  // Once nothing is left of one list.
-  void finish(const Arrays& of, Part& part) noexcept {
-    for (; i < part.end; ++i, ++steps) {
-      put(of.out[i], ids_at(of.pairs + i), none);
-      put(of.begun[steps - j], ids_at(of.pairs + i), static_cast<std::uint32_t>(i));
-    }
-    for (; j < part.live_end; ++j, ++steps) of.ended[steps - i] = of.live[j];
-    part.begun = steps - j - part.begin;
-    part.ended = steps - i - part.live_begin;
-  }
-};
-
-// In copies of all that is looked at, as no store can change those.
-template <class... Merges>
-void go_on(const Arrays of, std::size_t count, Merges&... merges) noexcept {
-  const auto in_copies = [&](auto... copies) {
-    for (; count != 0; --count) (copies.step(of), ...);
-    ((merges = copies), ...);
-  };
-  in_copies(merges...);
-}
-
-// Two parts in turn, as the steps of each wait for one another.
-void merge(const Arrays& of, Part& first, Part& second) noexcept {
-  Merge one(first), two(second);
-  while (const std::size_t count = std::min(one.sure(first), two.sure(second)))
-    go_on(of, count, one, two);
-  while (const std::size_t count = one.sure(first)) go_on(of, count, one);
-  while (const std::size_t count = two.sure(second)) go_on(of, count, two);
-  one.finish(of, first);
-  two.finish(of, second);
-}
+// Edges are asked for so many changes ahead, and places where slots go.
+constexpr std::size_t ahead = 8, slots_ahead = 16;
 
 }  // namespace
 
@@ -171,10 +82,8 @@ void PairSet::link_all(Objects& objects) {
   for (const LivePair& pair : all) link(objects, pair);
 }
 
-// What began and ended is told, and the slots of what ended are free, but only for the next commit:
-// what began in this one never has the slot of a pair that ends in it.
+// What began and ended is told.
 void PairSet::finish(Sorted sorted) noexcept {
-  for (const LivePair& pair : ended_) free_slots_.push(pair.slot);
   count_ = count_ + begun_.size() - ended_.size();
   state_ = sorted;
 }
@@ -205,6 +114,8 @@ void PairSet::commit_linked(Objects& objects) {
     edges_.resize(slot_limit_ + 1);
     link(objects, pair);
   }
+  // Only now: what began in this commit never has the slot of a pair that ends in it.
+  for (const LivePair& pair : next_ended_) free_slots_.push(pair.slot);
   begun_.swap(next_begun_);
   ended_.swap(next_ended_);
   finish(state_ == Sorted::now ? Sorted::before : Sorted::lost);
@@ -221,31 +132,15 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   sorted(id_limit);
   make_room(count, count_);
   spare_.reserve(count);
-  // In parts that begin at the same pair in both lists, two by two.
-  const auto part_count =
-      2 * static_cast<unsigned>(std::min<std::size_t>(
-              (count + count_) / 8192 + 1, std::min(tasks == 1 ? 1 : 4 * tasks, most_parts / 2)));
-  tasks = std::min(tasks, part_count / 2);
-  Part parts[most_parts];
-  for (unsigned p = 0; p < part_count; ++p) {
-    Part& part = parts[p];
-    part.begin = p == 0 ? 0 : parts[p - 1].end;
-    part.live_begin = p == 0 ? 0 : parts[p - 1].live_end;
-    part.end = count / part_count * (p + 1);
-    if (p + 1 == part_count || part.end == 0) part.end = count;
-    part.live_end = count_;
-    if (part.end < count) {
-      const LivePair next{pairs[part.end].first, pairs[part.end].second, 0};
-      part.live_end = static_cast<std::size_t>(
-          std::lower_bound(sorted_.begin(), sorted_.end(), next, before) - sorted_.begin());
-    }
-  }
-  const Arrays arrays{pairs, sorted_.data(), spare_.data(), next_begun_.data(), next_ended_.data()};
-  cpu::run_by_turns(executor, tasks, part_count / 2, [&](std::size_t p, unsigned) {
-    merge(arrays, parts[2 * p], parts[2 * p + 1]);
-  });
+  const MergeInput in{pairs, count, sorted_.data(), count_};
+  const MergeOutput out{spare_.data(), next_begun_.data(), next_ended_.data()};
+  MergePart parts[most_merge_parts];
+  const unsigned part_count = divide(in, tasks, parts);
+  cpu::run_by_turns(
+      executor, std::min(tasks, part_count / 2), part_count / 2,
+      [&](std::size_t p, unsigned) { merge(in, out, parts[2 * p], parts[2 * p + 1]); });
   std::size_t begun = 0, ended = 0;
-  for (Part* part = parts; part != parts + part_count; ++part) {
+  for (MergePart* part = parts; part != parts + part_count; ++part) {
     part->begun_before = std::exchange(begun, begun + part->begun);
     part->ended_before = std::exchange(ended, ended + part->ended);
   }
@@ -253,25 +148,33 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   sorted_.reserve(count);
   begun_.reserve(begun);
   ended_.reserve(ended);
-  // From here on nothing fails.
-  const std::size_t free = free_slots_.size();
-  cpu::run_by_turns(executor, tasks, part_count, [&](std::size_t p, unsigned) {
-    const Part& part = parts[p];
-    for (std::size_t k = 0; k < part.begun; ++k) {
-      const LivePair& pair = next_begun_[part.begin + k];
-      const std::size_t taken = part.begun_before + k;
-      // Free ones from the last to the first, then new ones.
-      const std::uint32_t slot = taken < free
-                                     ? free_slots_[free - 1 - taken]
-                                     : static_cast<std::uint32_t>(slot_limit_ + (taken - free));
-      spare_[pair.slot].slot = slot;
-      begun_[taken] = {pair.first, pair.second, slot};
-    }
-    const LivePair* const from = next_ended_.data() + part.live_begin;
-    std::copy(from, from + part.ended, ended_.data() + part.ended_before);
-  });
-  const std::size_t used = std::min(begun, free);
-  free_slots_.resize(free - used);
+  // From here on nothing fails. Slots are taken from the last free one to the first, then new ones.
+  // Those of what ended are put behind all: what begins never has one of them.
+  const std::size_t free = free_slots_.size(), used = std::min(begun, free);
+  cpu::run_by_turns(
+      executor, std::min(tasks, part_count), part_count, [&](std::size_t p, unsigned) {
+        const MergePart& part = parts[p];
+        for (std::size_t k = 0; k < part.begun; ++k) {
+          const LivePair* const pair = next_begun_.data() + part.begin + k;
+          const std::size_t taken = part.begun_before + k;
+          cpu::prefetch_to_stream(pair + cpu::pairs_ahead);
+          cpu::prefetch(begun_.data() + taken + cpu::pairs_ahead);
+          if (k + slots_ahead < part.begun) cpu::prefetch(&spare_[pair[slots_ahead].slot]);
+          const std::uint32_t slot = taken < free
+                                         ? free_slots_[free - 1 - taken]
+                                         : static_cast<std::uint32_t>(slot_limit_ + (taken - free));
+          spare_[pair->slot].slot = slot;
+          begun_[taken] = {pair->first, pair->second, slot};
+        }
+        for (std::size_t k = 0; k < part.ended; ++k) {
+          const LivePair& pair = next_ended_[part.live_begin + k];
+          ended_[part.ended_before + k] = pair;
+          free_slots_[free + part.ended_before + k] = pair.slot;
+        }
+      });
+  std::uint32_t* const fresh = free_slots_.data() + free;
+  std::copy(fresh, fresh + ended, fresh - used);
+  free_slots_.resize(free - used + ended);
   slot_limit_ += begun - used;
   begun_.resize(begun);
   ended_.resize(ended);
