@@ -169,7 +169,7 @@ template <std::uint32_t bits>
 using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 
 // Boxes are asked for so far ahead, and a column's next line once the first of its four records is
-// there; sooner, it may be gone again by then. docs/benchmarks.md tells what both are worth.
+// there; sooner, it may be gone again by then. docs/experiments.md tells what both are worth.
 constexpr std::size_t ahead_bytes = 3072;
 constexpr std::size_t records_ahead = 3;
 

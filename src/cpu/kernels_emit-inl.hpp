@@ -109,7 +109,7 @@ class PairWriter {
   }
 
  private:
-  // Room is asked for so far ahead, a line for each line: see docs/benchmarks.md.
+  // Room is asked for so far ahead, a line for each line: see docs/experiments.md.
   static constexpr std::size_t ahead_bytes = 4096;
 
   Emit& out_;

@@ -83,8 +83,8 @@ void go_on(const MergeInput in, const MergeOutput out, std::size_t count, Each&.
 
 unsigned divide(const MergeInput& in, unsigned tasks, MergePart* parts) noexcept {
   const auto part_count = 2 * static_cast<unsigned>(std::min<std::size_t>(
-      (in.count + in.live_count) / part_pairs + 1,
-      std::min(tasks == 1 ? 1 : 4 * tasks, most_merge_parts / 2)));
+                                  (in.count + in.live_count) / part_pairs + 1,
+                                  std::min(tasks == 1 ? 1 : 4 * tasks, most_merge_parts / 2)));
   const LivePair* const live_end = in.live + in.live_count;
   for (unsigned p = 0; p < part_count; ++p) {
     MergePart& part = parts[p];

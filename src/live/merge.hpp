@@ -23,9 +23,9 @@ struct MergePart {
   std::size_t begun, ended, begun_before, ended_before;
 };
 
-// What tasks write, each for its own parts. `pairs`: all new ones with the slots that they had. What
-// begins lies from `begin` on in `begun`, with its index in the place of a slot; what ends from
-// `live_begin` on in `ended`, with its slot.
+// What tasks write, each for its own parts. `pairs`: all new ones with the slots that they had.
+// What begins lies from `begin` on in `begun`, with its index in the place of a slot; what ends
+// from `live_begin` on in `ended`, with its slot.
 struct MergeOutput {
   LivePair *pairs, *begun, *ended;
 };
@@ -36,9 +36,9 @@ unsigned divide(const MergeInput&, unsigned tasks, MergePart* parts) noexcept;
 
 // Two parts at once, and how many of each begin and end.
 //
-// An index is cut to 32 bits, and that is enough. Whoever uses it must have refused 2^32 - 1 slots or
-// more before, and there are as many slots as pairs at least: those that lived keep theirs, and each
-// that begins gets one.
+// An index is cut to 32 bits, and that is enough. Whoever uses it must have refused 2^32 - 1 slots
+// or more before, and there are as many slots as pairs at least: those that lived keep theirs, and
+// each that begins gets one.
 void merge(const MergeInput&, const MergeOutput&, MergePart& first, MergePart& second) noexcept;
 
 }  // namespace throng::live
