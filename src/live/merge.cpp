@@ -67,8 +67,9 @@ struct Progress {
 
 // In copies of all that is looked at, as no store can change those.
 template <class... Each>
-void go_on(const MergeInput in, const MergeOutput out, std::size_t count, Each&... each) noexcept {
-  const auto in_copies = [&](auto... copies) {
+void go_on(const MergeInput& in, const MergeOutput& out, std::size_t count,
+           Each&... each) noexcept {
+  const auto in_copies = [&, in, out](auto... copies) {
     for (; count >= steps_at_once; count -= steps_at_once) {
       (copies.ask(in, out), ...);
       for (std::size_t k = 0; k < steps_at_once; ++k) (copies.step(in, out), ...);
