@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
 #include "live/merge.hpp"
 #include "live/sort.hpp"
@@ -33,8 +32,11 @@ void PairSet::reserve_slots(std::size_t begun) {
   free_slots_.reserve(limit);
 }
 
-std::uint32_t PairSet::take_slot() noexcept {
-  return free_slots_.empty() ? static_cast<std::uint32_t>(slot_limit_++) : free_slots_.pop();
+// Free ones from the last to the first, then new ones.
+std::uint32_t PairSet::slot_for(std::size_t taken) const noexcept {
+  const std::size_t free = free_slots_.size();
+  return taken < free ? free_slots_[free - 1 - taken]
+                      : static_cast<std::uint32_t>(slot_limit_ + (taken - free));
 }
 
 void PairSet::link(Objects& objects, const LivePair& pair) noexcept {
@@ -82,9 +84,15 @@ void PairSet::link_all(Objects& objects) {
   for (const LivePair& pair : all) link(objects, pair);
 }
 
-// What began and ended is told.
-void PairSet::finish(Sorted sorted) noexcept {
-  count_ = count_ + begun_.size() - ended_.size();
+// What began and ended is told. What ended has put its slots behind the free ones: what began in
+// the same commit never has one of them.
+void PairSet::finish(std::size_t begun, std::size_t ended, Sorted sorted) noexcept {
+  const std::size_t free = free_slots_.size(), used = std::min(begun, free);
+  std::uint32_t* const fresh = free_slots_.data() + free;
+  std::copy(fresh, fresh + ended, fresh - used);
+  free_slots_.resize(free - used + ended);
+  slot_limit_ += begun - used;
+  count_ = count_ + begun - ended;
   state_ = sorted;
 }
 
@@ -99,9 +107,11 @@ void PairSet::commit_linked(Objects& objects) {
   // From here on nothing fails.
   sort_pairs(next_begun_.data(), spare_.data(), begun, objects.limit());
   sort_pairs(next_ended_.data(), spare_.data(), ended, objects.limit());
+  edges_.resize(slot_limit_ + 1 + begun - std::min(begun, free_slots_.size()));
   for (std::size_t i = 0; i < ended; ++i) {
     if (i + ahead < ended) prefetch_neighbours(next_ended_[i + ahead].slot);
     unlink(objects, next_ended_[i].slot);
+    free_slots_[free_slots_.size() + i] = next_ended_[i].slot;
   }
   for (std::size_t i = 0; i < begun; ++i) {
     if (i + ahead < begun) {
@@ -110,15 +120,12 @@ void PairSet::commit_linked(Objects& objects) {
         cpu::prefetch(&edges_[objects.body(id).first_edge]);
     }
     LivePair& pair = next_begun_[i];
-    pair.slot = take_slot();
-    edges_.resize(slot_limit_ + 1);
+    pair.slot = slot_for(i);
     link(objects, pair);
   }
-  // Only now: what began in this commit never has the slot of a pair that ends in it.
-  for (const LivePair& pair : next_ended_) free_slots_.push(pair.slot);
   begun_.swap(next_begun_);
   ended_.swap(next_ended_);
-  finish(state_ == Sorted::now ? Sorted::before : Sorted::lost);
+  finish(begun, ended, state_ == Sorted::now ? Sorted::before : Sorted::lost);
 }
 
 void PairSet::commit_nothing() noexcept {
@@ -148,39 +155,32 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   sorted_.reserve(count);
   begun_.reserve(begun);
   ended_.reserve(ended);
-  // From here on nothing fails. Slots are taken from the last free one to the first, then new ones.
-  // Those of what ended are put behind all: what begins never has one of them.
-  const std::size_t free = free_slots_.size(), used = std::min(begun, free);
-  cpu::run_by_turns(
-      executor, std::min(tasks, part_count), part_count, [&](std::size_t p, unsigned) {
-        const MergePart& part = parts[p];
-        for (std::size_t k = 0; k < part.begun; ++k) {
-          const LivePair* const pair = next_begun_.data() + part.begin + k;
-          const std::size_t taken = part.begun_before + k;
-          cpu::prefetch_to_stream(pair + cpu::pairs_ahead);
-          cpu::prefetch(begun_.data() + taken + cpu::pairs_ahead);
-          if (k + slots_ahead < part.begun) cpu::prefetch(&spare_[pair[slots_ahead].slot]);
-          const std::uint32_t slot = taken < free
-                                         ? free_slots_[free - 1 - taken]
-                                         : static_cast<std::uint32_t>(slot_limit_ + (taken - free));
-          spare_[pair->slot].slot = slot;
-          begun_[taken] = {pair->first, pair->second, slot};
-        }
-        for (std::size_t k = 0; k < part.ended; ++k) {
-          const LivePair& pair = next_ended_[part.live_begin + k];
-          ended_[part.ended_before + k] = pair;
-          free_slots_[free + part.ended_before + k] = pair.slot;
-        }
-      });
-  std::uint32_t* const fresh = free_slots_.data() + free;
-  std::copy(fresh, fresh + ended, fresh - used);
-  free_slots_.resize(free - used + ended);
-  slot_limit_ += begun - used;
+  // From here on nothing fails.
+  cpu::run_by_turns(executor, std::min(tasks, part_count), part_count,
+                    [&](std::size_t p, unsigned) {
+                      const MergePart& part = parts[p];
+                      for (std::size_t k = 0; k < part.begun; ++k) {
+                        const LivePair* const pair = next_begun_.data() + part.begin + k;
+                        const std::size_t taken = part.begun_before + k;
+                        cpu::prefetch_to_stream(pair + cpu::pairs_ahead);
+                        cpu::prefetch(begun_.data() + taken + cpu::pairs_ahead);
+                        if (k + slots_ahead < part.begun)
+                          cpu::prefetch(&spare_[pair[slots_ahead].slot]);
+                        const std::uint32_t slot = slot_for(taken);
+                        spare_[pair->slot].slot = slot;
+                        begun_[taken] = {pair->first, pair->second, slot};
+                      }
+                      for (std::size_t k = 0; k < part.ended; ++k) {
+                        const LivePair& pair = next_ended_[part.live_begin + k];
+                        ended_[part.ended_before + k] = pair;
+                        free_slots_[free_slots_.size() + part.ended_before + k] = pair.slot;
+                      }
+                    });
   begun_.resize(begun);
   ended_.resize(ended);
   spare_.resize(count);
   sorted_.swap(spare_);
-  finish(Sorted::now);
+  finish(begun, ended, Sorted::now);
 }
 
 const List<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {

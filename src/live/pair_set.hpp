@@ -91,7 +91,8 @@ class PairSet {
   enum class Sorted : std::uint8_t { now, before, lost };
 
   void reserve_slots(std::size_t begun);
-  std::uint32_t take_slot() noexcept;
+  // Of the pairs that begin in a commit that which so many come before.
+  std::uint32_t slot_for(std::size_t taken) const noexcept;
   void link(Objects& objects, const LivePair& pair) noexcept;
   void unlink(Objects& objects, std::uint32_t slot) noexcept;
   void prefetch_neighbours(std::uint32_t slot) const noexcept;
@@ -100,7 +101,7 @@ class PairSet {
     Edge& next = edges_[edge.next[side]];
     return next.previous[next.id[1] == edge.id[side]];
   }
-  void finish(Sorted sorted) noexcept;
+  void finish(std::size_t begun, std::size_t ended, Sorted sorted) noexcept;
 
   List<Edge> edges_;
   List<std::uint32_t> free_slots_;
