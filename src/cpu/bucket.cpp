@@ -1,5 +1,6 @@
-// Two ways to sort a bucket in a core's second level of cache: its keys from their last digit up,
-// in half the room where they fit 32 bits; or, where a first has many seconds, as lists.
+// Three ways to sort a bucket in a core's second level of cache: as lists, where a first has many
+// seconds; by its keys' leading bits, which leaves short runs to be put right; or, whatever the
+// pairs, by all digits of its keys from the last up, in half the room where they fit 32 bits.
 #include "cpu/bucket.hpp"
 
 #include <algorithm>
@@ -16,8 +17,31 @@ namespace throng::cpu {
 namespace {
 
 constexpr unsigned most_digit_bits = 11;
-constexpr unsigned most_passes = 6;    // of 64 bits
-constexpr std::size_t list_pairs = 8;  // that a first has on average where lists pay
+constexpr unsigned most_passes = 6;     // of 64 bits
+constexpr std::size_t list_pairs = 16;  // that a first has on average where lists pay
+// A run costs as many steps as it has keys, and those of 48 what two more digits do.
+constexpr std::uint32_t most_run_keys = 48;
+constexpr unsigned most_run_bits = 13;
+constexpr std::size_t few_pairs = 48;
+
+// The last bits of a first, then its second.
+template <class Key>
+class KeyOf {
+ public:
+  explicit KeyOf(const Bucket& bucket) noexcept
+      : first_mask_(static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1)),
+        second_bits_(bucket.second_bits) {}
+  Key operator()(Pair p) const noexcept {
+    return static_cast<Key>(Key{p.first & first_mask_} << second_bits_ | p.second);
+  }
+
+ private:
+  std::uint32_t first_mask_;
+  unsigned second_bits_;
+};
+bool fits_32_bits(const Bucket& bucket) noexcept {
+  return bucket.key_bits() <= 32 && bucket.second_bits < 32;
+}
 
 // How many digits: passes cost what moving a key does, counters what a few do.
 unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
@@ -42,10 +66,7 @@ template <class Key>
 void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
-  const auto first_mask = static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1);
-  const auto key_of = [first_mask, second_bits = bucket.second_bits](Pair p) {
-    return static_cast<Key>(Key{p.first & first_mask} << second_bits | p.second);
-  };
+  const KeyOf<Key> key_of(bucket);
   const auto pair_of = [above = bucket.first_above, second_bits = bucket.second_bits](Key key) {
     return Pair{above | static_cast<std::uint32_t>(key >> second_bits),
                 static_cast<std::uint32_t>(key & ((Key{1} << second_bits) - 1))};
@@ -134,22 +155,58 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
   return true;
 }
 
+// One pass by as many leading bits of the keys as leave about one or two keys a digit. False, and
+// nothing is done, where some digit has many.
+bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
+                  std::size_t room_count) {
+  const Pair* const pairs = bucket.pairs;
+  const std::size_t count = bucket.count;
+  if (!kernels.sort_runs || count <= few_pairs || !fits_32_bits(bucket)) return false;
+  if (2 * room_count < count + run_padding) return false;
+  const unsigned bits = std::min(
+      {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
+  const unsigned shift = bucket.key_bits() - bits;
+  const std::size_t digits = std::size_t{1} << bits;
+  const KeyOf<std::uint32_t> key_of(bucket);
+  std::uint32_t at[std::size_t{1} << most_run_bits];
+  std::memset(at, 0, digits * sizeof *at);
+  for (std::size_t i = 0; i < count; ++i) {
+    prefetch_to_stream(pairs + i + pairs_ahead);
+    ++at[key_of(pairs[i]) >> shift];
+  }
+  std::uint32_t sum = 0, longest = 0;
+  for (std::size_t digit = 0; digit < digits; ++digit) {
+    longest = std::max(longest, at[digit]);
+    sum += std::exchange(at[digit], sum);
+  }
+  if (longest > most_run_keys) return false;
+  auto* const keys = reinterpret_cast<std::uint32_t*>(room);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t key = key_of(pairs[i]);
+    keys[at[key >> shift]++] = key;
+  }
+  kernels.sort_runs({keys, count, longest, bucket.first_above, bucket.second_bits}, bucket.pairs);
+  return true;
+}
+
 }  // namespace
 
 void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
                  std::size_t room_count) {
-  if (!sort_as_lists(kernels, bucket, room, room_count)) sort_by_digits(bucket, room, room_count);
+  if (sort_as_lists(kernels, bucket, room, room_count)) return;
+  if (sort_as_runs(kernels, bucket, room, room_count)) return;
+  sort_by_digits(bucket, room, room_count);
 }
 
 void sort_by_digits(const Bucket& bucket, std::uint64_t* room, std::size_t room_count) {
   const std::size_t count = bucket.count;
   if (count < 2 || bucket.key_bits() == 0) return;
-  if (count <= 48 || count > 0xffffffffu) {
+  if (count <= few_pairs || count > 0xffffffffu) {
     std::sort(bucket.pairs, bucket.pairs + count);
     return;
   }
   auto* const narrow = reinterpret_cast<std::uint32_t*>(room);
-  if (bucket.key_bits() <= 32 && bucket.second_bits < 32)
+  if (fits_32_bits(bucket))
     move_by_digits<std::uint32_t>(bucket, narrow, narrow + count);
   else if (room_count >= 2 * count)
     move_by_digits<std::uint64_t>(bucket, room, room + count);

@@ -109,6 +109,17 @@ struct PairList {
 // Lists that are sorted side by side.
 constexpr std::uint32_t sorted_lists = 16;
 
+// Pairs as numbers of 32 bits: the last bits of first, then those of second. They are in order but
+// for runs of at most `longest`, none of which has a key that belongs into another.
+struct KeyRuns {
+  std::uint32_t* keys;  // writable for run_padding beyond
+  std::size_t count;
+  std::uint32_t longest;
+  std::uint32_t first_above;  // the other bits of first
+  unsigned second_bits;       // below 32
+};
+constexpr std::size_t run_padding = 16;
+
 struct Kernels {
   Isa isa;
   core::SweepCost sweep_cost;
@@ -127,9 +138,11 @@ struct Kernels {
   // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
   // Sorts each of `sorted_lists` lists by its seconds; the longest has `rows` pairs at most, a
-  // multiple of 8, and `room` is for as many rows of a number a list. Null where vectors are too
-  // short for that to pay.
+  // multiple of 8, and `room` is for as many rows of a number a list. Null, as the next, where
+  // vectors are too short for that to pay.
   void (*sort_lists)(const PairList* lists, std::uint32_t rows, std::uint32_t* room);
+  // Sorts keys, and writes the pairs that they stand for.
+  void (*sort_runs)(const KeyRuns&, Pair* to);
 };
 
 // The table of an instruction set, or null where this build or processor has it not.

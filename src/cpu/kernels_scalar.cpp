@@ -111,7 +111,7 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 
 }  // namespace
 
-const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,       word_range,
-                             transpose,   sweep,           all_pairs, nullptr};
+const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,     word_range, transpose,
+                             sweep,       all_pairs,       nullptr, nullptr};
 
 }  // namespace throng::cpu

@@ -24,28 +24,28 @@
 #include "cpu/kernels_all_pairs-inl.hpp"
 #include "cpu/kernels_bin-inl.hpp"
 #include "cpu/kernels_lists-inl.hpp"
+#include "cpu/kernels_runs-inl.hpp"
 #include "cpu/kernels_strip-inl.hpp"
 #include "cpu/kernels_sweep-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 
-// Of fewer than four pairs a vector digits are faster.
-constexpr auto lists_sorter() -> decltype(Kernels::sort_lists) {
-  constexpr std::uint32_t pairs_a_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
-  if constexpr (pairs_a_vector >= 4)
-    return sort_lists<pairs_a_vector>;
-  else
-    return nullptr;
-}
-
 const Kernels& kernels() {
   constexpr Isa isa = HWY_TARGET == HWY_SSE4      ? Isa::sse4
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
                                                   : Isa::neon;
-  static const Kernels table{isa,       sweep_cost, bin,       word_range,
-                             transpose, sweep,      all_pairs, lists_sorter()};
+  constexpr std::uint32_t pairs_a_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
+  static const Kernels table = [] {
+    Kernels all{isa, sweep_cost, bin, word_range, transpose, sweep, all_pairs, nullptr, nullptr};
+    // Of fewer than four pairs a vector digits are faster.
+    if constexpr (pairs_a_vector >= 4) {
+      all.sort_lists = sort_lists<pairs_a_vector>;
+      all.sort_runs = sort_runs<pairs_a_vector>;
+    }
+    return all;
+  }();
   return table;
 }
 

@@ -24,9 +24,10 @@ constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out o
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 12;
 // How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
-// several lists in a line: so these pay only where one task has all, and its cache holds them.
+// several lists in a line: so these pay only where one task has all, its cache holds a line of each
+// list, and one bucket would not do.
 constexpr std::size_t long_list_pairs = 64, short_list_pairs = 4;
-constexpr std::size_t pairs_in_cache = 1u << 19;
+constexpr std::uint64_t lists_in_cache = 1u << 15;
 constexpr std::size_t most_chunks = 256;  // of firsts, whose counters are summed
 // Parts of the pairs that tasks count and split by turns, so that whoever starts late does fewer: a
 // few a task, unless tasks are many.
@@ -65,7 +66,8 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
   if (count == 0) return;
   if (count < 16384) task_count = 1;
   const Job job{kernels, executor, task_count, from, to, count, first_count, second_count};
-  const bool in_cache = task_count == 1 && count <= pairs_in_cache;
+  const bool in_cache =
+      task_count == 1 && count > one_bucket_pairs && first_count <= lists_in_cache;
   const std::size_t least = in_cache ? short_list_pairs : long_list_pairs;
   if (kernels.sort_lists && count <= 0xffffffffu && first_count <= count / least)
     sort_as_lists(job);

@@ -94,6 +94,58 @@ TEST(Buckets, KeepTheGreatestIds) {
   }
 }
 
+// Runs of every length at every place, each of two keys only: what puts these in order puts any.
+TEST(SortedRuns, EqualOnesSortedByThemselves) {
+  for (const Kernels* kernels : all_kernels()) {
+    if (!kernels->sort_runs) continue;
+    for (std::uint32_t longest = 1; longest <= 12; ++longest) {
+      for (std::uint32_t before = 0; before < 2; ++before) {
+        for (std::uint32_t bits = 0; bits < 1u << longest; ++bits) {
+          std::vector<std::uint32_t> keys(before + longest + 1 + run_padding + 1, 12345);
+          std::vector<Pair> want, got(before + longest + 2, Pair{77, 78});
+          const auto add = [&](std::uint32_t first, std::uint32_t second) {
+            keys[want.size()] = first << 5 | second;
+            want.push_back({96 | first, second});
+          };
+          for (std::uint32_t i = 0; i < before; ++i) add(0, 31);
+          for (std::uint32_t i = 0; i < longest; ++i) add(1, bits >> i & 1);
+          add(2, 0);
+          std::sort(want.begin(), want.end());
+          kernels->sort_runs({keys.data(), want.size(), longest, 96, 5}, got.data());
+          ASSERT_EQ(keys.back(), 12345u);
+          ASSERT_EQ(got.back(), (Pair{77, 78}));
+          got.pop_back();
+          ASSERT_EQ(got, want) << to_string(kernels->isa) << " " << longest << " keys " << bits;
+        }
+      }
+    }
+  }
+}
+
+// As many keys a digit as still go by runs, and one more; and firsts that fill 32 bits with
+// seconds.
+TEST(Buckets, MayHaveLongRuns) {
+  std::mt19937 random(7);
+  for (const Kernels* kernels : all_kernels()) {
+    for (const unsigned first_bits : {1u, 6u, 13u}) {
+      for (std::uint32_t together = 46; together <= 50; ++together) {
+        const Bucket bucket{nullptr, 0, first_bits, 0x40000, 32 - first_bits};
+        std::vector<Pair> pairs;
+        for (std::uint32_t k = 0; k < together; ++k) pairs.push_back({0x40001, 3000 - k});
+        for (std::uint32_t k = 0; k < 2000; ++k) {
+          const auto key = static_cast<std::uint32_t>(random());
+          pairs.push_back(
+              {0x40000 | static_cast<std::uint32_t>(std::uint64_t{key} >> bucket.second_bits),
+               key & ((1u << bucket.second_bits) - 1)});
+        }
+        std::shuffle(pairs.begin(), pairs.end(), random);
+        expect_sorted(*kernels, pairs, bucket, Bucket::room_for(pairs.size()));
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
 // Lists and what they are sorted in take two numbers of 64 bits a pair; with one less there are
 // digits.
 TEST(Buckets, TakeNoMoreRoomThanThereIs) {
