@@ -17,13 +17,12 @@
 
 namespace throng::cpu {
 
-std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out,
-                               std::uint32_t most) const noexcept {
+std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
   std::uint32_t count = 0;
   if (tail == 0) return 0;
   std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
   std::uintptr_t end = tail;
-  while (block && count < most) {
+  while (block) {
     const std::uintptr_t first = block + sizeof(Block);
     out[count++] = {reinterpret_cast<const Record*>(first),
                     static_cast<std::uint32_t>((end - first) / sizeof(Record))};
@@ -93,8 +92,7 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
     // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
     level_.segments.grow(segments + blocks + space_.tasks_, segments);
-    const std::uint32_t added =
-        space_.chain(tail, level_.segments.data() + segments, static_cast<std::uint32_t>(blocks));
+    const std::uint32_t added = space_.chain(tail, level_.segments.data() + segments);
     for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;
     segments += added;
   }

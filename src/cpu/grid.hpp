@@ -64,8 +64,8 @@ class GridSpace {
   }
   const std::uint32_t* densest_first();
   void find_wide(Search&, const Problem&, Worker&);
-  // The last `most` blocks of a chain, the last first; how many there were.
-  std::uint32_t chain(std::uintptr_t tail, Segment* out, std::uint32_t most) const noexcept;
+  // The blocks of a chain, the last first; how many there were.
+  std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
 
   std::uint32_t columns_ = 0;
   unsigned tasks_ = 0;

@@ -3,7 +3,6 @@
 // time.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "cpu/grid.hpp"
@@ -17,34 +16,47 @@ class LookAhead {
   // `no_column` none.
   static constexpr std::uint32_t no_column = 0xffffffffu;
   void aim(const GridSpace& space, std::uint32_t column) noexcept {
-    count_ = now_ = 0;
-    if (column == no_column) return;
-    left_ = most_lines;
-    for (unsigned t = 0; t < space.tasks_ && count_ < most_runs; ++t) {
-      count_ += space.chain(space.tails(t, 0)[column], runs_ + count_, most_runs - count_);
-    }
+    space_ = &space;
+    column_ = column;
+    left_ = column == no_column ? 0 : most_lines;
+    task_ = 0;
+    block_ = line_ = end_ = 0;
   }
 
   // Asks for the next line.
   void step() noexcept {
-    if (now_ == count_ || left_ == 0) return;
-    Segment& run = runs_[now_];
-    prefetch_to_read(run.records);
+    if (left_ == 0 || (line_ >= end_ && !enter_block())) return;
+    prefetch_to_read(reinterpret_cast<const void*>(line_));
+    line_ += line_bytes;
     --left_;
-    run.records += records_a_step;
-    run.count -= std::min(run.count, records_a_step);
-    now_ += run.count == 0;
   }
   static constexpr std::uint32_t records_a_step = 4;
 
  private:
-  static_assert(records_a_step * sizeof(Record) == 64);  // a line
-  // What the hardware has by itself once it reads on is left to it, and the second level of cache
-  // has more to hold.
-  static constexpr std::uint32_t most_lines = 512, most_runs = 16;
+  static constexpr std::uintptr_t line_bytes = records_a_step * sizeof(Record);
+  static_assert(line_bytes == 64);
+  // The second level of cache has more to hold.
+  static constexpr std::uint32_t most_lines = 2048;
 
-  Segment runs_[most_runs] = {};
-  std::uint32_t count_ = 0, now_ = 0, left_ = 0;
+  // The next block of the chain, which the first line of this one tells, and that has been asked
+  // for; or the last of the next task's.
+  bool enter_block() noexcept {
+    const std::uintptr_t bytes = space_->block_bytes_;
+    block_ = block_ ? reinterpret_cast<const GridSpace::Block*>(block_)->previous : 0;
+    end_ = block_ + bytes;
+    for (; !block_ && task_ < space_->tasks_; ++task_) {
+      end_ = space_->tails(task_, 0)[column_];
+      if (end_) block_ = (end_ - 1) & ~(bytes - 1);
+    }
+    line_ = block_;
+    if (!block_) left_ = 0;
+    return block_ != 0;
+  }
+
+  const GridSpace* space_ = nullptr;
+  std::uint32_t column_ = no_column, left_ = 0;
+  unsigned task_ = 0;
+  std::uintptr_t block_ = 0, line_ = 0, end_ = 0;
 };
 
 }  // namespace throng::cpu

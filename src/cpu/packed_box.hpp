@@ -1,6 +1,7 @@
-// Boxes whose overlap two vectors of four decide, as they lie in memory.
+// Boxes as they lie in memory, their six floats together: looked at by vectors of four.
 #pragma once
 
+#include <cstddef>
 #include <cstring>
 
 #include <throng/types.hpp>
@@ -10,25 +11,73 @@
 
 namespace throng::cpu {
 
-// core::overlaps() of two boxes as they lie in memory, their six floats together.
+#if defined(THRONG_SSE2)
+namespace packed {
+inline __m128 floats(const char* at) noexcept {
+  return _mm_loadu_ps(reinterpret_cast<const float*>(at));
+}
+inline __m128i words(const char* at) noexcept {
+  return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at));
+}
+// The fourth lane is of no meaning.
+inline __m128 upper(const char* box) noexcept {
+  const __m128 v = floats(box + 2 * sizeof(float));
+  return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 3, 2, 1));
+}
+inline bool all_three(__m128 lanes) noexcept { return (_mm_movemask_ps(lanes) & 7) == 7; }
+}  // namespace packed
+#else
+namespace packed {
+inline Box box(const char* at) noexcept {
+  Box b;
+  std::memcpy(&b, at, sizeof b);
+  return b;
+}
+}  // namespace packed
+#endif
+
+// core::overlaps().
 inline bool overlap_in_memory(const char* a, const char* b) noexcept {
 #if defined(THRONG_SSE2)
-  const auto floats = [](const char* at) {
-    return _mm_loadu_ps(reinterpret_cast<const float*>(at));
-  };
-  const auto upper = [&](const char* box) {
-    const __m128 v = floats(box + 2 * sizeof(float));
-    return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 3, 2, 1));
-  };
-  // The fourth lanes are of no meaning.
-  const __m128 both =
-      _mm_and_ps(_mm_cmple_ps(floats(a), upper(b)), _mm_cmple_ps(floats(b), upper(a)));
-  return (_mm_movemask_ps(both) & 7) == 7;
+  return packed::all_three(_mm_and_ps(_mm_cmple_ps(packed::floats(a), packed::upper(b)),
+                                      _mm_cmple_ps(packed::floats(b), packed::upper(a))));
 #else
-  Box boxes[2];
-  std::memcpy(boxes, a, sizeof *boxes);
-  std::memcpy(boxes + 1, b, sizeof *boxes);
-  return core::overlaps(boxes[0], boxes[1]);
+  return core::overlaps(packed::box(a), packed::box(b));
+#endif
+}
+
+// core::is_active().
+inline bool active_in_memory(const char* box) noexcept {
+#if defined(THRONG_SSE2)
+  return packed::all_three(_mm_cmple_ps(packed::floats(box), packed::upper(box)));
+#else
+  return core::is_active(packed::box(box));
+#endif
+}
+
+// By bits.
+inline bool same_in_memory(const char* a, const char* b) noexcept {
+#if defined(THRONG_SSE2)
+  const __m128i low = _mm_cmpeq_epi32(packed::words(a), packed::words(b));
+  const __m128i high = _mm_cmpeq_epi32(packed::words(a + 8), packed::words(b + 8));
+  return _mm_movemask_epi8(_mm_and_si128(low, high)) == 0xffff;
+#else
+  return std::memcmp(a, b, sizeof(Box)) == 0;
+#endif
+}
+
+// Whether one of `count` boxes, `stride` bytes apart, has a NaN.
+inline bool nan_in_memory(const char* boxes, std::size_t count, std::size_t stride) noexcept {
+#if defined(THRONG_SSE2)
+  __m128 any = _mm_setzero_ps();
+  for (const char* box = boxes; count != 0; --count, box += stride)
+    any = _mm_or_ps(any, _mm_cmpunord_ps(packed::floats(box), packed::floats(box + 8)));
+  return _mm_movemask_ps(any) != 0;
+#else
+  bool any = false;
+  for (const char* box = boxes; count != 0; --count, box += stride)
+    any |= core::has_nan(packed::box(box));
+  return any;
 #endif
 }
 

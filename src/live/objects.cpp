@@ -3,36 +3,14 @@
 #include <cstring>
 #include <type_traits>
 
+#include "cpu/packed_box.hpp"
+
 namespace throng::live {
 namespace {
 
 constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
 // Where all objects are gone through, they and their new boxes are asked for so many ahead.
 constexpr std::size_t all_ahead = 64;
-
-// A box as it lies in memory, looked at in registers: a copy that is read by other parts than it
-// was written by waits for its writes.
-struct Words {
-  std::uint64_t word[3];
-  static_assert(sizeof(Box) == 24);
-
-  explicit Words(const char* from) noexcept {
-    for (int k = 0; k < 3; ++k) std::memcpy(&word[k], from + k * 8, 8);
-  }
-  // By bits: what differs in nothing else, as -0 and 0, may count as moved.
-  bool operator==(const Words& o) const noexcept {
-    return ((word[0] ^ o.word[0]) | (word[1] ^ o.word[1]) | (word[2] ^ o.word[2])) == 0;
-  }
-  void store(char* to) const noexcept {
-    for (int k = 0; k < 3; ++k) std::memcpy(to + k * 8, &word[k], 8);
-  }
-};
-
-bool active_at(const char* box) noexcept {
-  float c[6];
-  for (int k = 0; k < 6; ++k) std::memcpy(&c[k], box + k * sizeof *c, sizeof *c);
-  return core::is_active({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}});
-}
 
 }  // namespace
 
@@ -98,10 +76,10 @@ auto with_boxes(const Boxes& boxes, F&& f) {
 inline bool Objects::replace(ObjectId id, const char* box, bool were_all_active,
                              std::int64_t& inactive) noexcept {
   char* const mine = reinterpret_cast<char*>(&bodies_[id].box);
-  const Words words(box);
-  if (words == Words(mine)) return false;
-  inactive += int{were_all_active || active_at(mine)} - int{active_at(box)};
-  words.store(mine);
+  // By bits: what differs in nothing else, as -0 and 0, may count as moved.
+  if (cpu::same_in_memory(box, mine)) return false;
+  inactive += int{were_all_active || cpu::active_in_memory(mine)} - int{cpu::active_in_memory(box)};
+  std::memcpy(mine, box, sizeof(Box));
   return true;
 }
 
@@ -144,29 +122,10 @@ void Objects::move_listed(const ObjectId* ids, const Boxes& boxes) noexcept {
 }
 
 bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept {
-  const char* packed = boxes.packed_data();
+  const std::size_t stride = boxes.stride_bytes();
+  if (const char* packed = boxes.packed_data())
+    return cpu::nan_in_memory(packed + begin * stride, end - begin, stride);
   bool any = false;
-  if (packed && boxes.stride_bytes() == sizeof(Box)) {
-    // The difference is below 0 for a NaN alone. Whole vectors of it are computed at once.
-    std::uint32_t some = 0;
-    const char* c = packed + begin * sizeof(Box);
-    for (std::size_t i = 0; i < (end - begin) * 6; ++i) {
-      std::uint32_t bits;
-      std::memcpy(&bits, c + i * sizeof bits, sizeof bits);
-      some |= 0x7f800000u - (bits & 0x7fffffffu);
-    }
-    return some >> 31 != 0;
-  }
-  if (packed) {
-    for (std::size_t i = begin; i < end; ++i) {
-      float c[6];
-      std::memcpy(c, packed + i * boxes.stride_bytes(), sizeof c);
-      // Adding keeps a NaN; infinities may make one, which costs no more than a closer look.
-      const float sum = (c[0] + c[1]) + (c[2] + c[3]) + (c[4] + c[5]);
-      any |= sum != sum;
-    }
-    return any;
-  }
   for (std::size_t i = begin; i < end && !any; ++i) any = core::has_nan(boxes[i]);
   return any;
 }

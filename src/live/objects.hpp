@@ -50,7 +50,7 @@ class Objects {
   // that were not. Threads may do ranges of their own at once.
   std::size_t move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
                          std::int64_t& inactive) noexcept;
-  // Whether boxes begin .. end-1 may have a NaN among them; certainly not where it says no.
+  // Whether one of boxes begin .. end-1 has a NaN.
   static bool has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept;
   void marked(std::size_t count, std::int64_t inactive) noexcept;
   void set_filter(ObjectId id, const Filter& filter) noexcept;

@@ -31,7 +31,7 @@ class Tracker {
 
   // Throws cpu::NoMemory, having changed nothing.
   void update(const Options& options, Result& result);
-  // Whether there may be a NaN among so many boxes; certainly not where it says no.
+  // Whether one of the boxes has a NaN.
   static bool has_nan(const Boxes& boxes, const Options& options) noexcept;
   // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
   void move_all(const Boxes& boxes, const Options& options) noexcept;
