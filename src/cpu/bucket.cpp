@@ -167,6 +167,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
   const std::size_t digits = std::size_t{1} << bits;
+  if (count > most_run_keys * digits) return false;
   const KeyOf<std::uint32_t> key_of(bucket);
   std::uint32_t at[std::size_t{1} << most_run_bits];
   std::memset(at, 0, digits * sizeof *at);
