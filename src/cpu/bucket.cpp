@@ -157,12 +157,11 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
 
 // One pass by as many leading bits of the keys as leave about one or two keys a digit. False, and
 // nothing is done, where some digit has many.
-bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
-                  std::size_t room_count) {
+bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room) {
   const Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   if (!kernels.sort_runs || count <= few_pairs || !fits_32_bits(bucket)) return false;
-  if (2 * room_count < count + run_padding) return false;
+  static_assert(few_pairs >= run_padding);  // `room` is for twice as many keys as there are pairs
   const unsigned bits = std::min(
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
@@ -195,7 +194,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
 void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
                  std::size_t room_count) {
   if (sort_as_lists(kernels, bucket, room, room_count)) return;
-  if (sort_as_runs(kernels, bucket, room, room_count)) return;
+  if (sort_as_runs(kernels, bucket, room)) return;
   sort_by_digits(bucket, room, room_count);
 }
 
