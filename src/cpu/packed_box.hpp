@@ -11,8 +11,8 @@
 
 namespace throng::cpu {
 
-#if defined(THRONG_SSE2)
 namespace packed {
+#if defined(THRONG_SSE2)
 inline __m128 floats(const char* at) noexcept {
   return _mm_loadu_ps(reinterpret_cast<const float*>(at));
 }
@@ -25,16 +25,14 @@ inline __m128 upper(const char* box) noexcept {
   return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 3, 2, 1));
 }
 inline bool all_three(__m128 lanes) noexcept { return (_mm_movemask_ps(lanes) & 7) == 7; }
-}  // namespace packed
 #else
-namespace packed {
 inline Box box(const char* at) noexcept {
   Box b;
   std::memcpy(&b, at, sizeof b);
   return b;
 }
-}  // namespace packed
 #endif
+}  // namespace packed
 
 // core::overlaps().
 inline bool overlap_in_memory(const char* a, const char* b) noexcept {
