@@ -19,26 +19,19 @@ namespace {
 constexpr unsigned most_digit_bits = 11;
 constexpr unsigned most_passes = 6;     // of 64 bits
 constexpr std::size_t list_pairs = 16;  // that a first has on average where lists pay
-// A run costs as many steps as it has keys, and those of 48 what two more digits do.
+// A run costs as many steps as it has keys. With twice as many at most it is no faster.
 constexpr std::uint32_t most_run_keys = 48;
 constexpr unsigned most_run_bits = 13;
 constexpr std::size_t few_pairs = 48;
 
-// The last bits of a first, then its second.
+// Makes of a pair the last bits of its first, then its second.
 template <class Key>
-class KeyOf {
- public:
-  explicit KeyOf(const Bucket& bucket) noexcept
-      : first_mask_(static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1)),
-        second_bits_(bucket.second_bits) {}
-  Key operator()(Pair p) const noexcept {
-    return static_cast<Key>(Key{p.first & first_mask_} << second_bits_ | p.second);
-  }
-
- private:
-  std::uint32_t first_mask_;
-  unsigned second_bits_;
-};
+auto key_maker(const Bucket& bucket) noexcept {
+  const auto first_mask = static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1);
+  return [first_mask, second_bits = bucket.second_bits](Pair p) {
+    return static_cast<Key>(Key{p.first & first_mask} << second_bits | p.second);
+  };
+}
 bool fits_32_bits(const Bucket& bucket) noexcept {
   return bucket.key_bits() <= 32 && bucket.second_bits < 32;
 }
@@ -66,7 +59,7 @@ template <class Key>
 void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
-  const KeyOf<Key> key_of(bucket);
+  const auto key_of = key_maker<Key>(bucket);
   const auto pair_of = [above = bucket.first_above, second_bits = bucket.second_bits](Key key) {
     return Pair{above | static_cast<std::uint32_t>(key >> second_bits),
                 static_cast<std::uint32_t>(key & ((Key{1} << second_bits) - 1))};
@@ -166,8 +159,8 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
   const std::size_t digits = std::size_t{1} << bits;
-  if (count > most_run_keys * digits) return false;
-  const KeyOf<std::uint32_t> key_of(bucket);
+  if (count > most_run_keys * digits) return false;  // so that counts fit 32 bits, too
+  const auto key_of = key_maker<std::uint32_t>(bucket);
   std::uint32_t at[std::size_t{1} << most_run_bits];
   std::memset(at, 0, digits * sizeof *at);
   for (std::size_t i = 0; i < count; ++i) {

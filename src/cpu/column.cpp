@@ -19,8 +19,7 @@ namespace throng::cpu {
 
 std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
   std::uint32_t count = 0;
-  if (tail == 0) return 0;
-  std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
+  std::uintptr_t block = block_of(tail);
   std::uintptr_t end = tail;
   while (block) {
     const std::uintptr_t first = block + sizeof(Block);
@@ -87,8 +86,7 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   for (unsigned t = 0; t < space_.tasks_; ++t) {
     const std::uintptr_t tail = space_.tails(t, side)[column];
     if (tail == 0) continue;
-    const auto* block =
-        reinterpret_cast<const GridSpace::Block*>((tail - 1) & ~(space_.block_bytes_ - 1));
+    const auto* block = reinterpret_cast<const GridSpace::Block*>(space_.block_of(tail));
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
     // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
     level_.segments.grow(segments + blocks + space_.tasks_, segments);
@@ -318,7 +316,7 @@ const std::uint32_t* GridSpace::densest_first() {
     for (unsigned chain = 0; chain < 2 * tasks_; ++chain) {
       const std::uintptr_t tail = tails_[std::size_t{chain} * columns_ + c];
       if (tail == 0) continue;
-      const std::uintptr_t block = (tail - 1) & ~(block_bytes_ - 1);
+      const std::uintptr_t block = block_of(tail);
       size += reinterpret_cast<const Block*>(block)->before + (tail - block) / sizeof(Record);
     }
     sizes[c] = static_cast<std::uint32_t>(std::min<std::uint64_t>(size, 0xffffffffu));

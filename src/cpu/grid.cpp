@@ -80,7 +80,7 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   const std::uintptr_t tail = task.tail[column];
   Block header{0, 0};
   if (tail) {
-    header.previous = (tail - 1) & ~task.block_mask;
+    header.previous = space.block_of(tail);
     header.before = reinterpret_cast<const Block*>(header.previous)->before +
                     space.block_bytes_ / sizeof(Record) - 1;
   }

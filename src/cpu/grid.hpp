@@ -64,7 +64,11 @@ class GridSpace {
   }
   const std::uint32_t* densest_first();
   void find_wide(Search&, const Problem&, Worker&);
-  // The blocks of a chain, the last first; how many there were.
+  // The block that a chain's tail lies in; not of a chain that has none.
+  std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
+    return (tail - 1) & ~(block_bytes_ - 1);
+  }
+  // The blocks of a chain that has some, the last first; how many there were.
   std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
 
   std::uint32_t columns_ = 0;

@@ -41,12 +41,11 @@ class LookAhead {
   // The next block of the chain, which the first line of this one tells, and that has been asked
   // for; or the last of the next task's.
   bool enter_block() noexcept {
-    const std::uintptr_t bytes = space_->block_bytes_;
     block_ = block_ ? reinterpret_cast<const GridSpace::Block*>(block_)->previous : 0;
-    end_ = block_ + bytes;
+    end_ = block_ + space_->block_bytes_;
     for (; !block_ && task_ < space_->tasks_; ++task_) {
       end_ = space_->tails(task_, 0)[column_];
-      if (end_) block_ = (end_ - 1) & ~(bytes - 1);
+      if (end_) block_ = space_->block_of(end_);
     }
     line_ = block_;
     if (!block_) left_ = 0;
