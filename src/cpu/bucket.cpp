@@ -133,17 +133,23 @@ void each_pair(const Bucket& bucket, const F& f) {
 bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
                    std::size_t room_count) {
   const std::size_t firsts = std::size_t{1} << bucket.first_bits;
-  if (!kernels.sort_lists || firsts > Lists::most || bucket.count < list_pairs * firsts)
+  if (!kernels.sort_lists || firsts > Lists::most || bucket.count < list_pairs * firsts ||
+      bucket.count > Lists::most_pairs)
     return false;
   if (room_count < 2 * bucket.count || digit_count(bucket.count, bucket.key_bits(), false) == 2)
     return false;
   std::uint32_t ends[Lists::most] = {};
   const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
   each_pair(bucket, [&](Pair p) { ++ends[p.first & first_mask]; });
-  std::exclusive_scan(ends, ends + firsts, ends, 0u);
-  auto* const lists = reinterpret_cast<Pair*>(room);
-  each_pair(bucket, [&](Pair p) { lists[ends[p.first & first_mask]++] = p; });
-  Lists(lists, bucket.pairs, bucket.count, ends, bucket.first_above, bucket.second_bits)
+  std::uint32_t sum = 0;
+  for (std::size_t f = 0; f < firsts; ++f) {
+    const std::uint32_t count = ends[f];
+    ends[f] = sum + count;
+    sum += 2 * count;
+  }
+  auto* const seconds = reinterpret_cast<std::uint32_t*>(room);
+  each_pair(bucket, [&](Pair p) { seconds[ends[p.first & first_mask]++] = p.second; });
+  Lists(seconds, bucket.pairs, bucket.count, ends, bucket.first_above, bucket.second_bits)
       .sort(kernels, 0, firsts, room + bucket.count, nullptr);
   return true;
 }

@@ -100,11 +100,13 @@ struct Tile {
   std::uint32_t count;
 };
 
-// The pairs of one first, one after another, and where they go, which may be where they are.
+// The seconds of the pairs of one first, and where the pairs go: the latter half of that place may
+// be where the seconds are.
 struct PairList {
-  const Pair* from = nullptr;
+  const std::uint32_t* seconds = nullptr;
   Pair* to = nullptr;
   std::uint32_t count = 0;
+  std::uint32_t first = 0;
 };
 // Lists that are sorted side by side.
 constexpr std::uint32_t sorted_lists = 16;

@@ -128,7 +128,6 @@ template <std::uint32_t width>  // pairs a vector
 class EightByEight {
   static constexpr hn::CappedTag<std::uint32_t, 8> d{};
   static constexpr hn::CappedTag<std::uint64_t, width> d_pair{};
-  static constexpr hn::Repartition<std::uint32_t, decltype(d_pair)> d_numbers{};
   static constexpr hn::Repartition<std::uint64_t, decltype(d)> d_two{};
   using V = hn::Vec<hn::CappedTag<std::uint32_t, 8>>;
 
@@ -154,26 +153,14 @@ class EightByEight {
   static HWY_INLINE V seconds(const PairList& list, std::uint32_t begin) {
     const V most = hn::Set(d, ~std::uint32_t{0});
     if (list.count <= begin) return most;
-    const auto* const from = reinterpret_cast<const std::uint64_t*>(list.from + begin);
-    const std::uint32_t left = std::min(list.count - begin, 8u);
-    const auto load = [&](std::uint32_t at) HWY_ATTR {
-      const std::uint32_t n = std::min(left - std::min(left, at), width);
-      return hn::BitCast(d_numbers, hn::MaskedLoad(hn::FirstN(d_pair, n), d_pair, from + at));
-    };
-    V all;
-    if constexpr (width == 8) {
-      const auto pairs = load(0);
-      all = hn::LowerHalf(d, hn::ConcatOdd(d_numbers, pairs, pairs));
-    } else {
-      all = hn::ConcatOdd(d, load(4), load(0));
-    }
-    return hn::IfThenElse(hn::FirstN(d, left), all, most);
+    const auto these = hn::FirstN(d, std::min(list.count - begin, 8u));
+    return hn::IfThenElse(these, hn::MaskedLoad(these, d, list.seconds + begin), most);
   }
   static HWY_INLINE void store(V v, const PairList& list, std::uint32_t begin) {
     if (list.count <= begin) return;
     auto* const to = reinterpret_cast<std::uint64_t*>(list.to + begin);
     const std::uint32_t left = list.count - begin;
-    const auto first = hn::Set(d_pair, std::uint64_t{list.from->first});
+    const auto first = hn::Set(d_pair, std::uint64_t{list.first});
     const auto store_pairs = [&](auto seconds, std::uint32_t at) HWY_ATTR {
       const auto pairs = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(d_pair, seconds)), first);
       if (width == 4 && left >= at + 4)  // where a store by a mask is dear

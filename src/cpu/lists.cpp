@@ -12,13 +12,14 @@ namespace throng::cpu {
 namespace {
 
 constexpr std::uint32_t most_rows = 4096;
+constexpr std::uint32_t groups_ahead = 4;
 constexpr std::uint32_t classes = most_rows / 8 + 2;
 
 }  // namespace
 
-Lists::Lists(const Pair* from, Pair* to, std::size_t count, const std::uint32_t* ends,
+Lists::Lists(const std::uint32_t* seconds, Pair* to, std::size_t count, const std::uint32_t* ends,
              std::uint32_t first_above, unsigned second_bits) noexcept
-    : from_(from),
+    : seconds_(seconds),
       to_(to),
       ends_(ends),
       first_above_(first_above),
@@ -31,9 +32,8 @@ std::size_t Lists::room_for(std::size_t longest) const noexcept {
   return std::max(rows * sorted_lists / 2, std::min(longest, scratch_pairs));
 }
 
-// How many eights of rows: none for a list that is sorted as it is, the last for a long one.
+// How many eights of rows; the last for a long one.
 std::uint32_t Lists::class_of(std::uint32_t count) const noexcept {
-  if (count < 2 && from_ == to_) return 0;
   return count <= most_rows_ ? (count + 7) / 8 : classes - 1;
 }
 
@@ -43,8 +43,8 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   std::uint32_t starts[most + 1];
   std::uint32_t class_end[classes] = {};
   std::uint16_t ranked[most];
-  starts[0] = begin == 0 ? 0 : ends_[begin - 1];
-  for (std::uint32_t f = 0; f < firsts; ++f) starts[f + 1] = ends_[begin + f];
+  starts[0] = begin == 0 ? 0 : ends_[begin - 1] / 2;
+  for (std::uint32_t f = 0; f < firsts; ++f) starts[f + 1] = ends_[begin + f] / 2;
   const auto count_of = [&](std::uint32_t f) { return starts[f + 1] - starts[f]; };
   for (std::uint32_t f = 0; f < firsts; ++f) ++class_end[class_of(count_of(f))];
   std::exclusive_scan(class_end, class_end + classes, class_end, 0u);
@@ -53,19 +53,32 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   }
   // Where a class ends, now, the next begins.
   const std::uint32_t long_ones = class_end[classes - 2];
-  // The lists of a group are asked for while the one before it is sorted: they lie anywhere.
+  const auto seconds_of = [&](std::uint32_t f) { return seconds_ + starts[f] + starts[f + 1]; };
+  const auto first_of = [&](std::uint32_t f) {
+    return first_above_ + static_cast<std::uint32_t>(begin) + f;
+  };
+  // Lists lie anywhere: they are asked for some groups ahead, and again while the group before
+  // theirs is sorted.
+  const auto ask = [&](std::uint32_t at) {
+    for (std::uint32_t i = at; i < std::min(at + sorted_lists, long_ones); ++i) {
+      const std::uint32_t f = ranked[i];
+      for (std::uint32_t k = 0; k < count_of(f); k += 8) prefetch_to_read(to_ + starts[f] + k);
+    }
+  };
   PairList groups[2][sorted_lists];
   const auto gather = [&](std::uint32_t at, PairList* group) {
     for (std::uint32_t i = 0; i < sorted_lists; ++i) {
       group[i] = {};
       if (at + i >= long_ones) continue;
       const std::uint32_t f = ranked[at + i];
-      group[i] = {from_ + starts[f], to_ + starts[f], count_of(f)};
-      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].from + k);
+      group[i] = {seconds_of(f), to_ + starts[f], count_of(f), first_of(f)};
+      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].to + k);
     }
   };
+  for (std::uint32_t g = 1; g < groups_ahead; ++g) ask(class_end[0] + g * sorted_lists);
   gather(class_end[0], groups[0]);
   for (std::uint32_t at = class_end[0], g = 0; at < long_ones; at += sorted_lists, g ^= 1) {
+    ask(at + groups_ahead * sorted_lists);
     gather(at + sorted_lists, groups[g ^ 1]);
     const std::uint32_t last = ranked[std::min(at + sorted_lists, long_ones) - 1];
     kernels.sort_lists(groups[g], 8 * class_of(count_of(last)),
@@ -74,9 +87,9 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   for (std::uint32_t at = long_ones; at < firsts; ++at) {
     const std::uint32_t f = ranked[at], count = count_of(f);
     Pair* const pairs = to_ + starts[f];
-    if (from_ != to_) std::memcpy(pairs, from_ + starts[f], count * sizeof(Pair));
-    const Bucket bucket{pairs, count, 0, first_above_ + static_cast<std::uint32_t>(begin) + f,
-                        second_bits_};
+    const std::uint32_t* const seconds = seconds_of(f);
+    for (std::uint32_t k = 0; k < count; ++k) pairs[k] = {first_of(f), seconds[k]};
+    const Bucket bucket{pairs, count, 0, first_of(f), second_bits_};
     if (count <= scratch_pairs)
       sort_by_digits(bucket, room, count);
     else

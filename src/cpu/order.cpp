@@ -69,7 +69,7 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
   const bool in_cache =
       task_count == 1 && count > one_bucket_pairs && first_count <= lists_in_cache;
   const std::size_t least = in_cache ? short_list_pairs : long_list_pairs;
-  if (kernels.sort_lists && count <= 0xffffffffu && first_count <= count / least)
+  if (kernels.sort_lists && count <= Lists::most_pairs && first_count <= count / least)
     sort_as_lists(job);
   else
     sort_as_buckets(job);
@@ -82,6 +82,7 @@ void PairSorter::sort_as_lists(const Job& job) {
   auto* const counters =
       reinterpret_cast<std::uint32_t*>(histograms_.room((parts * firsts + 1) / 2));
   Pair *const from = job.from, *const to = job.to;
+  auto* const seconds = reinterpret_cast<std::uint32_t*>(to);
   const auto part = [&](std::size_t p) { return part_begin(job.count, parts, p); };
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint32_t* const mine = counters + p * firsts;
@@ -114,19 +115,26 @@ void PairSorter::sort_as_lists(const Job& job) {
   });
   std::exclusive_scan(before, before + chunks, before, 0u);
   run_by_turns(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
-    std::uint32_t sum = before[c];
+    std::uint32_t end = 2 * before[c];
     for (std::size_t f = chunk(c); f < chunk(c + 1); ++f) {
+      for (unsigned p = 0; p < parts; ++p) end += counters[p * firsts + f];
       for (unsigned p = 0; p < parts; ++p) {
         std::uint32_t& at = counters[p * firsts + f];
-        at = std::exchange(sum, sum + at);
+        at = std::exchange(end, end + at);
       }
     }
   });
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
-    deal(from + part(p), from + part(p + 1), 0, counters + p * firsts, to);
+    std::uint32_t* const next = counters + p * firsts;
+    for (const Pair *q = from + part(p), *const end = from + part(p + 1); q != end; ++q) {
+      std::uint32_t* const at = seconds + next[q->first]++;
+      prefetch_to_stream(q + pairs_ahead);
+      prefetch(at + 2 * ahead);
+      *at = q->second;
+    }
   });
 
-  const Lists lists(to, to, job.count, counters + (parts - 1) * firsts, 0,
+  const Lists lists(seconds, to, job.count, counters + (parts - 1) * firsts, 0,
                     bits_of(job.second_count));
   const std::size_t room = lists.room_for(*std::max_element(longest, longest + chunks));
   std::uint64_t* const scratch = scratch_.room(room * job.tasks);

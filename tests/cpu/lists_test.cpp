@@ -24,14 +24,17 @@ std::vector<const Kernels*> kernels_with_lists() {
   return all;
 }
 
-// Lists of lengths up to `rows`, one behind the other, with a guard behind each.
+// Lists of lengths up to `rows`, one behind the other, with a guard behind each; their seconds are
+// elsewhere, or in the latter half of where the pairs go.
 TEST(SortedLists, EqualOnesSortedByThemselves) {
   std::mt19937 random(3);
   constexpr Pair guard{77, 78};
   for (const Kernels* kernels : kernels_with_lists()) {
     for (std::uint32_t rows = 8; rows <= 1104; rows += rows < 160 ? 8 : 104) {
-      for (const std::uint32_t most : {3u, 0xfffffffeu}) {
+      for (const bool in_place : {false, true}) {
+        const std::uint32_t most = rows % 16 == 0 ? 3u : 0xfffffffeu;
         std::vector<Pair> pairs;
+        std::vector<std::uint32_t> seconds;
         std::uint32_t counts[sorted_lists];
         for (std::uint32_t i = 0; i < sorted_lists; ++i) {
           counts[i] = i == 5 ? rows : static_cast<std::uint32_t>(random()) % (rows + 1);
@@ -43,8 +46,12 @@ TEST(SortedLists, EqualOnesSortedByThemselves) {
         std::vector<Pair> want = pairs;
         PairList lists[sorted_lists];
         std::size_t at = 0;
+        for (const Pair& pair : pairs) seconds.push_back(pair.second);
         for (std::uint32_t i = 0; i < sorted_lists; ++i) {
-          lists[i] = {pairs.data() + at, pairs.data() + at, counts[i]};
+          Pair* const to = pairs.data() + at;
+          std::uint32_t* const half = &to->first + counts[i];
+          if (in_place) std::copy_n(seconds.data() + at, counts[i], half);
+          lists[i] = {in_place ? half : seconds.data() + at, to, counts[i], 1000 + i};
           std::sort(want.begin() + static_cast<std::ptrdiff_t>(at),
                     want.begin() + static_cast<std::ptrdiff_t>(at + counts[i]));
           at += counts[i] + 1;
