@@ -23,6 +23,7 @@ constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out o
 // A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
 // another's lines, and took twice as long.
 constexpr std::size_t ahead = 12;
+constexpr std::size_t a_line = 64 / sizeof(std::uint32_t);  // of seconds
 // How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
 // several lists in a line: so these pay only where one task has all, its cache holds a line of each
 // list, and one bucket would not do.
@@ -129,7 +130,7 @@ void PairSorter::sort_as_lists(const Job& job) {
     for (const Pair *q = from + part(p), *const end = from + part(p + 1); q != end; ++q) {
       std::uint32_t* const at = seconds + next[q->first]++;
       prefetch_to_stream(q + pairs_ahead);
-      prefetch(at + 2 * ahead);
+      prefetch(at + a_line);
       *at = q->second;
     }
   });
