@@ -86,31 +86,39 @@ HWY_INLINE void store_pairs(V32 query, V32 target, int count, Pair* out) {
   }
 }
 
+// Which pairs: those that are sure, or those that the floats must decide.
+enum class Sure : bool { no, yes };
+
 // Writes pairs where there is room, and hands on what is full. Nobody else writes meanwhile.
-template <Orientation orientation>
+template <Orientation orientation, Sure sure = Sure::yes>
 class PairWriter {
  public:
-  explicit PairWriter(Emit& out) : out_(out), cursor_(out.cursor), limit_(out.limit) {}
-  ~PairWriter() { out_.cursor = cursor_; }
+  explicit PairWriter(Emit& out) : out_(out), cursor_(end()), limit_(limit()) {}
+  ~PairWriter() { end() = cursor_; }
   PairWriter(const PairWriter&) = delete;
   PairWriter& operator=(const PairWriter&) = delete;
 
   HWY_INLINE void put(V32 query, V32 target, int count) {
     store_pairs<orientation>(query, target, count, cursor_);
     cursor_ += count;
-    const char* const later = reinterpret_cast<const char*>(cursor_) + ahead_bytes;
-    prefetch_to_own(later);
-    if (HWY_UNLIKELY(count > 8)) prefetch_to_own(later + 64);
+    if constexpr (sure == Sure::yes) {
+      const char* const later = reinterpret_cast<const char*>(cursor_) + ahead_bytes;
+      prefetch_to_own(later);
+      if (HWY_UNLIKELY(count > 8)) prefetch_to_own(later + 64);
+    }
     if (HWY_LIKELY(cursor_ <= limit_)) return;
-    out_.cursor = cursor_;
-    out_.flush(&out_);
-    cursor_ = out_.cursor;
-    limit_ = out_.limit;
+    end() = cursor_;
+    sure == Sure::yes ? out_.flush(&out_) : out_.flush_maybe(&out_);
+    cursor_ = end();
+    limit_ = limit();
   }
 
  private:
   // Room is asked for so far ahead, a line for each line: see docs/experiments.md.
   static constexpr std::size_t ahead_bytes = 4096;
+
+  Pair*& end() const { return sure == Sure::yes ? out_.cursor : out_.maybe_cursor; }
+  Pair* limit() const { return sure == Sure::yes ? out_.limit : out_.maybe_limit; }
 
   Emit& out_;
   Pair* cursor_;
@@ -155,9 +163,9 @@ struct Hits {
 // The pairs of all hits. With AVX-512 ids_at(query, target) has the ids of those that were compared
 // in registers, from which (places, queries, targets) picks; else ids_at(query, target, first bit,
 // bits, queries, targets) compresses them.
-template <Orientation orientation, class IdsAt>
+template <Orientation orientation, Sure sure, class IdsAt>
 HWY_INLINE void write_pairs(Hits& hits, Emit& out, IdsAt&& ids_at) {
-  PairWriter<orientation> pairs(out);
+  PairWriter<orientation, sure> pairs(out);
 #if HWY_TARGET == HWY_AVX3_DL
   for (std::size_t h = 0; h < hits.count; ++h) {
     const auto pick = ids_at(hits.query(h), hits.target(h));

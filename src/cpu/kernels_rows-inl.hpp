@@ -106,8 +106,11 @@ class RowByRow {
   // is added to `rest`, where `left` are, each by its place from `block` on.
   template <bool ordered>
   void run(std::uint32_t i, std::uint32_t block, Window* rest, std::uint32_t& left);
-  // The pairs of all hits.
-  void write();
+  // The pairs of all hits, and of all ties.
+  void write() {
+    write<Sure::yes>(hits_);
+    if (HWY_UNLIKELY(ties_.count != 0)) write<Sure::no>(ties_);
+  }
   std::uint64_t vectors() const { return vectors_; }
 
  private:
@@ -121,11 +124,13 @@ class RowByRow {
   template <bool ordered, bool corner>
   void compare(const Strip& s, const Row& queries, std::size_t i, std::size_t t);
   void defer(V16 l0, V16 l1, V16 l2, V16 l3, std::size_t i, std::size_t t);
+  template <Sure sure>
+  void write(Hits& hits);
 
   const Strip& strip_;
   Emit& out_;
   std::uint64_t vectors_ = 0;
-  Hits hits_;
+  Hits hits_, ties_;
 };
 
 template <Orientation orientation>
@@ -146,19 +151,19 @@ template <Orientation orientation>
 HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, std::size_t i,
                                                std::size_t t) {
   const D16 d;
-  const V16 l[row_steps] = {l0, l1, l2, l3};
   const V16 begins = Row::twice(strip_.begins + i);
-  for (const V16& least : l) {
-    const auto home = hn::Eq(hn::And(begins, Row::two(strip_.begins + t)), hn::Zero(d));
-    std::uint32_t ties = bits_of(d, hn::And(home, hn::Eq(least, hn::Zero(d))));
-    for (; ties != 0; ties &= ties - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(ties));
-      *out_.maybe_cursor++ =
-          make_pair(orientation, strip_.id[i + lane / 2], strip_.id[t + lane % 2]);
-    }
-    if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
-    t += 2;
+  const auto tied = [&](V16 l, std::size_t k) HWY_ATTR {
+    const auto home = hn::Eq(hn::And(begins, Row::two(strip_.begins + t + 2 * k)), hn::Zero(d));
+    return std::uint64_t{bits_of(d, hn::And(home, hn::Eq(l, hn::Zero(d))))} << k * word_lanes % 64;
+  };
+  const std::uint64_t low = tied(l0, 0) | tied(l1, 1), high = tied(l2, 2) | tied(l3, 3);
+  if constexpr (word_lanes == 32) {
+    ties_.add(i, t, low);
+    ties_.add(i, t + row_targets / 2, high);
+  } else {
+    ties_.add(i, t, low | high);
   }
+  if (ties_.count >= Hits::room - 1) write<Sure::no>(ties_);
 }
 
 // `corner`: of these targets some are queries of the row.
@@ -200,7 +205,7 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
   hits_.add(i, t, met(low) | met(high) << 2 * word_lanes);
 #endif
   if (HWY_UNLIKELY(ties)) defer(l0, l1, l2, l3, i, t);
-  if (HWY_UNLIKELY(hits_.count >= Hits::room - 1)) write();
+  if (HWY_UNLIKELY(hits_.count >= Hits::room - 1)) write<Sure::yes>(hits_);
 }
 
 template <Orientation orientation>
@@ -231,13 +236,14 @@ HWY_NOINLINE void RowByRow<orientation>::run(std::uint32_t i, std::uint32_t bloc
 }
 
 template <Orientation orientation>
-HWY_NOINLINE void RowByRow<orientation>::write() {
+template <Sure sure>
+HWY_NOINLINE void RowByRow<orientation>::write(Hits& hits) {
   const D32 d;
   const std::uint32_t* HWY_RESTRICT ids = strip_.id;
 #if HWY_TARGET == HWY_AVX3_DL
   const __m512i second_bit = _mm512_set1_epi32(2);
   constexpr int choose = 0xe4;  // of the first where the third has a bit, else of the second
-  write_pairs<orientation>(hits_, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
+  write_pairs<orientation, sure>(hits, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
     const V32 of = hn::LoadU(d, ids + first), four = hn::LoadDup128(d, ids + at);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
       // The lowest and the highest bit of a place are its target, what lies above does not matter.
@@ -256,7 +262,7 @@ HWY_NOINLINE void RowByRow<orientation>::write() {
     query = compress(hn::BitCast(d, queries), bits);
     target = compress(hn::BitCast(d, targets), bits);
   };
-  write_pairs<orientation>(hits_, out_, pick);
+  write_pairs<orientation, sure>(hits, out_, pick);
 #endif
 }
 

@@ -108,8 +108,11 @@ class SideBySide {
   // how many.
   template <bool ordered>
   void run(std::uint32_t begin, std::uint32_t end, Window* rest, std::uint32_t& left);
-  // The pairs of all hits.
-  void write();
+  // The pairs of all hits, and of all ties.
+  void write() {
+    write<Sure::yes>(hits_);
+    if (HWY_UNLIKELY(ties_.count != 0)) write<Sure::no>(ties_);
+  }
   std::uint64_t vectors() const { return vectors_; }
 
  private:
@@ -117,11 +120,13 @@ class SideBySide {
   static constexpr std::size_t patience = 32;
 
   void defer(VSide l0, VSide l1, VSide l2, VSide l3, std::size_t first, std::size_t at);
+  template <Sure sure>
+  void write(Hits& hits);
 
   const Strip& strip_;
   Emit& out_;
   std::uint64_t vectors_ = 0;
-  Hits hits_;
+  Hits hits_, ties_;
 };
 
 // Equal words: the pairs that the floats must decide. The differences come in registers: an array
@@ -130,18 +135,13 @@ template <Orientation orientation>
 HWY_NOINLINE void SideBySide<orientation>::defer(VSide l0, VSide l1, VSide l2, VSide l3,
                                                  std::size_t first, std::size_t at) {
   const DSide d;
-  const VSide l[side_steps] = {l0, l1, l2, l3};
   const VSide begins = hn::LoadU(d, strip_.begins + first);
-  for (std::size_t k = 0; k < side_steps; ++k) {
+  const auto tied = [&](VSide l, std::size_t k) HWY_ATTR {
     const auto home = hn::Eq(hn::And(begins, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
-    std::uint32_t ties = bits_of(d, hn::And(home, hn::Eq(l[k], hn::Zero(d))));
-    for (; ties != 0; ties &= ties - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(ties));
-      *out_.maybe_cursor++ =
-          make_pair(orientation, strip_.id[first + lane], strip_.id[at + k + lane]);
-    }
-    if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
-  }
+    return std::uint64_t{bits_of(d, hn::And(home, hn::Eq(l, hn::Zero(d))))} << k * side_lanes;
+  };
+  ties_.add(first, at, tied(l0, 0) | tied(l1, 1) | tied(l2, 2) | tied(l3, 3));
+  if (ties_.count == Hits::room) write<Sure::no>(ties_);
 }
 
 template <Orientation orientation>
@@ -161,7 +161,7 @@ HWY_NOINLINE void SideBySide<orientation>::run(std::uint32_t begin, std::uint32_
       const std::uint64_t met = compare_sides<ordered>(queries, s, at, l, ties);
       if (HWY_UNLIKELY(ties)) defer(l[0], l[1], l[2], l[3], i, at);
       hits_.add(i, at, met);
-      if (HWY_UNLIKELY(hits_.count == Hits::room)) write();
+      if (HWY_UNLIKELY(hits_.count == Hits::room)) write<Sure::yes>(hits_);
       at += side_steps;
       if (at >= count) break;
       const auto over =
@@ -183,12 +183,13 @@ HWY_NOINLINE void SideBySide<orientation>::run(std::uint32_t begin, std::uint32_
 }
 
 template <Orientation orientation>
-HWY_NOINLINE void SideBySide<orientation>::write() {
+template <Sure sure>
+HWY_NOINLINE void SideBySide<orientation>::write(Hits& hits) {
   const D32 d;
   const std::uint32_t* HWY_RESTRICT ids = strip_.id;
 #if HWY_TARGET == HWY_AVX3_DL
   const V32 lanes = hn::Set(d, side_lanes - 1);
-  write_pairs<orientation>(hits_, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
+  write_pairs<orientation, sure>(hits, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
     const V32 of = hn::LoadU(d, ids + first);
     const V32 low = hn::LoadU(d, ids + at), high = hn::LoadU(d, ids + at + side_lanes);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
@@ -204,7 +205,7 @@ HWY_NOINLINE void SideBySide<orientation>::write() {
     query = compress(hn::LoadU(d, ids + first + lane), bits);
     target = compress(hn::LoadU(d, ids + at + lane + step), bits);
   };
-  write_pairs<orientation>(hits_, out_, pick);
+  write_pairs<orientation, sure>(hits, out_, pick);
 #endif
 }
 
