@@ -45,10 +45,10 @@ class StripSweep {
   }
 
  private:
-  void take(std::uint32_t begin);
+  void take();
   void open_at(const std::uint32_t* start);
   template <bool ordered>
-  void open_together(std::uint32_t begin);
+  void open_together();
   template <bool ordered>
   void next_windows();
   void defer(const Query& query, std::uint32_t at, std::uint32_t bits);
@@ -106,12 +106,10 @@ HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
 #endif
 }
 
-// The queries of the block from `begin` on, made of their records by a shuffle of bytes for each
-// half.
+// The queries whose windows are open, which are in order, and those that share a vector of records
+// with them: made of these by a shuffle of bytes for each half.
 template <Orientation orientation>
-HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
-  begin_ = begin;
-  end_ = begin + query_block < queries_.count ? begin + query_block : queries_.count;
+HWY_NOINLINE void StripSweep<orientation>::take() {
   const hn::ScalableTag<std::uint8_t> d;
   const hn::Repartition<std::uint64_t, decltype(d)> d64;
   constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(d)) / sizeof(Record);
@@ -123,8 +121,12 @@ HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
   const auto begins = hn::LoadDup128(d, last_word);
   const std::uint8_t* const bytes = query_bytes.of[queries_.axis];
   const auto first = hn::LoadDup128(d, bytes), second = hn::LoadDup128(d, bytes + 16);
-  for (std::uint32_t i = begin_; i < end_; i += group) {
-    const auto records = hn::LoadU(d, reinterpret_cast<const std::uint8_t*>(queries_.record + i));
+  for (std::uint32_t o = 0, taken = 0; o < count_; ++o) {
+    if (windows_[o].query < taken) continue;
+    const std::uint32_t q = windows_[o].query / group * group;
+    taken = q + group;
+    const auto records =
+        hn::LoadU(d, reinterpret_cast<const std::uint8_t*>(queries_.record + begin_ + q));
     const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
     // A bit for each lower word of 0, added up and put into both halves of the last word.
     const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));
@@ -132,12 +134,13 @@ HWY_NOINLINE void StripSweep<orientation>::take(std::uint32_t begin) {
     const auto high = hn::Or(hn::TableLookupBytesOr0(records, second),
                              hn::TableLookupBytesOr0(hn::BitCast(d, sum), begins));
     store_blocks_interleaved(low, hn::BitCast(d64, high),
-                             reinterpret_cast<std::uint64_t*>(query_ + (i - begin_)));
+                             reinterpret_cast<std::uint64_t*>(query_ + q));
   }
   if (queries_.framed) {
-    for (std::uint32_t i = begin_; i < end_; ++i) {
-      query_[i - begin_].begins = static_cast<std::uint16_t>(queries_.begins[i]) * 0x10001u;
-      query_[i - begin_].id = queries_.id[i];
+    for (std::uint32_t o = 0; o < count_; ++o) {
+      const std::uint32_t q = windows_[o].query;
+      query_[q].begins = static_cast<std::uint16_t>(queries_.begins[begin_ + q]) * 0x10001u;
+      query_[q].id = queries_.id[begin_ + q];
     }
   }
 }
@@ -169,15 +172,14 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
 // Of a strip over itself: some queries together, as long as that pays.
 template <Orientation orientation>
 template <bool ordered>
-void StripSweep<orientation>::open_together(std::uint32_t begin) {
-  const std::uint32_t end = std::min(begin + query_block, queries_.count);
+void StripSweep<orientation>::open_together() {
   count_ = 0;
-  if (rows_.pay(begin, end)) {
-    for (std::uint32_t i = begin; i < end; i += row_queries)
-      rows_.template run<ordered>(i, begin, windows_, count_);
+  if (rows_.pay(begin_, end_)) {
+    for (std::uint32_t i = begin_; i < end_; i += row_queries)
+      rows_.template run<ordered>(i, begin_, windows_, count_);
     rows_.write();
   } else {
-    sides_.template run<ordered>(begin, end, windows_, count_);
+    sides_.template run<ordered>(begin_, end_, windows_, count_);
     sides_.write();
   }
 }
@@ -253,14 +255,13 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
 template <Orientation orientation>
 template <bool ordered>
 void StripSweep<orientation>::run(const std::uint32_t* start) {
-  for (std::uint32_t begin = 0; begin < queries_.count; begin += query_block) {
-    if (start) {
-      take(begin);
+  for (begin_ = 0; begin_ < queries_.count; begin_ += query_block) {
+    end_ = std::min(begin_ + query_block, queries_.count);
+    if (start)
       open_at(start);
-    } else {
-      open_together<ordered>(begin);
-      if (count_ != 0) take(begin);
-    }
+    else
+      open_together<ordered>();
+    take();
     while (count_ != 0) {
       next_windows<ordered>();
       write();
