@@ -142,7 +142,7 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
   const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
   each_pair(bucket, [&](Pair p) { ++ends[p.first & first_mask]; });
   std::uint32_t sum = 0;
-  for (std::size_t f = 0; f < firsts; ++f) {
+  for (std::size_t f = 0; f < firsts; ++f) {  // becomes the middle of the list's place
     const std::uint32_t count = ends[f];
     ends[f] = sum + count;
     sum += 2 * count;

@@ -2,7 +2,6 @@
 #include "cpu/lists.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 #include "cpu/bucket.hpp"

@@ -99,7 +99,8 @@ void PairSorter::sort_as_lists(const Job& job) {
     for (std::size_t i = begin + 2 * half; i < part(p + 1); ++i) ++mine[from[i].first];
   });
 
-  // Each counter becomes where its part's pairs of its first go.
+  // Each counter becomes where the seconds of its part and first go: the latter half of where the
+  // pairs will be.
   const std::size_t chunks = job.tasks == 1 ? 1 : std::min<std::size_t>(4 * job.tasks, most_chunks);
   const auto chunk = [&](std::size_t c) { return part_begin(firsts, chunks, c); };
   std::uint32_t before[most_chunks + 1], longest[most_chunks];

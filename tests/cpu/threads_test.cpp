@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <thread>
 #include <vector>
 
@@ -65,22 +66,29 @@ TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
   }
 }
 
-TEST(Shares, ThreadsTakeNoneTwice) {
-  constexpr std::size_t count = 1 << 20;
-  Shares shares(count, 4, 16);
-  std::vector<unsigned char> taken(count, 0);
+// Of what four threads take by turns: how many indices are not taken once.
+std::size_t race(std::size_t count, std::size_t step) {
+  Shares shares(count, 4, step);
+  std::vector<std::atomic<unsigned>> taken(count + 1);  // the last: beyond all
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (std::size_t begin, end; shares.take(t, begin, end);) {
-        for (std::size_t i = begin; i < end; ++i) ++taken[i];
+        if (begin >= end) ++taken[count];
+        for (std::size_t i = begin; i < end; ++i) ++taken[std::min(i, count)];
       }
     });
   }
   for (std::thread& t : threads) t.join();
-  std::size_t wrong = 0;
-  for (const unsigned char t : taken) wrong += t != 1;
-  EXPECT_EQ(wrong, 0u);
+  std::size_t wrong = taken[count];
+  for (std::size_t i = 0; i < count; ++i) wrong += taken[i] != 1;
+  return wrong;
+}
+
+TEST(Shares, ThreadsTakeNoneTwice) {
+  EXPECT_EQ(race(std::size_t{1} << 20, 16), 0u);
+  // Where ranges end is where they race.
+  for (int again = 0; again < 300; ++again) ASSERT_EQ(race(64, 1), 0u);
 }
 
 // A task that comes late finds little left: there are several shares for each.
