@@ -261,6 +261,7 @@ void StripSweep<orientation>::run(const std::uint32_t* start) {
       open_at(start);
     else
       open_together<ordered>();
+    if (count_ == 0) continue;
     take();
     while (count_ != 0) {
       next_windows<ordered>();

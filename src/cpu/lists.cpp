@@ -52,7 +52,8 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   }
   // Where a class ends, now, the next begins.
   const std::uint32_t long_ones = class_end[classes - 2];
-  const auto seconds_of = [&](std::uint32_t f) { return seconds_ + starts[f] + starts[f + 1]; };
+  // The latter half of the list's place.
+  const auto seconds_of = [&](std::uint32_t f) { return seconds_ + 2 * starts[f] + count_of(f); };
   const auto first_of = [&](std::uint32_t f) {
     return first_above_ + static_cast<std::uint32_t>(begin) + f;
   };

@@ -41,8 +41,8 @@ unsigned bits_of(std::uint64_t count) noexcept {
 }
 
 // Takes each pair to the next place of its bucket, that of the leading bits of `first`.
-template <class Place>
-void deal(const Pair* begin, const Pair* end, unsigned shift, Place* next, Pair* to) noexcept {
+void deal(const Pair* begin, const Pair* end, unsigned shift, std::uint64_t* next,
+          Pair* to) noexcept {
   for (const Pair* p = begin; p != end; ++p) {
     Pair* const at = to + next[p->first >> shift]++;
     prefetch_to_stream(p + pairs_ahead);
