@@ -88,7 +88,7 @@ Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
   if (this == &other) return {};
   return Access::call(*this, [&](live::Tracker& mine, Result& r) {
     if (!other.state_) {
-      mine.copy(live::Tracker(other.options_, 0));
+      mine.copy(live::Tracker(state_->resource, other.options_.margin, 0));
     } else if (other.state_->in_call.exchange(true, std::memory_order_acquire)) {
       say(r, "another thread is in a call on the BroadPhase to be copied");
       r.status = Status::busy;

@@ -6,6 +6,7 @@
 #include <atomic>
 
 #include <throng/find_pairs.hpp>
+#include <throng/large_pages.hpp>
 
 #include "capture/log.hpp"
 #include "cpu/float_state.hpp"
@@ -18,7 +19,7 @@ using ull = unsigned long long;
 
 struct BroadPhase::State {
   State(const Options& options, std::pmr::memory_resource* memory) noexcept
-      : resource(memory), tracker(options, sizeof(State)) {}
+      : resource(memory), tracker(memory, options.margin, sizeof(State)) {}
 
   std::pmr::memory_resource* resource;
   live::Tracker tracker;
@@ -64,7 +65,7 @@ struct BroadPhaseAccess {
       return refuse(r, Status::bad_option);
     }
     std::pmr::memory_resource* memory = options.memory;
-    if (!memory) memory = std::pmr::new_delete_resource();
+    if (!memory) memory = large_pages();
     void* room = take_room(*memory, sizeof(BroadPhase::State), alignof(BroadPhase::State), r);
     if (!room) return false;
     it.state_ = new (room) BroadPhase::State(options, memory);

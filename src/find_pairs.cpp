@@ -12,6 +12,7 @@
 #include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
+#include "cpu/large_pages.hpp"
 #include "cpu/threads.hpp"
 #include "cuda/backend.hpp"
 #include "describe.hpp"
@@ -153,7 +154,7 @@ struct FinderAccess {
     Result r;
     if (!finder.state_) {
       std::pmr::memory_resource* memory = finder.options_.memory;
-      if (!memory) memory = std::pmr::new_delete_resource();
+      if (!memory) memory = cpu::large_blocks();
       const std::size_t cap = consumer ? finder.options_.memory_cap_bytes : 0;
       if (cap != 0 && cap < sizeof(Finder::State)) {
         // Not even that. The backend, asked without one byte to spare, knows what would do.
@@ -167,21 +168,21 @@ struct FinderAccess {
       if (!room) return r;
       finder.state_ = new (room) Finder::State(memory);
     }
-    cpu::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
-    core::Output own{pairs.data(), pairs.capacity(),
-                     [](void* buffer, std::size_t count) -> Pair* {
-                       try {
-                         return cpu::room_for_pairs(*static_cast<cpu::Buffer<Pair>*>(buffer),
-                                                    count);
-                       } catch (...) {
-                         return nullptr;
-                       }
-                     },
-                     &pairs};
+    const cpu::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
+    core::Output own{pairs.data(), pairs.capacity(), room, &finder};
     if (!output && !consumer) output = &own;
     r = finder.state_->find(a, b, finder.options_, output, consumer);
     if (output == &own && r.ok()) finder.pairs_ = {own.data, static_cast<std::size_t>(r.found)};
     return r;
+  }
+
+  // In the finder's own memory.
+  static Pair* room(void* finder, std::size_t count) noexcept {
+    try {
+      return cpu::room_for_pairs(static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
+    } catch (...) {
+      return nullptr;
+    }
   }
 
   static Explanation explain(Finder& finder, const Boxes& a, const Boxes* b) {
@@ -250,24 +251,53 @@ Explanation Finder::explain(const Boxes& a, const Boxes& b) {
 
 namespace {
 
+// A search into a vector. One that grows is written before it is filled, so few pairs are found in
+// the finder's memory and copied.
+class IntoVector {
+ public:
+  IntoVector(std::vector<Pair>& out, const Options& options) noexcept
+      : out_(out), finder_(options) {}
+
+  Result find(const Boxes& a, const Boxes* b) noexcept {
+    core::Output output{out_.data(), out_.size(), grow, this};
+    Result r = FinderAccess::run(finder_, a, b, &output, nullptr);
+    const auto found = static_cast<std::size_t>(r.ok() ? r.found : 0);
+    if (found <= out_.size()) {
+      out_.resize(found);
+      return r;
+    }
+    try {
+      out_.assign(output.data, output.data + found);
+    } catch (...) {
+      explain_failure(r, {Status::out_of_memory, found * sizeof(Pair)});
+    }
+    return r;
+  }
+
+ private:
+  static Pair* grow(void* self, std::size_t count) noexcept {
+    auto& [out, finder] = *static_cast<IntoVector*>(self);
+    if (count <= cpu::few_pairs && out.empty()) {
+      if (Pair* const room = FinderAccess::room(&finder, count)) return room;
+    }
+    try {
+      out.clear();
+      out.reserve(count);
+      cpu::want_large_pages(out.data(), count * sizeof(Pair));
+      out.resize(count);
+    } catch (...) {
+      return nullptr;
+    }
+    return out.data();
+  }
+
+  std::vector<Pair>& out_;
+  Finder finder_;
+};
+
 Result find_into(const Boxes& a, const Boxes* b, std::vector<Pair>& out,
                  const Options& options) noexcept {
-  Finder finder(options);
-  core::Output output{out.data(), out.size(),
-                      [](void* context, std::size_t count) -> Pair* {
-                        auto& v = *static_cast<std::vector<Pair>*>(context);
-                        try {
-                          v.clear();
-                          v.resize(count);
-                        } catch (...) {
-                          return nullptr;
-                        }
-                        return v.data();
-                      },
-                      &out};
-  const Result r = FinderAccess::run(finder, a, b, &output, nullptr);
-  out.resize(r.ok() ? static_cast<std::size_t>(r.found) : 0);  // never grows
-  return r;
+  return IntoVector(out, options).find(a, b);
 }
 
 }  // namespace

@@ -306,11 +306,15 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   search.guarded([&] { find_wide(search, problem, *team[0]); });
 }
 
-// Long columns first, so that none is left for the end; where all are alike, as they lie.
-const std::uint32_t* GridSpace::densest_first() {
+void GridSpace::find_in(Search& search, const Problem& problem, const core::GridPlan& plan,
+                        Worker& worker, std::uint32_t column) {
+  ColumnSearch(search, problem, plan, *this, worker, 0).run(column, LookAhead::no_column);
+}
+
+// Records of each column, and of all.
+std::uint64_t GridSpace::count_records() {
   std::uint32_t* sizes = sizes_.room(columns_);
   std::uint64_t total = 0;
-  std::uint32_t most = 0;
   for (std::uint32_t c = 0; c < columns_; ++c) {
     std::uint64_t size = 0;
     for (unsigned chain = 0; chain < 2 * tasks_; ++chain) {
@@ -321,8 +325,15 @@ const std::uint32_t* GridSpace::densest_first() {
     }
     sizes[c] = static_cast<std::uint32_t>(std::min<std::uint64_t>(size, 0xffffffffu));
     total += sizes[c];
-    most = std::max(most, sizes[c]);
   }
+  return total;
+}
+
+// Long columns first, so that none is left for the end; where all are alike, as they lie.
+const std::uint32_t* GridSpace::densest_first() {
+  const std::uint64_t total = count_records();
+  const std::uint32_t* sizes = sizes_.data();
+  const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
   if (most < 2 * (total / columns_ + 1)) return nullptr;
   std::uint32_t* order = order_.room(columns_);
   for (std::uint32_t c = 0; c < columns_; ++c) order[c] = c;

@@ -168,7 +168,24 @@ void Engine::solve_partition(Call& call) {
   }
 }
 
+// Before the first pair, so that they need not be found twice, once to be counted. Without memory
+// for a guess it is done by the count.
+void Engine::guess_room(Call& call, Output& output) {
+  const std::uint64_t boxes = box_count(call.whole);
+  std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(8 * boxes, few_pairs));
+  if (has_grid_) {
+    Worker& worker = *workers_.make(call.tasks)[0];
+    guess = std::max(guess, grid_.foretell(call.search, call.whole, call.plan, worker));
+  }
+  if (guess == 0 || call.search.over()) return;
+  if (Pair* const room = output.grow(output.context, guess)) {
+    output.data = room;
+    output.capacity = guess;
+  }
+}
+
 void Engine::find_into(Call& call, Output& output) {
+  if (output.capacity == 0 && output.grow) guess_room(call, output);
   for (;;) {
     const std::size_t spill = BufferSink::spill_for(call.tasks, output.capacity);
     BufferSink sink(output.data, output.capacity, spill_.room(spill, true), spill);

@@ -16,10 +16,18 @@
 
 namespace throng::cpu {
 
-// Room for `count` pairs and a few more, so that frames that differ by little do not each ask anew;
-// a larger part to spare would weigh more than all else.
+// So many pairs are few, whatever there are of boxes: half a MiB.
+constexpr std::size_t few_pairs = std::size_t{1} << 16;
+
+// Room to ask for where `count` pairs are wanted and there is some: a few more, so that frames that
+// differ by little do not each ask anew; where they did ask, more. What is not written takes no
+// memory yet.
+constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexcept {
+  return count + count / (capacity == 0 ? 64 : 8) + 512;
+}
 inline Pair* room_for_pairs(Buffer<Pair>& room, std::size_t count) {
-  return count <= room.capacity() ? room.data() : room.room(count + count / 64 + 512, true);
+  if (count <= room.capacity()) return room.data();
+  return room.room(with_spare(count, room.capacity()), true);
 }
 
 using core::Output;
@@ -57,6 +65,7 @@ class Engine {
   struct Call;
   void prepare(Call&);
   void pass(Call&, Sink&);
+  void guess_room(Call&, Output&);
   void find_into(Call&, Output&);
   void find_in_order(Call&, Output&);
   void consume(Call&, const Consumer&);

@@ -26,6 +26,10 @@ class GridSpace {
   void find(Search&, const Problem&, const core::GridPlan&, Worker* const* team,
             unsigned task_count, unsigned depth);
 
+  // How many pairs find() will tell, or somewhat more, by those of a few columns; 0 where that
+  // cannot be said closely. Emit of the worker begins anew.
+  std::size_t foretell(Search&, const Problem&, const core::GridPlan&, Worker&);
+
   void match(const GridSpace& other);
   std::size_t held() const noexcept {
     return pool_.bytes() + regions_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() +
@@ -62,7 +66,9 @@ class GridSpace {
   std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
   }
+  std::uint64_t count_records();
   const std::uint32_t* densest_first();
+  void find_in(Search&, const Problem&, const core::GridPlan&, Worker&, std::uint32_t column);
   void find_wide(Search&, const Problem&, Worker&);
   // The block that a chain's tail lies in; not of a chain that has none.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
@@ -81,7 +87,7 @@ class GridSpace {
   Buffer<char> pool_;
   Buffer<Region> regions_;
   Buffer<std::uintptr_t> tails_;
-  Buffer<std::uint32_t> order_, sizes_;
+  Buffer<std::uint32_t> order_, sizes_;  // sizes_: records of each column, once counted
   Buffer<Spanning> wide_[2];
   Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};

@@ -24,7 +24,7 @@ class Memory {
  public:
   // `already_held`: bytes of whoever owns this, which count too.
   Memory(std::pmr::memory_resource* upstream, std::size_t already_held) noexcept
-      : upstream_(upstream ? upstream : std::pmr::new_delete_resource()), held_(already_held) {}
+      : upstream_(upstream), held_(already_held) {}
 
   void* take(std::size_t bytes, std::size_t alignment);
   void give(void* p, std::size_t bytes, std::size_t alignment) noexcept;

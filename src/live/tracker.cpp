@@ -50,7 +50,7 @@ const Executor& executor_of(const Options& options) noexcept {
 Pair* grow_list(void* list, std::size_t count) {
   try {
     auto& found = *static_cast<List<Pair>*>(list);
-    found.renew(count + count / 64 + 512);
+    found.renew(cpu::with_spare(count, found.capacity()));
     return found.data();
   } catch (const cpu::NoMemory&) {
     return nullptr;
@@ -63,9 +63,9 @@ unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
 
 }  // namespace
 
-Tracker::Tracker(const Options& options, std::size_t already_held) noexcept
-    : engine_(options.memory, already_held),
-      objects_(engine_.memory(), options.margin),
+Tracker::Tracker(std::pmr::memory_resource* memory, float margin, std::size_t already_held) noexcept
+    : engine_(memory, already_held),
+      objects_(engine_.memory(), margin),
       pairs_(engine_.memory()),
       cells_(engine_.memory()),
       queries_(engine_.memory()),

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory_resource>
 
 #include <throng/broad_phase.hpp>
 #include <throng/finder.hpp>
@@ -23,7 +24,7 @@ namespace throng::live {
 class Tracker {
  public:
   // `already_held`: bytes of whoever owns this, which count too.
-  Tracker(const Options& options, std::size_t already_held) noexcept;
+  Tracker(std::pmr::memory_resource* memory, float margin, std::size_t already_held) noexcept;
 
   Objects& objects() noexcept { return objects_; }
   PairSet& pairs() noexcept { return pairs_; }

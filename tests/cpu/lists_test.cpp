@@ -122,7 +122,7 @@ TEST(PairSorter, EqualsASortOfPairs) {
     std::sort(want.begin(), want.end());
     for (const Isa isa : tests::supported_isas()) {
       for (const unsigned tasks : {1u, 2u, 5u}) {
-        Memory memory(nullptr, 0);
+        Memory memory(std::pmr::new_delete_resource(), 0);
         PairSorter sorter(memory);
         std::vector<Pair> from = pairs;
         constexpr Pair guard{77, 78};
