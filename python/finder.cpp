@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include <throng/find_pairs.hpp>
+#include <throng/large_pages.hpp>
 
 #include "python/errors.hpp"
 #include "python/pool.hpp"
@@ -71,6 +72,7 @@ PairRooms::Room PairRooms::take(std::size_t capacity) {
   }
   if (capacity <= PTRDIFF_MAX / sizeof(Pair)) {
     if (auto* data = static_cast<Pair*>(std::malloc(capacity * sizeof(Pair)))) {
+      want_large_pages(data, capacity * sizeof(Pair));
       return {data, capacity};
     }
   }

@@ -283,7 +283,7 @@ class IntoVector {
     try {
       out.clear();
       out.reserve(count);
-      cpu::want_large_pages(out.data(), count * sizeof(Pair));
+      want_large_pages(out.data(), count * sizeof(Pair));
       out.resize(count);
     } catch (...) {
       return nullptr;

@@ -105,9 +105,9 @@ struct Options {
   bool measure_stages = true;
   // Where to run; null: the default (oneTBB). It must outlive the call.
   const Executor* executor = nullptr;
-  // Where memory comes from; null: std::pmr::new_delete_resource(). It must outlive the Finder.
+  // Where memory comes from; null: new and delete, whose large blocks ask for large pages (see
+  // large_pages.hpp; std::pmr::new_delete_resource() does not). It must outlive the Finder.
   // Used from several threads only if it is a grid of many columns: give a synchronised one then.
-  // large_pages() is one that may be faster.
   std::pmr::memory_resource* memory = nullptr;
   // Cells so many times as long as the planner would make them, within 1/64 and 64 and as far as
   // memory allows: for studies of the planner and for tests. The pairs are the same for any value.

@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::size_t page_bytes = std::size_t{2} << 20;
 
-// Blocks of whole pages, for those who keep them.
 class LargePages final : public std::pmr::memory_resource {
   // The alignment of a block depends on its size alone, which deallocate is told, too.
   static std::align_val_t alignment_of(std::size_t bytes, std::size_t alignment) {
@@ -23,7 +22,7 @@ class LargePages final : public std::pmr::memory_resource {
   }
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     void* block = ::operator new(bytes, alignment_of(bytes, alignment));
-    cpu::want_large_pages(block, bytes);
+    want_large_pages(block, bytes);
     return block;
   }
   void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override {
@@ -34,12 +33,10 @@ class LargePages final : public std::pmr::memory_resource {
   }
 };
 
-// Blocks as new gives them, which may be such as were given back before, and written then: to align
-// them would have the system find others.
 class LargeBlocks final : public std::pmr::memory_resource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     void* block = ::operator new (bytes, std::align_val_t{alignment});
-    cpu::want_large_pages(block, bytes);
+    want_large_pages(block, bytes);
     return block;
   }
   void do_deallocate(void* block, std::size_t, std::size_t alignment) override {
@@ -57,17 +54,9 @@ std::pmr::memory_resource* large_pages() noexcept {
   return &resource;
 }
 
-namespace cpu {
-
-std::pmr::memory_resource* large_blocks() noexcept {
-  static LargeBlocks resource;
-  return &resource;
-}
-
 void want_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t bytes) noexcept {
 #ifdef __linux__
-  // A wish: without it, or where it is refused, all works as well. Of whole pages alone, so that no
-  // block takes more than was asked for.
+  // Of whole pages alone, so that no block takes more than was asked for.
   const auto begin = reinterpret_cast<std::uintptr_t>(block);
   const std::uintptr_t first = (begin + page_bytes - 1) / page_bytes * page_bytes;
   const std::uintptr_t end = (begin + bytes) / page_bytes * page_bytes;
@@ -75,5 +64,9 @@ void want_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t
 #endif
 }
 
-}  // namespace cpu
+std::pmr::memory_resource* cpu::large_blocks() noexcept {
+  static LargeBlocks resource;
+  return &resource;
+}
+
 }  // namespace throng

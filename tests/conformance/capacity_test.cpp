@@ -104,6 +104,27 @@ TEST_P(Capacity, EveryRoomOfMany) {
     const Result grown = finder.find(boxes);
     expect_pairs(grown, config(), answer, to_vector(finder.pairs()), boxes.size());
   }
+  std::vector<Pair> out;
+  const Result result = find_pairs(boxes, out, options());
+  expect_pairs(result, config(), answer, out, boxes.size());
+}
+
+// More pairs than are guessed of so many boxes, and more than are ever guessed: of a Finder, in a
+// vector, and in one that has some room.
+TEST_P(Capacity, MoreThanWasGuessed) {
+  for (const std::size_t count : {std::size_t{150}, std::size_t{420}}) {
+    const BoxList boxes = identical_boxes(count, 3);
+    const Answer answer = reference_pairs(boxes);
+    ASSERT_EQ(answer.pairs.size(), count * (count - 1) / 2);
+    Finder finder(options());
+    const Result own = finder.find(boxes);
+    expect_pairs(own, config(), answer, to_vector(finder.pairs()), count);
+    for (const std::size_t room : {0, 9}) {
+      std::vector<Pair> out(room, untouched);
+      const Result result = find_pairs(boxes, out, options());
+      expect_pairs(result, config(), answer, out, count);
+    }
+  }
 }
 
 TEST_P(Capacity, EveryRoomOfTwoSets) {

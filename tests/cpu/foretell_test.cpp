@@ -1,0 +1,117 @@
+// What a few columns tell of the pairs that there will be: enough and not much more where columns
+// are alike, and nothing where they are not.
+#include <gtest/gtest.h>
+
+#include <throng/find_pairs.hpp>
+#include <throng/large_pages.hpp>
+
+#include "cpu/grid.hpp"
+#include "cpu/threads.hpp"
+#include "support/random.hpp"
+
+namespace throng::cpu {
+namespace {
+
+using BoxList = std::vector<Box>;
+
+struct Told {
+  std::size_t pairs = 0;
+  bool stopped = false;
+};
+
+Told foretell(const BoxList& boxes, const BoxList* others, float margin = 0,
+              const std::atomic<bool>* stop = nullptr) {
+  Memory memory(large_pages(), 0);
+  const Boxes a = boxes, b = others ? *others : boxes;
+  Search search;
+  search.a = &a;
+  search.b = &b;
+  search.two_sets = others != nullptr;
+  search.margin = margin;
+  search.kernels = find_kernels(Isa::automatic);
+  search.executor = &default_executor();
+  search.memory = &memory;
+  Problem whole;
+  whole.queries = {&a, nullptr, static_cast<std::uint32_t>(a.size())};
+  whole.targets = {&b, nullptr, others ? static_cast<std::uint32_t>(b.size()) : 0};
+  whole.self = !others;
+  const core::GridPlan plan = make_plan(search, whole, Algorithm::grid);
+  GridSpace grid(memory);
+  Worker worker(memory);
+  Worker* const team[] = {&worker};
+  BinReport report;
+  worker.begin(search);
+  grid.bin(search, whole, plan, team, 1, report);
+  search.stop = stop;
+  const std::size_t told = grid.foretell(search, whole, plan, worker);
+  EXPECT_EQ(search.sink, nullptr);
+  return {told, search.failed()};
+}
+
+BoxList cubes(std::size_t count, float world, std::uint64_t seed) {
+  tests::Random random(seed);
+  BoxList boxes(count);
+  for (Box& box : boxes) {
+    const Vec3 at = random.point(0, world);
+    box = {at, {at.x + 1, at.y + 1, at.z + 1}};
+  }
+  return boxes;
+}
+
+void expect_close(std::size_t told, std::size_t found) {
+  EXPECT_GE(told, found);
+  EXPECT_LE(static_cast<double>(told), 1.25 * static_cast<double>(found));
+}
+
+TEST(Foretell, EnoughWhereColumnsAreAlike) {
+  for (const float world : {92.0f, 60.0f, 50.0f}) {
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      SCOPED_TRACE(std::to_string(world) + ", seed " + std::to_string(seed));
+      const BoxList boxes = cubes(120000, world, seed);
+      expect_close(foretell(boxes, nullptr).pairs, find_pairs(boxes).size());
+    }
+  }
+}
+
+TEST(Foretell, EnoughOfTwoSetsAndWithAMargin) {
+  const BoxList boxes = cubes(120000, 80, 4), others = cubes(90000, 80, 5);
+  expect_close(foretell(boxes, &others).pairs, find_pairs(boxes, others).size());
+  Options options;
+  options.margin = 0.25f;
+  expect_close(foretell(boxes, nullptr, 0.25f).pairs, find_pairs(boxes, options).size());
+}
+
+// Boxes ever closer to one another.
+TEST(Foretell, NothingWhereColumnsAreUnlike) {
+  BoxList boxes = cubes(60000, 90, 6);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const float u = static_cast<float>(i) / static_cast<float>(boxes.size());
+    boxes[i].lower.x = 90 * u * u * u;
+    boxes[i].upper.x = boxes[i].lower.x + 1;
+  }
+  EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
+}
+
+TEST(Foretell, NothingOfFewColumns) {
+  EXPECT_EQ(foretell(cubes(4000, 20, 8), nullptr).pairs, 0u);
+}
+
+TEST(Foretell, NothingWithoutPairs) {
+  BoxList boxes;
+  for (int i = 0; i < 120000; ++i) {
+    const Vec3 at = {static_cast<float>(i % 50) * 2, static_cast<float>(i / 50 % 50) * 2,
+                     static_cast<float>(i / 2500) * 2};
+    boxes.push_back({at, {at.x + 1, at.y + 1, at.z + 1}});
+  }
+  EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
+  for (Box& box : boxes) std::swap(box.lower.x, box.upper.x);
+  EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u) << "no box takes part";
+}
+
+TEST(Foretell, EndsWhereItIsStopped) {
+  const std::atomic<bool> stop{true};
+  EXPECT_TRUE(foretell(cubes(120000, 92, 1), nullptr, 0, &stop).stopped);
+}
+
+}  // namespace
+}  // namespace throng::cpu
