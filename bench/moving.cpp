@@ -121,13 +121,13 @@ struct Setting {
   int frames = 0;
   std::vector<unsigned> threads = {1, 2};
   bool rivals = true;
-  bool large_pages = false;
+  bool small_pages = false;
 };
 
 Options options_of(const Setting& setting, unsigned threads) {
   Options o;
   o.threads = threads;
-  if (setting.large_pages) o.memory = large_pages();
+  if (setting.small_pages) o.memory = std::pmr::new_delete_resource();
   return o;
 }
 
@@ -264,7 +264,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", setting.frames, "so many frames in each case");
   app.add_option("--threads", setting.threads, "thread counts of Throng");
   app.add_flag("!--no-rivals", setting.rivals, "without the rivals");
-  app.add_flag("--large-pages", setting.large_pages, "Throng's memory in large pages");
+  app.add_flag("--small-pages", setting.small_pages, "no large pages for Throng's memory");
   CLI11_PARSE(app, argc, argv);
   std::printf(
       "scene,objects,share,contender,threads,frames,ms,least_ms,first_tenth_ms,last_tenth_ms,"
