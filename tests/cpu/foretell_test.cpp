@@ -92,9 +92,7 @@ TEST(Foretell, NothingWhereColumnsAreUnlike) {
   EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
 }
 
-TEST(Foretell, NothingOfFewColumns) {
-  EXPECT_EQ(foretell(cubes(4000, 20, 8), nullptr).pairs, 0u);
-}
+TEST(Foretell, NothingOfFewColumns) { EXPECT_EQ(foretell(cubes(4000, 20, 8), nullptr).pairs, 0u); }
 
 TEST(Foretell, NothingWithoutPairs) {
   BoxList boxes;
