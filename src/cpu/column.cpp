@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "cpu/all_pairs.hpp"
+#include "cpu/foretell.hpp"
 #include "cpu/grid.hpp"
 #include "cpu/look_ahead.hpp"
 #include "cpu/refine.hpp"
@@ -306,9 +307,13 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   search.guarded([&] { find_wide(search, problem, *team[0]); });
 }
 
-void GridSpace::find_in(Search& search, const Problem& problem, const core::GridPlan& plan,
-                        Worker& worker, std::uint32_t column) {
-  ColumnSearch(search, problem, plan, *this, worker, 0).run(column, LookAhead::no_column);
+std::size_t GridSpace::foretell(Search& search, const Problem& problem, const core::GridPlan& plan,
+                                Worker& worker) {
+  count_records();
+  ColumnSearch columns(search, problem, plan, *this, worker, 0);
+  return cpu::foretell(
+      search, worker, columns_, [this](std::uint32_t c) { return sizes_[c]; },
+      [&](std::uint32_t c) { columns.run(c, LookAhead::no_column); });
 }
 
 // Records of each column, and of all.

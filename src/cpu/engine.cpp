@@ -37,8 +37,8 @@ class Clock {
   std::chrono::steady_clock::time_point last_;
 };
 
-std::uint64_t box_count(const Problem& p) noexcept {
-  return std::uint64_t{p.queries.count} + p.targets.count;
+std::uint64_t box_count(const Search& s) noexcept {
+  return std::uint64_t{s.a->size()} + (s.two_sets ? s.b->size() : 0);
 }
 
 }  // namespace
@@ -171,12 +171,13 @@ void Engine::solve_partition(Call& call) {
 // Before the first pair, so that they need not be found twice, once to be counted. Without memory
 // for a guess it is done by the count.
 void Engine::guess_room(Call& call, Output& output) {
-  const std::uint64_t boxes = box_count(call.whole);
-  std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(8 * boxes, few_pairs));
-  if (has_grid_) {
-    Worker& worker = *workers_.make(call.tasks)[0];
+  const std::uint64_t most = 8 * box_count(call.search);
+  std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(most, few_pairs));
+  Worker& worker = *workers_.make(call.tasks)[0];
+  if (has_grid_)
     guess = std::max(guess, grid_.foretell(call.search, call.whole, call.plan, worker));
-  }
+  else if (call.partitioned)
+    guess = std::max(guess, partition_.foretell(call.search, call.options.algorithm, worker));
   if (guess == 0 || call.search.over()) return;
   if (Pair* const room = output.grow(output.context, guess)) {
     output.data = room;
@@ -309,8 +310,7 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
 // A cap under which this call will not fail: all that is held, and room for the largest column of a
 // grid, generously.
 std::size_t Engine::enough_bytes(const Call& call) const noexcept {
-  const std::size_t boxes =
-      call.search.a->size() + (call.search.two_sets ? call.search.b->size() : 0);
+  const std::uint64_t boxes = box_count(call.search);
   const double records =
       std::max<double>(static_cast<double>(grid_.record_bound()),
                        static_cast<double>(boxes) * std::max(1.5, 1.25 * call.plan.replicas));
@@ -352,7 +352,7 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   search.stop = options.stop;
   memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
   Clock total(true);
-  const std::uint64_t boxes = a.size() + (b ? b->size() : 0);
+  const std::uint64_t boxes = box_count(search);
   unsigned threads = options.threads ? options.threads : search.executor->concurrency;
   threads = std::clamp(threads, 1u, max_workers);
   call.tasks = boxes < threads_pay_from ? 1 : threads;

@@ -26,8 +26,7 @@ class GridSpace {
   void find(Search&, const Problem&, const core::GridPlan&, Worker* const* team,
             unsigned task_count, unsigned depth);
 
-  // How many pairs find() will tell, or somewhat more, by those of a few columns; 0 where that
-  // cannot be said closely. Emit of the worker begins anew.
+  // How many pairs find() will tell; see foretell.hpp.
   std::size_t foretell(Search&, const Problem&, const core::GridPlan&, Worker&);
 
   void match(const GridSpace& other);
@@ -68,7 +67,6 @@ class GridSpace {
   }
   std::uint64_t count_records();
   const std::uint32_t* densest_first();
-  void find_in(Search&, const Problem&, const core::GridPlan&, Worker&, std::uint32_t column);
   void find_wide(Search&, const Problem&, Worker&);
   // The block that a chain's tail lies in; not of a chain that has none.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {

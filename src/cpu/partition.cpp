@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "cpu/foretell.hpp"
+#include "cpu/grid.hpp"
+
 namespace throng::cpu {
 namespace {
 
@@ -143,6 +146,14 @@ void Partition::split(const Search& search, BinReport& report) {
   } else {
     one_set();
   }
+}
+
+std::size_t Partition::foretell(Search& search, Algorithm algorithm, Worker& worker) const {
+  return cpu::foretell(
+      search, worker, problem_count_, [this](std::uint32_t i) { return box_count(problems_[i]); },
+      [&](std::uint32_t i) {
+        solve_alone(search, problems_[i], make_plan(search, problems_[i], algorithm), worker, 1);
+      });
 }
 
 }  // namespace throng::cpu

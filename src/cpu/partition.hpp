@@ -7,6 +7,8 @@
 
 namespace throng::cpu {
 
+class Worker;
+
 class Partition {
  public:
   explicit Partition(Memory& memory) noexcept : a_(memory), b_(memory), problems_(memory) {}
@@ -17,6 +19,9 @@ class Partition {
 
   std::uint32_t problem_count() const noexcept { return problem_count_; }
   const Problem& problem(std::uint32_t i) const noexcept { return problems_[i]; }
+
+  // How many pairs all problems have; see foretell.hpp.
+  std::size_t foretell(Search& search, Algorithm algorithm, Worker& worker) const;
 
   static bool needed(const Boxes& boxes) noexcept {
     return boxes.filters.world || boxes.filters.is_static;

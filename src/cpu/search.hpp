@@ -44,6 +44,9 @@ struct Problem {
   bool self = true;
   const Frame* frame = nullptr;
 };
+inline std::uint64_t box_count(const Problem& p) noexcept {
+  return std::uint64_t{p.queries.count} + p.targets.count;
+}
 
 // The boxes that take no part.
 struct BinReport {

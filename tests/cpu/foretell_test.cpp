@@ -1,11 +1,12 @@
-// What a few columns tell of the pairs that there will be: enough and not much more where columns
-// are alike, and nothing where they are not.
+// What a few columns, or worlds, tell of the pairs that there will be: enough and not much more
+// where they are alike, and nothing where they are not.
 #include <gtest/gtest.h>
 
 #include <throng/find_pairs.hpp>
 #include <throng/large_pages.hpp>
 
 #include "cpu/grid.hpp"
+#include "cpu/partition.hpp"
 #include "cpu/threads.hpp"
 #include "support/random.hpp"
 
@@ -107,6 +108,43 @@ TEST(Foretell, NothingWithoutPairs) {
   EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
   for (Box& box : boxes) std::swap(box.lower.x, box.upper.x);
   EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u) << "no box takes part";
+}
+
+// So many worlds of 60 boxes; of every tenth the boxes are so many times as far apart.
+void expect_of_worlds(std::size_t worlds, float apart, bool close) {
+  tests::Random random(9);
+  BoxList boxes;
+  std::vector<std::int32_t> world;
+  for (std::size_t i = 0; i < 60 * worlds; ++i) {
+    const auto w = static_cast<std::int32_t>(i / 60);
+    const Vec3 at = random.point(0, w % 10 == 0 ? 4 * apart : 4);
+    boxes.push_back({at, {at.x + 1, at.y + 1, at.z + 1}});
+    world.push_back(w);
+  }
+  Boxes view = boxes;
+  view.filters.world = {world.data(), world.size()};
+  Memory memory(large_pages(), 0);
+  Search search;
+  search.a = search.b = &view;
+  search.kernels = find_kernels(Isa::automatic);
+  search.executor = &default_executor();
+  search.memory = &memory;
+  Partition partition(memory);
+  BinReport report;
+  partition.split(search, report);
+  ASSERT_EQ(partition.problem_count(), worlds);
+  Worker worker(memory);
+  const std::size_t told = partition.foretell(search, Algorithm::automatic, worker);
+  if (close)
+    expect_close(told, find_pairs(view).size());
+  else
+    EXPECT_EQ(told, 0u);
+}
+
+TEST(Foretell, Worlds) {
+  expect_of_worlds(500, 1, true);
+  expect_of_worlds(500, 0.25f, false);
+  expect_of_worlds(60, 1, false);
 }
 
 TEST(Foretell, EndsWhereItIsStopped) {
