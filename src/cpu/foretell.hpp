@@ -41,8 +41,7 @@ std::size_t foretell(Search& search, Worker& worker, std::uint32_t parts, const 
     const std::uint64_t found = sink.found();
     find(i);
     worker.drain();
-    const double a_box =
-        static_cast<double>(sink.found() - found) / static_cast<double>(size(i));
+    const double a_box = static_cast<double>(sink.found() - found) / static_cast<double>(size(i));
     sum += times * a_box;
     squares += times * a_box * a_box;
   }
