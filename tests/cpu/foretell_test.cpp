@@ -82,13 +82,16 @@ TEST(Foretell, EnoughOfTwoSetsAndWithAMargin) {
   expect_close(foretell(boxes, nullptr, 0.25f).pairs, find_pairs(boxes, options).size());
 }
 
-// Boxes ever closer to one another.
+// Half of the boxes in crowds.
 TEST(Foretell, NothingWhereColumnsAreUnlike) {
   BoxList boxes = cubes(60000, 90, 6);
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const float u = static_cast<float>(i) / static_cast<float>(boxes.size());
-    boxes[i].lower.x = 90 * u * u * u;
-    boxes[i].upper.x = boxes[i].lower.x + 1;
+  tests::Random random(7);
+  Vec3 crowd{};
+  for (std::size_t i = 0; i < boxes.size() / 2; ++i) {
+    if (i % 750 == 0) crowd = random.point(0, 90);
+    const Vec3 off = random.point(0, 0.5f);
+    const Vec3 at = {crowd.x + off.x, crowd.y + off.y, crowd.z + off.z};
+    boxes[i] = {at, {at.x + 1, at.y + 1, at.z + 1}};
   }
   EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
 }
