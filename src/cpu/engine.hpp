@@ -19,9 +19,9 @@ namespace throng::cpu {
 // So many pairs are few, whatever there are of boxes: half a MiB.
 constexpr std::size_t few_pairs = std::size_t{1} << 16;
 
-// Room to ask for where `count` pairs are wanted and there is some: a few more, so that frames that
-// differ by little do not each ask anew; where they did ask, more. What is not written takes no
-// memory yet.
+// Room to ask for where there is some for `capacity` pairs and `count` are wanted: a few more, so
+// that frames that differ by little do not each ask anew; where they did ask, more. What is not
+// written takes no memory yet.
 constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexcept {
   return count + count / (capacity == 0 ? 64 : 8) + 512;
 }

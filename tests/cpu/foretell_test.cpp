@@ -15,6 +15,14 @@ namespace {
 
 using BoxList = std::vector<Box>;
 
+void set_up(Search& search, const Boxes& a, const Boxes& b, Memory& memory) {
+  search.a = &a;
+  search.b = &b;
+  search.kernels = find_kernels(Isa::automatic);
+  search.executor = &default_executor();
+  search.memory = &memory;
+}
+
 struct Told {
   std::size_t pairs = 0;
   bool stopped = false;
@@ -25,13 +33,9 @@ Told foretell(const BoxList& boxes, const BoxList* others, float margin = 0,
   Memory memory(large_pages(), 0);
   const Boxes a = boxes, b = others ? *others : boxes;
   Search search;
-  search.a = &a;
-  search.b = &b;
+  set_up(search, a, b, memory);
   search.two_sets = others != nullptr;
   search.margin = margin;
-  search.kernels = find_kernels(Isa::automatic);
-  search.executor = &default_executor();
-  search.memory = &memory;
   Problem whole;
   whole.queries = {&a, nullptr, static_cast<std::uint32_t>(a.size())};
   whole.targets = {&b, nullptr, others ? static_cast<std::uint32_t>(b.size()) : 0};
@@ -128,10 +132,7 @@ void expect_of_worlds(std::size_t worlds, float apart, bool close) {
   view.filters.world = {world.data(), world.size()};
   Memory memory(large_pages(), 0);
   Search search;
-  search.a = search.b = &view;
-  search.kernels = find_kernels(Isa::automatic);
-  search.executor = &default_executor();
-  search.memory = &memory;
+  set_up(search, view, view, memory);
   Partition partition(memory);
   BinReport report;
   partition.split(search, report);
