@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include <throng/types.hpp>
 
@@ -15,6 +16,13 @@ struct alignas(64) CellLine {
   float corner[6][2];
   std::uint32_t id[2], next, used;
 
+  static constexpr CellLine empty() noexcept {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    return {{{nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}},
+            {0xffffffffu, 0xffffffffu},
+            0,
+            0};
+  }
   void set(std::uint32_t k, const Box& b) noexcept {
     const float c[6] = {b.lower.x, b.lower.y, b.lower.z, -b.upper.x, -b.upper.y, -b.upper.z};
     for (int i = 0; i < 6; ++i) corner[i][k] = c[i];

@@ -34,7 +34,8 @@ class CellMap {
  public:
   // The number of a class is its c and, above, a bit for each thin axis, which are two at most.
   // `classes`: that of boxes too wide for any.
-  static constexpr int classes = 24, thin_shift = 5, thin_sets = 7;
+  static constexpr int classes = 24, thin_shift = 5, thin_sets = 7,
+                       class_numbers = thin_sets << thin_shift;
 
   struct alignas(16) Range {
     std::int32_t lower[4], upper[4];  // the last of each is of no meaning
@@ -64,13 +65,26 @@ class CellMap {
     const int c = size_class & ((1 << thin_shift) - 1);
     return c - thinner * (size_class >> thin_shift >> axis & 1);
   }
+  // How long boxes of each class are at most, along each axis; kept where boxes are thin.
+  struct Spans {
+    std::int32_t of[class_numbers][3] = {};
+
+    void hold(const Range& r, int size_class) noexcept {
+      if (size_class == classes) return;
+      for (int k = 0; k < 3; ++k)
+        of[size_class][k] = std::max(of[size_class][k], r.upper[k] - r.lower[k]);
+    }
+    void hold(const Spans& other) noexcept {
+      for (int c = 0; c < class_numbers; ++c) {
+        for (int k = 0; k < 3; ++k) of[c][k] = std::max(of[c][k], other.of[c][k]);
+      }
+    }
+  };
   // From now on searches reach as far back as such a box is long.
   void hold(const Box& box, int size_class) noexcept {
-    if (!thin_ || size_class == classes) return;
-    const Range r = quantise(box);
-    for (int k = 0; k < 3; ++k)
-      span_[size_class][k] = std::max(span_[size_class][k], r.upper[k] - r.lower[k]);
+    if (thin_) spans_.hold(quantise(box), size_class);
   }
+  void hold(const Spans& spans) noexcept { spans_.hold(spans); }
   // Of a box of class c, which is not `classes`: 0 .. homes() - 1.
   std::uint32_t home_of(const Range& r, int c, std::int32_t world) const noexcept {
     std::uint32_t home = first_part(c, world);
@@ -84,7 +98,7 @@ class CellMap {
     if (thin_) {
       for (int k = 0; k < 3; ++k) {
         const int bits = shift(size_class, k);
-        cells.lower[k] = (r.lower[k] - span_[size_class][k]) >> bits;
+        cells.lower[k] = (r.lower[k] - spans_.of[size_class][k]) >> bits;
         cells.upper[k] = r.upper[k] >> bits;
       }
       return cells;
@@ -179,8 +193,8 @@ class CellMap {
   std::uint32_t homes_ = 1;
   float scale_ = 1;
   int cell_bits_ = 5;
-  bool thin_ = false;                                   // whether there are classes of thin boxes
-  std::int32_t span_[thin_sets << thin_shift][3] = {};  // then: that boxes of a class have had
+  bool thin_ = false;  // whether there are classes of thin boxes
+  Spans spans_;        // then
 };
 
 // Cut to whole numbers: towards zero, so nowhere decreasing.

@@ -7,37 +7,28 @@
 namespace throng::live {
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr Cells::Line empty_line = {
-    {{nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}, {nan, nan}}, {none, none}, 0, 0};
+constexpr auto minus_one = static_cast<std::size_t>(-1);
 
 }  // namespace
-
-void Cells::plan(const Objects& objects) {
-  const std::size_t count = objects.count();
-  map_.lay_out(CellPlan::of(objects, sample_), count);
-  const std::size_t homes = map_.homes(), most = count + count / 4 + 64;
-  most_objects_ = 0;
-  lines_.renew(lines_for(homes, most));
-  most_objects_ = most;
-  free_ = 0;
-  for (auto& counts : class_count_) std::fill(counts, counts + CellMap::classes + 1, 0);
-  std::fill(used_, used_ + CellMap::thin_sets, 0);
-  lines_.resize(homes + 1);
-  std::fill(lines_.begin(), lines_.end(), empty_line);
+Cells::Place Cells::place_of(const CellMap::Range& r, std::int32_t world) const noexcept {
+  const int c = map_.class_of(r);
+  return {c == CellMap::classes ? wide_home() : map_.home_of(r, c, world), c, 0};
 }
-
 Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   const CellMap::Range r = map_.quantise(box);
-  const int c = map_.class_of(r);
-  const std::uint32_t home = c == CellMap::classes ? wide_home() : map_.home_of(r, c, worlds.own);
-  return {home, c, lines_of(r, worlds)};
+  Place place = place_of(r, worlds.own);
+  place.lines = lines_of(r, worlds);
+  return place;
 }
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
   map_.hold(box, place.size_class);
-  Line& head = lines_[place.home];
+  enter(id, box, place.home);
+}
+
+void Cells::enter(ObjectId id, const Box& box, std::uint32_t home) noexcept {
+  Line& head = lines_[home];
   if (head.used == 2) {
     // The full line goes behind a fresh one.
     std::uint32_t moved = free_;
@@ -48,7 +39,7 @@ void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
       lines_.resize(lines_.size() + 1);
     }
     lines_[moved] = head;
-    head = empty_line;
+    head = Line::empty();
     head.next = moved;
   }
   head.set(head.used, box);
@@ -58,18 +49,18 @@ void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
 void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   Line& head = lines_[home];
   const auto [line, k] = find(id, home);
-  count_class(class_in(*line, k), -1);
+  count_class(class_in(*line, k), minus_one);
   const std::uint32_t last = --head.used;
   for (int c = 0; c < 6; ++c) {
     line->corner[c][k] = head.corner[c][last];
-    head.corner[c][last] = nan;
+    head.corner[c][last] = std::numeric_limits<float>::quiet_NaN();
   }
   line->id[k] = head.id[last];
   head.id[last] = none;
   const std::uint32_t next = head.next;
   if (head.used != 0 || next == 0) return;
   head = lines_[next];
-  lines_[next] = empty_line;
+  lines_[next] = Line::empty();
   lines_[next].next = free_;
   free_ = next;
 }
@@ -77,7 +68,7 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
 void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
   const auto [line, k] = find(id, place.home);
   if (const int c = class_in(*line, k); c != place.size_class) {
-    count_class(c, -1);
+    count_class(c, minus_one);
     count_class(place.size_class, 1);
   }
   map_.hold(box, place.size_class);

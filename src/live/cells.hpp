@@ -30,9 +30,10 @@ class Cells {
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory) {}
 
-  // Empties the cells and measures the active objects for new ones.
-  void plan(const Objects& objects);
-  // Whether so many fit without a new plan.
+  // Cells for the objects as they are, with the active ones in them: all are told their homes.
+  // Throws cpu::NoMemory; then there are none.
+  void make(const Objects& objects, const Executor& executor, unsigned tasks);
+  // Whether so many fit without new ones.
   bool takes(std::size_t objects) const noexcept { return objects <= most_objects_; }
 
   // What a search looks into: which worlds, beside that of the box itself.
@@ -101,6 +102,19 @@ class Cells {
   std::uint32_t wide_home() const noexcept { return map_.homes(); }
   bool has_wide() const noexcept { return class_count_[0][CellMap::classes] != 0; }
   std::uint64_t wide_lines() const noexcept { return class_count_[0][CellMap::classes] / 2; }
+  void plan(const Objects& objects);
+  // What some of the objects add up to: how many there are of each class, and how long they are.
+  struct Tally {
+    std::size_t count[CellMap::class_numbers] = {};
+    CellMap::Spans spans;
+  };
+  void find_homes(const Objects& objects, const Executor& executor, unsigned tasks);
+  void find_homes(const Objects& objects, std::size_t begin, std::size_t end,
+                  Tally& tally) const noexcept;
+  void fill(const Objects& objects) noexcept;
+  // Its lines not counted.
+  Place place_of(const CellMap::Range& r, std::int32_t world) const noexcept;
+  void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
   // Where a box is that is in the chain of this home.
   struct Entry {
@@ -108,9 +122,11 @@ class Cells {
     std::uint32_t k;
   };
   Entry find(ObjectId id, std::uint32_t home) const noexcept;
-  void count_class(int size_class, int one) noexcept {
+  // How many there are of each: by thin axes, and of [0] those too wide for any class.
+  using ClassCounts = std::size_t[CellMap::thin_sets][CellMap::classes + 1];
+  void count_class(int size_class, std::size_t more) noexcept {
     const int axes = size_class >> CellMap::thin_shift, c = map_.level(size_class, 3);
-    class_count_[axes][c] += static_cast<std::size_t>(one);
+    class_count_[axes][c] += more;
     const std::uint32_t bit = 1u << c;
     std::uint32_t& used = used_[axes];
     used = class_count_[axes][c] != 0 ? used | bit : used & ~bit;
@@ -144,9 +160,8 @@ class Cells {
   CellMap map_;
   std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
-  // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
-  std::size_t class_count_[CellMap::thin_sets][CellMap::classes + 1] = {};
-  std::uint32_t used_[CellMap::thin_sets] = {};
+  ClassCounts class_count_ = {};
+  std::uint32_t used_[CellMap::thin_sets] = {};  // a bit each class that has boxes
 };
 
 // Of an object with this filter, or a box that is asked about as if it had.

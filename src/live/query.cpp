@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "cpu/packed_box.hpp"
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
+#include "live/sieve.hpp"
 
 namespace throng::live {
 namespace {
@@ -30,24 +32,6 @@ float below(double x) noexcept {
   return std::nextafter(f, -std::numeric_limits<float>::infinity());
 }
 float above(double x) noexcept { return -below(-x); }
-
-// A box around where the sweep is from time a to b, wider than what double arithmetic may have
-// rounded there: touch() is off by some 2^-51 of the numbers that meet in it. So whatever touch()
-// says is met between a and b overlaps this box.
-Box cover(const Sweep& sweep, double a, double b) noexcept {
-  Axis axes[3];
-  axes_of(sweep, axes);
-  float lower[3], upper[3];
-  for (int k = 0; k < 3; ++k) {
-    const double by = axes[k].by, from = by * (by < 0 ? b : a), to = by * (by < 0 ? a : b);
-    const auto slack = [&](double x) {
-      return std::isfinite(x) ? (std::fabs(x) + std::fabs(by)) * 0x1p-40 : 0.0;
-    };
-    lower[k] = below(axes[k].lower + from - slack(axes[k].lower));
-    upper[k] = above(axes[k].upper + to + slack(axes[k].upper));
-  }
-  return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
-}
 
 Filter filter_at(const Filters& filters, std::size_t i) noexcept {
   Filter f;
@@ -88,6 +72,24 @@ Touch touch(const Sweep& sweep, const Box& b) noexcept {
   return t;
 }
 
+// Wider than what double arithmetic may have
+// rounded there: touch() is off by some 2^-51 of the numbers that meet in it. So whatever touch()
+// says is met between a and b overlaps this box.
+Box cover(const Sweep& sweep, double a, double b) noexcept {
+  Axis axes[3];
+  axes_of(sweep, axes);
+  float lower[3], upper[3];
+  for (int k = 0; k < 3; ++k) {
+    const double by = axes[k].by, from = by * (by < 0 ? b : a), to = by * (by < 0 ? a : b);
+    const auto slack = [&](double x) {
+      return std::isfinite(x) ? (std::fabs(x) + std::fabs(by)) * 0x1p-40 : 0.0;
+    };
+    lower[k] = below(axes[k].lower + from - slack(axes[k].lower));
+    upper[k] = above(axes[k].upper + to + slack(axes[k].upper));
+  }
+  return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+}
+
 Queries::Queries(cpu::Memory& memory) noexcept : found_(memory), overlaps_(memory), hits_(memory) {}
 
 // Calls ask(i, list) for every question, in order within a task, and puts the lists together in
@@ -119,20 +121,33 @@ void Queries::run(std::size_t count, const Executor& executor, unsigned tasks,
   for (unsigned t = 0; t < tasks; ++t) hits_.push(found_[t]);
 }
 
-void Queries::find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
+void Queries::find_overlaps(const Objects& objects, const Cells* cells, const Boxes& boxes,
                             const Executor& executor, unsigned tasks,
                             const std::atomic<bool>* stop) {
   run(boxes.size(), executor, tasks, stop, [&](std::size_t i, List<SweepHit>& found) {
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
     const Filter filter = filter_at(boxes.filters, i);
+    const auto meet = [&](ObjectId id) {
+      if (objects.is_active(id) && allows(filter, objects.filter(id)))
+        found.append({static_cast<std::uint32_t>(i), id, 0});
+    };
+    const auto overlaps = [&](ObjectId id) {
+      return cpu::overlap_in_memory(reinterpret_cast<const char*>(&box),
+                                    reinterpret_cast<const char*>(&objects.body(id).box));
+    };
+    if (!cells) {
+      for (std::size_t k = 0; k < objects.limit(); ++k) {
+        const auto id = static_cast<ObjectId>(k);
+        if (overlaps(id)) meet(id);
+      }
+      return;
+    }
     const Cells::Worlds worlds = worlds_of(objects, filter);
     Cells::Reach reach;
-    cells.reach(box, worlds, reach);
-    cells.search(box, worlds, reach, [&](ObjectId id) {
-      // Cells hold the boxes with their margin.
-      if (core::overlaps(box, objects.body(id).box) && allows(filter, objects.filter(id)))
-        found.append({static_cast<std::uint32_t>(i), id, 0});
+    cells->reach(box, worlds, reach);
+    cells->search(box, worlds, reach, [&](ObjectId id) {
+      if (overlaps(id)) meet(id);  // cells hold the boxes with their margin
     });
   });
   overlaps_.clear();
@@ -175,7 +190,7 @@ void Queries::find_hits(const Objects& objects, const Cells* cells, const Sweep*
         if (best.time <= end) break;
       }
     } else {
-      for (std::size_t id = 0; id < objects.limit(); ++id) meet(static_cast<ObjectId>(id));
+      Sieve(sweep, cover(sweep, 0, 1)).each(objects, meet);
     }
     if (which == SweepHits::first && best.object != none) found.append(best);
   });

@@ -21,6 +21,8 @@ struct Touch {
   double enter, leave;
 };
 Touch touch(const Sweep& sweep, const Box& box) noexcept;
+// A box that holds where the sweep is from time a to b, and reaches a little further.
+Box cover(const Sweep& sweep, double a, double b) noexcept;
 
 class Queries {
  public:
@@ -30,11 +32,10 @@ class Queries {
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
 
-  // By the cells, in which all objects are where they belong. Throw cpu::NoMemory. Once *stop is
-  // true the questions that are left are not asked.
-  void find_overlaps(const Objects& objects, const Cells& cells, const Boxes& boxes,
+  // By the cells, in which all objects are where they belong, or null: then all objects are gone
+  // through. Throw cpu::NoMemory. Once *stop is true the questions that are left are not asked.
+  void find_overlaps(const Objects& objects, const Cells* cells, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
-  // `cells` null: compares with all objects.
   void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps, std::size_t count,
                  SweepHits which, const Filters& filters, const Executor& executor, unsigned tasks,
                  const std::atomic<bool>* stop);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <utility>
 
 #include "core/profile.hpp"
 #include "cpu/team.hpp"
@@ -20,7 +21,7 @@ constexpr double settle_ns = 70, search_ns = 80, had_pair_ns = 45, line_ns = 15;
 // An update that finds all pairs anew as searches compared too many forgets so much of that.
 constexpr double forgotten = 0.01;
 // Making cells, and linking a pair.
-constexpr double cell_ns = 60, link_ns = 30;
+constexpr double cell_ns = 35, link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
 constexpr double fair_comparisons = 64;
 // How many searches it takes to forget half of what those before them showed.
@@ -30,9 +31,9 @@ constexpr std::size_t settle_ahead = 32;
 // Below so many objects that changed a second thread does not pay; each takes some at once.
 constexpr std::size_t threads_search_from = 400, search_step = 64;
 
-// Of questions: finding the overlaps of many boxes with all objects, an object; comparing a sweep
-// with one.
-constexpr double search_object_ns = 8, touch_ns = 4;
+// Of questions that are asked without cells: finding the overlaps of many boxes with all objects,
+// an object; of one box or sweep, by going through them, an object.
+constexpr double search_object_ns = 8, look_ns = 1.6;
 constexpr double no_limit = 1e300;
 
 // Below so many objects a second thread does not pay for moving them.
@@ -133,7 +134,7 @@ void Tracker::update(const Options& options, Result& r) {
 }
 
 void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
-  if (few_changed(tasks)) {
+  if (few_changed(options, tasks)) {
     r.plan.reason = "few objects changed: only around them was searched";
     search_around(options, tasks, r);
   } else {
@@ -142,7 +143,7 @@ void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
 }
 
 // Which way is cheaper. This decides nothing but the cost.
-bool Tracker::few_changed(unsigned tasks) {
+bool Tracker::few_changed(const Options& options, unsigned tasks) {
   const auto objects = static_cast<double>(objects_.count());
   const auto pairs = static_cast<double>(pairs_.count());
   const auto changed = static_cast<double>(objects_.dirty_count());
@@ -158,50 +159,32 @@ bool Tracker::few_changed(unsigned tasks) {
   if (!linked_) {
     regret_ += all - few;
     if (regret_ < objects * cell_ns + pairs * link_ns) return false;
-    if (!placed_) make_cells();
+    if (!placed_) make_cells(options);
     pairs_.link_all(objects_);
     linked_ = true;
     regret_ = 0;
   } else if (regret_ > objects * cell_ns) {
-    make_cells();
+    make_cells(options);
   }
-  if (settle_cells(all / line_ns)) return true;
+  if (settle_cells(options, all / line_ns)) return true;
   // What changed is too wide, and will probably be so again.
   regret_ = -4 * (objects * cell_ns + pairs * link_ns);
   return false;
 }
 
-void Tracker::make_cells() {
+void Tracker::make_cells(const Options& options) {
+  THRONG_RANGE("make cells");
   placed_ = false;
-  cells_.plan(objects_);
+  cells_.make(objects_, executor_of(options), tasks_to_move(objects_.limit(), options));
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
-  // Where they go is computed some steps ahead.
-  constexpr std::size_t steps = 16;
-  Cells::Place places[steps];
-  const std::size_t n = objects_.limit();
-  for (std::size_t i = 0; i + 1 < n + steps; ++i) {
-    if (i < n) {
-      const auto id = static_cast<ObjectId>(i);
-      Body& body = objects_.body(id);
-      body.home = none;
-      if (objects_.is_active(id)) {
-        places[i % steps] = cells_.place(objects_.grown(id), {objects_.filter(id).world});
-        body.home = places[i % steps].home;
-        cells_.prefetch(body.home);
-      }
-    }
-    if (i + 1 < steps) continue;
-    const auto id = static_cast<ObjectId>(i + 1 - steps);
-    if (objects_.body(id).home != none) cells_.insert(id, objects_.grown(id), places[id % steps]);
-  }
   placed_ = true;
 }
 
 // Puts what changed where it belongs. False, with some of it undone, where searching would look at
 // too many lines.
-bool Tracker::settle_cells(double most_lines) {
-  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells();
+bool Tracker::settle_cells(const Options& options, double most_lines) {
+  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells(options);
   const List<ObjectId>& dirty = objects_.dirty_list();
   double lines = 0;
   Cells::Place places[settle_ahead];
@@ -294,6 +277,7 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   all.memory_cap_bytes = 0;
   cpu::Output output{found_.data(), found_.capacity(), grow_list, &found_};
   linked_ = placed_ = false;
+  asked_before_ = std::exchange(asked_, 0);
   r = engine_.find(objects_.view(), nullptr, all, &output, nullptr);
   if (!r.ok()) return;
   pairs_.commit_sorted(output.data, static_cast<std::size_t>(r.found), objects_.limit(),
@@ -301,24 +285,24 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
 }
 
 // Questions come one at a time, too: once those that went without cells have cost what cells do,
-// cells are made. So at most twice is paid what the better choice would have cost.
-void Tracker::want_cells(double ns_an_object) {
+// cells are made; and at once where those before all pairs were last found anew cost as much. So
+// at most twice is paid what the better choice would have cost.
+void Tracker::asked(double ns_an_object, const Options& options) {
   asked_ += ns_an_object;
-  if (asked_ <= cell_ns) return;
-  make_cells();
-  asked_ = 0;
+  if (!placed_ && std::max(asked_, asked_before_) > cell_ns) make_cells(options);
+  if (placed_) settle_cells(options, no_limit);
 }
 
 void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
   THRONG_RANGE("find overlaps");
-  const auto asked = static_cast<double>(boxes.size());
+  const auto count = static_cast<double>(boxes.size());
   const auto objects = static_cast<double>(objects_.count());
-  const bool few = asked * search_ns < objects * search_object_ns;
-  if (few && !placed_) want_cells(search_object_ns);
-  if (few && placed_) {
-    settle_cells(no_limit);
-    queries_.find_overlaps(objects_, cells_, boxes, executor_of(options), task_count(options),
-                           options.stop);
+  const bool few = count * search_ns < objects * search_object_ns;
+  const double look = count * look_ns;
+  if (few) asked(std::min(look, search_object_ns), options);
+  if (few && (placed_ || look < search_object_ns)) {
+    queries_.find_overlaps(objects_, placed_ ? &cells_ : nullptr, boxes, executor_of(options),
+                           task_count(options), options.stop);
   } else {
     Options all = options;
     all.order = Order::canonical;
@@ -341,8 +325,7 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
 void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                         const Filters& filters, const Options& options) {
   THRONG_RANGE("find hits");
-  if (!placed_) want_cells(static_cast<double>(count) * touch_ns);
-  if (placed_) settle_cells(no_limit);
+  asked(static_cast<double>(count) * look_ns, options);
   queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,
                      executor_of(options), task_count(options), options.stop);
 }
@@ -360,6 +343,8 @@ void Tracker::copy(const Tracker& other) noexcept {
   placed_ = other.placed_;
   linked_ = other.linked_;
   regret_ = other.regret_;
+  asked_ = other.asked_;
+  asked_before_ = other.asked_before_;
   usual_comparisons_ = other.usual_comparisons_;
   comparisons_ = other.comparisons_;
 }

@@ -48,10 +48,10 @@ class Tracker {
 
  private:
   void catch_up(const Options& options, unsigned tasks, Result& result);
-  bool few_changed(unsigned tasks);
-  void make_cells();
-  void want_cells(double ns_an_object);
-  bool settle_cells(double most_lines);
+  bool few_changed(const Options& options, unsigned tasks);
+  void make_cells(const Options& options);
+  void asked(double ns_an_object, const Options& options);
+  bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
@@ -66,7 +66,9 @@ class Tracker {
   bool placed_ = false;  // cells are kept
   bool linked_ = false;  // and linked pairs, too
   double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
-  double asked_ = 0;     // ns an object of questions that were asked without cells
+  // What questions would cost without cells, ns an object: since all pairs were last found anew,
+  // and from the time before that.
+  double asked_ = 0, asked_before_ = 0;
   // What a box is compared with in a search around an object that changed: before the first, and
   // as searches have shown it; what one takes, in ns.
   static constexpr double first_comparisons = 24, comparison_ns = 6;

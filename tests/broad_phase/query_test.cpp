@@ -135,8 +135,22 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
     const float e = c(0, 1);
     sweeps.push_back({cube(at, e), {c(-13, 13), c(-13, 13), c(-13, 13)}});
   }
-  ASSERT_TRUE(actor.broad_phase.find_hits(sweeps.data(), sweeps.size()).ok());
-  const SweepHitList hits = actor.broad_phase.hits();
+  const auto ask = [&](std::size_t i, std::size_t count, std::vector<SweepHit>& hits) {
+    BroadPhase fresh(actor.broad_phase);
+    ASSERT_TRUE(fresh.find_hits(sweeps.data() + i, count).ok());
+    for (SweepHit hit : fresh.hits()) {
+      hit.sweep += static_cast<std::uint32_t>(i);
+      hits.push_back(hit);
+    }
+  };
+  // Many at once, for which cells are made, and one by one, each of which looks at all objects.
+  std::vector<SweepHit> hits, one_by_one;
+  ask(0, sweeps.size(), hits);
+  for (std::size_t i = 0; i < sweeps.size(); ++i) ask(i, 1, one_by_one);
+  ASSERT_TRUE(std::equal(hits.begin(), hits.end(), one_by_one.begin(), one_by_one.end(),
+                         [](const SweepHit& a, const SweepHit& b) {
+                           return a.sweep == b.sweep && a.object == b.object && a.time == b.time;
+                         }));
   std::size_t at = 0, grazing = 0;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
     for (const ObjectId id : ids) {

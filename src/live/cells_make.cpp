@@ -1,0 +1,88 @@
+// New cells for all objects: several tasks find their homes; then one thread puts them in. Two that
+// each put in those of its own part of the homes are no faster, as half of the objects that each
+// goes through lie in the cache of the other's core.
+#include <algorithm>
+#include <mutex>
+
+#include "cpu/team.hpp"
+#include "cpu/threads.hpp"
+#include "live/cells.hpp"
+
+namespace throng::live {
+namespace {
+
+// Lines are asked for so many objects ahead.
+constexpr std::size_t fill_ahead = 64;
+
+}  // namespace
+
+void Cells::make(const Objects& objects, const Executor& executor, unsigned tasks) {
+  cpu::Team::lead(executor, tasks, [&](const Executor& team) {
+    plan(objects);
+    find_homes(objects, team, tasks);
+  });
+  fill(objects);
+}
+
+void Cells::plan(const Objects& objects) {
+  const std::size_t count = objects.count();
+  map_.lay_out(CellPlan::of(objects, sample_), count);
+  const std::size_t most = count + count / 4 + 64;
+  most_objects_ = 0;
+  lines_.renew(lines_for(map_.homes(), most));
+  most_objects_ = most;
+  free_ = 0;
+  for (auto& counts : class_count_) std::fill(counts, counts + CellMap::classes + 1, 0);
+  std::fill(used_, used_ + CellMap::thin_sets, 0);
+}
+
+void Cells::find_homes(const Objects& objects, const Executor& executor, unsigned tasks) {
+  cpu::Shares shares(objects.limit(), tasks, 1024);
+  std::mutex one_by_one;
+  auto find = [&](unsigned t) {
+    Tally tally;
+    for (std::size_t begin, end; shares.take(t, begin, end);)
+      find_homes(objects, begin, end, tally);
+    const std::lock_guard lock(one_by_one);
+    for (int c = 0; c < CellMap::class_numbers; ++c) {
+      if (tally.count[c] != 0) count_class(c, tally.count[c]);
+    }
+    if (map_.thin()) map_.hold(tally.spans);
+  };
+  cpu::run_tasks(executor, tasks, find);
+}
+
+void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t end,
+                       Tally& tally) const noexcept {
+  const bool in_worlds = objects.in_worlds() != 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto id = static_cast<ObjectId>(i);
+    Body& body = objects.body(id);
+    body.home = none;
+    if (!objects.is_active(id)) continue;
+    Box room;
+    const CellMap::Range r = map_.quantise(objects.grown(id, room));
+    const Place place = place_of(r, in_worlds ? objects.filter(id).world : -1);
+    body.home = place.home;
+    ++tally.count[place.size_class];
+    if (map_.thin()) tally.spans.hold(r, place.size_class);
+  }
+}
+
+void Cells::fill(const Objects& objects) noexcept {
+  const std::size_t limit = objects.limit();
+  lines_.resize(map_.homes() + std::size_t{1});
+  std::fill(lines_.begin(), lines_.end(), Line::empty());
+  for (std::size_t i = 0; i < limit; ++i) {
+    if (i + fill_ahead < limit) {
+      const std::uint32_t soon = objects.body(static_cast<ObjectId>(i + fill_ahead)).home;
+      if (soon != none) prefetch(soon);
+    }
+    const auto id = static_cast<ObjectId>(i);
+    const std::uint32_t home = objects.body(id).home;
+    Box room;
+    if (home != none) enter(id, objects.grown(id, room), home);
+  }
+}
+
+}  // namespace throng::live

@@ -1,0 +1,122 @@
+// Which of all objects a sweep may meet, four of them at once, in floats: says yes of some that it
+// does not meet, and of all that it does. See touch() in query.hpp for who decides.
+//
+// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1.
+// Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's box is finite, a
+// time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the three is rounded by
+// 2^-22 of itself at most, or by 2^-150, which the inverse makes no more than 2^-86; a difference
+// that overflows is a time beyond 1. So a time at which the axes begin to touch, at most 1, comes
+// out greater by no more than 2^-20, and one at which they end, at least 0, less by no more than
+// that or at least 1; and it is asked for enter <= leave + 2^-18. Along any other axis the box
+// overlaps `cover`: a number not above 0 stays so times 2^110, and one that is the distance from
+// beyond its lower end becomes at least 1, as that is a float further off than where the sweep is,
+// or 2^-90. Where infinity meets infinity there is a NaN, which neither the least nor the greatest
+// of two takes from its first operand.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+#include <utility>
+
+#include <throng/broad_phase.hpp>
+
+#include "core/bounds.hpp"
+#include "cpu/sse2.hpp"
+#include "live/objects.hpp"
+
+namespace throng::live {
+
+class Sieve {
+ public:
+  // `cover`: a box that the whole sweep lies in, and at no end at its end.
+  Sieve(const Sweep& sweep, const Box& cover) noexcept;
+
+  // Of four objects in a row, a bit each.
+  std::uint32_t passes(const Body* four) const noexcept;
+
+  // f(id) for all that pass.
+  template <class F>
+  void each(const Objects& objects, F&& f) const {
+    const std::size_t limit = objects.limit(), whole = limit / 4 * 4;
+    const auto tell = [&](std::size_t first, std::uint32_t bits) {
+      for (; bits != 0; bits &= bits - 1)
+        f(static_cast<ObjectId>(first + static_cast<std::size_t>(std::countr_zero(bits))));
+    };
+    for (std::size_t id = 0; id < whole; id += 4)
+      tell(id, passes(&objects.body(static_cast<ObjectId>(id))));
+    if (whole == limit) return;
+    Body last[4];
+    for (std::size_t k = 0; k < 4; ++k)
+      last[k] = objects.body(static_cast<ObjectId>(std::min(whole + k, limit - 1)));
+    tell(whole, passes(last) & ((1u << (limit - whole)) - 1));
+  }
+
+ private:
+#if defined(THRONG_SSE2)
+  // Of each axis: what is taken from lower and upper corners, and what the rest is multiplied by.
+  __m128 from_lower_[3], from_upper_[3], inverse_[3];
+#else
+  Box cover_;
+#endif
+};
+
+#if defined(THRONG_SSE2)
+
+inline Sieve::Sieve(const Sweep& sweep, const Box& cover) noexcept {
+  const auto corners = [](const Box& b, int k) {
+    const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
+    const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
+    return std::pair{lower[k], upper[k]};
+  };
+  const float by[3] = {sweep.by.x, sweep.by.y, sweep.by.z};
+  for (int k = 0; k < 3; ++k) {
+    auto [lower, upper] = corners(sweep.box, k);
+    float inverse = 1 / by[k];
+    if (!(std::fabs(by[k]) >= 0x1p-64f && std::isfinite(lower) && std::isfinite(upper))) {
+      std::tie(lower, upper) = corners(cover, k);
+      lower -= 0x1p-90f;
+      inverse = 0x1p110f;
+    }
+    from_lower_[k] = _mm_set1_ps(upper);
+    from_upper_[k] = _mm_set1_ps(lower);
+    inverse_[k] = _mm_set1_ps(inverse);
+  }
+}
+
+inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
+  const auto at = [&](int i, int word) {
+    return _mm_loadu_ps(reinterpret_cast<const float*>(four + i) + word);
+  };
+  __m128 lower[3] = {at(0, 0), at(1, 0), at(2, 0)}, upper[3] = {at(3, 0)};
+  _MM_TRANSPOSE4_PS(lower[0], lower[1], lower[2], upper[0]);
+  const __m128 two = _mm_unpacklo_ps(at(0, 4), at(1, 4)),
+               next = _mm_unpacklo_ps(at(2, 4), at(3, 4));
+  upper[1] = _mm_movelh_ps(two, next);
+  upper[2] = _mm_movehl_ps(next, two);
+  __m128 enter = _mm_setzero_ps(), leave = _mm_set1_ps(1);
+  for (int k = 0; k < 3; ++k) {
+    const __m128 a = _mm_mul_ps(_mm_sub_ps(lower[k], from_lower_[k]), inverse_[k]);
+    const __m128 b = _mm_mul_ps(_mm_sub_ps(upper[k], from_upper_[k]), inverse_[k]);
+    enter = _mm_max_ps(_mm_min_ps(b, a), enter);
+    leave = _mm_min_ps(_mm_max_ps(a, b), leave);
+  }
+  return static_cast<std::uint32_t>(
+      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(0x1p-18f)))));
+}
+
+#else
+
+inline Sieve::Sieve(const Sweep&, const Box& cover) noexcept : cover_(cover) {}
+
+inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
+  std::uint32_t bits = 0;
+  for (unsigned i = 0; i < 4; ++i) bits |= std::uint32_t{core::overlaps(cover_, four[i].box)} << i;
+  return bits;
+}
+
+#endif
+
+}  // namespace throng::live
