@@ -8,6 +8,7 @@
 #include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
 #include "live/sieve.hpp"
+#include "live/sort.hpp"
 
 namespace throng::live {
 namespace {
@@ -15,8 +16,11 @@ namespace {
 // A sweep is cut into pieces of about so many units of the cells, two cells of the first class: of
 // shorter ones each looks at nearly as many cells, of longer ones a slanted one at more.
 constexpr double piece_units = 64;
+constexpr double first_piece = 0.25;
 // Below so many questions a second thread does not pay.
 constexpr std::size_t threads_ask_from = 64;
+// Cells are asked for so many questions ahead.
+constexpr std::size_t ahead = 8;
 
 struct Axis {
   float lower, upper, by;
@@ -33,11 +37,27 @@ float below(double x) noexcept {
 }
 float above(double x) noexcept { return -below(-x); }
 
-Filter filter_at(const Filters& filters, std::size_t i) noexcept {
-  Filter f;
-  set(f, filters, i);
-  return f;
-}
+// Which objects questions may find.
+class Allowed {
+ public:
+  Allowed(const Objects& objects, const Filters& filters) noexcept
+      : objects_(objects), filters_(filters) {}
+
+  Filter filter(std::size_t question) const noexcept {
+    Filter f;
+    set(f, filters_, question);
+    return f;
+  }
+  // Where no object has a filter, theirs need not be brought from memory.
+  bool operator()(const Filter& question, ObjectId id) const noexcept {
+    return allows(question, has_filters_ ? objects_.filter(id) : Filter{});
+  }
+
+ private:
+  const Objects& objects_;
+  const Filters& filters_;
+  const bool has_filters_ = objects_.has_filters();
+};
 
 }  // namespace
 
@@ -72,9 +92,8 @@ Touch touch(const Sweep& sweep, const Box& b) noexcept {
   return t;
 }
 
-// Wider than what double arithmetic may have
-// rounded there: touch() is off by some 2^-51 of the numbers that meet in it. So whatever touch()
-// says is met between a and b overlaps this box.
+// By more than double arithmetic may have rounded: touch() is off by some 2^-51 of the numbers that
+// meet in it. So whatever touch() says is met between a and b overlaps this box.
 Box cover(const Sweep& sweep, double a, double b) noexcept {
   Axis axes[3];
   axes_of(sweep, axes);
@@ -92,27 +111,45 @@ Box cover(const Sweep& sweep, double a, double b) noexcept {
 
 Queries::Queries(cpu::Memory& memory) noexcept : found_(memory), overlaps_(memory), hits_(memory) {}
 
-// Calls ask(i, list) for every question, in order within a task, and puts the lists together in
-// hits_. What one question finds is sorted by id, each object once.
-template <class Ask>
-void Queries::run(std::size_t count, const Executor& executor, unsigned tasks,
-                  const std::atomic<bool>* stop, Ask&& ask) {
+// Where a question looks first: its cells are asked for before it is its turn.
+struct Queries::Look {
+  Box around;
+  Cells::Worlds worlds;
+  Cells::Reach reach;
+
+  void at(const Cells& cells, const Box& box) noexcept {
+    around = box;
+    cells.reach(around, worlds, reach);
+  }
+};
+
+// Calls prepare(i, its look) and later ask(i, that, list) for every question, in order within a
+// task, and puts the lists together in hits_. What one question finds is sorted by id, each object
+// once.
+template <class Prepare, class Ask>
+void Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
+                  const std::atomic<bool>* stop, Prepare&& prepare, Ask&& ask) {
   hits_.clear();
   tasks = count < threads_ask_from ? 1 : tasks;
   found_.make(tasks);
   cpu::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
     List<SweepHit>& found = found_[t];
     found.clear();
-    for (std::size_t i = count * t / tasks; i < count * (t + 1) / tasks; ++i) {
+    Look looks[ahead];
+    const std::size_t first = count * t / tasks, end = count * (t + 1) / tasks;
+    for (std::size_t i = first; i < std::min(first + ahead, end); ++i) prepare(i, looks[i % ahead]);
+    for (std::size_t i = first; i < end; ++i) {
       if (stop && stop->load(std::memory_order_relaxed)) break;
       const std::size_t before = found.size();
-      ask(i, found);
-      const auto by_id = [](const SweepHit& a, const SweepHit& b) { return a.object < b.object; };
-      const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
+      ask(i, looks[i % ahead], found);
+      if (i + ahead < end) prepare(i + ahead, looks[i % ahead]);
+      const std::size_t more = found.size() - before;
+      if (more >= few_to_sort) found.reserve(found.size() + more);  // room to sort
       SweepHit* const begin = found.begin() + before;
-      std::sort(begin, found.end(), by_id);
-      SweepHit* const end = std::unique(begin, found.end(), same);
-      found.resize(static_cast<std::size_t>(end - found.begin()));
+      sort_hits(begin, found.end(), more, limit);
+      const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
+      SweepHit* const last = std::unique(begin, found.end(), same);
+      found.resize(static_cast<std::size_t>(last - found.begin()));
     }
   });
   std::size_t total = 0;
@@ -124,32 +161,31 @@ void Queries::run(std::size_t count, const Executor& executor, unsigned tasks,
 void Queries::find_overlaps(const Objects& objects, const Cells* cells, const Boxes& boxes,
                             const Executor& executor, unsigned tasks,
                             const std::atomic<bool>* stop) {
-  run(boxes.size(), executor, tasks, stop, [&](std::size_t i, List<SweepHit>& found) {
+  const Allowed allowed(objects, boxes.filters);
+  const auto prepare = [&](std::size_t i, Look& look) {
+    const Box box = boxes[i];
+    if (!cells || !core::is_active(box)) return;
+    look.worlds = worlds_of(objects, allowed.filter(i));
+    look.at(*cells, box);
+  };
+  const auto ask = [&](std::size_t i, Look& look, List<SweepHit>& found) {
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
-    const Filter filter = filter_at(boxes.filters, i);
-    const auto meet = [&](ObjectId id) {
-      if (objects.is_active(id) && allows(filter, objects.filter(id)))
+    const Filter filter = allowed.filter(i);
+    const auto meet = [&](ObjectId id) {  // cells hold the boxes with their margin
+      const bool overlaps =
+          cpu::overlap_in_memory(reinterpret_cast<const char*>(&box),
+                                 reinterpret_cast<const char*>(&objects.body(id).box));
+      if (overlaps && objects.is_active(id) && allowed(filter, id))
         found.append({static_cast<std::uint32_t>(i), id, 0});
     };
-    const auto overlaps = [&](ObjectId id) {
-      return cpu::overlap_in_memory(reinterpret_cast<const char*>(&box),
-                                    reinterpret_cast<const char*>(&objects.body(id).box));
-    };
-    if (!cells) {
-      for (std::size_t k = 0; k < objects.limit(); ++k) {
-        const auto id = static_cast<ObjectId>(k);
-        if (overlaps(id)) meet(id);
-      }
-      return;
+    if (cells) {
+      cells->search(box, look.worlds, look.reach, meet);
+    } else {
+      for (std::size_t id = 0; id < objects.limit(); ++id) meet(static_cast<ObjectId>(id));
     }
-    const Cells::Worlds worlds = worlds_of(objects, filter);
-    Cells::Reach reach;
-    cells->reach(box, worlds, reach);
-    cells->search(box, worlds, reach, [&](ObjectId id) {
-      if (overlaps(id)) meet(id);  // cells hold the boxes with their margin
-    });
-  });
+  };
+  run(boxes.size(), objects.limit(), executor, tasks, stop, prepare, ask);
   overlaps_.clear();
   overlaps_.reserve(hits_.size());
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
@@ -158,14 +194,30 @@ void Queries::find_overlaps(const Objects& objects, const Cells* cells, const Bo
 void Queries::find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps,
                         std::size_t count, SweepHits which, const Filters& filters,
                         const Executor& executor, unsigned tasks, const std::atomic<bool>* stop) {
-  run(count, executor, tasks, stop, [&](std::size_t i, List<SweepHit>& found) {
+  const Allowed allowed(objects, filters);
+  // How much of its time a piece of a sweep is; 0: all objects are gone through.
+  const auto piece_of = [&](const Sweep& s) {
+    if (!cells) return 0.0;
+    const double length =
+        std::max({std::fabs(double{s.by.x}), std::fabs(double{s.by.y}), std::fabs(double{s.by.z})});
+    const double pieces = cells->units(length) / piece_units;
+    return pieces <= static_cast<double>(cells->line_count()) / 32 ? 1 / pieces : 0.0;
+  };
+  // Where only the first is asked for, what is near is looked at first.
+  const double start = which == SweepHits::first ? first_piece : 1;
+  const auto prepare = [&](std::size_t i, Look& look) {
+    const double piece = piece_of(sweeps[i]);
+    if (piece == 0 || !core::is_active(sweeps[i].box)) return;
+    look.worlds = worlds_of(objects, allowed.filter(i));
+    look.at(*cells, cover(sweeps[i], 0, std::min(start * piece, 1.0)));
+  };
+  const auto ask = [&](std::size_t i, Look& look, List<SweepHit>& found) {
     const Sweep& sweep = sweeps[i];
     if (!core::is_active(sweep.box)) return;
-    const Filter filter = filter_at(filters, i);
-    const Cells::Worlds worlds = worlds_of(objects, filter);
+    const Filter filter = allowed.filter(i);
     SweepHit best{static_cast<std::uint32_t>(i), none, 2};
     const auto meet = [&](ObjectId id) {
-      if (!objects.is_active(id) || !allows(filter, objects.filter(id))) return;
+      if (!objects.is_active(id) || !allowed(filter, id)) return;
       const Touch t = touch(sweep, objects.body(id).box);
       if (t.enter > t.leave) return;
       const SweepHit hit{static_cast<std::uint32_t>(i), id, t.enter};
@@ -174,26 +226,20 @@ void Queries::find_hits(const Objects& objects, const Cells* cells, const Sweep*
       else if (hit.time < best.time || (hit.time == best.time && id < best.object))
         best = hit;
     };
-    const double length = std::max({std::fabs(double{sweep.by.x}), std::fabs(double{sweep.by.y}),
-                                    std::fabs(double{sweep.by.z})});
-    const double pieces = cells ? std::ceil(cells->units(length) / piece_units + 1e-9) : 0;
-    if (cells && pieces <= cells->line_count() / 32) {
-      const auto last = static_cast<std::size_t>(pieces);
-      for (std::size_t p = 0; p < std::max<std::size_t>(last, 1); ++p) {
-        const double begin = static_cast<double>(p) / std::max(pieces, 1.0);
-        const double end = static_cast<double>(p + 1) / std::max(pieces, 1.0);
-        const Box around = cover(sweep, begin, end);
-        Cells::Reach reach;
-        cells->reach(around, worlds, reach);
-        cells->search(around, worlds, reach, meet);
-        // What is first met later than this piece cannot be the first.
-        if (best.time <= end) break;
-      }
-    } else {
-      Sieve(sweep, cover(sweep, 0, 1)).each(objects, meet);
+    const double piece = piece_of(sweep);
+    if (piece == 0) Sieve(sweep, cover(sweep, 0, 1)).each(objects, meet);
+    double end = 0;
+    for (double part = start * piece; piece != 0; part = std::min(2 * part, piece)) {
+      const double begin = end;
+      end = std::min(begin + part, 1.0);
+      if (begin != 0) look.at(*cells, cover(sweep, begin, end));
+      cells->search(look.around, look.worlds, look.reach, meet);
+      // What is first met later than this piece cannot be the first.
+      if (end == 1 || best.time <= end) break;
     }
     if (which == SweepHits::first && best.object != none) found.append(best);
-  });
+  };
+  run(count, objects.limit(), executor, tasks, stop, prepare, ask);
 }
 
 }  // namespace throng::live

@@ -41,9 +41,10 @@ class Queries {
                  const std::atomic<bool>* stop);
 
  private:
-  template <class Ask>
-  void run(std::size_t count, const Executor& executor, unsigned tasks,
-           const std::atomic<bool>* stop, Ask&& ask);
+  struct Look;
+  template <class Prepare, class Ask>
+  void run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
+           const std::atomic<bool>* stop, Prepare&& prepare, Ask&& ask);
 
   cpu::EachTask<List<SweepHit>> found_;
   List<Pair> overlaps_;

@@ -19,35 +19,61 @@ void sort_runs(LivePair* pairs, std::size_t count) noexcept {
   }
 }
 
-}  // namespace
+// How numbers below a limit are cut into digits.
+struct Digits {
+  Digits(std::size_t limit, unsigned most) noexcept {
+    const unsigned bits = std::max(1u, static_cast<unsigned>(std::bit_width(limit)));
+    passes = (bits + most - 1) / most;
+    width = (bits + passes - 1) / passes;
+  }
+  unsigned passes, width;
+};
+constexpr unsigned most_width = 11;
+// Few by small digits, as the counters cost what is sorted does.
+constexpr std::size_t few = 4096;
+constexpr unsigned few_width = 7;
 
-void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept {
-  if (count < 48) return std::sort(pairs, pairs + count, before);
-  // From the last digit up. Few pairs by small digits, as the counters cost what pairs do, and by
-  // first alone: hardly two have the same one.
-  const bool few = count < 4096;
-  const unsigned bits = std::max(1u, static_cast<unsigned>(std::bit_width(limit)));
-  const unsigned most = few ? 7 : 11;
-  const unsigned passes = (bits + most - 1) / most;
-  const unsigned digit = (bits + passes - 1) / passes;
-  const std::size_t digits = std::size_t{1} << digit;
-  LivePair* from = pairs;
-  LivePair* to = spare;
-  for (unsigned pass = few ? passes : 0; pass < 2 * passes; ++pass) {
-    const bool by_second = pass < passes;
-    const unsigned shift = (by_second ? pass : pass - passes) * digit;
-    const auto digit_of = [&](const LivePair& p) {
-      return ((by_second ? p.second : p.first) >> shift) & (digits - 1);
+// By all digits of number_of, from the last one up; the two change places with each.
+template <class T, class Number>
+void sort_by(T*& from, T*& to, std::size_t count, const Digits& digits, Number&& number_of) {
+  const std::size_t values = std::size_t{1} << digits.width;
+  for (unsigned pass = 0; pass < digits.passes; ++pass) {
+    const auto digit_of = [&](const T& x) {
+      return (number_of(x) >> (pass * digits.width)) & (values - 1);
     };
-    std::uint32_t counts[1 << 11];
-    std::memset(counts, 0, digits * sizeof *counts);
+    std::uint32_t counts[1 << most_width];
+    std::memset(counts, 0, values * sizeof *counts);
     for (std::size_t i = 0; i < count; ++i) ++counts[digit_of(from[i])];
-    std::exclusive_scan(counts, counts + digits, counts, 0u);
+    std::exclusive_scan(counts, counts + values, counts, 0u);
     for (std::size_t i = 0; i < count; ++i) to[counts[digit_of(from[i])]++] = from[i];
     std::swap(from, to);
   }
+}
+
+}  // namespace
+
+void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept {
+  if (count < few_to_sort) return std::sort(pairs, pairs + count, before);
+  const Digits digits(limit, count < few ? few_width : most_width);
+  LivePair* from = pairs;
+  LivePair* to = spare;
+  // Few by first alone: hardly two have the same one.
+  if (count >= few) sort_by(from, to, count, digits, [](const LivePair& p) { return p.second; });
+  sort_by(from, to, count, digits, [](const LivePair& p) { return p.first; });
   if (from != pairs) std::memcpy(pairs, from, count * sizeof *pairs);
-  if (few) sort_runs(pairs, count);
+  if (count < few) sort_runs(pairs, count);
+}
+
+void sort_hits(SweepHit* hits, SweepHit* spare, std::size_t count, std::size_t limit) noexcept {
+  if (count < few_to_sort) {
+    return std::sort(hits, hits + count,
+                     [](const SweepHit& a, const SweepHit& b) { return a.object < b.object; });
+  }
+  SweepHit* from = hits;
+  SweepHit* to = spare;
+  sort_by(from, to, count, Digits(limit, count < few ? few_width : most_width),
+          [](const SweepHit& hit) { return hit.object; });
+  if (from != hits) std::memcpy(hits, from, count * sizeof *hits);
 }
 
 }  // namespace throng::live

@@ -1,4 +1,4 @@
-// A radix sort of pairs with their slots.
+// Radix sorts of pairs with their slots, and of what questions found.
 #pragma once
 
 #include <bit>
@@ -12,6 +12,9 @@ namespace throng::live {
 
 // By first, then second; ids are below `limit`. `spare` has room for as many.
 void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept;
+// By object. Below so many there need be no spare room.
+constexpr std::size_t few_to_sort = 48;
+void sort_hits(SweepHit* hits, SweepHit* spare, std::size_t count, std::size_t limit) noexcept;
 
 // The two ids of a Pair or a LivePair as they lie, moved at once: compilers that see two numbers
 // put them into a vector, and wait for it to tell one from the other.

@@ -1,0 +1,217 @@
+// Rivals that answer questions one by one: Bullet's btDbvt, which keeps the pairs, too; and Embree,
+// whose tree of boxes is built anew on all threads, in low quality, when some have moved, and finds
+// no pairs here.
+#include <algorithm>
+#include <cmath>
+
+#include "questions.hpp"
+
+#if defined(THRONG_BULLET)
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#endif
+#if defined(THRONG_EMBREE)
+#if THRONG_EMBREE == 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+#endif
+
+namespace throng::bench {
+
+#if defined(THRONG_BULLET)
+namespace {
+
+btVector3 to_bullet(const Vec3& v) { return btVector3(v.x, v.y, v.z); }
+
+// Its tree holds fat boxes: the proxy's own decides.
+struct RayCallback : btBroadphaseRayCallback {
+  explicit RayCallback(const Sweep& ray, bool first_alone)
+      : only_first(first_alone), from(to_bullet(ray.box.lower)) {
+    btVector3 along = to_bullet(ray.by);
+    m_lambda_max = along.length();
+    along /= m_lambda_max;
+    for (int k = 0; k < 3; ++k) {
+      m_rayDirectionInverse[k] = along[k] == 0 ? btScalar(BT_LARGE_FLOAT) : 1 / along[k];
+      m_signs[k] = m_rayDirectionInverse[k] < 0;
+    }
+  }
+  bool process(const btBroadphaseProxy* proxy) override {
+    const btVector3 corners[2] = {proxy->m_aabbMin, proxy->m_aabbMax};
+    btScalar at = 0;
+    if (!btRayAabb2(from, m_rayDirectionInverse, m_signs, corners, at, 0, m_lambda_max))
+      return true;
+    if (only_first) {
+      m_lambda_max = std::max(at, btScalar(0));
+      found = 1;
+    } else {
+      ++found;
+    }
+    return true;
+  }
+  bool only_first;
+  btVector3 from;
+  std::uint64_t found = 0;
+};
+struct RegionCallback : btBroadphaseAabbCallback {
+  explicit RegionCallback(const Box& region)
+      : lower(to_bullet(region.lower)), upper(to_bullet(region.upper)) {}
+  bool process(const btBroadphaseProxy* proxy) override {
+    found += TestAabbAgainstAabb2(lower, upper, proxy->m_aabbMin, proxy->m_aabbMax);
+    return true;
+  }
+  btVector3 lower, upper;
+  std::uint64_t found = 0;
+};
+
+class DbvtAnswers : public Answerer {
+ public:
+  DbvtAnswers() { tree_.m_deferedcollide = true; }
+  std::string name() const override { return "Bullet btDbvt"; }
+  bool answers(Questions::Kind) const override { return true; }
+  void start(const std::vector<Box>& boxes) override {
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+      proxies_.push_back(tree_.createProxy(
+          to_bullet(boxes[i].lower), to_bullet(boxes[i].upper), 0, reinterpret_cast<void*>(i),
+          btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter, nullptr));
+    tree_.calculateOverlappingPairs(nullptr);
+  }
+  void frame(const Moves& moves) override {
+    for (std::size_t i = 0; i < moves.ids.size(); ++i)
+      tree_.setAabb(proxies_[moves.ids[i]], to_bullet(moves.boxes[i].lower),
+                    to_bullet(moves.boxes[i].upper), nullptr);
+    tree_.calculateOverlappingPairs(nullptr);
+  }
+  std::uint64_t ask(const Questions& questions) override {
+    std::uint64_t found = 0;
+    for (const Sweep& ray : questions.rays) {
+      RayCallback callback(ray, questions.kind == Questions::first);
+      tree_.rayTest(callback.from, callback.from + to_bullet(ray.by), callback);
+      found += callback.found;
+    }
+    for (const Box& region : questions.regions) {
+      RegionCallback callback(region);
+      tree_.aabbTest(callback.lower, callback.upper, callback);
+      found += callback.found;
+    }
+    return found;
+  }
+
+ private:
+  btDbvtBroadphase tree_;
+  std::vector<btBroadphaseProxy*> proxies_;
+};
+
+}  // namespace
+#endif
+
+#if defined(THRONG_EMBREE)
+namespace {
+
+class EmbreeAnswers : public Answerer {
+ public:
+  EmbreeAnswers() : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
+    geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_LOW);
+    rtcSetGeometryUserData(geometry_, this);
+    rtcSetGeometryBoundsFunction(geometry_, bounds, this);
+    rtcSetGeometryIntersectFunction(geometry_, intersect);
+    rtcAttachGeometry(scene_, geometry_);
+  }
+  ~EmbreeAnswers() override {
+    rtcReleaseGeometry(geometry_);
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  std::string name() const override { return "Embree built anew"; }
+  bool answers(Questions::Kind kind) const override { return kind != Questions::region; }
+  void start(const std::vector<Box>& boxes) override {
+    boxes_ = boxes;
+    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(boxes_.size()));
+    commit();
+  }
+  void frame(const Moves& moves) override {
+    for (std::size_t i = 0; i < moves.ids.size(); ++i) boxes_[moves.ids[i]] = moves.boxes[i];
+    commit();
+  }
+  std::uint64_t ask(const Questions& questions) override {
+    only_first_ = questions.kind == Questions::first;
+    found_ = 0;
+    for (const Sweep& s : questions.rays) {
+      RTCRayHit r{};
+      r.ray.org_x = s.box.lower.x, r.ray.org_y = s.box.lower.y, r.ray.org_z = s.box.lower.z;
+      r.ray.dir_x = s.by.x, r.ray.dir_y = s.by.y, r.ray.dir_z = s.by.z;
+      r.ray.tfar = 1;
+      r.ray.mask = ~0u;
+      r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if THRONG_EMBREE == 4
+      rtcIntersect1(scene_, &r, nullptr);
+#else
+      RTCIntersectContext context;
+      rtcInitIntersectContext(&context);
+      rtcIntersect1(scene_, &context, &r);
+#endif
+      found_ += r.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+    return found_;
+  }
+
+ private:
+  void commit() {
+    rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry_);
+    rtcCommitScene(scene_);
+  }
+  static void bounds(const RTCBoundsFunctionArguments* args) {
+    const Box& b = static_cast<const EmbreeAnswers*>(args->geometryUserPtr)->boxes_[args->primID];
+    *args->bounds_o = {b.lower.x, b.lower.y, b.lower.z, 0, b.upper.x, b.upper.y, b.upper.z, 0};
+  }
+  static void intersect(const RTCIntersectFunctionNArguments* args) {
+    if (!args->valid[0]) return;
+    auto& self = *static_cast<EmbreeAnswers*>(args->geometryUserPtr);
+    auto& r = *reinterpret_cast<RTCRayHit*>(args->rayhit);  // of one ray
+    const Box& b = self.boxes_[args->primID];
+    float enter = r.ray.tnear, leave = r.ray.tfar;
+    const auto axis = [&](float lower, float upper, float from, float by) {
+      const float inverse = 1 / by, x = (lower - from) * inverse, y = (upper - from) * inverse;
+      enter = std::max(enter, std::min(x, y));
+      leave = std::min(leave, std::max(x, y));
+    };
+    axis(b.lower.x, b.upper.x, r.ray.org_x, r.ray.dir_x);
+    axis(b.lower.y, b.upper.y, r.ray.org_y, r.ray.dir_y);
+    axis(b.lower.z, b.upper.z, r.ray.org_z, r.ray.dir_z);
+    if (enter > leave) return;
+    if (!self.only_first_) {
+      ++self.found_;
+      return;
+    }
+    r.ray.tfar = enter;
+    r.hit.primID = args->primID;
+    r.hit.geomID = args->geomID;
+  }
+
+  RTCDevice device_;
+  RTCScene scene_;
+  RTCGeometry geometry_;
+  std::vector<Box> boxes_;
+  bool only_first_ = false;
+  std::uint64_t found_ = 0;
+};
+
+}  // namespace
+#endif
+
+std::vector<std::unique_ptr<Answerer>> answering_rivals() {
+  std::vector<std::unique_ptr<Answerer>> rivals;
+#if defined(THRONG_BULLET)
+  rivals.push_back(std::make_unique<DbvtAnswers>());
+#endif
+#if defined(THRONG_EMBREE)
+  rivals.push_back(std::make_unique<EmbreeAnswers>());
+#endif
+  return rivals;
+}
+
+}  // namespace throng::bench

@@ -1,0 +1,226 @@
+// What questions to boxes that move cost: rays, and what lies in a region, some each frame, one by
+// one or in one call. Throng's BroadPhase beside Bullet's btDbvt and a tree of Embree's.
+//
+// Boxes move as in moving.cpp. In every frame all contenders are told the same moves and asked the
+// same questions, one contender after the other; medians of the frames. How many objects all
+// questions found is compared: rounding may decide otherwise of a ray that grazes a box.
+#include <throng/throng.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "bench/questions.hpp"
+#include "scene/scene.hpp"
+
+namespace throng::bench {
+namespace {
+
+template <class F>
+double ms(F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+double median(std::vector<double> v) {
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+void must(const Result& r) {
+  if (r.ok()) return;
+  std::fprintf(stderr, "throng-bench-questions: %s\n", r.message);
+  std::exit(1);
+}
+
+class Throng : public Answerer {
+ public:
+  explicit Throng(unsigned threads) {
+    Options o;
+    o.threads = threads;
+    broad_phase_ = BroadPhase(o);
+  }
+  std::string name() const override { return "Throng BroadPhase"; }
+  bool answers(Questions::Kind) const override { return true; }
+  void start(const std::vector<Box>& boxes) override {
+    must(broad_phase_.add(boxes, nullptr));
+    must(broad_phase_.update());
+  }
+  void frame(const Moves& moves) override {
+    if (moves.all)
+      must(broad_phase_.move_all(*moves.all));
+    else
+      must(broad_phase_.move(moves.ids.data(), moves.boxes));
+    must(broad_phase_.update());
+  }
+  std::uint64_t ask(const Questions& q) override {
+    const SweepHits which = q.kind == Questions::first ? SweepHits::first : SweepHits::all;
+    const std::size_t count = std::max(q.rays.size(), q.regions.size());
+    const std::size_t step = q.at_once ? count : 1;
+    std::uint64_t found = 0;
+    for (std::size_t i = 0; i < count; i += step) {
+      const Result r = q.kind == Questions::region
+                           ? broad_phase_.find_overlaps(Boxes(q.regions.data() + i, step))
+                           : broad_phase_.find_hits(q.rays.data() + i, step, which);
+      must(r);
+      found += r.found;
+    }
+    return found;
+  }
+
+ private:
+  BroadPhase broad_phase_;
+};
+
+struct Case {
+  const char* scene;
+  double share;
+  Questions::Kind kind;
+  std::size_t count;
+  bool at_once;
+  int frames;
+};
+constexpr const char* kind_names[] = {"first", "all", "region"};
+constexpr std::size_t object_count = 100'000;
+
+// Rays of ten units in any direction, and regions of four, from near some box.
+Questions questions_of(const Case& c, const std::vector<Box>& boxes, std::mt19937& random) {
+  Questions q;
+  q.kind = c.kind;
+  q.at_once = c.at_once;
+  std::uniform_real_distribution<float> near(-3, 3), any(-1, 1);
+  for (std::size_t i = 0; i < c.count; ++i) {
+    const Vec3& v = boxes[random() % boxes.size()].lower;
+    const Vec3 from = {v.x + near(random), v.y + near(random), v.z + near(random)};
+    Vec3 by;
+    float length;
+    do {
+      by = {any(random), any(random), any(random)};
+      length = std::sqrt(by.x * by.x + by.y * by.y + by.z * by.z);
+    } while (length > 1 || length < 0.1f);
+    const float scale = 10 / length;
+    if (c.kind == Questions::region)
+      q.regions.push_back({from, {from.x + 4, from.y + 4, from.z + 4}});
+    else
+      q.rays.push_back({{from, from}, {by.x * scale, by.y * scale, by.z * scale}});
+  }
+  return q;
+}
+
+Moves move_some(const Case& c, std::vector<Box>& boxes, std::mt19937& random,
+                std::vector<std::uint32_t>& order) {
+  Moves moves;
+  std::uniform_real_distribution<float> step(-0.5f, 0.5f);
+  const auto moving = static_cast<std::size_t>(static_cast<double>(boxes.size()) * c.share);
+  for (std::size_t k = 0; k < moving; ++k) {
+    std::swap(order[k], order[k + random() % (boxes.size() - k)]);
+    Box& b = boxes[order[k]];
+    const Vec3 by = {step(random), step(random), step(random)};
+    b = {{b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z},
+         {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z}};
+    moves.ids.push_back(order[k]);
+    moves.boxes.push_back(b);
+  }
+  if (c.share == 1) moves.all = &boxes;
+  return moves;
+}
+
+void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_rivals) {
+  scene::Spec spec;
+  spec.name = c.scene;
+  spec.objects = object_count;
+  std::vector<Box> boxes(object_count);
+  scene::Scene(spec).frame(0, boxes.data());
+  std::vector<std::unique_ptr<Answerer>> all;
+  std::vector<unsigned> threads = thread_counts;
+  for (const unsigned t : threads) all.push_back(std::make_unique<Throng>(t));
+  if (with_rivals) {
+    for (auto& rival : answering_rivals()) {
+      if (rival->answers(c.kind)) all.push_back(std::move(rival));
+    }
+  }
+  threads.resize(all.size(), 1);  // of who asks
+  for (auto& a : all) a->start(boxes);
+  std::mt19937 random(1);
+  std::vector<std::uint32_t> order(boxes.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::vector<double>> update(all.size()), ask(all.size());
+  std::vector<std::uint64_t> found(all.size());
+  constexpr int warm = 4;
+  for (int f = -warm; f < c.frames; ++f) {
+    const Moves moves = move_some(c, boxes, random, order);
+    const Questions questions = questions_of(c, boxes, random);
+    for (std::size_t a = 0; a < all.size(); ++a) {
+      const double first = ms([&] { all[a]->frame(moves); });
+      const double second = ms([&] { found[a] += all[a]->ask(questions); });
+      if (f < 0) continue;
+      update[a].push_back(first);
+      ask[a].push_back(second);
+    }
+  }
+  for (std::size_t a = 0; a < all.size(); ++a) {
+    const double less = std::fabs(static_cast<double>(found[a]) - static_cast<double>(found[0]));
+    if (less > 1e-4 * static_cast<double>(found[0]) + 2) {
+      std::fprintf(stderr, "throng-bench-questions: %s found %llu and not %llu\n",
+                   all[a]->name().c_str(), static_cast<unsigned long long>(found[a]),
+                   static_cast<unsigned long long>(found[0]));
+      std::exit(1);
+    }
+    const double asked = median(ask[a]);
+    std::printf("%s,%zu,%g,%s,%zu,%s,%s,%u,%d,%.4f,%.4f,%.3f,%.2f\n", c.scene, object_count,
+                c.share, kind_names[c.kind], c.count, c.at_once ? "yes" : "no",
+                all[a]->name().c_str(), threads[a], c.frames, median(update[a]), asked,
+                1000 * asked / static_cast<double>(c.count),
+                static_cast<double>(found[a]) / static_cast<double>(c.count) / (c.frames + warm));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace throng::bench
+
+int main(int argc, char** argv) {
+  using namespace throng::bench;
+  std::string only;
+  std::vector<unsigned> threads = {1, 2};
+  bool rivals = true;
+  CLI::App app{"Questions to boxes that move: CSV on standard output"};
+  app.add_option("--only", only, "only cases whose SCENE-SHARE-KIND-COUNT contains this");
+  app.add_option("--threads", threads, "thread counts of Throng");
+  app.add_flag("!--no-rivals", rivals, "without the rivals");
+  CLI11_PARSE(app, argc, argv);
+  std::printf(
+      "scene,objects,share,kind,count,at_once,contender,threads,frames,update_ms,ask_ms,us_each,"
+      "found_each\n");
+  struct Set {
+    Questions::Kind kind;
+    std::size_t count;
+    bool at_once;
+  };
+  const Set sets[] = {{Questions::first, 1, false},   {Questions::first, 10, false},
+                      {Questions::first, 100, false}, {Questions::first, 1000, false},
+                      {Questions::first, 1000, true}, {Questions::first, 20'000, true},
+                      {Questions::all, 1000, true},   {Questions::region, 10, false},
+                      {Questions::region, 1000, true}};
+  for (const char* scene : {"uniform", "pile", "mixed"}) {
+    for (const double share : {0.01, 1.0}) {
+      for (const Set& set : sets) {
+        char name[96];
+        std::snprintf(name, sizeof name, "%s-%g-%s-%zu", scene, share, kind_names[set.kind],
+                      set.count);
+        if (std::string(name).find(only) == std::string::npos) continue;
+        run({scene, share, set.kind, set.count, set.at_once, share == 1 ? 12 : 40}, threads,
+            rivals);
+      }
+    }
+  }
+}
