@@ -142,6 +142,7 @@ def suites(build):
          "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:-*MorePairs*")
     test("engine", "pipeline", 120, "pipeline_test", "FarEngine*")
     test("boxes that move", "cpu", 20, "broad_phase_test", "BroadPhaseMoves*")
+    test("live", "live", 20, "live_test", "*")
     test("calls", "live", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
     test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*")
     add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
