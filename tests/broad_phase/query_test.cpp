@@ -84,6 +84,33 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
 }
 
+// Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
+TEST(BroadPhaseQuery, ALongerRod) {
+  const auto rod = [](float x, float y, float z, float length) {
+    return Box{{x, y, z}, {x + length, y + 0.5f, z + 0.5f}};
+  };
+  Random random(4);
+  BoxList boxes, questions;
+  for (int k = 0; k < 800; ++k) {
+    const Vec3 v = random.point(0, 60);
+    boxes.push_back(rod(v.x, v.y, v.z, 9));
+    if (k < 60) questions.push_back(boxes.back());
+  }
+  BroadPhase rods;
+  ASSERT_TRUE(rods.add(boxes, nullptr).ok());
+  ASSERT_TRUE(rods.update().ok());
+  for (int k = 0; k < 9; ++k) ASSERT_TRUE(rods.find_overlaps(questions).ok());
+  for (float length = 9; length < 40; length += 0.0625f) {
+    BroadPhase b(rods);
+    const float x = random.in(0, 60);
+    const ObjectId id = b.add(rod(x, 80, 80, length));
+    const Box end = cube(x + length, 80, 80, 0.25f);
+    ASSERT_TRUE(b.find_overlaps(Boxes(&end, 1)).ok());
+    ASSERT_EQ(b.overlaps().size(), 1u) << length;
+    EXPECT_EQ(b.overlaps()[0].second, id);
+  }
+}
+
 // Slanted sweeps through many small boxes: what is near the way at first may be met late, or never.
 TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
   Random random(3);

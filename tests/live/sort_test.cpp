@@ -34,7 +34,9 @@ TEST(LiveSort, Hits) {
         ASSERT_EQ(hits[i].object, want[i].object) << count << " below " << limit;
         ASSERT_EQ(hits[i].sweep, 3u);
         // Of several with one object few may come in any order.
-        if (count >= few_to_sort) ASSERT_EQ(hits[i].time, want[i].time);
+        if (count >= few_to_sort) {
+          ASSERT_EQ(hits[i].time, want[i].time);
+        }
       }
     }
   }
