@@ -122,7 +122,7 @@ Moves move_some(const Case& c, std::vector<Box>& boxes, std::mt19937& random,
   std::uniform_real_distribution<float> step(-0.5f, 0.5f);
   const auto moving = static_cast<std::size_t>(static_cast<double>(boxes.size()) * c.share);
   for (std::size_t k = 0; k < moving; ++k) {
-    std::swap(order[k], order[k + random() % (boxes.size() - k)]);
+    if (c.share != 1) std::swap(order[k], order[k + random() % (boxes.size() - k)]);
     Box& b = boxes[order[k]];
     const Vec3 by = {step(random), step(random), step(random)};
     b = {{b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z},
