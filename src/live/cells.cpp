@@ -10,6 +10,7 @@ namespace {
 constexpr auto minus_one = static_cast<std::size_t>(-1);
 
 }  // namespace
+
 Cells::Place Cells::place_of(const CellMap::Range& r, std::int32_t world) const noexcept {
   const int c = map_.class_of(r);
   return {c == CellMap::classes ? wide_home() : map_.home_of(r, c, world), c, 0};

@@ -286,7 +286,7 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
 
 // Questions come one at a time, too: once those that went without cells have cost what cells do,
 // cells are made; and at once where those before all pairs were last found anew cost as much. So
-// at most twice is paid what the better choice would have cost.
+// less than three times is paid what the better choices would have cost.
 void Tracker::asked(double ns_an_object, const Options& options) {
   asked_ += ns_an_object;
   if (!placed_ && std::max(asked_, asked_before_) > cell_ns) make_cells(options);
