@@ -31,7 +31,7 @@ namespace throng::live {
 
 class Sieve {
  public:
-  // `cover`: of the whole sweep, as query.hpp has it: each of its ends is beyond where the sweep is.
+  // `cover`: of the whole sweep, see query.hpp: each of its ends is beyond where the sweep is.
   Sieve(const Sweep& sweep, const Box& cover) noexcept;
 
   // Of four objects in a row, a bit each.
