@@ -1,64 +1,37 @@
 // What frames cost in which some objects move, with the pairs that began and ended: Throng's
 // BroadPhase beside a Finder whose pairs are compared with the last frame's, and Bullet's btDbvt.
 //
-// Objects that move are drawn anew each frame, in any order; all move in the order of their ids.
-// Each goes by up to half a unit along each axis. In every frame all contenders are given the same
-// moves, one after the other; medians of the frames.
+// Which objects move is told in wander.hpp. In every frame all contenders are given the same moves,
+// one after the other; medians of the frames.
 #include <throng/throng.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include "bench/moving.hpp"
-#include "scene/scene.hpp"
+#include "bench/wander.hpp"
+#include "program/median.hpp"
 
 namespace throng::bench {
+
+const char* const program_name = "throng-bench-moving";
+
 namespace {
 
-template <class F>
-double ms(F&& f) {
-  const auto start = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
-void must(const Result& r) {
-  if (r.ok()) return;
-  std::fprintf(stderr, "throng-bench-moving: %s\n", r.message);
-  std::exit(1);
-}
+using program::median;
 
 class Persistent : public Mover {
  public:
   explicit Persistent(const Options& options) : broad_phase_(options) {}
   std::string name() const override { return "Throng BroadPhase"; }
-  void start(const std::vector<Box>& boxes) override {
-    must(broad_phase_.add(boxes, nullptr));
-    must(broad_phase_.update());
-  }
-  void frame(const Moves& moves) override {
-    if (moves.all)
-      must(broad_phase_.move_all(*moves.all));
-    else
-      must(broad_phase_.move(moves.ids.data(), moves.boxes));
-    must(broad_phase_.update());
-  }
+  void start(const std::vector<Box>& boxes) override { start_with(broad_phase_, boxes); }
+  void frame(const Moves& moves) override { follow(broad_phase_, moves); }
   bool tells_changes() const override { return true; }
   void changes(std::vector<Pair>& begun, std::vector<Pair>& ended) override {
     for (const LivePair& p : broad_phase_.begun()) begun.push_back({p.first, p.second});
@@ -133,13 +106,8 @@ Options options_of(const Setting& setting, unsigned threads) {
 }
 
 void run(const Case& c, const Setting& setting) {
-  scene::Spec spec;
-  spec.name = c.scene;
-  spec.objects = c.objects;
-  const scene::Scene scene(spec);
-  std::vector<Box> boxes(c.objects);
-  scene.frame(0, boxes.data());
-
+  Wander wander(boxes_of(c.scene, c.objects), c.share);
+  const std::vector<Box>& boxes = wander.boxes();
   std::vector<std::unique_ptr<Mover>> movers;
   std::vector<unsigned> threads;
   for (const unsigned t : setting.threads) {
@@ -155,27 +123,12 @@ void run(const Case& c, const Setting& setting) {
   }
   for (auto& m : movers) m->start(boxes);
 
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> step(-0.5f, 0.5f);
-  const auto moving = static_cast<std::size_t>(static_cast<double>(c.objects) * c.share);
-  std::vector<std::uint32_t> order(c.objects);
-  for (std::uint32_t i = 0; i < c.objects; ++i) order[i] = i;
   std::vector<std::vector<double>> times(movers.size());
   double begun_count = 0;
   const int frames = setting.frames ? setting.frames : c.frames;
   const int warm = 24;
   for (int f = -warm; f < frames; ++f) {
-    Moves moves;
-    for (std::size_t k = 0; k < moving; ++k) {
-      if (c.share != 1) std::swap(order[k], order[k + random() % (c.objects - k)]);
-      Box& b = boxes[order[k]];
-      const Vec3 by = {step(random), step(random), step(random)};
-      const auto add = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
-      b = {add(b.lower), add(b.upper)};
-      moves.ids.push_back(order[k]);
-      moves.boxes.push_back(b);
-    }
-    if (c.share == 1) moves.all = &boxes;
+    const Moves moves = wander.next();
     for (std::size_t m = 0; m < movers.size(); ++m) {
       const double t = ms([&] { movers[m]->frame(moves); });
       if (f >= 0) times[m].push_back(t);
@@ -205,7 +158,7 @@ void run(const Case& c, const Setting& setting) {
         continue;
       }
       if (got[0] != want[0] || got[1] != want[1]) {
-        std::fprintf(stderr, "throng-bench-moving: %s disagrees in frame %d of %s\n",
+        std::fprintf(stderr, "%s: %s disagrees in frame %d of %s\n", program_name,
                      m->name().c_str(), f, c.scene.c_str());
         std::exit(1);
       }
@@ -228,11 +181,7 @@ void run(const Case& c, const Setting& setting) {
 
 // Adding all in one batch, and removing half, update included.
 void batches(std::size_t n, const Setting& setting) {
-  scene::Spec spec;
-  spec.name = "uniform";
-  spec.objects = n;
-  std::vector<Box> boxes(n);
-  scene::Scene(spec).frame(0, boxes.data());
+  const std::vector<Box> boxes = boxes_of("uniform", n);
   for (const unsigned threads : setting.threads) {
     std::vector<double> add, remove;
     for (int k = 0; k < 11; ++k) {

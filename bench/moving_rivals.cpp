@@ -4,8 +4,9 @@
 #include "moving.hpp"
 
 #if defined(THRONG_BULLET)
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include "bullet_tree.hpp"
 #endif
 
 namespace throng::bench {
@@ -13,30 +14,17 @@ namespace throng::bench {
 #if defined(THRONG_BULLET)
 namespace {
 
-btVector3 lower(const Box& b) { return btVector3(b.lower.x, b.lower.y, b.lower.z); }
-btVector3 upper(const Box& b) { return btVector3(b.upper.x, b.upper.y, b.upper.z); }
-
 class Dbvt : public Mover {
  public:
-  explicit Dbvt(bool deferred) { tree_.m_deferedcollide = deferred; }
+  explicit Dbvt(bool deferred) : tree_(deferred) {}
   std::string name() const override {
-    return tree_.m_deferedcollide ? "Bullet btDbvt deferred" : "Bullet btDbvt default";
+    return tree_->m_deferedcollide ? "Bullet btDbvt deferred" : "Bullet btDbvt default";
   }
-  void start(const std::vector<Box>& boxes) override {
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-      proxies_.push_back(tree_.createProxy(
-          lower(boxes[i]), upper(boxes[i]), 0, reinterpret_cast<void*>(i),
-          btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter, nullptr));
-    tree_.calculateOverlappingPairs(nullptr);
-  }
-  void frame(const Moves& moves) override {
-    for (std::size_t i = 0; i < moves.ids.size(); ++i)
-      tree_.setAabb(proxies_[moves.ids[i]], lower(moves.boxes[i]), upper(moves.boxes[i]), nullptr);
-    tree_.calculateOverlappingPairs(nullptr);
-  }
+  void start(const std::vector<Box>& boxes) override { tree_.start(boxes); }
+  void frame(const Moves& moves) override { tree_.frame(moves); }
   bool tells_changes() const override { return false; }
   void changes(std::vector<Pair>& pairs, std::vector<Pair>&) override {
-    const auto& cache = *tree_.getOverlappingPairCache();
+    const auto& cache = *tree_->getOverlappingPairCache();
     const btBroadphasePair* p = cache.getOverlappingPairArrayPtr();
     for (int k = 0; k < cache.getNumOverlappingPairs(); ++k) {
       const auto a = reinterpret_cast<std::size_t>(p[k].m_pProxy0->m_clientObject);
@@ -46,8 +34,7 @@ class Dbvt : public Mover {
   }
 
  private:
-  btDbvtBroadphase tree_;
-  std::vector<btBroadphaseProxy*> proxies_;
+  BulletTree tree_;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "questions.hpp"
 
 #if defined(THRONG_BULLET)
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include "bullet_tree.hpp"
 #endif
 #if defined(THRONG_EMBREE)
 #if THRONG_EMBREE == 4
@@ -21,8 +21,6 @@ namespace throng::bench {
 
 #if defined(THRONG_BULLET)
 namespace {
-
-btVector3 to_bullet(const Vec3& v) { return btVector3(v.x, v.y, v.z); }
 
 // Its tree holds fat boxes: the proxy's own decides.
 struct RayCallback : btBroadphaseRayCallback {
@@ -66,40 +64,27 @@ struct RegionCallback : btBroadphaseAabbCallback {
 
 class DbvtAnswers : public Answerer {
  public:
-  DbvtAnswers() { tree_.m_deferedcollide = true; }
   std::string name() const override { return "Bullet btDbvt"; }
   bool answers(Questions::Kind) const override { return true; }
-  void start(const std::vector<Box>& boxes) override {
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-      proxies_.push_back(tree_.createProxy(
-          to_bullet(boxes[i].lower), to_bullet(boxes[i].upper), 0, reinterpret_cast<void*>(i),
-          btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter, nullptr));
-    tree_.calculateOverlappingPairs(nullptr);
-  }
-  void frame(const Moves& moves) override {
-    for (std::size_t i = 0; i < moves.ids.size(); ++i)
-      tree_.setAabb(proxies_[moves.ids[i]], to_bullet(moves.boxes[i].lower),
-                    to_bullet(moves.boxes[i].upper), nullptr);
-    tree_.calculateOverlappingPairs(nullptr);
-  }
+  void start(const std::vector<Box>& boxes) override { tree_.start(boxes); }
+  void frame(const Moves& moves) override { tree_.frame(moves); }
   std::uint64_t ask(const Questions& questions) override {
     std::uint64_t found = 0;
     for (const Sweep& ray : questions.rays) {
       RayCallback callback(ray, questions.kind == Questions::first);
-      tree_.rayTest(callback.from, callback.from + to_bullet(ray.by), callback);
+      tree_->rayTest(callback.from, callback.from + to_bullet(ray.by), callback);
       found += callback.found;
     }
     for (const Box& region : questions.regions) {
       RegionCallback callback(region);
-      tree_.aabbTest(callback.lower, callback.upper, callback);
+      tree_->aabbTest(callback.lower, callback.upper, callback);
       found += callback.found;
     }
     return found;
   }
 
  private:
-  btDbvtBroadphase tree_;
-  std::vector<btBroadphaseProxy*> proxies_;
+  BulletTree tree_{true};  // deferred, the faster setting
 };
 
 }  // namespace

@@ -1,13 +1,12 @@
 // What questions to boxes that move cost: rays, and what lies in a region, some each frame, one by
 // one or in one call. Throng's BroadPhase beside Bullet's btDbvt and a tree of Embree's.
 //
-// Boxes move as in moving.cpp. In every frame all contenders are told the same moves and asked the
-// same questions, one contender after the other; medians of the frames. How many objects all
-// questions found is compared: rounding may decide otherwise of a ray that grazes a box.
+// Which boxes move is told in wander.hpp. In every frame all contenders are told the same moves and
+// asked the same questions, one contender after the other; medians of the frames. How many objects
+// all questions found is compared: rounding may decide otherwise of a ray that grazes a box.
 #include <throng/throng.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -18,29 +17,16 @@
 #include <CLI/CLI.hpp>
 
 #include "bench/questions.hpp"
-#include "scene/scene.hpp"
+#include "bench/wander.hpp"
+#include "program/median.hpp"
 
 namespace throng::bench {
+
+const char* const program_name = "throng-bench-questions";
+
 namespace {
 
-template <class F>
-double ms(F&& f) {
-  const auto start = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
-
-double median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
-void must(const Result& r) {
-  if (r.ok()) return;
-  std::fprintf(stderr, "throng-bench-questions: %s\n", r.message);
-  std::exit(1);
-}
+using program::median;
 
 class Throng : public Answerer {
  public:
@@ -51,17 +37,8 @@ class Throng : public Answerer {
   }
   std::string name() const override { return "Throng BroadPhase"; }
   bool answers(Questions::Kind) const override { return true; }
-  void start(const std::vector<Box>& boxes) override {
-    must(broad_phase_.add(boxes, nullptr));
-    must(broad_phase_.update());
-  }
-  void frame(const Moves& moves) override {
-    if (moves.all)
-      must(broad_phase_.move_all(*moves.all));
-    else
-      must(broad_phase_.move(moves.ids.data(), moves.boxes));
-    must(broad_phase_.update());
-  }
+  void start(const std::vector<Box>& boxes) override { start_with(broad_phase_, boxes); }
+  void frame(const Moves& moves) override { follow(broad_phase_, moves); }
   std::uint64_t ask(const Questions& q) override {
     const SweepHits which = q.kind == Questions::first ? SweepHits::first : SweepHits::all;
     const std::size_t count = std::max(q.rays.size(), q.regions.size());
@@ -116,30 +93,8 @@ Questions questions_of(const Case& c, const std::vector<Box>& boxes, std::mt1993
   return q;
 }
 
-Moves move_some(const Case& c, std::vector<Box>& boxes, std::mt19937& random,
-                std::vector<std::uint32_t>& order) {
-  Moves moves;
-  std::uniform_real_distribution<float> step(-0.5f, 0.5f);
-  const auto moving = static_cast<std::size_t>(static_cast<double>(boxes.size()) * c.share);
-  for (std::size_t k = 0; k < moving; ++k) {
-    if (c.share != 1) std::swap(order[k], order[k + random() % (boxes.size() - k)]);
-    Box& b = boxes[order[k]];
-    const Vec3 by = {step(random), step(random), step(random)};
-    b = {{b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z},
-         {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z}};
-    moves.ids.push_back(order[k]);
-    moves.boxes.push_back(b);
-  }
-  if (c.share == 1) moves.all = &boxes;
-  return moves;
-}
-
 void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_rivals) {
-  scene::Spec spec;
-  spec.name = c.scene;
-  spec.objects = object_count;
-  std::vector<Box> boxes(object_count);
-  scene::Scene(spec).frame(0, boxes.data());
+  Wander wander(boxes_of(c.scene, object_count), c.share);
   std::vector<std::unique_ptr<Answerer>> all;
   std::vector<unsigned> threads = thread_counts;
   for (const unsigned t : threads) all.push_back(std::make_unique<Throng>(t));
@@ -149,16 +104,13 @@ void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_ri
     }
   }
   threads.resize(all.size(), 1);  // of who asks
-  for (auto& a : all) a->start(boxes);
-  std::mt19937 random(1);
-  std::vector<std::uint32_t> order(boxes.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  for (auto& a : all) a->start(wander.boxes());
   std::vector<std::vector<double>> update(all.size()), ask(all.size());
   std::vector<std::uint64_t> found(all.size());
   constexpr int warm = 4;
   for (int f = -warm; f < c.frames; ++f) {
-    const Moves moves = move_some(c, boxes, random, order);
-    const Questions questions = questions_of(c, boxes, random);
+    const Moves moves = wander.next();
+    const Questions questions = questions_of(c, wander.boxes(), wander.random());
     for (std::size_t a = 0; a < all.size(); ++a) {
       const double first = ms([&] { all[a]->frame(moves); });
       const double second = ms([&] { found[a] += all[a]->ask(questions); });
@@ -170,8 +122,8 @@ void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_ri
   for (std::size_t a = 0; a < all.size(); ++a) {
     const double less = std::fabs(static_cast<double>(found[a]) - static_cast<double>(found[0]));
     if (less > 1e-4 * static_cast<double>(found[0]) + 2) {
-      std::fprintf(stderr, "throng-bench-questions: %s found %llu and not %llu\n",
-                   all[a]->name().c_str(), static_cast<unsigned long long>(found[a]),
+      std::fprintf(stderr, "%s: %s found %llu and not %llu\n", program_name, all[a]->name().c_str(),
+                   static_cast<unsigned long long>(found[a]),
                    static_cast<unsigned long long>(found[0]));
       std::exit(1);
     }

@@ -122,8 +122,6 @@ class Cells {
     std::uint32_t k;
   };
   Entry find(ObjectId id, std::uint32_t home) const noexcept;
-  // How many there are of each: by thin axes, and of [0] those too wide for any class.
-  using ClassCounts = std::size_t[CellMap::thin_sets][CellMap::classes + 1];
   void count_class(int size_class, std::size_t more) noexcept {
     const int axes = size_class >> CellMap::thin_shift, c = map_.level(size_class, 3);
     class_count_[axes][c] += more;
@@ -160,8 +158,9 @@ class Cells {
   CellMap map_;
   std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
-  ClassCounts class_count_ = {};
-  std::uint32_t used_[CellMap::thin_sets] = {};  // a bit each class that has boxes
+  // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
+  std::size_t class_count_[CellMap::thin_sets][CellMap::classes + 1] = {};
+  std::uint32_t used_[CellMap::thin_sets] = {};
 };
 
 // Of an object with this filter, or a box that is asked about as if it had.
