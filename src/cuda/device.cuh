@@ -10,6 +10,7 @@
 
 #include "cuda/check.hpp"
 #include "cuda/launch.cuh"
+#include "cuda/search.cuh"
 #include "cuda/upload.hpp"
 #include "pipeline/order.hpp"
 #include "pipeline/pipeline.hpp"
@@ -24,77 +25,6 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f) {
     f(phase, threadIdx.x, shared);
     __syncthreads();
   }
-}
-
-// One warp's hits on their way out: gathered in shared memory, one atomic addition for some
-// hundred.
-class WarpStage {
- public:
-  static constexpr unsigned room = 256;
-
-  __device__ WarpStage(Pair* stage, const pipeline::PairSink& sink, unsigned lane)
-      : stage_(stage), sink_(sink), lane_(lane) {}
-
-  // All lanes together; `hit` tells which have a pair.
-  __device__ void add(bool hit, const Pair& pair) {
-    const unsigned hits = __ballot_sync(~0u, hit);
-    if (hits == 0) return;
-    if (hit) stage_[held_ + __popc(hits & ((1u << lane_) - 1))] = pair;
-    held_ += __popc(hits);
-    if (held_ > room - 32) flush();
-  }
-  __device__ void flush() {
-    if (held_ == 0) return;
-    __syncwarp();
-    unsigned long long at = 0;
-    if (lane_ == 0) {
-      at = atomicAdd(reinterpret_cast<unsigned long long*>(&sink_.report->found),
-                     static_cast<unsigned long long>(held_));
-    }
-    at = __shfl_sync(~0u, at, 0);
-    for (unsigned k = lane_; k < held_; k += 32)
-      if (at + k < sink_.capacity) sink_.out[at + k] = stage_[k];
-    __syncwarp();
-    held_ = 0;
-  }
-
- private:
-  Pair* stage_;
-  const pipeline::PairSink& sink_;
-  unsigned lane_, held_ = 0;
-};
-
-// A lane walks through the candidates of one box; a warp takes 32 boxes that stand together, which
-// look into nearly the same cells. The whole grid of blocks stays until all is done.
-template <class Search>
-__global__ void __launch_bounds__(block_threads)
-    run_search(Search search, pipeline::PairSink sink) {
-  __shared__ Pair stages[block_threads / 32][WarpStage::room];
-  const unsigned lane = threadIdx.x % 32;
-  WarpStage stage(stages[threadIdx.x / 32], sink, lane);
-  const std::uint64_t count = search.count();
-  const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
-  std::uint64_t comparisons = 0;
-  // The bound is the same for all lanes of a warp.
-  for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
-       first < count; first += step) {
-    const std::uint64_t i = first + lane;
-    auto walk = search.begin(i < count ? i : count - 1);
-    bool live = i < count && !walk.over();
-    while (__any_sync(~0u, live)) {
-      bool hit = false;
-      Pair pair;
-      if (live) {
-        hit = walk.step(pair);
-        live = !walk.over();
-      }
-      stage.add(hit, pair);
-    }
-    if (i < count) comparisons += walk.comparisons();
-  }
-  stage.flush();
-  for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
-  if (lane == 0 && comparisons != 0) pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
 class Device {
@@ -182,11 +112,11 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
+    const auto kernel = search_kernel<Search>();
     int resident = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, run_search<Search>,
-                                                        block_threads, 0));
-    run_search<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(
-        search, sink);
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, block_threads, 0));
+    kernel<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(search,
+                                                                                          sink);
     check(cudaGetLastError());
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,

@@ -29,10 +29,14 @@ class Current {
   int device_, before_ = 0;
 };
 
-// Of the default stream it is the one that is current.
+// Of the default stream it is the one that is current. Of one that is being recorded it cannot be
+// asked, and counts as the current one: what is put on another's stream fails by itself.
 inline int device_of(cudaStream_t stream) {
   int device = 0;
-  check(stream ? cudaStreamGetDevice(stream, &device) : cudaGetDevice(&device));
+  cudaStreamCaptureStatus recording = cudaStreamCaptureStatusNone;
+  if (stream) check(cudaStreamIsCapturing(stream, &recording));
+  const bool asked = stream && recording == cudaStreamCaptureStatusNone;
+  check(asked ? cudaStreamGetDevice(stream, &device) : cudaGetDevice(&device));
   return device;
 }
 

@@ -70,11 +70,12 @@ THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
   return fetch_add(at, std::uint64_t{1});
 #endif
 }
-// Sets a flag that many threads set: most only read it.
+// Sets a flag that many threads set: most only read it, from the first-level cache of their
+// processor, for all of them would wait for the one place in memory. There it may be out of date, and
+// then is set once more.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
-  if (*static_cast<volatile std::uint32_t*>(flag) == 0)
-    *static_cast<volatile std::uint32_t*>(flag) = 1;
+  if (__ldca(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;
 #else
   std::atomic_ref<std::uint32_t> cell(*flag);
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);

@@ -21,6 +21,7 @@ using core::Column;
 struct Set {
   const char* corner[6] = {};
   std::uint64_t stride = 0;
+  bool packed = false;  // boxes side by side, at addresses that are multiples of 8
   Column<std::uint32_t> group, mask;
   Column<std::int32_t> owner, world;
   Column<std::uint8_t> is_static;
@@ -29,6 +30,13 @@ struct Set {
     return corner[k] ? *reinterpret_cast<const float*>(corner[k] + i * stride) : 0.0f;
   }
   THRONG_HD Box box(std::uint64_t i) const noexcept {
+#if defined(__CUDA_ARCH__)
+    if (packed) {  // three loads in place of six
+      const auto* at = reinterpret_cast<const float2*>(corner[0] + i * sizeof(Box));
+      const float2 a = __ldg(at), b = __ldg(at + 1), c = __ldg(at + 2);
+      return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
+    }
+#endif
     return {{coordinate(i, 0), coordinate(i, 1), coordinate(i, 2)},
             {coordinate(i, 3), coordinate(i, 4), coordinate(i, 5)}};
   }
@@ -41,7 +49,7 @@ struct Input {
   float margin = 0;
   float cell_scale = 1;
   bool two_sets = false;
-  bool has_worlds = false, has_pair_filters = false;
+  bool has_worlds = false, has_pair_filters = false, has_filters = false;
   std::uint32_t present = 0;  // group bits that occur
 
   THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
@@ -65,6 +73,7 @@ struct Input {
   }
   // Whether all filters allow the pair. Both are of different sets where there are two.
   THRONG_HD bool allowed(std::uint32_t i, std::uint32_t j) const noexcept {
+    if (!has_filters) return true;
     const Set &a = set_of(i), &b = set_of(j);
     const std::uint32_t p = local(i), q = local(j);
     if (has_worlds) {
@@ -89,6 +98,9 @@ inline Set make_set(const Boxes& boxes) noexcept {
   Set s;
   for (int k = 0; k < 6; ++k) s.corner[k] = boxes.corner_data(k);
   s.stride = boxes.stride_bytes();
+  s.packed = s.stride == sizeof(Box) && reinterpret_cast<std::uintptr_t>(s.corner[0]) % 8 == 0;
+  for (int k = 1; k < 6; ++k)
+    s.packed = s.packed && s.corner[k] == s.corner[0] + static_cast<std::size_t>(k) * sizeof(float);
   const Filters& f = boxes.filters;
   s.group = core::column(f.group);
   s.mask = core::column(f.mask);
@@ -112,6 +124,7 @@ inline Input make_input(const Boxes& a, const Boxes* b, const Options& options) 
     in.has_pair_filters |= s.group || s.mask || s.owner;
     if (s.is_static) in.present |= core::static_bit;
   }
+  in.has_filters = in.has_worlds || in.has_pair_filters || in.present;
   if (in.has_worlds) in.present |= core::everywhere_bit;
   if (in.two_sets) in.present |= core::second_bit;
   return in;

@@ -1,6 +1,7 @@
 // What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step()
 // tests its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can
-// gather its hits, and a host thread write its own.
+// gather its hits, and a host thread write its own. In a grid a walk is made of looks, of which a
+// warp takes the steps together.
 #pragma once
 
 #include <cstdint>
@@ -37,159 +38,159 @@ struct GridSearchOf {
 
   THRONG_HD std::uint64_t count() const noexcept { return Around ? asker_count : report->active; }
 
-  class Walk {
+  // A group and class to look into.
+  THRONG_HD static constexpr std::uint32_t target(std::uint32_t group,
+                                                  std::uint32_t size_class) noexcept {
+    return group * core::max_size_classes + size_class;
+  }
+  static constexpr std::uint32_t most_targets = 8 * core::max_size_classes;
+
+  // Records from `begin` to `end`. `row`: which one it is.
+  struct Range {
+    std::uint32_t begin, end, row;
+  };
+
+  // One box that looks, a target after another, and in each a row of cells after another. The lanes
+  // of a warp go through the same targets together.
+  class Look {
    public:
-    THRONG_HD Walk(const GridSearchOf& search, std::uint64_t i) noexcept
+    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, std::uint64_t i) noexcept
         : s_(search),
+          cells_(cells),
           index_(static_cast<std::uint32_t>(i)),
           box_(load((Around ? search.askers : search.records) + i)) {
-      span_ = core::cells_of(*s_.grid, box_.box());
-      class_ = core::class_of(*s_.grid, span_);
-      bits_ = s_.grid->present ? s_.in.group_bits(box_.id) : 0;
+      span_ = core::cells_of(cells_, box_.box());
+      class_ = core::class_of(cells_, span_);
+      bits_ = cells_.present ? s_.in.group_bits(box_.id) : 0;
       if (s_.in.has_worlds && !(bits_ & core::everywhere_bit))
         world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
-      // The finest class has the most rows.
-      alone_ = s_.grid->hashed || rows(span_.upper[1] - span_.lower[1] + 2,
-                                       span_.upper[2] - span_.lower[2] + 2) > s_.report->active;
-    }
-    THRONG_HD bool over() const noexcept { return over_; }
-    THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
-
-    // Tests the next candidate, if there is one; true where it is a pair. Not when over.
-    THRONG_HD bool step(Pair& pair) noexcept {
-      while (at_ == stop_) {
-        if (left_ == 0 && !look_up()) {
-          over_ = true;
-          return false;
-        }
-        at_ = begin_[0];
-        stop_ = end_[0];
-        for (int k = 0; k + 1 < batch; ++k) {
-          begin_[k] = begin_[k + 1];
-          end_[k] = end_[k + 1];
-        }
-        --left_;
-      }
-      const Record c = load(s_.records + at_++);
-      ++comparisons_;
-      if (!core::overlaps(box_.box(), c.box())) return false;
-      if constexpr (Around)
-        if ((s_.states[c.id] & s_.mask_bits) != s_.wanted_bits) return false;
-      if (!s_.in.allowed(box_.id, c.id) || (alone_ && !is_home_here(c))) return false;
-      pair = s_.in.pair(box_.id, c.id);
-      return s_.range.holds(pair.first);
     }
 
-   private:
-    // Rows are looked up some at a time, so that these loads do not wait for one another; a class
-    // has five at most that look forward. Where is_home_here must know which one it is, one at a
-    // time.
-    static constexpr int batch = 5;
-
-    THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
-      return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
+    // Turns to a target; tells how many rows there are to look into.
+    THRONG_HD std::uint32_t aim(std::uint32_t target) noexcept {
+      const std::uint32_t group = target / core::max_size_classes;
+      const std::uint32_t size_class = target % core::max_size_classes;
+      const std::uint32_t bits = core::unpack_group(cells_.present, group);
+      core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
+      if constexpr (!Around) how = core::look(cells_.present, bits_, class_, bits, size_class);
+      if (how == core::Look::no) return 0;
+      target_ = target;
+      part_ = core::part_of(cells_, bits & core::everywhere_bit ? 0 : world_, group, size_class);
+      const core::SizeClass& c = cells_.classes[size_class];
+      const std::int32_t x = span_.lower[0] >> c.shift[0], y = span_.lower[1] >> c.shift[1],
+                         z = span_.lower[2] >> c.shift[2];
+      const std::int32_t z_last = span_.upper[2] >> c.shift[2];
+      x_first_ = x > 0 ? x - 1 : 0;
+      x_last_ = span_.upper[0] >> c.shift[0];
+      y_first_ = y > 0 ? y - 1 : 0;
+      y_last_ = span_.upper[1] >> c.shift[1];
+      own_row_ = how == core::Look::forward;
+      z_ = own_row_ || z == 0 ? z : z - 1;
+      y_ = own_row_ ? y : y_first_;
+      // In the first slab those from y_ on, in the others all.
+      const std::uint64_t all =
+          rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
+      // A large box may look into a fine class of another group: then there may be more rows than
+      // boxes, and going through all of these costs less.
+      whole_ = !own_row_ && all > s_.report->active;
+      return whole_ ? 1 : static_cast<std::uint32_t>(all);
     }
 
-    // The ranges of the next rows. False where there are none left.
-    THRONG_HD bool look_up() noexcept {
-      if (rows_left_ == 0 && !next_target()) return false;
-      for (int k = 0; k < batch; ++k) {
-        if (rows_left_ == 0 || (alone_ && k > 0)) break;
-        next_row(begin_[k], end_[k]);
-        left_ = k + 1;
-      }
-      return true;
-    }
-
-    THRONG_HD void next_row(std::uint32_t& begin, std::uint32_t& end) noexcept {
-      --rows_left_;
-      here_y_ = y_;
-      here_z_ = z_;
-      if (whole_) {
-        begin = 0;
-        end = s_.report->active;
-        return;
-      }
-      const std::uint32_t row = core::row_start(*s_.grid, part_, y_, z_);
-      begin = own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)];
-      end = s_.start[row + static_cast<std::uint32_t>(x_last_) + 1];
+    // The next row.
+    THRONG_HD Range row() noexcept {
+      if (whole_) return {0, s_.report->active, 0};
+      const std::uint32_t row = core::row_start(cells_, part_, y_, z_);
+      const Range range{own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
+                        s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
+                        static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
       own_row_ = false;
       if (y_++ == y_last_) {
         y_ = y_first_;
         ++z_;
       }
+      return range;
     }
 
-    // The next class and group to look into.
-    THRONG_HD bool next_target() noexcept {
-      const core::ClassGrid& cells = *s_.grid;
-      const std::uint32_t groups = core::group_count(cells.present);
-      for (;;) {
-        const std::uint32_t size_class = next_class_, group = next_group_;
-        if (group == groups) return false;
-        if (++next_class_ == cells.class_count) {
-          next_class_ = 0;
-          ++next_group_;
-        }
-        if (!s_.occupied[group * core::max_size_classes + size_class]) continue;
-        const std::uint32_t bits = core::unpack_group(cells.present, group);
-        core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
-        if constexpr (!Around) how = core::look(cells.present, bits_, class_, bits, size_class);
-        if (how == core::Look::no) continue;
-        target_class_ = size_class;
-        target_group_ = group;
-        part_ = core::part_of(cells, bits & core::everywhere_bit ? 0 : world_, group, size_class);
-        const core::SizeClass& c = cells.classes[size_class];
-        const std::int32_t x = span_.lower[0] >> c.shift[0], y = span_.lower[1] >> c.shift[1],
-                           z = span_.lower[2] >> c.shift[2];
-        const std::int32_t z_last = span_.upper[2] >> c.shift[2];
-        x_first_ = x > 0 ? x - 1 : 0;
-        x_last_ = span_.upper[0] >> c.shift[0];
-        y_first_ = y > 0 ? y - 1 : 0;
-        y_last_ = span_.upper[1] >> c.shift[1];
-        own_row_ = how == core::Look::forward;
-        z_ = own_row_ || z == 0 ? z : z - 1;
-        y_ = own_row_ ? y : y_first_;
-        // In the first slab those from y_ on, in the others all.
-        const std::uint64_t all =
-            rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
-        // A large box may look into a fine class of another group: then there may be more rows than
-        // boxes, and going through all of these costs less.
-        whole_ = !own_row_ && all > s_.report->active;
-        rows_left_ = whole_ ? 1 : static_cast<std::uint32_t>(all);
-        return true;
-      }
+    // Whether others may be stored in the same place as those of the target, so that what is found
+    // has to be looked at with the row in hand, before the next target.
+    THRONG_HD bool shares() const noexcept { return cells_.hashed || whole_; }
+
+    // Whether this candidate makes a pair.
+    THRONG_HD bool test(const Record& c, std::uint32_t row, Pair& pair) const noexcept {
+      if (!core::overlaps(box_.box(), c.box())) return false;
+      if constexpr (Around)
+        if ((s_.states[c.id] & s_.mask_bits) != s_.wanted_bits) return false;
+      if (!s_.in.allowed(box_.id, c.id) || (shares() && !is_home_in(c, row))) return false;
+      pair = s_.in.pair(box_.id, c.id);
+      return s_.range.holds(pair.first);
     }
 
-    // Where others may be stored in the same place. In one row each x has a place of its own.
-    THRONG_HD bool is_home_here(const Record& c) const noexcept {
-      const core::ClassGrid& cells = *s_.grid;
-      const core::CellSpan span = core::cells_of(cells, c.box());
-      const core::SizeClass& k = cells.classes[target_class_];
-      return core::class_of(cells, span) == target_class_ &&
-             core::pack_group(cells.present, s_.in.group_bits(c.id)) == target_group_ &&
-             (whole_ ||
-              (span.lower[1] >> k.shift[1] == here_y_ && span.lower[2] >> k.shift[2] == here_z_));
+   private:
+    THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
+      return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
+    }
+
+    // In one row each x has a place of its own.
+    THRONG_HD bool is_home_in(const Record& c, std::uint32_t row) const noexcept {
+      const core::CellSpan span = core::cells_of(cells_, c.box());
+      const std::uint32_t size_class = core::class_of(cells_, span);
+      const core::SizeClass& k = cells_.classes[size_class];
+      return target_ == GridSearchOf::target(
+                            core::pack_group(cells_.present, s_.in.group_bits(c.id)), size_class) &&
+             (whole_ || row == (static_cast<std::uint32_t>(span.lower[1] >> k.shift[1]) |
+                                static_cast<std::uint32_t>(span.lower[2] >> k.shift[2]) << 16));
     }
 
     const GridSearchOf& s_;
+    const core::ClassGrid& cells_;
     std::uint32_t index_;
     Record box_;
     core::CellSpan span_;
-    std::uint32_t class_, bits_, world_ = 0;
-    bool alone_, over_ = false;
-    // The class and group looked into, and the one after it.
-    std::uint32_t target_class_ = 0, target_group_ = 0, next_class_ = 0, next_group_ = 0;
+    std::uint32_t class_, bits_, world_ = 0, target_ = 0;
     core::Part part_{0, 0, 0};
     std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = 0;
-    // The next row, and how many there are from it on; the last one looked up.
-    std::int32_t y_ = 0, z_ = 0, here_y_ = 0, here_z_ = 0;
-    std::uint32_t rows_left_ = 0;
+    std::int32_t y_ = 0, z_ = 0;  // of the next row
     bool own_row_ = false, whole_ = false;
-    // The present range of records, and those looked up after it.
-    std::uint32_t at_ = 0, stop_ = 0, comparisons_ = 0;
-    int left_ = 0;
-    std::uint32_t begin_[batch] = {}, end_[batch] = {};
+  };
+
+  // The same for a thread that looks alone.
+  class Walk {
+   public:
+    THRONG_HD Walk(const GridSearchOf& search, std::uint64_t i) noexcept
+        : s_(search), look_(search, *search.grid, i) {
+      advance();
+    }
+    THRONG_HD bool over() const noexcept { return range_.begin == range_.end; }
+    THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
+    // Tests the next candidate; true where it is a pair. Not when over.
+    THRONG_HD bool step(Pair& pair) noexcept {
+      ++comparisons_;
+      const bool hit = look_.test(load(s_.records + range_.begin++), range_.row, pair);
+      advance();
+      return hit;
+    }
+
+   private:
+    // To the next range that is not empty, if there is one.
+    THRONG_HD void advance() noexcept {
+      const std::uint32_t targets = target(core::group_count(s_.grid->present), 0);
+      while (range_.begin == range_.end) {
+        if (rows_ > 0) {
+          range_ = look_.row();
+          --rows_;
+        } else if (next_ < targets) {
+          if (s_.occupied[next_]) rows_ = look_.aim(next_);
+          ++next_;
+        } else {
+          return;
+        }
+      }
+    }
+
+    const GridSearchOf& s_;
+    Look look_;
+    Range range_{0, 0, 0};
+    std::uint32_t next_ = 0, rows_ = 0, comparisons_ = 0;
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
