@@ -154,12 +154,18 @@ THRONG_HD inline Part part_of(const ClassGrid& grid, std::uint32_t world, std::u
           c.cells[1]};
 }
 
+THRONG_HD inline std::uint32_t dense_row_start(const Part& part, std::int32_t y,
+                                               std::int32_t z) noexcept {
+  const auto row = static_cast<std::uint32_t>(y), slab = static_cast<std::uint32_t>(z);
+  return part.base + (slab * part.cells_y + row) * part.cells_x;
+}
+
 // Where a row of cells along x begins. Dense: below table_cells together with every x of the row.
 // Hashed: below table_cells; the table has room for one more row beyond.
 THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Part& part, std::int32_t y,
                                          std::int32_t z) noexcept {
+  if (!grid.hashed) return dense_row_start(part, y, z);
   const auto row = static_cast<std::uint32_t>(y), slab = static_cast<std::uint32_t>(z);
-  if (!grid.hashed) return part.base + (slab * part.cells_y + row) * part.cells_x;
   const std::uint32_t h = mix(mix(mix(slab * 0x9e3779b9u + 0x85ebca6bu) ^ row) ^ part.base);
   return static_cast<std::uint32_t>((static_cast<std::uint64_t>(h) * grid.table_cells) >> 32);
 }

@@ -3,11 +3,26 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "cuda/launch.cuh"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
+
+// Places of shared memory by their own addresses, which take a register where a pointer takes two and
+// is made anew at each use.
+__device__ inline std::uint32_t shared_address(const void* p) {
+  return static_cast<std::uint32_t>(__cvta_generic_to_shared(p));
+}
+__device__ inline void put(std::uint32_t at, std::uint32_t a, std::uint32_t b) {
+  asm volatile("st.shared.v2.u32 [%0], {%1, %2};" ::"r"(at), "r"(a), "r"(b) : "memory");
+}
+__device__ inline uint2 get(std::uint32_t at) {
+  uint2 v;
+  asm volatile("ld.shared.v2.u32 {%0, %1}, [%2];" : "=r"(v.x), "=r"(v.y) : "r"(at) : "memory");
+  return v;
+}
 
 // One warp's hits on their way out: gathered in shared memory, one atomic addition for some
 // hundred.
@@ -16,35 +31,37 @@ class WarpStage {
   static constexpr unsigned room = 128;
 
   __device__ WarpStage(Pair* stage, const pipeline::PairSink& sink, unsigned lane)
-      : stage_(stage), sink_(sink), lane_(lane) {}
+      : stage_(shared_address(stage)), below_((1u << lane) - 1), sink_(sink) {}
 
   // All lanes together; `hit` tells which have a pair.
   __device__ void add(bool hit, const Pair& pair) {
     const unsigned hits = __ballot_sync(~0u, hit);
-    if (hits == 0) return;
-    if (hit) stage_[held_ + __popc(hits & ((1u << lane_) - 1))] = pair;
+    if (hit) put(stage_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
     held_ += __popc(hits);
     if (held_ > room - 32) flush();
   }
   __device__ void flush() {
     if (held_ == 0) return;
     __syncwarp();
+    const unsigned lane = __popc(below_);
     unsigned long long at = 0;
-    if (lane_ == 0) {
+    if (lane == 0) {
       at = atomicAdd(reinterpret_cast<unsigned long long*>(&sink_.report->found),
                      static_cast<unsigned long long>(held_));
     }
     at = __shfl_sync(~0u, at, 0);
-    for (unsigned k = lane_; k < held_; k += 32)
-      if (at + k < sink_.capacity) sink_.out[at + k] = stage_[k];
+    for (unsigned k = lane; k < held_; k += 32) {
+      const uint2 pair = get(stage_ + 8 * k);
+      if (at + k < sink_.capacity) sink_.out[at + k] = {pair.x, pair.y};
+    }
     __syncwarp();
     held_ = 0;
   }
 
  private:
-  Pair* stage_;
+  std::uint32_t stage_;
+  unsigned below_, held_ = 0;  // below: a bit for each lane before this one
   const pipeline::PairSink& sink_;
-  unsigned lane_, held_ = 0;
 };
 
 // A warp's comparisons, told together.
@@ -86,25 +103,95 @@ __global__ void __launch_bounds__(block_threads)
   tell_comparisons(sink, comparisons);
 }
 
-// Boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly the same
-// cells. First all lanes look up the rows of their cells, together, and keep the ranges that are not
-// empty; then each goes through the candidates in its own.
+// What the lanes of a warp keep of the rows that they have looked up: ranges that are not empty.
+struct WarpRanges {
+  static constexpr unsigned slots = 8;
+  uint2 ranges[slots][32];
+  std::uint32_t rows[slots][32];
+};
+
+// A warp's boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly
+// the same cells. First all lanes look up the rows of their cells, together, and keep the ranges;
+// then each goes through the candidates in its own. `Shares`: records of several rows may stand in
+// the same place (Look::shares).
+template <bool Shares, class Search>
+__device__ void look_around(const Search& search, const core::ClassGrid& cells,
+                            const std::uint8_t* targets, unsigned target_count, WarpRanges& kept,
+                            WarpStage& stage, std::uint64_t& comparisons) {
+  const unsigned lane = threadIdx.x % 32;
+  const std::uint32_t ranges = shared_address(&kept.ranges[0][lane]);
+  constexpr std::uint32_t next_slot = sizeof kept.ranges[0];
+  const std::uint64_t count = search.count();
+  const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
+  for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
+       first < count; first += step) {
+    const bool looks = first + lane < count;
+    typename Search::template Look<Shares> look(search, cells, looks ? first + lane : count - 1);
+    unsigned target = 0, rows = 0, held = 0;
+    std::uint32_t candidates = 0;
+    for (bool more = true; more;) {
+      for (;;) {
+        if (__any_sync(~0u, rows > 0)) {
+          if (rows > 0) {
+            --rows;
+            const auto range = look.row();
+            if (range.begin != range.end) {
+              put(ranges + held * next_slot, range.begin, range.end);
+              if constexpr (Shares) kept.rows[held][lane] = range.row;
+              candidates += range.end - range.begin;
+              ++held;
+            }
+          }
+          if (__any_sync(~0u, held == WarpRanges::slots)) break;
+        } else {
+          if (Shares && __any_sync(~0u, held > 0 && look.shares())) break;
+          more = target < target_count;
+          if (!more) break;
+          if (looks) rows = look.aim(targets[target]);
+          ++target;
+        }
+      }
+      std::uint32_t at = 0, end = 0, row = 0;
+      std::uint32_t slot = ranges;
+      const std::uint32_t last_slot = ranges + held * next_slot;
+      for (;;) {
+        if (at == end && slot != last_slot) {
+          const uint2 range = get(slot);
+          at = range.x;
+          end = range.y;
+          if constexpr (Shares) row = kept.rows[(slot - ranges) / next_slot][lane];
+          slot += next_slot;
+        }
+        const bool live = at != end;
+        if (!__any_sync(~0u, live)) break;
+        // Lanes that are done read some record, too: that costs less than a branch.
+        const pipeline::Record c = pipeline::load(search.records + (live ? at : 0));
+        bool hit = live & look.meets(c);
+        if constexpr (Shares || !Search::Plain) hit = hit && look.allows(c, row);
+        stage.add(hit, look.pair(c));
+        at += live;
+      }
+      held = 0;
+    }
+    comparisons += candidates;
+  }
+}
+
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
     run_looks(Search search, pipeline::PairSink sink) {
-  constexpr unsigned warps = block_threads / 32, slots = 8;
+  constexpr unsigned warps = block_threads / 32;
   __shared__ Pair stages[warps][WarpStage::room];
-  __shared__ uint2 ranges[warps][slots][32];
-  __shared__ std::uint32_t rows_of[warps][slots][32];
+  __shared__ WarpRanges ranges[warps];
   __shared__ core::ClassGrid cells;
   __shared__ std::uint8_t targets[Search::most_targets];
   __shared__ unsigned target_count;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-  static_assert(sizeof(core::ClassGrid) % 4 == 0 && std::is_trivially_copyable_v<core::ClassGrid>);
-  for (unsigned k = threadIdx.x; k < sizeof(core::ClassGrid) / 4; k += block_threads)
+  static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::ClassGrid>);
+  for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];
-  if (warp == 0) {
+  if (warp == 0) {  // what is looked into at all
     unsigned held = 0;
     for (unsigned k = lane; k < Search::most_targets; k += 32) {
       const bool one = search.occupied[k] != 0;
@@ -116,63 +203,18 @@ __global__ void __launch_bounds__(block_threads, 4)
   }
   __syncthreads();
   WarpStage stage(stages[warp], sink, lane);
-  const std::uint64_t count = search.count();
-  const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   std::uint64_t comparisons = 0;
-  for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + warp * 32; first < count;
-       first += step) {
-    const std::uint64_t i = first + lane;
-    const bool looks = i < count;
-    typename Search::Look look(search, cells, looks ? i : count - 1);
-    unsigned target = 0, rows = 0, held = 0;
-    for (bool more = true; more;) {
-      for (;;) {
-        if (__any_sync(~0u, rows > 0)) {
-          if (rows > 0) {
-            --rows;
-            const auto range = look.row();
-            if (range.begin != range.end) {
-              ranges[warp][held][lane] = {range.begin, range.end};
-              if (look.shares()) rows_of[warp][held][lane] = range.row;
-              ++held;
-              comparisons += range.end - range.begin;
-            }
-          }
-          if (__any_sync(~0u, held == slots)) break;
-        } else {
-          if (__any_sync(~0u, held > 0 && look.shares())) break;
-          more = target < target_count;
-          if (!more) break;
-          if (looks) rows = look.aim(targets[target]);
-          ++target;
-        }
-      }
-      std::uint32_t at = 0, end = 0, row = 0;
-      unsigned slot = 0;
-      for (;;) {
-        if (at == end && slot < held) {
-          at = ranges[warp][slot][lane].x;
-          end = ranges[warp][slot][lane].y;
-          if (look.shares()) row = rows_of[warp][slot][lane];
-          ++slot;
-        }
-        const bool live = at != end;
-        if (!__any_sync(~0u, live)) break;
-        bool hit = false;
-        Pair pair;
-        if (live) hit = look.test(pipeline::load(search.records + at++), row, pair);
-        stage.add(hit, pair);
-      }
-      held = 0;
-    }
-  }
+  if (cells.hashed || !Search::Plain)
+    look_around<true>(search, cells, targets, target_count, ranges[warp], stage, comparisons);
+  else
+    look_around<false>(search, cells, targets, target_count, ranges[warp], stage, comparisons);
   stage.flush();
   tell_comparisons(sink, comparisons);
 }
 
 template <class Search>
 constexpr auto search_kernel() noexcept {
-  if constexpr (requires { typename Search::Look; })
+  if constexpr (requires { Search::most_targets; })
     return run_looks<Search>;
   else
     return run_walks<Search>;

@@ -152,6 +152,23 @@ THRONG_HD inline Record load(const Record* at) noexcept {
 #endif
 }
 
+// The lower corner and the number, or the upper one, in one store of 16 bytes.
+THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
+#if defined(__CUDA_ARCH__)
+  reinterpret_cast<float4*>(to)[upper] =
+      upper ? float4{r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.unused)}
+            : float4{r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
+#else
+  if (upper) {
+    to->upper = r.upper;
+    to->unused = r.unused;
+  } else {
+    to->lower = r.lower;
+    to->id = r.id;
+  }
+#endif
+}
+
 // What a call tells, in the memory of whoever runs it.
 using cuda::Report;
 

@@ -74,7 +74,7 @@ class LivePairSet {
     const std::uint64_t strays = device_.read(told->strays).found;
     if (strays > strays_.bytes() / sizeof(Pair)) return false;
     const LookForStrayPairs of_strays = find_stray_pairs(live, strays);
-    GridSearchOf<true> around{grid_of_,
+    GridSearchOf<Looking::around> around{grid_of_,
                               workspace_of_.grid,
                               workspace_of_.table,
                               workspace_of_.occupied,

@@ -102,7 +102,8 @@ struct Workspace {
   std::uint32_t boxes = 0, table_cells = 0;
   Report* report = nullptr;
   core::ClassGrid* grid = nullptr;
-  std::uint32_t *occupied = nullptr, *table = nullptr, *ranks = nullptr;
+  std::uint32_t *occupied = nullptr, *table = nullptr;
+  Place* places = nullptr;
   Record* records = nullptr;
   char* scratch = nullptr;  // of the device's scan
   std::size_t scratch_bytes = 0;
@@ -126,7 +127,7 @@ struct Workspace {
     take(occupied, occupied_count);
     take(table, scanned(table_cells));
     take(grid, 1);
-    take(ranks, count);
+    take(places, count);
     take(records, count);
     scratch_bytes = scan_bytes(scanned(table_cells));
     take(scratch, scratch_bytes);
@@ -178,10 +179,11 @@ class Pipeline {
     device_.plan(PlanGrid{in, limits, w.grid, w.report});
     device_.mark(Stage::plan);
     device_.clear(w.occupied, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.occupied)));
-    device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.ranks, w.report});
+    device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
     device_.scan(w.table, scanned);
-    device_.launch(in.count, PlaceBoxes{in, w.grid, w.table, w.ranks, w.records, w.report,
-                                        static_cast<std::uint32_t>(scanned - 1)});
+    const PlaceBoxes place{in,        w.table,  w.places,
+                           w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
+    device_.launch(place.count(), place);
     device_.mark(Stage::bin);
   }
 
@@ -201,9 +203,15 @@ class Pipeline {
   // Finds the pairs of `range`, all unless told otherwise; adds to report->found.
   void find(const Input& in, bool brute, const Workspace& w, const PairSink& sink,
             const FirstRange& range = {}) const {
-    with_search(in, brute, w, range, [&](std::uint64_t bound, const auto& search) {
-      device_.search(bound, search, sink);
-    });
+    if (!brute && !in.has_filters && !in.two_sets && range.holds_all()) {
+      using Plain = GridSearchOf<Looking::plain>;
+      device_.search(in.count, Plain{in, w.grid, w.table, w.occupied, w.records, w.report, range},
+                     sink);
+    } else {
+      with_search(in, brute, w, range, [&](std::uint64_t bound, const auto& search) {
+        device_.search(bound, search, sink);
+      });
+    }
     device_.mark(Stage::find);
   }
 

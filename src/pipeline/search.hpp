@@ -17,12 +17,18 @@ namespace throng::pipeline {
 struct FirstRange {
   std::uint32_t begin = 0, count = ~0u;
   THRONG_HD bool holds(std::uint32_t first) const noexcept { return first - begin < count; }
+  bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
-// Boxes in a class grid (core/class_grid.hpp): box i in the order of storage looks for its
-// partners. `Around`: boxes that are not of the grid do, for all that it holds; not with worlds.
-template <bool Around>
+// Who looks, and for what, in a class grid (core/class_grid.hpp). Box i in the order of storage looks
+// for its partners: `plain`, in one set without filters; `filtered`, whatever it is. `around`: boxes
+// that are not of the grid look for all that it holds; not with worlds.
+enum class Looking : std::uint8_t { plain, filtered, around };
+
+template <Looking looking>
 struct GridSearchOf {
+  static constexpr bool Around = looking == Looking::around, Plain = looking == Looking::plain;
+
   Input in;
   const core::ClassGrid* grid;
   const std::uint32_t* start;     // of each cell's records, and one more
@@ -51,7 +57,9 @@ struct GridSearchOf {
   };
 
   // One box that looks, a target after another, and in each a row of cells after another. The lanes
-  // of a warp go through the same targets together.
+  // of a warp go through the same targets together. `mixed`: records of others may stand
+  // between those of a row; only in a dense grid and for plain searches they never do.
+  template <bool mixed>
   class Look {
    public:
     THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, std::uint64_t i) noexcept
@@ -61,6 +69,7 @@ struct GridSearchOf {
           box_(load((Around ? search.askers : search.records) + i)) {
       span_ = core::cells_of(cells_, box_.box());
       class_ = core::class_of(cells_, span_);
+      if constexpr (Plain) return;
       bits_ = cells_.present ? s_.in.group_bits(box_.id) : 0;
       if (s_.in.has_worlds && !(bits_ & core::everywhere_bit))
         world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
@@ -68,11 +77,12 @@ struct GridSearchOf {
 
     // Turns to a target; tells how many rows there are to look into.
     THRONG_HD std::uint32_t aim(std::uint32_t target) noexcept {
-      const std::uint32_t group = target / core::max_size_classes;
-      const std::uint32_t size_class = target % core::max_size_classes;
-      const std::uint32_t bits = core::unpack_group(cells_.present, group);
+      const std::uint32_t group = Plain ? 0 : target / core::max_size_classes;
+      const std::uint32_t size_class = Plain ? target : target % core::max_size_classes;
+      const std::uint32_t present = Plain ? 0 : cells_.present;
+      const std::uint32_t bits = core::unpack_group(present, group);
       core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
-      if constexpr (!Around) how = core::look(cells_.present, bits_, class_, bits, size_class);
+      if constexpr (!Around) how = core::look(present, bits_, class_, bits, size_class);
       if (how == core::Look::no) return 0;
       target_ = target;
       part_ = core::part_of(cells_, bits & core::everywhere_bit ? 0 : world_, group, size_class);
@@ -92,14 +102,15 @@ struct GridSearchOf {
           rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
       // A large box may look into a fine class of another group: then there may be more rows than
       // boxes, and going through all of these costs less.
-      whole_ = !own_row_ && all > s_.report->active;
+      whole_ = mixed && !own_row_ && all > s_.report->active;
       return whole_ ? 1 : static_cast<std::uint32_t>(all);
     }
 
     // The next row.
     THRONG_HD Range row() noexcept {
       if (whole_) return {0, s_.report->active, 0};
-      const std::uint32_t row = core::row_start(cells_, part_, y_, z_);
+      const std::uint32_t row = mixed ? core::row_start(cells_, part_, y_, z_)
+                                      : core::dense_row_start(part_, y_, z_);
       const Range range{own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
                         s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
                         static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
@@ -113,16 +124,23 @@ struct GridSearchOf {
 
     // Whether others may be stored in the same place as those of the target, so that what is found
     // has to be looked at with the row in hand, before the next target.
-    THRONG_HD bool shares() const noexcept { return cells_.hashed || whole_; }
+    THRONG_HD bool shares() const noexcept { return mixed && (cells_.hashed || whole_); }
 
-    // Whether this candidate makes a pair.
-    THRONG_HD bool test(const Record& c, std::uint32_t row, Pair& pair) const noexcept {
-      if (!core::overlaps(box_.box(), c.box())) return false;
+    // Whether this candidate overlaps.
+    THRONG_HD bool meets(const Record& c) const noexcept {
+      return core::overlaps(box_.box(), c.box());
+    }
+    // Whether one that does makes a pair that is to be told.
+    THRONG_HD bool allows(const Record& c, std::uint32_t row) const noexcept {
       if constexpr (Around)
         if ((s_.states[c.id] & s_.mask_bits) != s_.wanted_bits) return false;
-      if (!s_.in.allowed(box_.id, c.id) || (shares() && !is_home_in(c, row))) return false;
-      pair = s_.in.pair(box_.id, c.id);
-      return s_.range.holds(pair.first);
+      if (!Plain && !s_.in.allowed(box_.id, c.id)) return false;
+      if (shares() && !is_home_in(c, row)) return false;
+      return Plain || s_.range.holds(pair(c).first);
+    }
+    THRONG_HD Pair pair(const Record& c) const noexcept {
+      if constexpr (Plain) return box_.id < c.id ? Pair{box_.id, c.id} : Pair{c.id, box_.id};
+      return s_.in.pair(box_.id, c.id);
     }
 
    private:
@@ -135,8 +153,9 @@ struct GridSearchOf {
       const core::CellSpan span = core::cells_of(cells_, c.box());
       const std::uint32_t size_class = core::class_of(cells_, span);
       const core::SizeClass& k = cells_.classes[size_class];
-      return target_ == GridSearchOf::target(
-                            core::pack_group(cells_.present, s_.in.group_bits(c.id)), size_class) &&
+      const std::uint32_t group =
+          Plain ? 0 : core::pack_group(cells_.present, s_.in.group_bits(c.id));
+      return target_ == GridSearchOf::target(group, size_class) &&
              (whole_ || row == (static_cast<std::uint32_t>(span.lower[1] >> k.shift[1]) |
                                 static_cast<std::uint32_t>(span.lower[2] >> k.shift[2]) << 16));
     }
@@ -146,7 +165,7 @@ struct GridSearchOf {
     std::uint32_t index_;
     Record box_;
     core::CellSpan span_;
-    std::uint32_t class_, bits_, world_ = 0, target_ = 0;
+    std::uint32_t class_, bits_ = 0, world_ = 0, target_ = 0;
     core::Part part_{0, 0, 0};
     std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = 0;
     std::int32_t y_ = 0, z_ = 0;  // of the next row
@@ -165,7 +184,9 @@ struct GridSearchOf {
     // Tests the next candidate; true where it is a pair. Not when over.
     THRONG_HD bool step(Pair& pair) noexcept {
       ++comparisons_;
-      const bool hit = look_.test(load(s_.records + range_.begin++), range_.row, pair);
+      const Record c = load(s_.records + range_.begin++);
+      const bool hit = look_.meets(c) && look_.allows(c, range_.row);
+      if (hit) pair = look_.pair(c);
       advance();
       return hit;
     }
@@ -188,14 +209,14 @@ struct GridSearchOf {
     }
 
     const GridSearchOf& s_;
-    Look look_;
+    Look<true> look_;
     Range range_{0, 0, 0};
     std::uint32_t next_ = 0, rows_ = 0, comparisons_ = 0;
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-using GridSearch = GridSearchOf<false>;
+using GridSearch = GridSearchOf<Looking::filtered>;
 
 // Brute force: the pairs of two tiles of boxes. Thread i has one box of the one tile, and goes
 // through those of the other, which all threads of a tile read together.

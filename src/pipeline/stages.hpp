@@ -55,13 +55,19 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
           group * core::max_size_classes + size_class};
 }
 
-// Counts each cell's boxes; a box's rank among them is where in the cell it will stand.
+// Where a box goes: its cell, and its rank among the boxes of that. No cell: it takes no part.
+struct Place {
+  std::uint32_t cell, rank;
+};
+constexpr std::uint32_t no_cell = ~0u;
+
+// Counts each cell's boxes.
 struct CountBoxes {
   Input in;
   const core::ClassGrid* grid;
   std::uint32_t* counts;    // a cell; cleared
   std::uint32_t* occupied;  // a group and class; cleared
-  std::uint32_t* ranks;     // a box
+  Place* places;            // a box
   Report* report;
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
@@ -69,31 +75,37 @@ struct CountBoxes {
     Box box;
     bool nan;
     if (in.has_worlds) tell_bad_world(in, *report, i);
-    if (!read_box(in, i, box, nan)) return tell_inactive(*report, i, nan);
+    if (!read_box(in, i, box, nan)) {
+      places[i] = {no_cell, 0};
+      return tell_inactive(*report, i, nan);
+    }
     const Home home = home_of(in, *grid, i, box);
-    ranks[i] = fetch_add(counts + home.cell, 1u);
+    places[i] = {home.cell, fetch_add(counts + home.cell, 1u)};
     raise(occupied + home.class_index);
   }
 };
 
-// Stores each box at its cell's start plus its rank.
+// Stores each box at its cell's start plus its rank. Two threads a box, side by side: a memory
+// writes a sector at once that is written as a whole.
 struct PlaceBoxes {
   Input in;
-  const core::ClassGrid* grid;
   const std::uint32_t* start;  // a cell, and one more that counts all
-  const std::uint32_t* ranks;
+  const Place* places;
   Record* records;
   Report* report;
   std::uint32_t cells;
 
+  THRONG_HD std::uint64_t count() const noexcept { return std::uint64_t{2} * in.count; }
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
-    const auto i = static_cast<std::uint32_t>(index);
-    if (i == 0) report->active = start[cells];
+    const auto i = static_cast<std::uint32_t>(index / 2);
+    if (index == 0) report->active = start[cells];
+    const Place place = places[i];
+    if (place.cell == no_cell) return;
     Box box;
     bool nan;
-    if (!read_box(in, i, box, nan)) return;
-    const Home home = home_of(in, *grid, i, box);
-    records[start[home.cell] + ranks[i]] = Record{box.lower, i, box.upper, 0};
+    (void)read_box(in, i, box, nan);
+    store_half(records + (start[place.cell] + place.rank), index % 2 != 0,
+               Record{box.lower, i, box.upper, 0});
   }
 };
 

@@ -206,7 +206,7 @@ TEST(Workspace, PartsDoNotOverlap) {
         {w.occupied, Workspace::occupied_count * 4},
         {w.table, Workspace::scanned(w.table_cells) * 4},
         {w.grid, sizeof(core::ClassGrid)},
-        {w.ranks, std::size_t{count} * 4},
+        {w.places, std::size_t{count} * 8},
         {w.records, std::size_t{count} * sizeof(Record)},
         {w.scratch, w.scratch_bytes}};
     const char* end = base;
@@ -218,7 +218,7 @@ TEST(Workspace, PartsDoNotOverlap) {
     }
     EXPECT_LE(end, base + bytes);
     // What a box costs: 45 bytes, and a constant.
-    EXPECT_LE(bytes, std::size_t{count} * 45 + 60000);
+    EXPECT_LE(bytes, std::size_t{count} * 49 + 60000);
   }
 }
 
