@@ -3,7 +3,9 @@
 //
 // Written for one block of threads in phases, with a barrier after each; the host runs the threads
 // of a phase in turn. Only comparisons, integer sums and sums in a fixed order: both choose the
-// same.
+// same. A frame waits for this one block, so what counts is how long its longest thread takes: work
+// is spread over candidates, classes and sampled boxes, and arrays whose index is computed are
+// shared, for a thread's own would lie in device memory.
 #pragma once
 
 #include <bit>
@@ -50,56 +52,88 @@ constexpr float class_cost = 1.0f;      // a class looked into
 class ClassPlanner {
  public:
   static constexpr std::uint32_t threads = 512;
-  static constexpr int phases = 7;
   static constexpr std::uint32_t parts = threads / sample_size;
-  static constexpr std::uint32_t sizes = 16, schemes = 3;
+  static constexpr std::uint32_t sizes = 16, schemes = 3, candidates = sizes * schemes;
 
+  // What is told of a box: extents, the longest of them, the centre.
+  static constexpr int values = 7, longest = 3, centres = 4;
+
+  // Until it is known how the boxes lie.
+  struct Early {
+    GridSample loaded;       // as looked up
+    Reach reaches[threads];  // of all that a thread has seen, many more than the sample
+    Reach range[16];         // of 32 of these
+    std::uint32_t order[sample_size], active[16];  // active boxes before one of eight; in all eight
+    std::uint32_t rank[values][sample_size];
+    std::uint32_t near[2][256];       // pairs by the exponent of their distance; of one world
+    std::uint32_t within[2][256];     // the same, up to there
+    std::uint32_t near_eight[2][32];  // of eight exponents together
+    std::uint32_t least[2];           // the least exponent within which there are some
+  };
+  // From there on. What there is of each candidate stands side by side.
+  struct Late {
+    std::uint64_t before[max_size_classes][candidates];  // cells of a class; then of those before
+    std::uint8_t fit[candidates][68];  // the class of each box looked at; 17 words: of all banks
+    std::uint8_t used[max_size_classes][candidates];  // classes with boxes; and of these:
+    float share[max_size_classes][candidates];
+    float extent[max_size_classes][3][candidates];
+    float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // of each two of them
+  };
   struct Shared {
-    GridSample loaded, sample;  // as looked up; the active ones alone
-    std::uint32_t count;        // of those
-    Reach reaches[threads];     // of all that a thread has seen, many more than the sample
-    Reach range[threads / 32];
-    std::uint32_t rank[7][sample_size];  // of extents, and of centres
-    float extent[4][sample_size];        // sorted, per axis; the longest
-    float centre[3][sample_size];        // sorted
-    std::uint32_t near[2][256];          // pairs by the exponent of their distance; of one world
-    std::uint32_t within[2][256];        // the same, up to there
-    std::uint32_t least[2];              // the least exponent within which there are some
-    const std::uint32_t* reach;          // one of these two
-    float scale;                         // neighbours of a box for each of its pairs
-    float low[3], length[3];             // the range that holds nearly all boxes
-    float unit;                          // at this distance a box has one neighbour
-    std::uint32_t base;                  // the least exponent that the sample resolves
-    float base_neighbours, shrink;       // neighbours within it; what is left of them at half of it
-    float worlds;                        // about how many
-    float cost[sizes * schemes];
+    GridSample sample;                             // the active ones alone
+    std::uint32_t count;                           // of those
+    Reach range;                                   // of all that was seen
+    alignas(16) float value[values][sample_size];  // beyond `count`: more than any
+    float extent[4][sample_size];                  // sorted, per axis; the longest
+    float centre[3][sample_size];                  // sorted
+    float scale;                                   // neighbours of a box for each of its pairs
+    float low[3], length[3];                       // the range that holds nearly all boxes
+    float unit;                                    // at this distance a box has one neighbour
+    std::uint32_t which;                           // `near` of all worlds, or of one
+    std::uint32_t base;                            // the least exponent that the sample resolves
+    float base_neighbours, shrink;  // neighbours within it; what is left of them at half of it
+    float neighbours[256];          // within 2^(e+1)
+    float worlds, most_neighbours;  // about how many
+    // The candidates.
+    std::uint32_t cells[3][candidates];  // the finest
+    float side[3][candidates];           // of these
+    std::uint32_t jump[candidates];      // classes that are twice as large as the one before
+    std::uint32_t shift[max_size_classes][candidates];        // of the axes, eight bits each
+    std::uint32_t class_count[candidates], used[candidates];  // a bit a class
+    bool hashed[candidates], cut[candidates];  // cut: rows were too long, to be laid out anew
+    float cost[candidates];
+    std::uint32_t best;
+    union {
+      Early early;
+      Late late;
+    };
   };
 
-  // `loaded` and `reaches` are in place.
+  static constexpr int layout_phases = 5, phases = 7 + layout_phases + 5 + layout_phases + 1;
+
+  // `early.loaded` and `early.reaches` are in place.
   THRONG_HD static void run(int phase, std::uint32_t t, Shared& s, const GridLimits& limits,
                             ClassGrid& grid) noexcept {
-    if (phase == 0) gather(t, s);
-    if (phase == 1) rank(t, s);
-    if (phase == 2) scatter(t, s);
-    if (phase == 3) summarise(t, s, limits);
-    if (phase == 4 && t == 0) resolve(s, limits);
-    if (phase == 5 && t < sizes * schemes) {
-      ClassGrid candidate;
-      s.cost[t] = 0;
-      if (s.count) {
-        build(t, 1, s, limits, candidate);
-        s.cost[t] = price(s, limits, candidate);
-      }
-    }
-    if (phase == 6 && t == 0) {
-      std::uint32_t best = 0;
-      for (std::uint32_t c = 1; c < sizes * schemes; ++c)
-        if (s.cost[c] < s.cost[best]) best = c;
-      if (s.count)
-        build(best, limits.cell_scale, s, limits, grid);
-      else
-        grid = ClassGrid{}, finish(grid, limits, 1);
-    }
+    if (phase == 0) return gather(t, s, limits);
+    if (phase == 1) return compact(t, s, limits);
+    if (phase == phases - 1) return write(t, s, limits, grid);
+    if (s.count == 0) return;
+    if (phase == 2) rank(t, s, limits);
+    if (phase == 3) scatter(t, s, limits);
+    if (phase == 4) summarise(t, s, limits);
+    if (phase == 5 && t == 0) resolve(s, limits);
+    if (phase == 6) spread(t, s);
+    // Candidates are compared at a scale of 1: else a size would be chosen that undoes the scale.
+    constexpr int first = 7, second = first + layout_phases + 5;
+    if (phase >= first && phase < first + layout_phases)
+      lay_out(phase - first, t, false, s, limits);
+    if (phase == first + layout_phases) fit(t, s);
+    if (phase == first + layout_phases + 1) average(t, s);
+    if (phase == first + layout_phases + 2) price(t, s, limits);
+    if (phase == first + layout_phases + 3 && t < candidates) add_up(t, s);
+    if (phase == first + layout_phases + 4 && t < candidates) choose(t, s);
+    if (phase >= second && phase < second + layout_phases && limits.cell_scale != 1)
+      lay_out(phase - second, t, true, s, limits);
   }
 
   // What a thread has seen.
@@ -142,30 +176,92 @@ class ClassPlanner {
     return std::bit_cast<float>(exponent << 23);
   }
 
-  THRONG_HD static float sorted_value(const Box& b, int k) noexcept {
-    return k < 3 ? extent_of(b, k) : k == 3 ? longest_of(b) : centre_of(b, k - 4);
+  // Four values at once.
+  struct Four {
+    float value[4];
+  };
+  THRONG_HD static Four load_four(const float* at) noexcept {
+#if defined(__CUDA_ARCH__)
+    const float4 four = *reinterpret_cast<const float4*>(at);
+    return {{four.x, four.y, four.z, four.w}};
+#else
+    return {{at[0], at[1], at[2], at[3]}};
+#endif
+  }
+  // float(1 << shift)
+  THRONG_HD static float times(std::uint32_t shift) noexcept { return power_of_two(127 + shift); }
+  THRONG_HD static std::uint32_t bits_of(std::uint32_t mask) noexcept {
+#if defined(__CUDA_ARCH__)
+    return static_cast<std::uint32_t>(__popc(mask));
+#else
+    return static_cast<std::uint32_t>(std::popcount(mask));
+#endif
   }
 
-  // The active boxes together, the parts of the range, and zeros.
-  THRONG_HD static void gather(std::uint32_t t, Shared& s) noexcept;
-
-  // Some threads a box: how many of a part of the boxes come before it, by extents and by centres,
-  // and how near those are.
-  THRONG_HD static void rank(std::uint32_t t, Shared& s) noexcept;
-  THRONG_HD static void scatter(std::uint32_t t, Shared& s) noexcept;
+  // How the boxes lie: core/class_sample-inl.hpp.
+  THRONG_HD static void join_member(std::uint32_t member, const Reach* from, std::uint32_t step,
+                                    std::uint32_t count, Reach& to) noexcept;
+  THRONG_HD static bool takes_part(const Early& e, std::uint32_t j) noexcept;
+  THRONG_HD static void gather(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void compact(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void rank(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void scatter(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void summarise(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void resolve(Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static float neighbours_within(const Shared& s, std::uint32_t exponent) noexcept;
+  THRONG_HD static void spread(std::uint32_t t, Shared& s) noexcept;
+
+  // What candidates look like: core/class_planner-inl.hpp.
+  static constexpr std::uint32_t rows = threads / candidates;  // of threads, one a candidate
+  static constexpr std::uint64_t too_many = std::uint64_t{1} << 40;
+  static constexpr std::uint32_t one_cell =
+      22 << 16 | 22 << 8 | 22;  // the shifts of the last class
+  THRONG_HD static void lay_out(int step, std::uint32_t t, bool chosen, Shared& s,
+                                const GridLimits& limits) noexcept;
+  THRONG_HD static float side_of(std::uint32_t candidate, std::uint32_t axis, float scale,
+                                 const Shared& s) noexcept;
+  THRONG_HD static void measure(std::uint32_t candidate, std::uint32_t row, float scale,
+                                Shared& s) noexcept;
+  THRONG_HD static std::uint32_t cells_of(std::uint32_t finest, std::uint32_t shift) noexcept;
+  THRONG_HD static void divide(std::uint32_t candidate, std::uint32_t c, Shared& s) noexcept;
+  THRONG_HD static void finish(std::uint32_t candidate, bool anew, Shared& s,
+                               const GridLimits& limits) noexcept;
+  THRONG_HD static bool too_large(std::uint64_t all, float worlds,
+                                  const GridLimits& limits) noexcept;
+  THRONG_HD static void write(std::uint32_t t, const Shared& s, const GridLimits& limits,
+                              ClassGrid& grid) noexcept;
+
+  // What a box is expected to cost, rows looked up and candidates compared:
+  // core/class_price-inl.hpp.
+  THRONG_HD static std::uint32_t look_step(const Shared& s) noexcept {
+    return s.count > 32 ? s.count / 32 : 1;
+  }
+  THRONG_HD static std::uint32_t looks(const Shared& s) noexcept {
+    return (s.count + look_step(s) - 1) / look_step(s);
+  }
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
-  THRONG_HD static void lay_out(std::uint32_t scheme, const float (&side)[3], float longest,
-                                const Shared& s, const GridLimits& limits,
-                                ClassGrid& grid) noexcept;
-  THRONG_HD static void finish(ClassGrid& grid, const GridLimits& limits, float worlds) noexcept;
-  THRONG_HD static float price(const Shared& s, const GridLimits& limits,
-                               const ClassGrid& grid) noexcept;
-  THRONG_HD static void build(std::uint32_t candidate, float scale, const Shared& s,
-                              const GridLimits& limits, ClassGrid& grid) noexcept;
+  THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void average(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void price(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static float price_of(std::uint32_t candidate, std::uint32_t from, std::uint32_t to,
+                                  const Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void add_up(std::uint32_t candidate, Shared& s) noexcept;
+  THRONG_HD static void choose(std::uint32_t candidate, Shared& s) noexcept;
 };
 
 }  // namespace throng::core
 
+#if defined(__CUDA_ARCH__)
+#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
+#define THRONG_SET(bits, value) atomicOr(&(bits), value)
+#else  // the host runs a phase's threads in turn
+#define THRONG_ADD(counter, value) (counter) += (value)
+#define THRONG_SET(bits, value) (bits) |= (value)
+#endif
+
 #include "core/class_planner-inl.hpp"
+#include "core/class_price-inl.hpp"
+#include "core/class_sample-inl.hpp"
+
+#undef THRONG_ADD
+#undef THRONG_SET

@@ -53,45 +53,58 @@ struct PlanGrid {
   static constexpr int phases = 1 + core::ClassPlanner::phases;
 
   THRONG_HD void operator()(int phase, std::uint32_t t, Shared& s) const noexcept {
-    if (phase == 0) {
-      if (t == 0) *report = Report{};
-      // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
-      constexpr std::uint32_t looks = 8;
-      core::Reach reach = core::ClassPlanner::nothing();
-      for (std::uint32_t k = 0; k < looks; ++k) {
-        bool active = false;
-        Box box{};
-        const std::uint32_t at = look(t * looks + k, threads * looks, box, active);
-        if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(box));
-        if (in.has_worlds) look_at_worlds(at, reach);
-        const std::uint32_t keeper = t / core::ClassPlanner::parts;
-        if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
-        s.loaded.boxes[keeper] = box;
-        s.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? in.world(at) : -1;
-      }
-      s.reaches[t] = reach;
-    } else {
+    if (phase == 0)
+      load(t, s);
+    else
       core::ClassPlanner::run(phase - 1, t, s, limits, *grid);
-    }
   }
 
  private:
-  THRONG_HD void look_at_worlds(std::uint32_t i, core::Reach& reach) const noexcept {
-    const std::uint32_t world = static_cast<std::uint32_t>(in.world(i)) + 1;
-    reach.worlds = reach.worlds > world ? reach.worlds : world;
-    reach.changes += i + 1 < in.count && in.world(i + 1) != in.world(i);
-    ++reach.looked_at;
+  // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
+  THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
+    // One loop for each thing that takes long to come: all of a loop are under way together.
+    constexpr std::uint32_t looks = 8;
+    std::uint32_t at[looks];
+    Box boxes[looks];
+    std::int32_t worlds[looks] = {}, next[looks] = {};
+    THRONG_UNROLL(8)
+    for (std::uint32_t k = 0; k < looks; ++k) {
+      at[k] = look(t * looks + k, threads * looks);
+      boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
+    }
+    if (in.has_worlds) {
+      THRONG_UNROLL(8)
+      for (std::uint32_t k = 0; k < looks; ++k) {
+        worlds[k] = in.world(at[k]);
+        next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
+      }
+    }
+    core::Reach reach = core::ClassPlanner::nothing();
+    THRONG_UNROLL(8)
+    for (std::uint32_t k = 0; k < looks; ++k) {
+      bool nan;
+      const bool active = check_box(in, boxes[k], nan);
+      if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(boxes[k]));
+      if (in.has_worlds) {
+        const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
+        reach.worlds = reach.worlds > world ? reach.worlds : world;
+        reach.changes += next[k] != worlds[k];
+        ++reach.looked_at;
+      }
+      const std::uint32_t keeper = t / core::ClassPlanner::parts;
+      if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
+      s.early.loaded.boxes[keeper] = boxes[k];
+      s.early.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? worlds[k] : -1;
+    }
+    s.early.reaches[t] = reach;
+    if (t == 0) *report = Report{};
   }
   // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
   // regular series would be taken for all alike.
-  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of, Box& box,
-                               bool& active) const noexcept {
+  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
     const std::uint64_t some = (end - begin) * core::mix(k) >> 32;
-    const auto i = static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
-    bool nan;
-    active = read_box(in, i, box, nan);
-    return i;
+    return static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
   }
 };
 

@@ -12,12 +12,15 @@
 namespace throng::pipeline {
 
 // The box as it is compared; false for one that takes no part.
-THRONG_HD inline bool read_box(const Input& in, std::uint32_t i, Box& box, bool& nan) noexcept {
-  box = in.set_of(i).box(in.local(i));
+THRONG_HD inline bool check_box(const Input& in, Box& box, bool& nan) noexcept {
   nan = core::has_nan(box);
   if (!core::is_active(box)) return false;  // a NaN compares false
   if (in.margin != 0) box = core::expand(box, in.margin);
   return true;
+}
+THRONG_HD inline bool read_box(const Input& in, std::uint32_t i, Box& box, bool& nan) noexcept {
+  box = in.set_of(i).box(in.local(i));
+  return check_box(in, box, nan);
 }
 
 THRONG_HD inline void tell_inactive(Report& report, std::uint32_t i, bool nan) noexcept {

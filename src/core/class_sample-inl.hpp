@@ -1,0 +1,228 @@
+// How the boxes of the sample lie. Included by core/class_planner.hpp alone.
+#pragma once
+
+#include "core/bounds.hpp"
+#include "core/class_planner.hpp"
+
+namespace throng::core {
+
+// One of the nine members of some reaches.
+THRONG_HD inline void ClassPlanner::join_member(std::uint32_t member, const Reach* from,
+                                                std::uint32_t step, std::uint32_t count,
+                                                Reach& to) noexcept {
+  if (member < 6) {
+    float all = from[0].most[member];
+    THRONG_UNROLL(8)
+    for (std::uint32_t j = 1; j < count; ++j) all = greater(all, from[step * j].most[member]);
+    to.most[member] = all;
+    return;
+  }
+  std::uint32_t worlds = 0, changes = 0, looked_at = 0;
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const Reach& one = from[step * j];
+    worlds = worlds > one.worlds ? worlds : one.worlds;
+    changes += one.changes;
+    looked_at += one.looked_at;
+  }
+  if (member == 6) to.worlds = worlds;
+  if (member == 7) to.changes = changes;
+  if (member == 8) to.looked_at = looked_at;
+}
+
+THRONG_HD inline bool ClassPlanner::takes_part(const Early& e, std::uint32_t j) noexcept {
+  return e.loaded.worlds[j] != -2;
+}
+
+// The parts of the range, the numbers of active boxes, and zeros.
+THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
+                                           const GridLimits& limits) noexcept {
+  Early& e = s.early;
+  if (t < 16 * (limits.has_worlds ? 9 : 6))
+    join_member(t / 16, e.reaches + t % 16, 16, 32, e.range[t % 16]);
+  if (t >= 256 && t < 272) {
+    std::uint32_t active = 0;
+    const std::uint32_t eight = t - 256;
+    for (std::uint32_t j = 8 * eight; j < 8 * eight + 8; ++j) {
+      e.order[j] = active;
+      active += takes_part(e, j);
+    }
+    e.active[eight] = active;
+  }
+  e.near[t / 256][t % 256] = 0;
+  if (t < 2) e.least[t] = 254;
+  for (std::uint32_t k = t; k < values * sample_size; k += threads)
+    e.rank[k / sample_size][k % sample_size] = 0;
+}
+
+// The active boxes together, in their order, and what is told of each; the others behind them.
+THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
+                                            const GridLimits& limits) noexcept {
+  const Early& e = s.early;
+  const std::uint32_t own = t % sample_size;
+  std::uint32_t before = e.order[own], all = 0;
+  THRONG_UNROLL(16)
+  for (std::uint32_t j = 0; j < 16; ++j) {
+    const std::uint32_t active = e.active[j];
+    before += j < own / 8 ? active : 0;
+    all += active;
+  }
+  const bool active = takes_part(e, own);
+  const std::uint32_t to = active ? before : all + (own - before);
+  constexpr float beyond = 1e30f;
+  const Box box = e.loaded.boxes[own];
+  if (t < sample_size) {
+    if (active) {
+      s.sample.boxes[to] = box;
+      s.sample.worlds[to] = e.loaded.worlds[own];
+    }
+    s.value[longest][to] = active ? longest_of(box) : beyond;
+    if (t == 0) s.count = all;
+  } else {
+    const int k = static_cast<int>(t / sample_size) - 1;
+    s.value[k][to] = active ? extent_of(box, k) : beyond;
+    s.value[centres + k][to] = active ? centre_of(box, k) : beyond;
+  }
+  if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.range, 1, 16, s.range);
+}
+
+// Some threads a box: how many of a part of the boxes come before it, by each value, and how near
+// those are. The threads of a warp look at the same box at once, and 32 boxes are both a warp's own
+// and a part: but for one part, its own boxes all come before those of the part, or all after.
+THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s,
+                                         const GridLimits& limits) noexcept {
+  const std::uint32_t n = s.count, own = t % sample_size, part = t / sample_size, warp = own / 32;
+  static_assert(parts * 32 == sample_size);
+  if (own >= n) return;
+  Early& e = s.early;
+  float bound[values], centre[3];
+  std::uint32_t before[values] = {};
+  for (int k = 0; k < values; ++k) {
+    const float value = s.value[k][own];
+    if (k >= centres) centre[k - centres] = value;
+    // Of equal values that of the earlier box comes first.
+    bound[k] = part < warp ? -next_down(-value) : value;
+  }
+  // Two parts are compared twice, but distances taken once, by either in turn.
+  const bool counts = (part < warp) == ((part + warp) % 2 != 0);
+  const std::int32_t world = s.sample.worlds[own];
+  for (std::uint32_t first = 32 * part; first < 32 * part + 32 && first < n; first += 4) {
+    Four four[values];
+    THRONG_UNROLL(7)
+    for (int k = 0; k < values; ++k) four[k] = load_four(&s.value[k][first]);
+    THRONG_UNROLL(4)
+    for (std::uint32_t q = 0; q < 4; ++q) {
+      const std::uint32_t j = first + q;
+      for (int k = 0; k < values; ++k) before[k] += four[k].value[q] < bound[k];
+      if (part == warp ? j >= own : !counts || j >= n) continue;
+      if (part == warp)
+        for (int k = 0; k < values; ++k) before[k] += four[k].value[q] == bound[k];
+      // Without signs, so that they compare as integers do.
+      std::uint32_t distance = 0;
+      for (int k = 0; k < 3; ++k) {
+        const float along = four[centres + k].value[q] - centre[k];
+        const std::uint32_t bits = std::bit_cast<std::uint32_t>(along) & 0x7fffffff;
+        distance = distance > bits ? distance : bits;
+      }
+      THRONG_ADD(e.near[0][distance >> 23], 1u);
+      if (!limits.has_worlds) continue;
+      const std::int32_t w = s.sample.worlds[j];
+      if (world == w || world < 0 || w < 0) THRONG_ADD(e.near[1][distance >> 23], 1u);
+    }
+  }
+  for (int k = 0; k < values; ++k) THRONG_ADD(e.rank[k][own], before[k]);
+}
+
+// Sorted values, and how many pairs lie within a distance: counted up to there from the first of
+// eight exponents.
+THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s,
+                                            const GridLimits& limits) noexcept {
+  Early& e = s.early;
+  const std::uint32_t own = t % sample_size;
+  for (std::uint32_t k = t / sample_size; k < values && own < s.count; k += parts)
+    (k < centres ? s.extent[k] : s.centre[k - centres])[e.rank[k][own]] = s.value[k][own];
+  if (t < threads - 64) return;
+  const std::uint32_t which = t / 32 % 2, eight = t % 32;
+  std::uint32_t sum = 0;
+  for (std::uint32_t k = 8 * eight; k < 8 * eight + 8; ++k) {
+    sum += e.near[limits.has_worlds ? which : 0][k];
+    e.within[which][k] = sum;
+  }
+  e.near_eight[which][eight] = sum;
+}
+
+// The first threads: the range of an axis. All: how many pairs lie within a distance.
+THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
+                                              const GridLimits& limits) noexcept {
+  const std::uint32_t n = s.count;
+  Early& e = s.early;
+  const std::uint32_t which = t / 256, exponent = t % 256;
+  std::uint32_t sum = e.within[which][exponent];
+  THRONG_UNROLL(4)
+  for (std::uint32_t k = 0; k < exponent / 8; ++k) sum += e.near_eight[which][k];
+  e.within[which][exponent] = sum;
+  // The least distance within which the sample has some pairs: one thread finds it.
+  const std::uint32_t own = e.near[limits.has_worlds ? which : 0][exponent];
+  if (sum >= 8 && sum - own < 8 && exponent < 254) e.least[which] = exponent;
+  if (t >= 3) return;
+  float low = -s.range.most[t], high = s.range.most[t + 3];
+  // Without the few that stretch it; these are clamped into the outermost cells.
+  const float inner_low = s.centre[t][n / 20], inner_high = s.centre[t][n - 1 - n / 20];
+  const float slack = 0.5f * (inner_high - inner_low) + s.extent[t][n - 1 - n / 10];
+  low = greater(low, inner_low - slack);
+  high = lesser(high, inner_high + slack);
+  // And with what even many samples miss of the ends.
+  const float missed = n < limits.boxes ? (high - low) * (1.0f / 512) : 0.0f;
+  s.low[t] = low - missed;
+  s.length[t] = greater(high - low + 2 * missed, 1e-30f);
+}
+
+// How the boxes crowd.
+THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits) noexcept {
+  const Early& e = s.early;
+  const float n = static_cast<float>(s.count), pairs = greater(0.5f * n * (n - 1), 1);
+  const float same_world = static_cast<float>(e.within[1][255]);
+  // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
+  const bool enough = same_world >= 32;
+  const float boxes = static_cast<float>(limits.boxes);
+  s.worlds = 1;
+  if (limits.has_worlds) {
+    // Worlds are numbered without gaps, mostly, or their boxes stand together.
+    const float numbered = static_cast<float>(s.range.worlds);
+    const float apart =
+        static_cast<float>(s.range.changes) / static_cast<float>(s.range.looked_at) * boxes;
+    s.worlds = greater(1, enough ? pairs / same_world : lesser(numbered, apart));
+  }
+  s.most_neighbours = boxes / s.worlds;
+  s.which = enough ? 1 : 0;
+  s.best = 0;
+  s.base = e.least[s.which];
+  s.scale = boxes / pairs / (enough ? 1 : s.worlds);
+  // Below the least distance that the sample resolves, growth is carried on.
+  const auto sum = static_cast<float>(e.within[s.which][s.base]);
+  s.base_neighbours = sum > 0 ? s.scale * sum : 1;
+  const float growth = sum > 0 ? static_cast<float>(e.within[s.which][s.base + 1]) / sum : 8;
+  s.shrink = 1 / lesser(8, greater(2, growth));
+}
+
+// How many other boxes of its world have their centre within 2^(exponent+1) of a box's, along every
+// axis.
+THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
+                                                       std::uint32_t exponent) noexcept {
+  if (exponent >= s.base) return s.scale * static_cast<float>(s.early.within[s.which][exponent]);
+  float count = s.base_neighbours;
+  for (std::uint32_t k = exponent; k < s.base && count > 1e-9f; ++k) count *= s.shrink;
+  return count;
+}
+
+// For all distances, and where there is one.
+THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept {
+  if (t < 256) s.neighbours[t] = neighbours_within(s, t);
+  if (t != 256) return;
+  float reach = s.base_neighbours;
+  std::uint32_t exponent = s.base;
+  for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
+  while (exponent < 250 && (exponent == 0 || neighbours_within(s, exponent - 1) < 1)) ++exponent;
+  s.unit = power_of_two(exponent);
+}
+
+}  // namespace throng::core
