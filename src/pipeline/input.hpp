@@ -123,7 +123,7 @@ struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
   Vec3 upper;
-  std::uint32_t unused;
+  std::uint32_t cell;  // of one that is not placed yet (pipeline/bucket_order.hpp), else 0
 
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
@@ -136,6 +136,16 @@ THRONG_HD inline Record load(const Record* at) noexcept {
   return {{a.x, a.y, a.z}, __float_as_uint(a.w), {b.x, b.y, b.z}, __float_as_uint(b.w)};
 #else
   return *at;
+#endif
+}
+// Two stores of 16 bytes.
+THRONG_HD inline void store(Record* at, const Record& r) noexcept {
+#if defined(__CUDA_ARCH__)
+  float4* half = reinterpret_cast<float4*>(at);
+  half[0] = make_float4(r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id));
+  half[1] = make_float4(r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell));
+#else
+  *at = r;
 #endif
 }
 
