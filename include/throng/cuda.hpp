@@ -63,9 +63,10 @@ class THRONG_API Finder {
   Finder(const Finder&) = delete;
   Finder& operator=(const Finder&) = delete;
 
-  // Takes the memory that calls with up to so many boxes (of both sets) need: 45 bytes a box; under
-  // canonical order 16 bytes more for each of `pairs`. Waits for the stream. Asking for more than
-  // before moves that memory: graphs captured until then must be captured anew.
+  // Takes the memory that calls with up to so many boxes (of both sets) need: 45 bytes a box, of
+  // more than four million 77; under canonical order 16 bytes more for each of `pairs`. Waits for
+  // the stream. Asking for more than before moves that memory: graphs captured until then must be
+  // captured anew.
   Result reserve(std::size_t boxes, std::size_t pairs, Stream stream) noexcept;
 
   // Pairs into device memory, out[0 .. capacity-1]; waits for the stream. Where they do not fit:

@@ -45,8 +45,7 @@ class Gpu final : public Engine {
       reserved_ = {};
       const auto count = static_cast<std::uint32_t>(boxes);
       Workspace w;
-      w.carve(count, workspace_.room(w.carve(count, nullptr, Device::scan_bytes)),
-              Device::scan_bytes);
+      w.carve<Device>(count, workspace_.room(w.carve<Device>(count, nullptr)));
       reserved_ = w;
     }
     if (pairs > pairs_reserved_) {

@@ -8,6 +8,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
+#include "cuda/buckets.cuh"
 #include "cuda/check.hpp"
 #include "cuda/launch.cuh"
 #include "cuda/search.cuh"
@@ -101,6 +102,18 @@ class Device {
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
     return keys_bytes(count) + bytes;
   }
+  static constexpr std::uint32_t buckets_above = THRONG_GPU_BUCKETS_ABOVE;
+  void count_buckets(std::uint64_t count, const pipeline::CountBuckets& f) const {
+    constexpr auto kernel = run_count_buckets<pipeline::CountBuckets>;
+    kernel<<<blocks(count, resident(kernel)), block_threads, 0, stream_>>>(count, f);
+    check(cudaGetLastError());
+  }
+  void fill_buckets(std::uint64_t count, const pipeline::FillBuckets& f) const {
+    const auto tiles = static_cast<unsigned>((count + tile_boxes - 1) / tile_boxes);
+    run_fill_buckets<<<tiles, tile_threads, 0, stream_>>>(f);
+    check(cudaGetLastError());
+  }
+
   void use_scratch(void* p, std::size_t bytes) noexcept {
     scratch_ = p;
     scratch_bytes_ = bytes;
@@ -113,10 +126,7 @@ class Device {
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
     const auto kernel = search_kernel<Search>();
-    int resident = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, block_threads, 0));
-    kernel<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(search,
-                                                                                          sink);
+    kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
     check(cudaGetLastError());
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
@@ -197,6 +207,13 @@ class Device {
   }
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
     return blocks_for(count, each, processors_);
+  }
+  // Blocks of block_threads that a processor holds at once.
+  template <class Kernel>
+  static unsigned resident(Kernel* kernel) {
+    int blocks = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_threads, 0));
+    return static_cast<unsigned>(blocks);
   }
   const Memory& memory_;
   int device_ = 0, processors_ = 1;

@@ -9,7 +9,7 @@
 //                                 the ways back: all at once, piece by piece, a copy of its own
 //   staging_bytes, held(), give_back()
 //                                 what these take at most beside that copy, and now; the copy freed
-//   scan_bytes, sort_bytes        scratch of the scan and of the sort of so many
+//   sort_bytes                    scratch of the sort of so many
 //   sort(...)                     pairs into canonical order
 #pragma once
 
@@ -58,7 +58,7 @@ class Engine {
     tell_plan(call.brute, r);
     // What it will take is known before anything is taken.
     const std::size_t boxes_bytes = Device::boxes_bytes(a) + (b ? Device::boxes_bytes(*b) : 0);
-    const std::size_t bytes = call.w.carve(call.in.count, nullptr, Device::scan_bytes);
+    const std::size_t bytes = call.w.template carve<Device>(call.in.count, nullptr);
     std::size_t pairs_room =
         std::min<std::size_t>(usual_room, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
@@ -70,7 +70,7 @@ class Engine {
       const Boxes second = b ? device_.bring(*b, to) : Boxes();
       call.in = make_input(first, b ? &second : nullptr, options);
     }
-    call.w.carve(call.in.count, workspace_.room(bytes), Device::scan_bytes);
+    call.w.template carve<Device>(call.in.count, workspace_.room(bytes));
     const Pipeline<Device> pipeline(device_);
     pipeline.build(call.in, call.brute, call.w);
     if (!checked(call, options.nan)) return;

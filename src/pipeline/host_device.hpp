@@ -89,6 +89,27 @@ class HostDevice {
     }
   }
 
+  // So few that the tests go both ways; each looks like a block of a GPU.
+  static constexpr std::uint32_t buckets_above = 500;
+  void count_buckets(std::uint64_t count, const CountBuckets& f) const {
+    share_out(count, 2048, [&](std::uint64_t begin, std::uint64_t end) {
+      std::uint32_t shared[CountBuckets::shared_count] = {};
+      for (std::uint64_t i = begin; i < end; ++i) f(i, shared);
+      for (std::uint32_t k = 0; k < CountBuckets::shared_count; ++k) f.add(k, shared);
+    });
+  }
+  void fill_buckets(std::uint64_t count, const FillBuckets& f) const {
+    constexpr std::uint64_t tile = 512;
+    share_out(count, tile, [&](std::uint64_t begin, std::uint64_t end) {
+      std::uint32_t counts[bucket_count] = {};
+      FillBuckets::Held held[tile];
+      for (std::uint64_t i = begin; i < end; ++i) f.read(i, held[i - begin]);
+      for (std::uint64_t i = begin; i < end; ++i) f.count(i, held[i - begin], counts);
+      for (std::uint32_t k = 0; k < bucket_count; ++k) f.claim(k, counts);
+      for (std::uint64_t i = begin; i < end; ++i) f.store(i, held[i - begin], counts);
+    });
+  }
+
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const PairSink& sink) const {
     share_out(bound, 512, [&](std::uint64_t begin, std::uint64_t end) {

@@ -136,7 +136,7 @@ struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
   Vec3 upper;
-  std::uint32_t unused;
+  std::uint32_t cell;  // of one that was put into a bucket (pipeline/bucket_order.hpp), else 0
 
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
@@ -151,21 +151,39 @@ THRONG_HD inline Record load(const Record* at) noexcept {
   return *at;
 #endif
 }
+// Two stores of 16 bytes.
+THRONG_HD inline void store(Record* at, const Record& r) noexcept {
+#if defined(__CUDA_ARCH__)
+  float4* half = reinterpret_cast<float4*>(at);
+  half[0] = make_float4(r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id));
+  half[1] = make_float4(r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell));
+#else
+  *at = r;
+#endif
+}
 
-// The lower corner and the number, or the upper one, in one store of 16 bytes.
+// The lower corner and the number, or the rest, in one store of 16 bytes.
 THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
 #if defined(__CUDA_ARCH__)
   reinterpret_cast<float4*>(to)[upper] =
-      upper ? float4{r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.unused)}
+      upper ? float4{r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell)}
             : float4{r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
 #else
   if (upper) {
     to->upper = r.upper;
-    to->unused = r.unused;
+    to->cell = r.cell;
   } else {
     to->lower = r.lower;
     to->id = r.id;
   }
+#endif
+}
+
+THRONG_HD inline void copy_half(Record* to, bool upper, const Record* from) noexcept {
+#if defined(__CUDA_ARCH__)
+  reinterpret_cast<float4*>(to)[upper] = __ldg(reinterpret_cast<const float4*>(from) + upper);
+#else
+  store_half(to, upper, *from);
 #endif
 }
 

@@ -239,8 +239,7 @@ class LivePairSet {
   std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
                      Block<Device>& out, bool& brute) {
     brute = Pipeline<Device>::brute_force(in, algorithm);
-    w.carve(in.count, memory.room(w.carve(in.count, nullptr, Device::scan_bytes)),
-            Device::scan_bytes);
+    w.template carve<Device>(in.count, memory.room(w.template carve<Device>(in.count, nullptr)));
     const Pipeline<Device> pipeline(device_);
     pipeline.build(in, brute, w);
     out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));

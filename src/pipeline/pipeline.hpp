@@ -7,8 +7,12 @@
 //   plan(PlanGrid)          the phases of core::ClassPlanner, by one block
 //   clear(p, bytes)         zeros
 //   scan(values, count)     exclusive sums, in place
+//   count_buckets(count, CountBuckets), fill_buckets(count, FillBuckets)
+//                           what threads that share memory do (pipeline/bucket_order.hpp)
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
 //   mark(stage)             the end of a stage, for whoever measures
+//   buckets_above           more boxes than so many are put into buckets first
+//   scan_bytes(count)       scratch that the scan of so many takes
 // and each of these sees what those before it wrote.
 #pragma once
 
@@ -18,6 +22,7 @@
 #include <throng/options.hpp>
 
 #include "core/class_planner.hpp"
+#include "pipeline/bucket_order.hpp"
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
 #include "pipeline/stages.hpp"
@@ -115,18 +120,19 @@ struct Workspace {
   std::uint32_t boxes = 0, table_cells = 0;
   Report* report = nullptr;
   core::ClassGrid* grid = nullptr;
-  std::uint32_t *occupied = nullptr, *table = nullptr;
-  Place* places = nullptr;
-  Record* records = nullptr;
+  std::uint32_t *occupied = nullptr, *buckets = nullptr, *table = nullptr;
+  Place* places = nullptr;         // of boxes that are not put into buckets
+  std::uint32_t* ranks = nullptr;  // of those that are
+  Record *records = nullptr, *in_buckets = nullptr;
   char* scratch = nullptr;  // of the device's scan
   std::size_t scratch_bytes = 0;
 
-  static constexpr std::size_t occupied_count = 8 * core::max_size_classes;
+  static constexpr std::size_t occupied_count = occupied_flags;
 
-  // Sets the pointers, from `base` on; tells the bytes. base null: only measures. `scan_bytes`
-  // tells the scratch that a scan of so many values takes.
-  template <class F>
-  std::size_t carve(std::uint32_t count, char* base, F&& scan_bytes) {
+  // Sets the pointers, from `base` on; tells the bytes. base null: only measures.
+  template <class Device>
+  std::size_t carve(std::uint32_t count, char* base) {
+    const bool buckets_used = count > Device::buckets_above;
     boxes = count;
     table_cells = cells_for(count);
     std::size_t at = 0;
@@ -138,11 +144,14 @@ struct Workspace {
     take(report, 1);
     // What is cleared before each frame stands together.
     take(occupied, occupied_count);
+    take(buckets, buckets_used ? bucket_count + 1 : 0);
     take(table, scanned(table_cells));
     take(grid, 1);
-    take(places, count);
+    take(places, buckets_used ? Device::buckets_above : count);
+    take(ranks, buckets_used ? count : 0);
     take(records, count);
-    scratch_bytes = scan_bytes(scanned(table_cells));
+    take(in_buckets, buckets_used ? count : 0);
+    scratch_bytes = Device::scan_bytes(scanned(table_cells));
     take(scratch, scratch_bytes);
     return at;
   }
@@ -192,11 +201,15 @@ class Pipeline {
     device_.plan(PlanGrid{in, limits, w.grid, w.report});
     device_.mark(Stage::plan);
     device_.clear(w.occupied, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.occupied)));
-    device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
-    device_.scan(w.table, scanned);
-    const PlaceBoxes place{in,        w.table,  w.places,
-                           w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
-    device_.launch(place.count(), place);
+    if (in.count > Device::buckets_above) {
+      sort_by_buckets(in, w, scanned);
+    } else {
+      device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
+      device_.scan(w.table, scanned);
+      const PlaceBoxes place{in,        w.table,  w.places,
+                             w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
+      device_.launch(std::uint64_t{2} * in.count, place);
+    }
     device_.mark(Stage::bin);
   }
 
@@ -229,6 +242,17 @@ class Pipeline {
   }
 
  private:
+  void sort_by_buckets(const Input& in, const Workspace& w, std::size_t scanned) const {
+    const std::uint32_t* active = w.buckets + bucket_count;  // once they are summed up
+    device_.count_buckets(in.count, CountBuckets{in, w.grid, w.buckets, w.occupied, w.report});
+    device_.scan(w.buckets, bucket_count + 1);
+    device_.fill_buckets(in.count, FillBuckets{in, w.grid, w.buckets, w.in_buckets});
+    device_.launch(in.count, CountRecords{w.in_buckets, active, w.table, w.ranks});
+    device_.scan(w.table, scanned);
+    const PlaceRecords place{w.in_buckets, active, w.table, w.ranks, w.records, w.report};
+    device_.launch(std::uint64_t{2} * in.count, place);
+  }
+
   Device& device_;
 };
 

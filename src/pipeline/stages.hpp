@@ -98,7 +98,6 @@ struct PlaceBoxes {
   Report* report;
   std::uint32_t cells;
 
-  THRONG_HD std::uint64_t count() const noexcept { return std::uint64_t{2} * in.count; }
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index / 2);
     if (index == 0) report->active = start[cells];

@@ -194,20 +194,28 @@ TEST(Planning, FewBoxesNeedNoGrid) {
   }
 }
 
+struct Sizes {
+  static constexpr std::uint32_t buckets_above = 4097;
+  static std::size_t scan_bytes(std::size_t) { return 777; }
+};
+
 TEST(Workspace, PartsDoNotOverlap) {
-  for (const std::uint32_t count : {1u, 31u, 4097u, 1000000u}) {
+  for (const std::uint32_t count : {1u, 31u, 4097u, 4098u, 1000000u}) {
     Workspace w;
-    const auto scan_bytes = [](std::size_t) { return std::size_t{777}; };
-    const std::size_t bytes = w.carve(count, nullptr, scan_bytes);
+    const std::size_t bytes = w.carve<Sizes>(count, nullptr);
     char* base = reinterpret_cast<char*>(std::uintptr_t{1} << 40);  // never read
-    EXPECT_EQ(w.carve(count, base, scan_bytes), bytes);
+    EXPECT_EQ(w.carve<Sizes>(count, base), bytes);
+    const std::size_t bucketed = count > 4097 ? count : 0;
     const std::pair<const void*, std::size_t> parts[] = {
         {w.report, sizeof(Report)},
         {w.occupied, Workspace::occupied_count * 4},
+        {w.buckets, bucketed ? (bucket_count + 1) * 4 : 0},
         {w.table, Workspace::scanned(w.table_cells) * 4},
         {w.grid, sizeof(core::ClassGrid)},
-        {w.places, std::size_t{count} * 8},
+        {w.places, (bucketed ? 4097 : std::size_t{count}) * 8},
+        {w.ranks, bucketed * 4},
         {w.records, std::size_t{count} * sizeof(Record)},
+        {w.in_buckets, bucketed * sizeof(Record)},
         {w.scratch, w.scratch_bytes}};
     const char* end = base;
     for (const auto& [at, size] : parts) {
@@ -217,8 +225,8 @@ TEST(Workspace, PartsDoNotOverlap) {
       end = p + size;
     }
     EXPECT_LE(end, base + bytes);
-    // What a box costs: 45 bytes, and a constant.
-    EXPECT_LE(bytes, std::size_t{count} * 49 + 60000);
+    // What a box costs: 49 bytes, by buckets 77, and a constant.
+    EXPECT_LE(bytes, std::size_t{count} * (bucketed ? 77 : 49) + 100000);
   }
 }
 
