@@ -136,7 +136,7 @@ struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
   Vec3 upper;
-  std::uint32_t cell;  // of one that was put into a bucket (pipeline/bucket_order.hpp), else 0
+  std::uint32_t cell;  // where buckets are used (pipeline/bucket_order.hpp), else 0
 
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
