@@ -134,6 +134,17 @@ class HostDevice {
   T read(const T& value) const noexcept {
     return value;
   }
+  template <class T>
+  T take(T& value, std::size_t bytes = sizeof(T)) const noexcept {
+    const T copy = value;
+    std::memset(static_cast<void*>(&value), 0, bytes);
+    return copy;
+  }
+  template <class F, class T>
+  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t*) const {
+    launch(count, f);
+    return take(value);
+  }
 
   void mark(Stage stage) noexcept {
     const Clock::time_point now = Clock::now();

@@ -15,8 +15,8 @@ namespace throng::pipeline {
 
 // Bits of an object's state.
 constexpr std::uint8_t alive_bit = 1;
-constexpr std::uint8_t moved_bit = 2;  // since the last update
-constexpr std::uint8_t fresh_bit = 4;  // by the check at hand; without meaning outside of it
+// Since the last update; it may stand longer, and then costs comparisons but no more.
+constexpr std::uint8_t moved_bit = 2;
 // Its fat box is another one than that in the grid; and was made in this update.
 constexpr std::uint8_t stray_bit = 8, leaving_bit = 16;
 
@@ -235,15 +235,18 @@ struct CheckAll {
   LiveView live;
   BoxReader boxes;
   Checked* told;
+  bool moved_before;  // since the last update: what did stays marked
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
+    // No load waits for another.
     const std::uint8_t state = live.state[i];
+    const Box now = boxes(i), before = load_box(live.boxes + i);
     if (!(state & alive_bit)) return;
-    const Box now = boxes(i);
-    const bool moved = !same_bits(now, load_box(live.boxes + i));
-    const auto fresh = static_cast<std::uint8_t>(moved ? state | fresh_bit : state & ~fresh_bit);
-    if (fresh != state) live.state[i] = fresh;
+    const bool moved = !same_bits(now, before);
+    const std::uint8_t others = moved_before ? state : state & ~moved_bit;
+    const auto after = static_cast<std::uint8_t>(moved ? others | moved_bit : others);
+    if (after != state) live.state[i] = after;
     if (!moved) return;
     if (core::has_nan(now)) tell_nan(*told, i);
     raise(&told->moved);
@@ -251,17 +254,19 @@ struct CheckAll {
   }
 };
 // Put behind CheckAll without a look at what it told: it does nothing where that is not good.
+// told null: it is good. Empties a report for what comes next.
 struct MoveAll {
   LiveView live;
   BoxReader boxes;
   const Checked* told;
   bool nan_allowed;
+  Report* report;
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
-    if (!told->moved || !told->good(nan_allowed)) return;
-    if (!(live.state[i] & fresh_bit) || !(live.state[i] & alive_bit)) return;
-    live.boxes[i] = boxes(i);
-    live.state[i] = static_cast<std::uint8_t>((live.state[i] | moved_bit) & ~fresh_bit);
+    if (i == 0) *report = Report{};
+    if (told && (!told->moved || !told->good(nan_allowed))) return;
+    constexpr std::uint8_t both = alive_bit | moved_bit;
+    if ((live.state[i] & both) == both) live.boxes[i] = boxes(i);
   }
 };
 

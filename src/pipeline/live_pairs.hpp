@@ -28,11 +28,13 @@ class LivePairSet {
   LivePairs candidates() const noexcept { return candidates_.view(); }
 
   // Makes room for the changes that there usually are, and puts a comparison of the candidates on
-  // the device, which depends on what told->checked says by then.
+  // the device, which depends on what `checked`, if there is one, says by then. told->report is
+  // empty.
   void prepare_retest() { changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair)); }
-  void put_retest(const LiveView& live, LiveTold* told, bool nan_allowed, bool moved_before) const {
-    look(Retest{candidates_.list(), live, &told->checked, nan_allowed, moved_before, true},
-         changes_, &told->report);
+  void put_retest(const LiveView& live, LiveTold* told, const Checked* checked, bool nan_allowed,
+                  bool moved_before) const {
+    look(Retest{candidates_.list(), live, checked, nan_allowed, moved_before, true}, changes_,
+         &told->report);
   }
 
   // Takes what changed, of which the report tells; where there was no room for it, it is found
@@ -64,6 +66,8 @@ class LivePairSet {
     if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
     leavers_.room(most * sizeof(Pair));
     strays_.room(most * sizeof(Pair));
+    device_.clear(&told->leavers, sizeof told->leavers);
+    device_.clear(&told->strays, sizeof told->strays);
     look(LookForLeavers{live}, leavers_, &told->leavers);
     const std::uint64_t leavers = device_.read(told->leavers).found;
     if (leavers > leavers_.bytes() / sizeof(Pair)) return false;
