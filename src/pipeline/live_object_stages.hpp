@@ -26,7 +26,9 @@ constexpr std::uint32_t no_slot = 0xffffffffu;
 struct Checked {
   std::uint64_t nan_count = 0, bad_ids = 0, bad_worlds = 0;
   std::uint32_t nan_mark = 0, bad_id_mark = 0, bad_world_mark = 0;  // ~ of the first such index
-  std::uint32_t moved = 0, left = 0;  // flags: some box is another one; some is not in its fat box
+  // Flags: some box is another one; some is not in its fat box, or does not hold its lean one; some
+  // became inactive, or is so no longer.
+  std::uint32_t moved = 0, left = 0, turned = 0;
 
   // Whether it may be applied.
   THRONG_HD bool good(bool nan_allowed) const noexcept {
@@ -90,12 +92,29 @@ struct LiveView {
   THRONG_HD Box fat_box(const Box& box) const noexcept {
     return core::is_active(box) ? core::expand(grown(box), fat_margin) : inactive();
   }
-  // Whether the candidates there are hold all that this box may pair with.
+  // Narrower than the box of which that is the fat one by as much as that is wider. Where it is so
+  // by less than floats tell apart it is so by one float.
+  THRONG_HD Box lean_box(const Box& f) const noexcept {
+    const float by = 2 * fat_margin;
+    return {{raised(f.lower.x, by), raised(f.lower.y, by), raised(f.lower.z, by)},
+            {-raised(-f.upper.x, by), -raised(-f.upper.y, by), -raised(-f.upper.z, by)}};
+  }
+  THRONG_HD static bool inside(const Box& a, const Box& b) noexcept {
+    return (b.lower.x <= a.lower.x) & (a.upper.x <= b.upper.x) & (b.lower.y <= a.lower.y) &
+           (a.upper.y <= b.upper.y) & (b.lower.z <= a.lower.z) & (a.upper.z <= b.upper.z);
+  }
+  // Whether the candidates there are hold all that this box may pair with, and all of which it is
+  // certain that they are pairs still are: it lies in its fat box, and its lean one lies in it.
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
     if (!core::is_active(box)) return true;
     const Box mine = grown(box), f = load_box(fat + id);
-    return (f.lower.x <= mine.lower.x) & (mine.upper.x <= f.upper.x) & (f.lower.y <= mine.lower.y) &
-           (mine.upper.y <= f.upper.y) & (f.lower.z <= mine.lower.z) & (mine.upper.z <= f.upper.z);
+    return inside(mine, f) & inside(lean_box(f), mine);
+  }
+  // A box that was given took the place of this one.
+  THRONG_HD void tell_move(std::uint32_t id, const Box& before, const Box& now,
+                           Checked& told) const noexcept {
+    if (!holds(id, now)) raise(&told.left);
+    if (!core::is_active(before) || !core::is_active(now)) raise(&told.turned);
   }
   THRONG_HD void set_filters(std::uint32_t id, const Set& from, std::uint64_t i,
                              bool fresh) const noexcept {
@@ -106,6 +125,12 @@ struct LiveView {
     if (world && (from.world || fresh)) world[id] = from.world ? from.world[i] : -1;
     if (is_static && (from.is_static || fresh))
       is_static[id] = from.is_static ? from.is_static[i] : std::uint8_t{0};
+  }
+
+ private:
+  THRONG_HD static float raised(float x, float by) noexcept {
+    const float y = x + by;
+    return y > x ? y : -core::next_down(-x);
   }
 };
 
@@ -164,7 +189,7 @@ struct CheckList {
     if (!has_boxes) return;
     const Box box = boxes(i);
     if (core::has_nan(box)) tell_nan(*told, i);
-    if (!live.holds(id, box)) raise(&told->left);
+    live.tell_move(id, load_box(live.boxes + id), box, *told);
   }
 };
 
@@ -250,7 +275,7 @@ struct CheckAll {
     if (!moved) return;
     if (core::has_nan(now)) tell_nan(*told, i);
     raise(&told->moved);
-    if (!live.holds(i, now)) raise(&told->left);
+    live.tell_move(i, before, now, *told);
   }
 };
 // Put behind CheckAll without a look at what it told: it does nothing where that is not good.

@@ -44,6 +44,8 @@ class LiveObjects {
   bool moved() const noexcept { return moved_; }
   bool left() const noexcept { return left_; }
   bool stale() const noexcept { return stale_; }
+  // Whether some object became inactive, was removed, or is active again, since the last update.
+  bool turned() const noexcept { return turned_; }
   // Until the next settle(). Fat boxes are made, and the candidates are those of before.
   void set_stale() noexcept { stale_ = true; }
 
@@ -76,7 +78,7 @@ class LiveObjects {
       device_.launch(n, RemoveList{view(), ids, array<ObjectId>(removed_array) + removed_count_});
       removed_count_ += static_cast<std::uint32_t>(n);
       count_ -= static_cast<std::uint32_t>(n);
-      moved_ = true;
+      moved_ = turned_ = true;
     }
     r.found = count_;
   }
@@ -151,6 +153,7 @@ class LiveObjects {
       return refuse(Status::nan_box, told.nan_count, told.nan_mark);
     moved_ = moved_ || told.moved;
     left_ = left_ || told.left;
+    turned_ = turned_ || told.turned;
     return true;
   }
 
@@ -208,7 +211,7 @@ class LiveObjects {
     unsettled_ = unsettled_ || moved_;
     moved_ = false;
     if (stale_) settle_states();  // no state may say for long that an object is leaving
-    left_ = stale_ = false;
+    left_ = stale_ = turned_ = false;
   }
 
   // Everything of the other's, of the same device. Failure: nothing has changed.
@@ -235,6 +238,7 @@ class LiveObjects {
     unsettled_ = other.unsettled_;
     left_ = other.left_;
     stale_ = other.stale_;
+    turned_ = other.turned_;
   }
 
   std::size_t held() const noexcept {
@@ -347,7 +351,7 @@ class LiveObjects {
   float margin_, fat_margin_;
   std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
   std::uint32_t token_ = 0;
-  bool moved_ = false, left_ = false, stale_ = false;
+  bool moved_ = false, left_ = false, stale_ = false, turned_ = false;
   // States may say of objects that they moved though they did not since the last update.
   bool unsettled_ = false;
   bool told_is_clear_ = false;

@@ -4,6 +4,11 @@
 //   a pair overlaps; each box lies in its fat box; so the fat boxes overlap, and it is a candidate.
 // An update compares the candidates again and lists those that changed; where boxes left theirs,
 // the candidates are found anew first, and take over the slots of those before.
+// Most pairs overlap by so much that they need not be compared. Each object has a lean box, too,
+// which lies in its box while that does not leave. Where those of two objects overlap, they are a
+// pair whatever they do:
+//   a.lower <= lean a.lower <= lean b.upper <= b.upper, and so on all sides, without rounding.
+// The other candidates are in doubt; once there is a list of them, an update compares no others.
 #pragma once
 
 #include <cstdint>
@@ -80,6 +85,38 @@ struct EachOnce {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(look, i); }
 };
 
+// Candidates that are in doubt, each with whether it is a pair now: the top bit of the first id,
+// which no id has. Good for these candidates and fat boxes while no object turns.
+struct Doubtful {
+  static constexpr std::uint32_t is_pair = 0x80000000u;
+  Pair* pairs;
+  std::uint64_t capacity;
+  const Report* report;  // of the search that listed them; they may be too many to be listed
+
+  THRONG_HD bool listed() const noexcept { return pairs && report->found <= capacity; }
+};
+struct LookForDoubtful {
+  Candidates candidates;
+  LiveView live;
+  std::uint64_t bound() const noexcept { return candidates.count; }
+  THRONG_HD std::uint64_t count() const noexcept { return candidates.count; }
+  THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t&) const noexcept {
+    const LivePair c = candidates.pairs[i];
+    pair = {c.first | (c.slot != no_slot ? Doubtful::is_pair : 0), c.second};
+    Box a, b;
+    return !(lean(c.first, a) && lean(c.second, b) && core::overlaps(a, b));
+  }
+
+ private:
+  // False where the object does not hold it: one that is inactive, or so far out that floats do not
+  // tell them apart.
+  THRONG_HD bool lean(std::uint32_t id, Box& box) const noexcept {
+    const Box now = load_box(live.boxes + id);
+    box = live.lean_box(load_box(live.fat + id));
+    return core::is_active(now) && live.inside(box, live.grown(now));
+  }
+};
+
 // Candidates that became a pair, or are one no longer. Put behind CheckAll without a look at what
 // it told: `told` says whether there is anything to compare, and whether these are the candidates.
 struct Retest {
@@ -88,23 +125,41 @@ struct Retest {
   const Checked* told;  // null: there is nothing to depend on
   bool nan_allowed, moved_before;
   bool movers_alone;  // what did not move is what it was
+  // Where there is such a list, and may be looked at; kept up to date.
+  Doubtful doubtful{};
 
   std::uint64_t bound() const noexcept { return candidates.count; }
   THRONG_HD std::uint64_t count() const noexcept {
-    if (!told) return candidates.count;
+    const std::uint64_t all = by_list() ? doubtful.report->found : candidates.count;
+    if (!told) return all;
     const bool wanted = told->good(nan_allowed) && !told->left && (told->moved || moved_before);
-    return wanted ? candidates.count : 0;
+    return wanted ? all : 0;
   }
   THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t& compared) const noexcept {
-    const LivePair c = candidates.pairs[i];
-    if (movers_alone && !((live.state[c.first] | live.state[c.second]) & moved_bit)) return false;
+    bool was_pair;
+    const bool listed = by_list();
+    if (listed) {
+      pair = doubtful.pairs[i];
+      was_pair = (pair.first & Doubtful::is_pair) != 0;
+      pair.first &= ~Doubtful::is_pair;
+    } else {
+      const LivePair c = candidates.pairs[i];
+      pair = {c.first, c.second};
+      was_pair = c.slot != no_slot;
+    }
+    if (movers_alone && !((live.state[pair.first] | live.state[pair.second]) & moved_bit))
+      return false;
     compared = 1;
-    const Box a = load_box(live.boxes + c.first), b = load_box(live.boxes + c.second);
+    const Box a = load_box(live.boxes + pair.first), b = load_box(live.boxes + pair.second);
     const bool is_pair =
         core::is_active(a) && core::is_active(b) && core::overlaps(live.grown(a), live.grown(b));
-    pair = {c.first, c.second};
-    return is_pair != (c.slot != no_slot);
+    if (listed && is_pair != was_pair)
+      doubtful.pairs[i].first = pair.first | (is_pair ? Doubtful::is_pair : 0);
+    return is_pair != was_pair;
   }
+
+ private:
+  THRONG_HD bool by_list() const noexcept { return doubtful.listed() && !(told && told->turned); }
 };
 
 // Pairs that are not even candidates any more; with states, of those that left their fat boxes.

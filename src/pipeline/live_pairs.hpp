@@ -32,20 +32,40 @@ class LivePairSet {
   // empty.
   void prepare_retest() { changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair)); }
   void put_retest(const LiveView& live, LiveTold* told, const Checked* checked, bool nan_allowed,
-                  bool moved_before) const {
-    look(Retest{candidates_.list(), live, checked, nan_allowed, moved_before, true}, changes_,
-         &told->report);
+                  bool moved_before, bool turned_before) const {
+    Retest retest{candidates_.list(), live, checked, nan_allowed, moved_before, true};
+    if (!turned_before) retest.doubtful = doubtful();
+    look(retest, changes_, &told->report);
   }
 
   // Takes what changed, of which the report tells; where there was no room for it, it is found
-  // again. `live` is as put_retest had it.
-  void commit_retest(const LiveView& live, const Report& found, LiveTold* told) {
+  // again. `live` is as put_retest had it; `turned`: whether anything did by now.
+  void commit_retest(const LiveView& live, const Report& found, bool turned, LiveTold* told) {
+    // Where this fails, or the list was not looked at, what it says of pairs is void.
+    const bool listed = listed_ && !turned;
+    listed_ = false;
     if (found.found > room_for_changes()) {
       make_room_for_changes(found.found);
       device_.clear(&told->report, sizeof(Report));
       look(Retest{candidates_.list(), live, nullptr, true, true, true}, changes_, &told->report);
     }
     commit(found.found, candidates_.list(), live.limit, &told->report);
+    listed_ = listed;
+  }
+  // After an update of which all candidates stay: lists those in doubt, if none were found anew for
+  // a while, so that it pays. Not waited for.
+  void list_doubtful(const LiveView& live) {
+    if (listed_ || candidates_.count == 0 || ++calm_ < 2) return;
+    try {
+      doubtful_.room(static_cast<std::size_t>(candidates_.count / 8 * 5 + 1024) * sizeof(Pair));
+      doubtful_told_.room(sizeof(Report));
+    } catch (const Failure&) {
+      return;  // it is done without
+    }
+    auto* report = doubtful_told_.template as<Report>();
+    device_.clear(report, sizeof(Report));
+    look(LookForDoubtful{candidates_.list(), live}, doubtful_, report);
+    listed_ = true;
   }
 
   // Finds all candidates anew, of fat boxes, and takes what changed.
@@ -149,16 +169,17 @@ class LivePairSet {
     slot_limit_ = other.slot_limit_;
     free_count_ = other.free_count_;
     gathered_ = in_grid_ = false;
+    forget_doubtful();
   }
 
   std::size_t held() const noexcept {
     std::size_t sum = 0;
     for (const Block<Device>* b :
-         {&candidates_.block, &next_.block,  &begun_.block, &ended_.block, &next_begun_.block,
-          &next_ended_.block, &pairs_.block, &free_slots_,  &workspace_,   &found_,
-          &sorting_,          &changes_,     &flags_,       &scratch_,     &leavers_,
-          &strays_,           &askers_,      &fresh_,       &stray_boxes_, &stray_filters_,
-          &stray_workspace_})
+         {&candidates_.block, &next_.block,  &begun_.block,  &ended_.block, &next_begun_.block,
+          &next_ended_.block, &pairs_.block, &free_slots_,   &workspace_,   &found_,
+          &sorting_,          &changes_,     &flags_,        &scratch_,     &leavers_,
+          &strays_,           &askers_,      &fresh_,        &stray_boxes_, &stray_filters_,
+          &stray_workspace_,  &doubtful_,    &doubtful_told_})
       sum += b->bytes();
     return sum;
   }
@@ -190,6 +211,16 @@ class LivePairSet {
     return {{{&mine.candidates_, &theirs.candidates_},
              {&mine.begun_, &theirs.begun_},
              {&mine.ended_, &theirs.ended_}}};
+  }
+
+  Doubtful doubtful() const noexcept {
+    if (!listed_) return {};
+    return {doubtful_.template as<Pair>(), room_of(doubtful_),
+            doubtful_told_.template as<Report>()};
+  }
+  void forget_doubtful() noexcept {
+    listed_ = false;
+    calm_ = 0;
   }
 
   // Each of which there is one, into `out`; as far as there is room.
@@ -287,6 +318,7 @@ class LivePairSet {
   // those of before.
   void commit_next(const Candidates& now, const LiveView& live, bool mended, LiveTold* told,
                    Result& r) {
+    forget_doubtful();
     std::uint64_t changes = 0;
     for (;;) {
       device_.clear(&told->report, sizeof(Report));
@@ -355,12 +387,16 @@ class LivePairSet {
       flags_{device_}, scratch_{device_};
   Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
       stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
+  Block<Device> doubtful_{device_}, doubtful_told_{device_};
   // The grid that all candidates were found in last, in workspace_.
   Input grid_of_;
   Workspace workspace_of_;
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
   bool gathered_ = false, in_grid_ = false;
+  // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
+  bool listed_ = false;
+  unsigned calm_ = 0;
 };
 
 }  // namespace throng::pipeline

@@ -58,11 +58,11 @@ class LiveScene {
       device_.clear(&at->report, sizeof at->report);
     }
     const bool unknown = boxes && !look_first;
-    const bool retest =
-        !objects_.left() && pairs_.candidate_count() != 0 && (unknown || objects_.moved());
+    const bool retest = !objects_.left() && !objects_.stale() && pairs_.candidate_count() != 0 &&
+                        (unknown || objects_.moved());
     if (retest)
-      pairs_.put_retest(live, at, unknown ? &at->checked : nullptr, nan_allowed(),
-                        objects_.moved());
+      pairs_.put_retest(live, at, unknown ? &at->checked : nullptr, nan_allowed(), objects_.moved(),
+                        objects_.turned());
     if (unknown || retest) {
       const Checked seen = told.checked;
       told = objects_.take(at);
@@ -83,7 +83,8 @@ class LiveScene {
       r.plan.reason =
           objects_.moved() ? "no box left its fat box: candidates compared again" : "nothing moved";
       r.comparisons = told.report.comparisons;
-      pairs_.commit_retest(live, told.report, at);
+      pairs_.commit_retest(live, told.report, objects_.turned(), at);
+      if (objects_.moved()) pairs_.list_doubtful(live);
     }
     objects_.settle();
     r.found = pairs_.count();

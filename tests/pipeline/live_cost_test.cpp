@@ -87,7 +87,7 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   shift(3000, 1e-4f);  // one, and no pair begins or ends
   costs("compared again", 4, 2);
   shift(3000, -1e-4f);
-  costs("compared again", 4, 1);
+  costs("compared again", 6, 1);  // those in doubt are listed
   for (const float by : {0.1f, -0.1f, 0.1f}) {
     shift(1, by);
     costs("compared again", 11, 2);
