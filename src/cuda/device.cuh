@@ -9,6 +9,7 @@
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/check.hpp"
+#include "cuda/gather.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/mailbox.cuh"
 #include "cuda/upload.hpp"
@@ -188,6 +189,13 @@ class Device {
                                                         block_threads, 0));
     run_search<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(
         search, sink);
+    check(cudaGetLastError());
+  }
+  template <class Look>
+  void gather(std::uint64_t bound, const Look& look, const pipeline::Tiles& to) const {
+    if (bound == 0) return;
+    const std::uint64_t tiles = pipeline::Tiles::of(bound);
+    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
     check(cudaGetLastError());
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,

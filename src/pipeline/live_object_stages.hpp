@@ -28,12 +28,18 @@ struct Checked {
   std::uint32_t nan_mark = 0, bad_id_mark = 0, bad_world_mark = 0;  // ~ of the first such index
   // Flags: some box is another one; some is not in its fat box, or does not hold its lean one; some
   // became inactive, or is so no longer.
-  std::uint32_t moved = 0, left = 0, turned = 0;
+  std::uint32_t moved = 0, left = 0, gone = 0;
 
   // Whether it may be applied.
   THRONG_HD bool good(bool nan_allowed) const noexcept {
     return bad_ids == 0 && bad_worlds == 0 && (nan_allowed || nan_count == 0);
   }
+};
+
+// What is told of pairs that begin and end.
+struct Changed {
+  std::uint64_t count = 0, begun = 0;
+  std::uint64_t comparisons = 0;
 };
 
 // A box of an array that starts at a multiple of 8.
@@ -110,11 +116,10 @@ struct LiveView {
     const Box mine = grown(box), f = load_box(fat + id);
     return inside(mine, f) & inside(lean_box(f), mine);
   }
-  // A box that was given took the place of this one.
-  THRONG_HD void tell_move(std::uint32_t id, const Box& before, const Box& now,
-                           Checked& told) const noexcept {
+  // A box that was given.
+  THRONG_HD void tell_move(std::uint32_t id, const Box& now, Checked& told) const noexcept {
     if (!holds(id, now)) raise(&told.left);
-    if (!core::is_active(before) || !core::is_active(now)) raise(&told.turned);
+    if (!core::is_active(now)) raise(&told.gone);
   }
   THRONG_HD void set_filters(std::uint32_t id, const Set& from, std::uint64_t i,
                              bool fresh) const noexcept {
@@ -189,7 +194,7 @@ struct CheckList {
     if (!has_boxes) return;
     const Box box = boxes(i);
     if (core::has_nan(box)) tell_nan(*told, i);
-    live.tell_move(id, load_box(live.boxes + id), box, *told);
+    live.tell_move(id, box, *told);
   }
 };
 
@@ -275,20 +280,20 @@ struct CheckAll {
     if (!moved) return;
     if (core::has_nan(now)) tell_nan(*told, i);
     raise(&told->moved);
-    live.tell_move(i, before, now, *told);
+    live.tell_move(i, now, *told);
   }
 };
 // Put behind CheckAll without a look at what it told: it does nothing where that is not good.
-// told null: it is good. Empties a report for what comes next.
+// told null: it is good. Empties what is told next.
 struct MoveAll {
   LiveView live;
   BoxReader boxes;
   const Checked* told;
   bool nan_allowed;
-  Report* report;
+  Changed* changed;
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
-    if (i == 0) *report = Report{};
+    if (i == 0) *changed = Changed{};
     if (told && (!told->moved || !told->good(nan_allowed))) return;
     constexpr std::uint8_t both = alive_bit | moved_bit;
     if ((live.state[i] & both) == both) live.boxes[i] = boxes(i);

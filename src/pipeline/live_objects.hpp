@@ -4,6 +4,8 @@
 //
 // Beside what a pipeline asks for, a Device has here
 //   allocate, release, copy(to, from, bytes), read(value)
+//   gather(bound, look, tiles)           look(i, pair, compared) for each i below look.count() <=
+//                                        bound: the changes, in order, see live_change_stages.hpp
 //   take(value, bytes)                   reads it, and leaves zeros in its first bytes
 //   launch_and_take(count, f, value, t)  a launch and what it left there, in one; zeros then. *t is
 //                                        zero, and is so again
@@ -25,7 +27,7 @@ namespace throng::pipeline {
 // What a call tells, in the device's memory.
 struct LiveTold {
   Checked checked;         // zeros between calls
-  Report report;           // of the pairs that changed
+  Changed changed;         // pairs
   Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
   Report fresh;            // their candidates
   std::uint32_t tickets;   // zero, but in a launch
@@ -45,7 +47,8 @@ class LiveObjects {
   bool left() const noexcept { return left_; }
   bool stale() const noexcept { return stale_; }
   // Whether some object became inactive, was removed, or is active again, since the last update.
-  bool turned() const noexcept { return turned_; }
+  bool gone() const noexcept { return gone_; }
+  bool refiltered() const noexcept { return refiltered_; }  // some since the last update
   // Until the next settle(). Fat boxes are made, and the candidates are those of before.
   void set_stale() noexcept { stale_ = true; }
 
@@ -78,7 +81,7 @@ class LiveObjects {
       device_.launch(n, RemoveList{view(), ids, array<ObjectId>(removed_array) + removed_count_});
       removed_count_ += static_cast<std::uint32_t>(n);
       count_ -= static_cast<std::uint32_t>(n);
-      moved_ = turned_ = true;
+      moved_ = gone_ = true;
     }
     r.found = count_;
   }
@@ -103,10 +106,10 @@ class LiveObjects {
   void put_check_all(const Boxes& boxes, LiveTold* at) {
     device_.launch(limit_, check_all(boxes, at));
   }
-  // `checked` null: it is known to be good. at->report is empty then.
+  // `checked` null: it is known to be good. at->changed is empty then.
   void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at, const Checked* checked) {
     const BoxReader reader = BoxReader::of(boxes);
-    device_.launch(limit_, MoveAll{view(), reader, checked, nan_allowed, &at->report});
+    device_.launch(limit_, MoveAll{view(), reader, checked, nan_allowed, &at->changed});
   }
   // The check by itself, of boxes which are likely to be where they were; accept() follows.
   Checked check_all_now(const Boxes& boxes, LiveTold* at) {
@@ -127,7 +130,7 @@ class LiveObjects {
       settle_states();
       want_filters(filters);
       device_.launch(n, SetFiltersOfList{view(), ids, reader.set});
-      moved_ = stale_ = true;
+      moved_ = stale_ = refiltered_ = true;
     }
     r.found = count_;
   }
@@ -153,7 +156,7 @@ class LiveObjects {
       return refuse(Status::nan_box, told.nan_count, told.nan_mark);
     moved_ = moved_ || told.moved;
     left_ = left_ || told.left;
-    turned_ = turned_ || told.turned;
+    gone_ = gone_ || told.gone;
     return true;
   }
 
@@ -211,7 +214,7 @@ class LiveObjects {
     unsettled_ = unsettled_ || moved_;
     moved_ = false;
     if (stale_) settle_states();  // no state may say for long that an object is leaving
-    left_ = stale_ = turned_ = false;
+    left_ = stale_ = gone_ = refiltered_ = false;
   }
 
   // Everything of the other's, of the same device. Failure: nothing has changed.
@@ -238,7 +241,8 @@ class LiveObjects {
     unsettled_ = other.unsettled_;
     left_ = other.left_;
     stale_ = other.stale_;
-    turned_ = other.turned_;
+    gone_ = other.gone_;
+    refiltered_ = other.refiltered_;
   }
 
   std::size_t held() const noexcept {
@@ -351,7 +355,7 @@ class LiveObjects {
   float margin_, fat_margin_;
   std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
   std::uint32_t token_ = 0;
-  bool moved_ = false, left_ = false, stale_ = false, turned_ = false;
+  bool moved_ = false, left_ = false, stale_ = false, gone_ = false, refiltered_ = false;
   // States may say of objects that they moved though they did not since the last update.
   bool unsettled_ = false;
   bool told_is_clear_ = false;

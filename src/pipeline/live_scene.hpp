@@ -55,14 +55,14 @@ class LiveScene {
       objects_.put_check_all(*boxes, at);
       objects_.put_move_all(*boxes, nan_allowed(), at, &at->checked);
     } else {
-      device_.clear(&at->report, sizeof at->report);
+      device_.clear(&at->changed, sizeof at->changed);
     }
     const bool unknown = boxes && !look_first;
     const bool retest = !objects_.left() && !objects_.stale() && pairs_.candidate_count() != 0 &&
                         (unknown || objects_.moved());
     if (retest)
       pairs_.put_retest(live, at, unknown ? &at->checked : nullptr, nan_allowed(), objects_.moved(),
-                        objects_.turned());
+                        objects_.gone());
     if (unknown || retest) {
       const Checked seen = told.checked;
       told = objects_.take(at);
@@ -77,13 +77,13 @@ class LiveScene {
       };
       if (objects_.stale() || !pairs_.commit_strays(live, at, begin, r)) {
         r.plan.reason = "all candidates found anew";
-        pairs_.commit_found(objects_.fatten(), live, options_, at, r);
+        pairs_.commit_found(objects_.fatten(), live, options_, objects_.refiltered(), at, r);
       }
     } else {
       r.plan.reason =
           objects_.moved() ? "no box left its fat box: candidates compared again" : "nothing moved";
-      r.comparisons = told.report.comparisons;
-      pairs_.commit_retest(live, told.report, objects_.turned(), at);
+      r.comparisons = told.changed.comparisons;
+      pairs_.commit_retest(live, told.changed, objects_.gone(), at);
       if (objects_.moved()) pairs_.list_doubtful(live);
     }
     objects_.settle();

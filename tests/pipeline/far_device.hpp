@@ -85,6 +85,11 @@ class FarDevice : public HostDevice {
     ++puts;
     HostDevice::search(bound, search, sink);
   }
+  template <class Look, class Tiles>
+  void gather(std::uint64_t bound, const Look& look, const Tiles& to) {
+    puts += bound != 0;
+    HostDevice::gather(bound, look, to);
+  }
   template <class... Args>
   void sort(Pair* pairs, void* room, std::size_t bytes, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Args&... args) {
