@@ -16,8 +16,10 @@ namespace throng::cuda {
 
 // What it tells is what throng::BroadPhase tells of the same calls, byte for byte: pairs, their
 // order, ids and slots. Each object lies in a fat box, wider by `fat_margin` (world units, finite,
-// >= 0) than its box when that was made. While no box leaves its fat box an update compares the
-// candidates again, which are the pairs of fat boxes; when one does, all candidates are found anew.
+// >= 0) than its box when that was made. While no box leaves its fat box, nor shrinks by more than
+// the margin, an update compares the candidates again, which are the pairs of fat boxes, or, from
+// the third such update on, those of which the margin leaves it open whether they are pairs. When
+// one does, its candidates are found anew, or all.
 // So the margin is a trade: n objects of width e that go a distance v a frame have candidates for
 // (1 + 2 fat_margin / e)^3 times as many pairs, and are good for fat_margin / v updates. It does
 // not change what is told. 0: whatever moves has all candidates found anew.

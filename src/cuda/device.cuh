@@ -10,7 +10,9 @@
 
 #include "cuda/buckets.cuh"
 #include "cuda/check.hpp"
+#include "cuda/gather.cuh"
 #include "cuda/launch.cuh"
+#include "cuda/mailbox.cuh"
 #include "cuda/search.cuh"
 #include "cuda/upload.hpp"
 #include "pipeline/order.hpp"
@@ -129,6 +131,13 @@ class Device {
     kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
     check(cudaGetLastError());
   }
+  template <class Look>
+  void gather(std::uint64_t bound, const Look& look, const pipeline::Tiles& to) const {
+    if (bound == 0) return;
+    const std::uint64_t tiles = pipeline::Tiles::of(bound);
+    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
+    check(cudaGetLastError());
+  }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
   // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
   void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
@@ -146,11 +155,26 @@ class Device {
 
   // These wait.
   template <class T>
-  T read(const T& value) const {
+  T read(const T& value) {
+    if constexpr (Mailbox::takes<T>) return send_and_wait(value, 0);
     T copy;
     check(cudaMemcpyAsync(&copy, &value, sizeof copy, cudaMemcpyDeviceToHost, stream_));
     check(cudaStreamSynchronize(stream_));
     return copy;
+  }
+  // Leaves zeros in the first bytes of it.
+  template <class T>
+  T take(T& value, std::size_t bytes = sizeof(T)) {
+    return send_and_wait(value, bytes);
+  }
+  // Behind a launch, as part of it. *tickets is zero, and is so again.
+  template <class F, class T>
+  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
+    if (count == 0) return take(value);
+    const Post post = mailbox_.post(value, sizeof value);
+    run_each_and_send<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f, post, tickets);
+    check(cudaGetLastError());
+    return mailbox_.wait<T>(stream_);
   }
   template <class T>
   void read(const T* from, T* to, std::size_t count) {
@@ -215,6 +239,13 @@ class Device {
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_threads, 0));
     return static_cast<unsigned>(blocks);
   }
+  template <class T>
+  T send_and_wait(const T& value, std::size_t cleared) {
+    const Post post = mailbox_.post(value, cleared);
+    send<<<1, 64, 0, stream_>>>(post);
+    check(cudaGetLastError());
+    return mailbox_.wait<T>(stream_);
+  }
   const Memory& memory_;
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
@@ -224,6 +255,7 @@ class Device {
   unsigned seen_ = 0;
   cudaEvent_t events_[5] = {};
   Staging staging_;
+  Mailbox mailbox_;
   void* copy_ = nullptr;
   std::size_t copy_bytes_ = 0;
 };

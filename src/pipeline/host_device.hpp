@@ -135,6 +135,29 @@ class HostDevice {
       fetch_add(&sink.report->comparisons, comparisons);
     });
   }
+  template <class Look, class Tiles>
+  void gather(std::uint64_t bound, const Look& look, const Tiles& to) const {
+    const std::uint64_t count = look.count();
+    share_out(Tiles::of(bound), 2, [&](std::uint64_t tile, std::uint64_t end) {
+      for (; tile < end; ++tile) {
+        Pair begun[Tiles::size], ended[Tiles::size];
+        std::uint32_t begins = 0, ends = 0, compared = 0;
+        const std::uint64_t first = tile * Tiles::size;
+        for (std::uint64_t i = first; i < std::min(count, first + Tiles::size); ++i) {
+          Pair pair;
+          const auto change = look(i, pair, compared);
+          if (change == decltype(change)::begins) begun[begins++] = pair;
+          if (change == decltype(change)::ends) ended[ends++] = pair;
+        }
+        const std::uint64_t base = fetch_add(&to.told->count, std::uint64_t{begins} + ends);
+        fetch_add(&to.told->begun, std::uint64_t{begins});
+        fetch_add(&to.told->comparisons, std::uint64_t{compared});
+        for (std::uint32_t k = 0; k < begins + ends && base + k < to.capacity; ++k)
+          to.out[base + k] = k < begins ? begun[k] : ended[k - begins];
+        to.note(tile, base, begins, ends);
+      }
+    });
+  }
   static std::size_t sort_bytes(std::size_t count) noexcept {
     return count * sizeof(std::uint64_t);
   }
@@ -154,6 +177,17 @@ class HostDevice {
   template <class T>
   T read(const T& value) const noexcept {
     return value;
+  }
+  template <class T>
+  T take(T& value, std::size_t bytes = sizeof(T)) const noexcept {
+    const T copy = value;
+    std::memset(static_cast<void*>(&value), 0, bytes);
+    return copy;
+  }
+  template <class F, class T>
+  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t*) const {
+    launch(count, f);
+    return take(value);
   }
 
   void mark(Stage stage) noexcept {

@@ -15,8 +15,8 @@ namespace throng::pipeline {
 
 // Bits of an object's state.
 constexpr std::uint8_t alive_bit = 1;
-constexpr std::uint8_t moved_bit = 2;  // since the last update
-constexpr std::uint8_t fresh_bit = 4;  // by the check at hand; without meaning outside of it
+// Since the last update; it may stand longer, and then costs comparisons but no more.
+constexpr std::uint8_t moved_bit = 2;
 // Its fat box is another one than that in the grid; and was made in this update.
 constexpr std::uint8_t stray_bit = 8, leaving_bit = 16;
 
@@ -26,12 +26,20 @@ constexpr std::uint32_t no_slot = 0xffffffffu;
 struct Checked {
   std::uint64_t nan_count = 0, bad_ids = 0, bad_worlds = 0;
   std::uint32_t nan_mark = 0, bad_id_mark = 0, bad_world_mark = 0;  // ~ of the first such index
-  std::uint32_t moved = 0, left = 0;  // flags: some box is another one; some is not in its fat box
+  // Flags: some box is another one; some is not in its fat box, or does not hold its lean one; some
+  // became inactive, or is so no longer.
+  std::uint32_t moved = 0, left = 0, gone = 0;
 
   // Whether it may be applied.
   THRONG_HD bool good(bool nan_allowed) const noexcept {
     return bad_ids == 0 && bad_worlds == 0 && (nan_allowed || nan_count == 0);
   }
+};
+
+// What is told of pairs that begin and end.
+struct Changed {
+  std::uint64_t count = 0, begun = 0;
+  std::uint64_t comparisons = 0;
 };
 
 // A box of an array that starts at a multiple of 8.
@@ -90,12 +98,28 @@ struct LiveView {
   THRONG_HD Box fat_box(const Box& box) const noexcept {
     return core::is_active(box) ? core::expand(grown(box), fat_margin) : inactive();
   }
-  // Whether the candidates there are hold all that this box may pair with.
+  // Narrower than the box of which that is the fat one by as much as that is wider. Where it is so
+  // by less than floats tell apart it is so by one float.
+  THRONG_HD Box lean_box(const Box& f) const noexcept {
+    const float by = 2 * fat_margin;
+    return {{raised(f.lower.x, by), raised(f.lower.y, by), raised(f.lower.z, by)},
+            {-raised(-f.upper.x, by), -raised(-f.upper.y, by), -raised(-f.upper.z, by)}};
+  }
+  THRONG_HD static bool inside(const Box& a, const Box& b) noexcept {
+    return (b.lower.x <= a.lower.x) & (a.upper.x <= b.upper.x) & (b.lower.y <= a.lower.y) &
+           (a.upper.y <= b.upper.y) & (b.lower.z <= a.lower.z) & (a.upper.z <= b.upper.z);
+  }
+  // Whether the candidates there are hold all that this box may pair with, and all of which it is
+  // certain that they are pairs still are: it lies in its fat box, and its lean one lies in it.
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
     if (!core::is_active(box)) return true;
     const Box mine = grown(box), f = load_box(fat + id);
-    return (f.lower.x <= mine.lower.x) & (mine.upper.x <= f.upper.x) & (f.lower.y <= mine.lower.y) &
-           (mine.upper.y <= f.upper.y) & (f.lower.z <= mine.lower.z) & (mine.upper.z <= f.upper.z);
+    return inside(mine, f) & inside(lean_box(f), mine);
+  }
+  // A box that was given.
+  THRONG_HD void tell_move(std::uint32_t id, const Box& now, Checked& told) const noexcept {
+    if (!holds(id, now)) raise(&told.left);
+    if (!core::is_active(now)) raise(&told.gone);
   }
   THRONG_HD void set_filters(std::uint32_t id, const Set& from, std::uint64_t i,
                              bool fresh) const noexcept {
@@ -106,6 +130,12 @@ struct LiveView {
     if (world && (from.world || fresh)) world[id] = from.world ? from.world[i] : -1;
     if (is_static && (from.is_static || fresh))
       is_static[id] = from.is_static ? from.is_static[i] : std::uint8_t{0};
+  }
+
+ private:
+  THRONG_HD static float raised(float x, float by) noexcept {
+    const float y = x + by;
+    return y > x ? y : -core::next_down(-x);
   }
 };
 
@@ -164,7 +194,7 @@ struct CheckList {
     if (!has_boxes) return;
     const Box box = boxes(i);
     if (core::has_nan(box)) tell_nan(*told, i);
-    if (!live.holds(id, box)) raise(&told->left);
+    live.tell_move(id, box, *told);
   }
 };
 
@@ -235,33 +265,38 @@ struct CheckAll {
   LiveView live;
   BoxReader boxes;
   Checked* told;
+  bool moved_before;  // since the last update: what did stays marked
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
+    // No load waits for another.
     const std::uint8_t state = live.state[i];
+    const Box now = boxes(i), before = load_box(live.boxes + i);
     if (!(state & alive_bit)) return;
-    const Box now = boxes(i);
-    const bool moved = !same_bits(now, load_box(live.boxes + i));
-    const auto fresh = static_cast<std::uint8_t>(moved ? state | fresh_bit : state & ~fresh_bit);
-    if (fresh != state) live.state[i] = fresh;
+    const bool moved = !same_bits(now, before);
+    const std::uint8_t others = moved_before ? state : state & ~moved_bit;
+    const auto after = static_cast<std::uint8_t>(moved ? others | moved_bit : others);
+    if (after != state) live.state[i] = after;
     if (!moved) return;
     if (core::has_nan(now)) tell_nan(*told, i);
     raise(&told->moved);
-    if (!live.holds(i, now)) raise(&told->left);
+    live.tell_move(i, now, *told);
   }
 };
 // Put behind CheckAll without a look at what it told: it does nothing where that is not good.
+// told null: it is good. Empties what is told next.
 struct MoveAll {
   LiveView live;
   BoxReader boxes;
   const Checked* told;
   bool nan_allowed;
+  Changed* changed;
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
-    if (!told->moved || !told->good(nan_allowed)) return;
-    if (!(live.state[i] & fresh_bit) || !(live.state[i] & alive_bit)) return;
-    live.boxes[i] = boxes(i);
-    live.state[i] = static_cast<std::uint8_t>((live.state[i] | moved_bit) & ~fresh_bit);
+    if (i == 0) *changed = Changed{};
+    if (told && (!told->moved || !told->good(nan_allowed))) return;
+    constexpr std::uint8_t both = alive_bit | moved_bit;
+    if ((live.state[i] & both) == both) live.boxes[i] = boxes(i);
   }
 };
 

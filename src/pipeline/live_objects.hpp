@@ -2,8 +2,13 @@
 // once, to learn whether what was asked is good; a call that is not, or for which memory runs out,
 // changes nothing.
 //
-// Beside what a pipeline asks for, a Device has here allocate, release, read(value), and
-// copy(to, from, bytes).
+// Beside what a pipeline asks for, a Device has here
+//   allocate, release, copy(to, from, bytes), read(value)
+//   gather(bound, look, tiles)           look(i, pair, compared) for each i below look.count() <=
+//                                        bound: the changes, in order, see live_change_stages.hpp
+//   take(value, bytes)                   reads it, and leaves zeros in its first bytes
+//   launch_and_take(count, f, value, t)  a launch and what it left there, in one; zeros then. *t is
+//                                        zero, and is so again
 #pragma once
 
 #include <algorithm>
@@ -21,10 +26,11 @@ namespace throng::pipeline {
 
 // What a call tells, in the device's memory.
 struct LiveTold {
-  Checked checked;
-  Report report;           // of the pairs that changed
+  Checked checked;         // zeros between calls
+  Changed changed;         // pairs
   Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
   Report fresh;            // their candidates
+  std::uint32_t tickets;   // zero, but in a launch
 };
 
 template <class Device>
@@ -40,6 +46,9 @@ class LiveObjects {
   bool moved() const noexcept { return moved_; }
   bool left() const noexcept { return left_; }
   bool stale() const noexcept { return stale_; }
+  // Whether some object became inactive, was removed, or is active again, since the last update.
+  bool gone() const noexcept { return gone_; }
+  bool refiltered() const noexcept { return refiltered_; }  // some since the last update
   // Until the next settle(). Fat boxes are made, and the candidates are those of before.
   void set_stale() noexcept { stale_ = true; }
 
@@ -51,6 +60,7 @@ class LiveObjects {
       const BoxReader reader = BoxReader::of(boxes);
       const Checked told = check([&](Checked* t) { device_.launch(n, CheckNew{reader, t}); });
       if (!accept(told, nan_allowed, r)) return;
+      settle_states();
       want_filters(boxes.filters);
       reserve(static_cast<std::size_t>(limit));
       const auto count = static_cast<std::uint32_t>(n);
@@ -66,32 +76,49 @@ class LiveObjects {
   void remove(const ObjectId* ids, std::size_t n, Result& r) {
     if (!check_list(ids, n, {}, false, true, r)) return;
     if (n != 0) {
+      settle_states();
       want(free_array), want(removed_array);
       device_.launch(n, RemoveList{view(), ids, array<ObjectId>(removed_array) + removed_count_});
       removed_count_ += static_cast<std::uint32_t>(n);
       count_ -= static_cast<std::uint32_t>(n);
-      moved_ = true;
+      moved_ = gone_ = true;
     }
     r.found = count_;
   }
 
   void move(const ObjectId* ids, const Boxes& boxes, bool nan_allowed, Result& r) {
     const BoxReader reader = BoxReader::of(boxes);
+    const bool moved_before = moved_;
     if (!check_list(ids, boxes.size(), reader, true, nan_allowed, r)) return;
+    if (!moved_before) settle_states();
     device_.launch(boxes.size(), MoveList{view(), ids, reader});
     r.found = count_;
   }
 
   // boxes.size() is limit().
   void move_all(const Boxes& boxes, bool nan_allowed, Result& r) {
-    const Checked told = check([&](Checked* t) { put_move_all(boxes, nan_allowed, t); });
-    if (accept(told, nan_allowed, r)) r.found = count_;
+    LiveTold* at = told();
+    put_check_all(boxes, at);
+    put_move_all(boxes, nan_allowed, at, &at->checked);
+    if (accept(take(at).checked, nan_allowed, r)) r.found = count_;
   }
-  // The same without waiting: accept() follows, with what stands in *told then.
-  void put_move_all(const Boxes& boxes, bool nan_allowed, Checked* told) {
+  // The same without waiting: take() and accept() follow.
+  void put_check_all(const Boxes& boxes, LiveTold* at) {
+    device_.launch(limit_, check_all(boxes, at));
+  }
+  // `checked` null: it is known to be good. at->changed is empty then.
+  void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at, const Checked* checked) {
     const BoxReader reader = BoxReader::of(boxes);
-    device_.launch(limit_, CheckAll{view(), reader, told});
-    device_.launch(limit_, MoveAll{view(), reader, told, nan_allowed});
+    device_.launch(limit_, MoveAll{view(), reader, checked, nan_allowed, &at->changed});
+  }
+  // The check by itself, of boxes which are likely to be where they were; accept() follows.
+  Checked check_all_now(const Boxes& boxes, LiveTold* at) {
+    if (limit_ == 0) return {};
+    const Checked seen =
+        device_.launch_and_take(limit_, check_all(boxes, at), at->checked, &at->tickets);
+    told_is_clear_ = true;
+    if (!seen.moved) unsettled_ = false;
+    return seen;
   }
 
   void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
@@ -100,14 +127,16 @@ class LiveObjects {
     const BoxReader reader = BoxReader::of(bare);
     if (!check_list(ids, n, reader, false, true, r)) return;
     if (n != 0) {
+      settle_states();
       want_filters(filters);
       device_.launch(n, SetFiltersOfList{view(), ids, reader.set});
-      moved_ = stale_ = true;
+      moved_ = stale_ = refiltered_ = true;
     }
     r.found = count_;
   }
 
   void shift_origin(const Vec3& by, Result& r) {
+    settle_states();
     device_.launch(limit_, ShiftOrigin{view(), by});
     moved_ = stale_ = true;  // rounding can bring fat boxes together
     r.found = count_;
@@ -127,6 +156,7 @@ class LiveObjects {
       return refuse(Status::nan_box, told.nan_count, told.nan_mark);
     moved_ = moved_ || told.moved;
     left_ = left_ || told.left;
+    gone_ = gone_ || told.gone;
     return true;
   }
 
@@ -146,11 +176,17 @@ class LiveObjects {
             margin_,
             fat_margin_};
   }
-  // Cleared; may be read when what was put on the device has run.
+  // With nothing told; take() it when what was put on the device may be waited for.
   LiveTold* told() {
     told_.room(sizeof(LiveTold));
-    device_.clear(told_.template as<char>(), sizeof(LiveTold));
+    if (!told_is_clear_) device_.clear(told_.template as<char>(), sizeof(LiveTold));
+    told_is_clear_ = true;
     return told_.template as<LiveTold>();
+  }
+  LiveTold take(LiveTold* at) {
+    const LiveTold seen = device_.take(*at, sizeof at->checked);
+    told_is_clear_ = true;
+    return seen;
   }
   // The fat boxes, made anew, with the filters: what candidates are found of.
   Boxes fatten() {
@@ -175,8 +211,10 @@ class LiveObjects {
                    removed_count_ * sizeof(ObjectId));
     free_count_ += removed_count_;
     removed_count_ = 0;
-    if (moved_) device_.launch(limit_, Settle{view()});
-    moved_ = left_ = stale_ = false;
+    unsettled_ = unsettled_ || moved_;
+    moved_ = false;
+    if (stale_) settle_states();  // no state may say for long that an object is leaving
+    left_ = stale_ = gone_ = refiltered_ = false;
   }
 
   // Everything of the other's, of the same device. Failure: nothing has changed.
@@ -200,8 +238,11 @@ class LiveObjects {
     removed_count_ = other.removed_count_;
     token_ = other.token_;
     moved_ = other.moved_;
+    unsettled_ = other.unsettled_;
     left_ = other.left_;
     stale_ = other.stale_;
+    gone_ = other.gone_;
+    refiltered_ = other.refiltered_;
   }
 
   std::size_t held() const noexcept {
@@ -236,8 +277,20 @@ class LiveObjects {
   template <class F>
   Checked check(const F& put) {
     LiveTold* at = told();
+    told_is_clear_ = false;
     put(&at->checked);
-    return device_.read(at->checked);
+    return take(at).checked;
+  }
+  CheckAll check_all(const Boxes& boxes, LiveTold* at) {
+    told_is_clear_ = false;
+    unsettled_ = true;
+    return {view(), BoxReader::of(boxes), &at->checked, moved_};
+  }
+  // Before the first call after an update that moves objects by a list: a check of all does it by
+  // the way.
+  void settle_states() {
+    if (unsettled_ && !moved_) device_.launch(limit_, Settle{view()});
+    if (!moved_) unsettled_ = false;
   }
   // False, with the status, where an id, a world or a box is not good; what moves is noted.
   bool check_list(const ObjectId* ids, std::size_t n, const BoxReader& given, bool has_boxes,
@@ -302,7 +355,10 @@ class LiveObjects {
   float margin_, fat_margin_;
   std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
   std::uint32_t token_ = 0;
-  bool moved_ = false, left_ = false, stale_ = false;
+  bool moved_ = false, left_ = false, stale_ = false, gone_ = false, refiltered_ = false;
+  // States may say of objects that they moved though they did not since the last update.
+  bool unsettled_ = false;
+  bool told_is_clear_ = false;
 };
 
 }  // namespace throng::pipeline

@@ -28,32 +28,66 @@ class LivePairSet {
   LivePairs candidates() const noexcept { return candidates_.view(); }
 
   // Makes room for the changes that there usually are, and puts a comparison of the candidates on
-  // the device, which depends on what told->checked says by then.
-  void prepare_retest() { changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair)); }
-  void put_retest(const LiveView& live, LiveTold* told, bool nan_allowed, bool moved_before) const {
-    look(Retest{candidates_.list(), live, &told->checked, nan_allowed, moved_before, true},
-         changes_, &told->report);
+  // the device, which depends on what `checked`, if there is one, says by then. told->changed is
+  // empty.
+  void prepare_retest() {
+    changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair));
+    make_room_for_tiles(Tiles::of(candidates_.count));
+  }
+  void put_retest(const LiveView& live, LiveTold* told, const Checked* checked, bool nan_allowed,
+                  bool moved_before, bool gone_before) const {
+    Retest retest{candidates_.list(), live, checked, nan_allowed, moved_before};
+    if (!gone_before) retest.doubtful = doubtful();
+    gather_changes(retest, told);
   }
 
-  // Takes what changed, of which the report tells; where there was no room for it, it is found
-  // again. `live` is as put_retest had it.
-  void commit_retest(const LiveView& live, const Report& found, LiveTold* told) {
-    if (found.found > room_for_changes()) {
-      make_room_for_changes(found.found);
-      device_.clear(&told->report, sizeof(Report));
-      look(Retest{candidates_.list(), live, nullptr, true, true, true}, changes_, &told->report);
+  // Takes what changed, of which `changed` tells; where there was no room for it, it is found
+  // again. `live` is as put_retest had it; `gone`: whether anything did by now.
+  void commit_retest(const LiveView& live, Changed changed, bool gone, LiveTold* told) {
+    // Where this fails, or the list was not looked at, what it says of pairs is void.
+    const bool listed = listed_ && !gone;
+    listed_ = false;
+    if (changed.count > room_of(changes_)) {
+      make_room_for_changes(changed.count);
+      device_.clear(&told->changed, sizeof(Changed));
+      gather_changes(Retest{candidates_.list(), live, nullptr, true, true}, told);
+      changed = device_.read(told->changed);
     }
-    commit(found.found, candidates_.list(), live.limit, &told->report);
+    commit(changed, candidates_.list(), Tiles::of(candidates_.count));
+    listed_ = listed;
+  }
+  // After an update of which all candidates stay: lists those in doubt, if none were found anew for
+  // a while, so that it pays. Not waited for.
+  void list_doubtful(const LiveView& live) {
+    if (listed_ || candidates_.count == 0 || ++calm_ < 2) return;
+    const std::uint64_t n = candidates_.count, tiles = Tiles::of(n);
+    const auto bytes = static_cast<std::size_t>(n / 8 * 5 + 1024) * sizeof(Pair);
+    try {
+      doubtful_.room(bytes);
+      found_.room(bytes);
+      doubtful_told_.room(sizeof(Changed));
+      make_room_for_tiles(tiles);
+    } catch (const Failure&) {
+      return;  // it is done without
+    }
+    auto* told = doubtful_told_.template as<Changed>();
+    device_.clear(told, sizeof(Changed));
+    const Tiles to = tiles_of(found_, tiles, told);
+    device_.gather(n, LookForDoubtful{candidates_.list(), live}, to);
+    listed_ = true;
+    const TileWalk walk = sum_up(to);
+    list_room_ = std::min(room_of(doubtful_), to.capacity);
+    device_.launch(walk.count(), ListDoubtful{walk, doubtful()});
   }
 
   // Finds all candidates anew, of fat boxes, and takes what changed.
-  void commit_found(const Boxes& fat, const LiveView& live, const Options& options, LiveTold* told,
-                    Result& r) {
+  void commit_found(const Boxes& fat, const LiveView& live, const Options& options, bool refiltered,
+                    LiveTold* told, Result& r) {
     const std::uint64_t found = find_candidates(fat, options, r);
     next_.room(found);
     const Candidates now{next_.block.template as<LivePair>(), found};
     device_.launch(found, CarrySlots{found_.template as<Pair>(), candidates_.list(), now.pairs});
-    commit_next(now, live, false, told, r);
+    commit_next(now, live, false, refiltered, told, r);
   }
 
   // Where few boxes left theirs: see live_stray_stages.hpp. False where they are not so few, or
@@ -64,6 +98,8 @@ class LivePairSet {
     if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
     leavers_.room(most * sizeof(Pair));
     strays_.room(most * sizeof(Pair));
+    device_.clear(&told->leavers, sizeof told->leavers);
+    device_.clear(&told->strays, sizeof told->strays);
     look(LookForLeavers{live}, leavers_, &told->leavers);
     const std::uint64_t leavers = device_.read(told->leavers).found;
     if (leavers > leavers_.bytes() / sizeof(Pair)) return false;
@@ -106,7 +142,7 @@ class LivePairSet {
     const auto* added = fresh_.template as<Pair>();
     device_.launch(before.count, MergeKept{before, {added, fresh}, sums, now.pairs});
     device_.launch(fresh, MergeFresh{before, added, sums, now.pairs});
-    commit_next(now, live, true, told, r);
+    commit_next(now, live, true, false, told, r);
     return true;
   }
 
@@ -145,16 +181,17 @@ class LivePairSet {
     slot_limit_ = other.slot_limit_;
     free_count_ = other.free_count_;
     gathered_ = in_grid_ = false;
+    forget_doubtful();
   }
 
   std::size_t held() const noexcept {
     std::size_t sum = 0;
     for (const Block<Device>* b :
-         {&candidates_.block, &next_.block,  &begun_.block, &ended_.block, &next_begun_.block,
-          &next_ended_.block, &pairs_.block, &free_slots_,  &workspace_,   &found_,
-          &sorting_,          &changes_,     &flags_,       &scratch_,     &leavers_,
-          &strays_,           &askers_,      &fresh_,       &stray_boxes_, &stray_filters_,
-          &stray_workspace_})
+         {&candidates_.block, &next_.block,  &begun_.block,   &ended_.block, &next_begun_.block,
+          &next_ended_.block, &pairs_.block, &free_slots_,    &workspace_,   &found_,
+          &sorting_,          &changes_,     &flags_,         &scratch_,     &leavers_,
+          &strays_,           &askers_,      &fresh_,         &stray_boxes_, &stray_filters_,
+          &stray_workspace_,  &doubtful_,    &doubtful_told_, &tiles_})
       sum += b->bytes();
     return sum;
   }
@@ -188,6 +225,15 @@ class LivePairSet {
              {&mine.ended_, &theirs.ended_}}};
   }
 
+  Doubtful doubtful() const noexcept {
+    if (!listed_) return {};
+    return {doubtful_.template as<Pair>(), list_room_, doubtful_told_.template as<Changed>()};
+  }
+  void forget_doubtful() noexcept {
+    listed_ = false;
+    calm_ = 0;
+  }
+
   // Each of which there is one, into `out`; as far as there is room.
   template <class Look>
   void look(const Look& each, const Block<Device>& out, Report* report) const {
@@ -197,7 +243,26 @@ class LivePairSet {
   static std::uint64_t room_of(const Block<Device>& pairs) noexcept {
     return pairs.bytes() / sizeof(Pair);
   }
-  std::uint64_t room_for_changes() const noexcept { return room_of(changes_); }
+  // The tiles' numbers, with one more, and where they stand.
+  void make_room_for_tiles(std::uint64_t tiles) {
+    const auto sums = static_cast<std::size_t>(2 * tiles + 1);
+    tiles_.room((sums + static_cast<std::size_t>(tiles)) * sizeof(std::uint32_t));
+    scratch_.room(Device::scan_bytes(sums));
+  }
+  Tiles tiles_of(const Block<Device>& out, std::uint64_t tiles, Changed* told) const noexcept {
+    auto* begins = tiles_.template as<std::uint32_t>();
+    return {out.template as<Pair>(), room_of(out), begins, begins + 2 * tiles + 1, tiles, told};
+  }
+  void gather_changes(const Retest& retest, LiveTold* told) const {
+    const std::uint64_t n = candidates_.count;
+    device_.gather(n, retest, tiles_of(changes_, Tiles::of(n), &told->changed));
+  }
+  TileWalk sum_up(const Tiles& t) const {
+    const auto sums = static_cast<std::size_t>(2 * t.tiles + 1);
+    device_.use_scratch(scratch_.template as<char>(), scratch_.bytes());
+    device_.scan(t.begins, sums);
+    return {t.out, t.begins, t.bases, t.tiles};
+  }
   void make_room_for_changes(std::uint64_t count) {
     changes_.room(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
   }
@@ -280,42 +345,40 @@ class LivePairSet {
 
   // `now`, in next_, becomes the candidates. `mended`: where no box left its fat box, they are
   // those of before.
-  void commit_next(const Candidates& now, const LiveView& live, bool mended, LiveTold* told,
-                   Result& r) {
-    std::uint64_t changes = 0;
+  void commit_next(const Candidates& now, const LiveView& live, bool mended, bool refiltered,
+                   LiveTold* told, Result& r) {
+    forget_doubtful();
+    const Candidates before = candidates_.list();
+    const std::uint64_t first = Tiles::of(now.count), tiles = first + Tiles::of(before.count);
+    make_room_for_tiles(tiles);
+    Changed changed;
     for (;;) {
-      device_.clear(&told->report, sizeof(Report));
-      look(Retest{now, live, nullptr, true, true, mended}, changes_, &told->report);
-      look(Vanished{candidates_.list(), now, mended ? live.state : nullptr}, changes_,
-           &told->report);
-      const Report report = device_.read(told->report);
-      r.comparisons = report.comparisons;
-      changes = report.found;
-      if (changes <= room_for_changes()) break;
-      make_room_for_changes(changes);
+      device_.clear(&told->changed, sizeof(Changed));
+      const Tiles to = tiles_of(changes_, tiles, &told->changed);
+      device_.gather(now.count, LookForBegun{now, live, mended}, to);
+      device_.gather(before.count, LookForEnded{before, now, live, mended, refiltered},
+                     to.after(first));
+      changed = device_.read(told->changed);
+      if (changed.count <= room_of(changes_)) break;
+      make_room_for_changes(changed.count);
     }
-    commit(changes, now, live.limit, &told->report);
+    r.comparisons = changed.comparisons;
+    commit(changed, now, tiles);
     next_.count = now.count;
     next_.swap(candidates_);
   }
 
-  // `now` takes the place of the candidates: what changed gets and gives back its slots. All
-  // memory is asked for before the first of these.
-  void commit(std::uint64_t changes, const Candidates& now, std::uint32_t limit,
-              const Report* report) {
-    if (changes >= no_slot) throw Failure{Status::out_of_memory, changes * sizeof(LivePair)};
-    if (changes == 0) {
+  // `now` takes the place of the candidates: what changed, as was gathered in so many tiles, gets
+  // and gives back its slots. All memory is asked for before the first of these.
+  void commit(const Changed& changed, const Candidates& now, std::uint64_t tiles) {
+    if (changed.count >= no_slot)
+      throw Failure{Status::out_of_memory, changed.count * sizeof(LivePair)};
+    if (changed.count == 0) {
       begun_.count = ended_.count = 0;
       return;
     }
-    sort(changes_, changes, ids_below(limit), report);
-    const auto* changed = changes_.template as<Pair>();
-    const Candidates before = candidates_.list();
-    const std::uint32_t* sums = sums_of(changes + 1, [&](std::uint32_t* flags) {
-      device_.launch(changes + 1, FlagBegun{changed, changes, before, flags});
-    });
-    const std::uint32_t begun = device_.read(sums[changes]);
-    const auto ended = static_cast<std::uint32_t>(changes - begun);
+    const auto begun = static_cast<std::uint32_t>(changed.begun);
+    const auto ended = static_cast<std::uint32_t>(changed.count - changed.begun);
     const std::uint32_t reused = std::min(begun, free_count_);
     const std::uint64_t slots = std::uint64_t{slot_limit_} + begun - reused;
     if (slots >= no_slot) throw Failure{Status::out_of_memory, slots * slot_bytes};
@@ -326,10 +389,13 @@ class LivePairSet {
     auto* b = next_begun_.block.template as<LivePair>();
     auto* e = next_ended_.block.template as<LivePair>();
     auto* free_slots = free_slots_.template as<std::uint32_t>();
-    device_.launch(changes, SplitChanges{changed, before, sums, b, e});
-    device_.launch(begun, GiveSlots{b, now, free_slots, free_count_, slot_limit_});
+    const TileWalk walk = sum_up(tiles_of(changes_, tiles, nullptr));
+    if (begun)
+      device_.launch(walk.count(), GiveSlots{walk, now, free_slots, free_count_, slot_limit_, b});
     free_count_ -= reused;
-    device_.launch(ended, TakeSlots{e, now, free_slots + free_count_});
+    if (ended)
+      device_.launch(walk.count(),
+                     TakeSlots{walk, candidates_.list(), now, free_slots + free_count_, e});
     free_count_ += ended;
     slot_limit_ = static_cast<std::uint32_t>(slots);
     count_ = count_ + begun - ended;
@@ -350,12 +416,17 @@ class LivePairSet {
       flags_{device_}, scratch_{device_};
   Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
       stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
+  Block<Device> tiles_{device_}, doubtful_{device_}, doubtful_told_{device_};
   // The grid that all candidates were found in last, in workspace_.
   Input grid_of_;
   Workspace workspace_of_;
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
   bool gathered_ = false, in_grid_ = false;
+  // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
+  bool listed_ = false;
+  std::uint64_t list_room_ = 0;
+  unsigned calm_ = 0;
 };
 
 }  // namespace throng::pipeline

@@ -39,18 +39,37 @@ class LiveScene {
   void shift_origin(const Vec3& by, Result& r) { objects_.shift_origin(by, r); }
 
   // `boxes`, if there are, are those of move_all. The device is waited for once where no pair
-  // begins or ends.
+  // begins or ends: all that it may have to do then is put there at once. But where nothing moved
+  // the last time there is likely to be nothing to do, and the check is all that is put.
   void update(const Boxes* boxes, Result& r) {
     pairs_.prepare_retest();
     LiveTold* at = objects_.told();
     const LiveView live = objects_.view();
-    if (boxes) objects_.put_move_all(*boxes, nan_allowed(), &at->checked);
-    const bool retest =
-        !objects_.left() && pairs_.candidate_count() != 0 && (boxes || objects_.moved());
-    if (retest) pairs_.put_retest(live, at, nan_allowed(), objects_.moved());
-    LiveTold told;
-    if (boxes || retest) told = device_.read(*at);
-    if (!objects_.accept(told.checked, nan_allowed(), r)) return;
+    const bool look_first = boxes && still_;
+    LiveTold told{};
+    if (look_first) {
+      told.checked = objects_.check_all_now(*boxes, at);
+      if (!objects_.accept(told.checked, nan_allowed(), r)) return;
+      if (objects_.moved()) objects_.put_move_all(*boxes, nan_allowed(), at, nullptr);
+    } else if (boxes) {
+      objects_.put_check_all(*boxes, at);
+      objects_.put_move_all(*boxes, nan_allowed(), at, &at->checked);
+    } else {
+      device_.clear(&at->changed, sizeof at->changed);
+    }
+    const bool unknown = boxes && !look_first;
+    const bool retest = !objects_.left() && !objects_.stale() && pairs_.candidate_count() != 0 &&
+                        (unknown || objects_.moved());
+    if (retest)
+      pairs_.put_retest(live, at, unknown ? &at->checked : nullptr, nan_allowed(), objects_.moved(),
+                        objects_.gone());
+    if (unknown || retest) {
+      const Checked seen = told.checked;
+      told = objects_.take(at);
+      if (look_first) told.checked = seen;
+    }
+    if (unknown && !objects_.accept(told.checked, nan_allowed(), r)) return;
+    if (boxes) still_ = told.checked.moved == 0;
     if (objects_.left() || objects_.stale()) {
       const auto begin = [&] {
         objects_.set_stale();  // should memory run out
@@ -58,13 +77,14 @@ class LiveScene {
       };
       if (objects_.stale() || !pairs_.commit_strays(live, at, begin, r)) {
         r.plan.reason = "all candidates found anew";
-        pairs_.commit_found(objects_.fatten(), live, options_, at, r);
+        pairs_.commit_found(objects_.fatten(), live, options_, objects_.refiltered(), at, r);
       }
     } else {
       r.plan.reason =
           objects_.moved() ? "no box left its fat box: candidates compared again" : "nothing moved";
-      r.comparisons = told.report.comparisons;
-      pairs_.commit_retest(live, told.report, at);
+      r.comparisons = told.changed.comparisons;
+      pairs_.commit_retest(live, told.changed, objects_.gone(), at);
+      if (objects_.moved()) pairs_.list_doubtful(live);
     }
     objects_.settle();
     r.found = pairs_.count();
@@ -87,6 +107,7 @@ class LiveScene {
   Options options_;
   LiveObjects<Device> objects_;
   LivePairSet<Device> pairs_;
+  bool still_ = false;  // nothing had moved in the last update that was given boxes
 };
 
 }  // namespace throng::pipeline

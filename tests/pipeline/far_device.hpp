@@ -1,5 +1,6 @@
 // A Device whose memory the host cannot reach, as a GPU's: threads of the host, but boxes are
 // copied there, pairs are fetched in pieces, and all that it takes is counted by a memory resource.
+// What is put on it and how often it is waited for is counted too.
 #pragma once
 
 #include <algorithm>
@@ -63,7 +64,53 @@ class FarDevice : public HostDevice {
     }
     return true;
   }
-  using HostDevice::read;
+
+  std::size_t puts = 0, waits = 0;  // a sort is one
+
+  template <class F>
+  void launch(std::uint64_t count, const F& f) {
+    puts += count != 0;
+    HostDevice::launch(count, f);
+  }
+  void clear(void* p, std::size_t bytes) {
+    ++puts;
+    HostDevice::clear(p, bytes);
+  }
+  void scan(std::uint32_t* values, std::size_t count) {
+    ++puts;
+    HostDevice::scan(values, count);
+  }
+  template <class Search>
+  void search(std::uint64_t bound, const Search& search, const PairSink& sink) {
+    ++puts;
+    HostDevice::search(bound, search, sink);
+  }
+  template <class Look, class Tiles>
+  void gather(std::uint64_t bound, const Look& look, const Tiles& to) {
+    puts += bound != 0;
+    HostDevice::gather(bound, look, to);
+  }
+  template <class... Args>
+  void sort(Pair* pairs, void* room, std::size_t bytes, Pair* out, std::uint64_t capacity,
+            std::uint64_t count, const Args&... args) {
+    puts += count != 0;
+    HostDevice::sort(pairs, room, bytes, out, capacity, count, args...);
+  }
+  template <class T>
+  T take(T& value, std::size_t bytes = sizeof(T)) {
+    ++puts, ++waits;
+    return HostDevice::take(value, bytes);
+  }
+  template <class F, class T>
+  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
+    ++puts, ++waits;
+    return HostDevice::launch_and_take(count, f, value, tickets);
+  }
+  template <class T>
+  T read(const T& value) {
+    ++puts, ++waits;
+    return HostDevice::read(value);
+  }
   template <class T>
   void read(const T* from, T* to, std::size_t count) {
     in_pieces(from, count, [&](const T* values, std::size_t n) {

@@ -57,6 +57,52 @@ TEST(LiveScene, CostFollowsTheMovers) {
   update("compared again");
 }
 
+// What an update puts on the device, and how often it waits.
+TEST(LiveScene, FewLaunchesAndWaits) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  LiveMachine m(options, 0.25f);
+  BoxList boxes = uniform_boxes(3000, 1);
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  ASSERT_TRUE(m.update().ok());
+  m.move_at_once(true);
+  pipeline::FarDevice& device = m.scene().device();
+  const auto costs = [&](const char* reason, std::size_t puts, std::size_t waits) {
+    device.puts = device.waits = 0;
+    ASSERT_TRUE(m.move_all(boxes).ok());
+    const Result r = m.update();
+    ASSERT_TRUE(r.ok());
+    EXPECT_NE(std::string(r.plan.reason).find(reason), std::string::npos) << r.plan.reason;
+    EXPECT_LE(device.puts, puts) << reason;
+    EXPECT_LE(device.waits, waits) << reason;
+  };
+  const auto shift = [&](std::size_t step, float by) {
+    for (std::size_t i = 0; i < boxes.size(); i += step) {
+      const float there = i * 7 % 3 ? by : -by;  // so that pairs begin and end
+      boxes[i].lower.y += there, boxes[i].upper.y += there;
+    }
+  };
+  costs("nothing moved", 4, 1);
+  for (int k = 0; k < 3; ++k) costs("nothing moved", 1, 1);
+  shift(3000, 1e-4f);  // one, and no pair begins or ends
+  costs("compared again", 4, 2);
+  shift(3000, -1e-4f);
+  costs("compared again", 8, 1);  // those in doubt are listed
+  for (const float by : {0.1f, -0.1f, 0.1f}) {
+    shift(1, by);
+    costs("compared again", 7, 1);
+    EXPECT_FALSE(m.begun().empty());
+  }
+  for (const float by : {0.6f, -0.6f, 0.6f}) {
+    shift(100, by);
+    costs("few boxes left", 39, 8);
+  }
+  for (const float by : {0.6f, -0.6f, 0.6f}) {
+    shift(2, by);
+    costs("all candidates found", 26, 4);
+  }
+}
+
 // More begins and ends at once than room was made for.
 TEST(LiveScene, ManyChangesAtOnce) {
   LiveMachine m({}, 1);
