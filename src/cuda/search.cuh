@@ -103,11 +103,15 @@ __global__ void __launch_bounds__(block_threads)
   tell_comparisons(sink, comparisons);
 }
 
-// What the lanes of a warp keep of the rows that they have looked up: ranges that are not empty.
+// What the lanes of a warp keep of the rows that they have looked up: ranges that are not empty,
+// and where it matters (Look::shares) which rows they are. Small, for what is left of a processor's
+// fast memory is the cache of the records.
 struct WarpRanges {
-  static constexpr unsigned slots = 8;
-  uint2 ranges[slots][32];
-  std::uint32_t rows[slots][32];
+  static constexpr unsigned words = 16;
+  std::uint32_t kept[words][32];
+
+  template <bool with_rows>
+  static constexpr unsigned slots = words / (with_rows ? 3 : 2);
 };
 
 // A warp's boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly
@@ -119,8 +123,10 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count, WarpRanges& kept,
                             WarpStage& stage, std::uint64_t& comparisons) {
   const unsigned lane = threadIdx.x % 32;
-  const std::uint32_t ranges = shared_address(&kept.ranges[0][lane]);
-  constexpr std::uint32_t next_slot = sizeof kept.ranges[0];
+  constexpr unsigned slots = WarpRanges::slots<Shares>;
+  constexpr std::uint32_t next_slot = 32 * sizeof(uint2);
+  const std::uint32_t ranges = shared_address(kept.kept) + lane * sizeof(uint2);
+  std::uint32_t(*const row_of)[32] = kept.kept + 2 * slots;
   const std::uint64_t count = search.count();
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
@@ -137,12 +143,12 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
             const auto range = look.row();
             if (range.begin != range.end) {
               put(ranges + held * next_slot, range.begin, range.end);
-              if constexpr (Shares) kept.rows[held][lane] = range.row;
+              if constexpr (Shares) row_of[held][lane] = range.row;
               candidates += range.end - range.begin;
               ++held;
             }
           }
-          if (__any_sync(~0u, held == WarpRanges::slots)) break;
+          if (__any_sync(~0u, held == slots)) break;
         } else {
           if (Shares && __any_sync(~0u, held > 0 && look.shares())) break;
           more = target < target_count;
@@ -159,7 +165,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
           const uint2 range = get(slot);
           at = range.x;
           end = range.y;
-          if constexpr (Shares) row = kept.rows[(slot - ranges) / next_slot][lane];
+          if constexpr (Shares) row = row_of[(slot - ranges) / next_slot][lane];
           slot += next_slot;
         }
         const bool live = at != end;
