@@ -247,17 +247,6 @@ class ClassPlanner {
 
 }  // namespace throng::core
 
-#if defined(__CUDA_ARCH__)
-#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
-#define THRONG_SET(bits, value) atomicOr(&(bits), value)
-#else  // the host runs a phase's threads in turn
-#define THRONG_ADD(counter, value) (counter) += (value)
-#define THRONG_SET(bits, value) (bits) |= (value)
-#endif
-
 #include "core/class_planner-inl.hpp"
 #include "core/class_price-inl.hpp"
 #include "core/class_sample-inl.hpp"
-
-#undef THRONG_ADD
-#undef THRONG_SET

@@ -6,6 +6,12 @@
 
 #include "core/class_planner.hpp"
 
+#if defined(__CUDA_ARCH__)
+#define THRONG_SET(bits, value) atomicOr(&(bits), value)
+#else
+#define THRONG_SET(bits, value) (bits) |= (value)  // the host runs a phase's threads in turn
+#endif
+
 namespace throng::core {
 
 // The classes of some boxes of the sample.
@@ -127,3 +133,5 @@ THRONG_HD inline void ClassPlanner::choose(std::uint32_t candidate, Shared& s) n
 }
 
 }  // namespace throng::core
+
+#undef THRONG_SET

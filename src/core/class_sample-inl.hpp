@@ -4,6 +4,12 @@
 #include "core/bounds.hpp"
 #include "core/class_planner.hpp"
 
+#if defined(__CUDA_ARCH__)
+#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
+#else
+#define THRONG_ADD(counter, value) (counter) += (value)  // the host runs a phase's threads in turn
+#endif
+
 namespace throng::core {
 
 // One of the nine members of some reaches.
@@ -242,3 +248,5 @@ THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept 
 }
 
 }  // namespace throng::core
+
+#undef THRONG_ADD
