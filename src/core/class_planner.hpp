@@ -103,6 +103,7 @@ class ClassPlanner {
     bool hashed[candidates], cut[candidates];  // cut: rows were too long, to be laid out anew
     float cost[candidates];
     std::uint32_t best;
+    std::uint32_t look_step, looks;  // the boxes for which they are priced
     union {
       Early early;
       Late late;
@@ -118,7 +119,7 @@ class ClassPlanner {
     if (phase == 1) return compact(t, s, limits);
     if (phase == phases - 1) return write(t, s, limits, grid);
     if (s.count == 0) return;
-    if (phase == 2) rank(t, s, limits);
+    if (phase == 2) rank(t, s), pair_up(t, s, limits);
     if (phase == 3) scatter(t, s, limits);
     if (phase == 4) summarise(t, s, limits);
     if (phase == 5 && t == 0) resolve(s, limits);
@@ -204,7 +205,8 @@ class ClassPlanner {
   THRONG_HD static bool takes_part(const Early& e, std::uint32_t j) noexcept;
   THRONG_HD static void gather(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void compact(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
-  THRONG_HD static void rank(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void rank(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void pair_up(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void scatter(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void summarise(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void resolve(Shared& s, const GridLimits& limits) noexcept;
@@ -233,12 +235,6 @@ class ClassPlanner {
 
   // What a box is expected to cost, rows looked up and candidates compared:
   // core/class_price-inl.hpp.
-  THRONG_HD static std::uint32_t look_step(const Shared& s) noexcept {
-    return s.count > 32 ? s.count / 32 : 1;
-  }
-  THRONG_HD static std::uint32_t looks(const Shared& s) noexcept {
-    return (s.count + look_step(s) - 1) / look_step(s);
-  }
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void average(std::uint32_t t, Shared& s) noexcept;
@@ -251,17 +247,6 @@ class ClassPlanner {
 
 }  // namespace throng::core
 
-#if defined(__CUDA_ARCH__)
-#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
-#define THRONG_SET(bits, value) atomicOr(&(bits), value)
-#else  // the host runs a phase's threads in turn
-#define THRONG_ADD(counter, value) (counter) += (value)
-#define THRONG_SET(bits, value) (bits) |= (value)
-#endif
-
 #include "core/class_planner-inl.hpp"
 #include "core/class_price-inl.hpp"
 #include "core/class_sample-inl.hpp"
-
-#undef THRONG_ADD
-#undef THRONG_SET

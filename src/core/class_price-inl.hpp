@@ -6,6 +6,12 @@
 
 #include "core/class_planner.hpp"
 
+#if defined(__CUDA_ARCH__)
+#define THRONG_SET(bits, value) atomicOr(&(bits), value)
+#else
+#define THRONG_SET(bits, value) (bits) |= (value)  // the host runs a phase's threads in turn
+#endif
+
 namespace throng::core {
 
 // The classes of some boxes of the sample.
@@ -14,7 +20,7 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   if (row >= rows) return;
   float side[3];
   for (int k = 0; k < 3; ++k) side[k] = s.side[k][candidate];
-  const std::uint32_t last = s.class_count[candidate] - 1, step = look_step(s), count = looks(s);
+  const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
   for (std::uint32_t look = row; look < count; look += rows) {
     float e[3];
     for (int k = 0; k < 3; ++k) e[k] = s.value[k][look * step];
@@ -34,7 +40,7 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
 THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
-  const std::uint32_t used = s.used[candidate], step = look_step(s), count = looks(s);
+  const std::uint32_t used = s.used[candidate], step = s.look_step, count = s.looks;
   float most[3];
   for (int k = 0; k < 3; ++k) most[k] = s.length[k];
   for (std::uint32_t c = row; c < max_size_classes; c += rows) {
@@ -70,7 +76,7 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
                                               std::uint32_t to, const Shared& s,
                                               const GridLimits& limits) noexcept {
   const std::uint32_t shifts = s.shift[s.late.used[to][candidate]][candidate];
-  const float share = s.late.share[from][candidate], taken = static_cast<float>(looks(s));
+  const float share = s.late.share[from][candidate], taken = static_cast<float>(s.looks);
   const float boxes = static_cast<float>(limits.boxes);
   const bool hashed = s.hashed[candidate];
   float width[3], least = 0, looked_up = 1, cells = 1;
@@ -127,3 +133,5 @@ THRONG_HD inline void ClassPlanner::choose(std::uint32_t candidate, Shared& s) n
 }
 
 }  // namespace throng::core
+
+#undef THRONG_SET

@@ -4,6 +4,12 @@
 #include "core/bounds.hpp"
 #include "core/class_planner.hpp"
 
+#if defined(__CUDA_ARCH__)
+#define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
+#else
+#define THRONG_ADD(counter, value) (counter) += (value)  // the host runs a phase's threads in turn
+#endif
+
 namespace throng::core {
 
 // One of the nine members of some reaches.
@@ -70,66 +76,80 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   const std::uint32_t to = active ? before : all + (own - before);
   constexpr float beyond = 1e30f;
   const Box box = e.loaded.boxes[own];
+  // Adding zero leaves one zero of two, so that equal values have no difference with a sign.
   if (t < sample_size) {
     if (active) {
       s.sample.boxes[to] = box;
       s.sample.worlds[to] = e.loaded.worlds[own];
     }
-    s.value[longest][to] = active ? longest_of(box) : beyond;
+    s.value[longest][to] = active ? longest_of(box) + 0.0f : beyond;
     if (t == 0) s.count = all;
   } else {
     const int k = static_cast<int>(t / sample_size) - 1;
-    s.value[k][to] = active ? extent_of(box, k) : beyond;
-    s.value[centres + k][to] = active ? centre_of(box, k) : beyond;
+    s.value[k][to] = active ? extent_of(box, k) + 0.0f : beyond;
+    s.value[centres + k][to] = active ? centre_of(box, k) + 0.0f : beyond;
   }
   if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.range, 1, 16, s.range);
 }
 
-// Some threads a box: how many of a part of the boxes come before it, by each value, and how near
-// those are. The threads of a warp look at the same box at once, and 32 boxes are both a warp's own
-// and a part: but for one part, its own boxes all come before those of the part, or all after.
-THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s,
-                                         const GridLimits& limits) noexcept {
-  const std::uint32_t n = s.count, own = t % sample_size, part = t / sample_size, warp = own / 32;
+// Some threads a box: how many of a part of the boxes come before it, by each value. The threads of
+// a warp look at the same box at once, and 32 boxes are both a warp's own and a part: but for one
+// part, its own boxes all come before those of the part, or all after.
+THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
+  const std::uint32_t own = t % sample_size, part = t / sample_size, warp = own / 32;
   static_assert(parts * 32 == sample_size);
-  if (own >= n) return;
-  Early& e = s.early;
-  float bound[values], centre[3];
+  if (own >= s.count) return;
+  float value[values], above[values];
   std::uint32_t before[values] = {};
   for (int k = 0; k < values; ++k) {
-    const float value = s.value[k][own];
-    if (k >= centres) centre[k - centres] = value;
-    // Of equal values that of the earlier box comes first.
-    bound[k] = part < warp ? -next_down(-value) : value;
+    value[k] = s.value[k][own];
+    above[k] = -next_down(-value[k]);
   }
-  // Two parts are compared twice, but distances taken once, by either in turn.
-  const bool counts = (part < warp) == ((part + warp) % 2 != 0);
-  const std::int32_t world = s.sample.worlds[own];
-  for (std::uint32_t first = 32 * part; first < 32 * part + 32 && first < n; first += 4) {
-    Four four[values];
-    THRONG_UNROLL(7)
-    for (int k = 0; k < values; ++k) four[k] = load_four(&s.value[k][first]);
-    THRONG_UNROLL(4)
-    for (std::uint32_t q = 0; q < 4; ++q) {
-      const std::uint32_t j = first + q;
-      for (int k = 0; k < values; ++k) before[k] += four[k].value[q] < bound[k];
-      if (part == warp ? j >= own : !counts || j >= n) continue;
-      if (part == warp)
-        for (int k = 0; k < values; ++k) before[k] += four[k].value[q] == bound[k];
-      // Without signs, so that they compare as integers do.
-      std::uint32_t distance = 0;
-      for (int k = 0; k < 3; ++k) {
-        const float along = four[centres + k].value[q] - centre[k];
-        const std::uint32_t bits = std::bit_cast<std::uint32_t>(along) & 0x7fffffff;
-        distance = distance > bits ? distance : bits;
+  // Signs of differences are counted, which takes a device half as long as comparing.
+  const auto count = [&](const auto& bound) {
+    for (std::uint32_t first = 32 * part; first < 32 * part + 32; first += 4)
+      for (int k = 0; k < values; ++k) {
+        const Four four = load_four(&s.value[k][first]);
+        for (std::uint32_t q = 0; q < 4; ++q)
+          before[k] += std::bit_cast<std::uint32_t>(four.value[q] - bound(k, first + q)) >> 31;
       }
-      THRONG_ADD(e.near[0][distance >> 23], 1u);
-      if (!limits.has_worlds) continue;
-      const std::int32_t w = s.sample.worlds[j];
-      if (world == w || world < 0 || w < 0) THRONG_ADD(e.near[1][distance >> 23], 1u);
-    }
+  };
+  // Of equal values that of the earlier box comes first.
+  if (part == warp) {
+    count([&](int k, std::uint32_t j) { return j < own ? above[k] : value[k]; });
+  } else {
+    if (part < warp)
+      for (int k = 0; k < values; ++k) value[k] = above[k];
+    count([&](int k, std::uint32_t) { return value[k]; });
   }
-  for (int k = 0; k < values; ++k) THRONG_ADD(e.rank[k][own], before[k]);
+  for (int k = 0; k < values; ++k) THRONG_ADD(s.early.rank[k][own], before[k]);
+}
+
+// How near the boxes are to each other: each looks at those that follow, up to half of all, with
+// the first after the last.
+THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
+                                            const GridLimits& limits) noexcept {
+  const std::uint32_t n = s.count, own = t % sample_size;
+  if (own >= n) return;
+  float centre[3];
+  for (int k = 0; k < 3; ++k) centre[k] = s.value[centres + k][own];
+  const std::int32_t world = s.sample.worlds[own];
+  THRONG_UNROLL(4)
+  for (std::uint32_t after = t / sample_size + 1; after <= n / 2; after += parts) {
+    if (2 * after == n && own >= after) continue;  // the other one has looked
+    const std::uint32_t j = own + after < n ? own + after : own + after - n;
+    // Without signs, so that they compare as integers do.
+    std::uint32_t distance = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float along = s.value[centres + k][j] - centre[k];
+      const std::uint32_t bits = std::bit_cast<std::uint32_t>(along) & 0x7fffffff;
+      distance = distance > bits ? distance : bits;
+    }
+    THRONG_ADD(s.early.near[0][distance >> 23], 1u);
+    if (!limits.has_worlds) continue;
+    const std::int32_t w = s.sample.worlds[j];
+    if (world == w || world < 0 || w < 0) THRONG_ADD(s.early.near[1][distance >> 23], 1u);
+  }
 }
 
 // Sorted values, and how many pairs lie within a distance: counted up to there from the first of
@@ -195,6 +215,8 @@ THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits)
   s.most_neighbours = boxes / s.worlds;
   s.which = enough ? 1 : 0;
   s.best = 0;
+  s.look_step = s.count > 32 ? s.count / 32 : 1;
+  s.looks = (s.count + s.look_step - 1) / s.look_step;
   s.base = e.least[s.which];
   s.scale = boxes / pairs / (enough ? 1 : s.worlds);
   // Below the least distance that the sample resolves, growth is carried on.
@@ -226,3 +248,5 @@ THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept 
 }
 
 }  // namespace throng::core
+
+#undef THRONG_ADD

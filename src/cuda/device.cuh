@@ -24,6 +24,8 @@ namespace throng::cuda {
 template <class F>
 __global__ void __launch_bounds__(F::threads) run_phases(F f) {
   __shared__ typename F::Shared shared;
+  // Unrolled, so that no phase is looked up.
+#pragma unroll
   for (int phase = 0; phase < F::phases; ++phase) {
     f(phase, threadIdx.x, shared);
     __syncthreads();

@@ -40,6 +40,28 @@ struct Set {
     return {{coordinate(i, 0), coordinate(i, 1), coordinate(i, 2)},
             {coordinate(i, 3), coordinate(i, 4), coordinate(i, 5)}};
   }
+  // Whether each box's coordinates stand together, at multiples of eight bytes.
+  bool packed() const noexcept {
+    if (!corner[0] || reinterpret_cast<std::uintptr_t>(corner[0]) % 8 != 0 || stride % 8 != 0)
+      return false;
+    for (std::size_t k = 1; k < 6; ++k)
+      if (corner[k] != corner[0] + 4 * k) return false;
+    return true;
+  }
+  // Where they do: two loads in place of six. Where boxes lie scattered it is their number that
+  // counts. One takes what stands at a multiple of 16 bytes.
+  THRONG_HD Box packed_box(std::uint64_t i) const noexcept {
+#if defined(__CUDA_ARCH__)
+    const char* at = corner[0] + i * stride;
+    const bool first = reinterpret_cast<std::uintptr_t>(at) % 16 == 0;
+    const float4 four = *reinterpret_cast<const float4*>(first ? at : at + 8);
+    const float2 two = *reinterpret_cast<const float2*>(first ? at + 16 : at);
+    return first ? Box{{four.x, four.y, four.z}, {four.w, two.x, two.y}}
+                 : Box{{two.x, two.y, four.x}, {four.y, four.z, four.w}};
+#else
+    return box(i);
+#endif
+  }
 };
 
 // One set, or two, whose boxes are numbered through: those of the second follow.

@@ -18,6 +18,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include <throng/options.hpp>
 
@@ -51,6 +52,7 @@ struct PlanGrid {
   core::GridLimits limits;
   core::ClassGrid* grid;
   Report* report;  // emptied
+  bool packed = in.sets[0].packed() && (!in.two_sets || in.sets[1].packed());
 
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
@@ -65,6 +67,8 @@ struct PlanGrid {
   }
 
  private:
+  static constexpr float infinity = std::numeric_limits<float>::infinity();
+
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
     // One loop for each thing that takes long to come: all of a loop are under way together.
@@ -73,9 +77,14 @@ struct PlanGrid {
     Box boxes[looks];
     std::int32_t worlds[looks] = {}, next[looks] = {};
     THRONG_UNROLL(8)
-    for (std::uint32_t k = 0; k < looks; ++k) {
-      at[k] = look(t * looks + k, threads * looks);
-      boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
+    for (std::uint32_t k = 0; k < looks; ++k) at[k] = look(t * looks + k, threads * looks);
+    if (packed) {
+      THRONG_UNROLL(8)
+      for (std::uint32_t k = 0; k < looks; ++k)
+        boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
+    } else {
+      THRONG_UNROLL(8)
+      for (std::uint32_t k = 0; k < looks; ++k) boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
     }
     if (in.has_worlds) {
       THRONG_UNROLL(8)
@@ -84,32 +93,43 @@ struct PlanGrid {
         next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
       }
     }
-    core::Reach reach = core::ClassPlanner::nothing();
+    // Growing by the margin keeps the order, so the box around all is grown instead of each.
+    Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    core::Reach seen = core::ClassPlanner::nothing();
     THRONG_UNROLL(8)
     for (std::uint32_t k = 0; k < looks; ++k) {
-      bool nan;
-      const bool active = check_box(in, boxes[k], nan);
-      if (active) core::ClassPlanner::join(reach, core::ClassPlanner::reach_of(boxes[k]));
-      if (in.has_worlds) {
-        const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
-        reach.worlds = reach.worlds > world ? reach.worlds : world;
-        reach.changes += next[k] != worlds[k];
-        ++reach.looked_at;
-      }
-      const std::uint32_t keeper = t / core::ClassPlanner::parts;
-      if (t % core::ClassPlanner::parts != 0 || k != 0) continue;
-      s.early.loaded.boxes[keeper] = boxes[k];
-      s.early.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? worlds[k] : -1;
+      if (core::is_active(boxes[k])) include(boxes[k], all);
+      if (!in.has_worlds) continue;
+      const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
+      seen.worlds = seen.worlds > world ? seen.worlds : world;
+      seen.changes += next[k] != worlds[k];
+      ++seen.looked_at;
     }
-    s.early.reaches[t] = reach;
+    bool nan;
+    if (check_box(in, all, nan)) core::ClassPlanner::join(seen, core::ClassPlanner::reach_of(all));
+    s.early.reaches[t] = seen;
     if (t == 0) *report = Report{};
+    if (t % core::ClassPlanner::parts != 0) return;
+    const std::uint32_t keeper = t / core::ClassPlanner::parts;
+    const bool active = check_box(in, boxes[0], nan);
+    s.early.loaded.boxes[keeper] = boxes[0];
+    s.early.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? worlds[0] : -1;
+  }
+
+  THRONG_HD static void include(const Box& b, Box& all) noexcept {
+    all.lower.x = b.lower.x < all.lower.x ? b.lower.x : all.lower.x;
+    all.lower.y = b.lower.y < all.lower.y ? b.lower.y : all.lower.y;
+    all.lower.z = b.lower.z < all.lower.z ? b.lower.z : all.lower.z;
+    all.upper.x = b.upper.x > all.upper.x ? b.upper.x : all.upper.x;
+    all.upper.y = b.upper.y > all.upper.y ? b.upper.y : all.upper.y;
+    all.upper.z = b.upper.z > all.upper.z ? b.upper.z : all.upper.z;
   }
   // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
-  // regular series would be taken for all alike.
+  // regular series would be taken for all alike. There is a box, and the parts have 32 bits.
   THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
-    const std::uint64_t some = (end - begin) * core::mix(k) >> 32;
-    return static_cast<std::uint32_t>(begin + some < n ? begin + some : n - 1);
+    const std::uint64_t part = static_cast<std::uint32_t>(end - begin);
+    return static_cast<std::uint32_t>(begin + (part * core::mix(k) >> 32));
   }
 };
 
