@@ -30,6 +30,8 @@ struct LiveTold {
   Changed changed;         // pairs
   Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
   Report fresh;            // their candidates
+  std::uint64_t among;     // pairs of strays
+  std::uint32_t kept;      // candidates that stay
   std::uint32_t tickets;   // zero, but in a launch
 };
 

@@ -134,16 +134,18 @@ struct Retest {
 };
 
 // Where other candidates take the place of those before: pairs that begin, among those now; and
-// pairs that end, among those before. `movers_alone`: what did not move is what it was.
+// pairs that end, among those before. Where few boxes left theirs what did not move is what it was.
 struct LookForBegun {
   Candidates now;
   LiveView live;
-  bool movers_alone;
-  THRONG_HD std::uint64_t count() const noexcept { return now.count; }
+  // Where few boxes left theirs: so many of those before, and so many more. Else null.
+  const std::uint32_t* kept;
+  std::uint64_t fresh;
+  THRONG_HD std::uint64_t count() const noexcept { return kept ? *kept + fresh : now.count; }
   THRONG_HD Change operator()(std::uint64_t i, Pair& pair, std::uint32_t& compared) const noexcept {
     const LivePair c = now.pairs[i];
     pair = {c.first, c.second};
-    if (c.slot != no_slot || (movers_alone && !has_mover(live, pair))) return Change::none;
+    if (c.slot != no_slot || (kept && !has_mover(live, pair))) return Change::none;
     ++compared;
     return are_pair(live, pair) ? Change::begins : Change::none;
   }

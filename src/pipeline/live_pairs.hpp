@@ -87,7 +87,7 @@ class LivePairSet {
     next_.room(found);
     const Candidates now{next_.block.template as<LivePair>(), found};
     device_.launch(found, CarrySlots{found_.template as<Pair>(), candidates_.list(), now.pairs});
-    commit_next(now, live, false, refiltered, told, r);
+    commit_next(now, live, nullptr, found, refiltered, told, r);
   }
 
   // Where few boxes left theirs: see live_stray_stages.hpp. False where they are not so few, or
@@ -98,18 +98,20 @@ class LivePairSet {
     if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
     leavers_.room(most * sizeof(Pair));
     strays_.room(most * sizeof(Pair));
-    device_.clear(&told->leavers, sizeof told->leavers);
-    device_.clear(&told->strays, sizeof told->strays);
+    device_.clear(&told->leavers, 2 * sizeof(Report));  // and strays
     look(LookForLeavers{live}, leavers_, &told->leavers);
-    const std::uint64_t leavers = device_.read(told->leavers).found;
-    if (leavers > leavers_.bytes() / sizeof(Pair)) return false;
-    auto* askers = reinterpret_cast<Record*>(askers_.room(leavers * sizeof(Record)));
+    // Where they were too many the last time, nothing is done on the chance that they are few.
+    if (many_left_) many_left_ = device_.read(told->leavers).found > most;
+    if (many_left_) return false;
+    auto* askers = reinterpret_cast<Record*>(askers_.room(most * sizeof(Record)));
     begin();
-    device_.launch(leavers, FattenLeavers{live, leavers_.template as<Pair>(), askers});
+    device_.launch(most,
+                   FattenLeavers{live, leavers_.template as<Pair>(), &told->leavers, most, askers});
     look(LookForStrays{live}, strays_, &told->strays);
-    const std::uint64_t strays = device_.read(told->strays).found;
-    if (strays > strays_.bytes() / sizeof(Pair)) return false;
-    const LookForStrayPairs of_strays = find_stray_pairs(live, strays);
+    const LiveTold seen = device_.read(*told);
+    const std::uint64_t leavers = seen.leavers.found, strays = seen.strays.found;
+    many_left_ = leavers > most;
+    if (many_left_ || strays > room_of(strays_)) return false;
     GridSearchOf<true> around{grid_of_,
                               workspace_of_.grid,
                               workspace_of_.table,
@@ -122,27 +124,19 @@ class LivePairSet {
     around.states = live.state;
     around.mask_bits = alive_bit | stray_bit;
     around.wanted_bits = alive_bit;
-    std::uint64_t fresh = 0;
-    for (;;) {
-      device_.clear(&told->fresh, sizeof(Report));
-      device_.search(leavers, around, {fresh_.template as<Pair>(), room_of(fresh_), &told->fresh});
-      look(of_strays, fresh_, &told->fresh);
-      fresh = device_.read(told->fresh).found;
-      if (fresh <= room_of(fresh_)) break;
-      fresh_.room(static_cast<std::size_t>(fresh + fresh / 8 + 1024) * sizeof(Pair));
-    }
+    const std::uint64_t fresh = find_fresh(live, around, strays, told);
     sort(fresh_, fresh, ids_below(live.limit), &told->fresh);
     const Candidates before = candidates_.list();
     const std::uint32_t* sums = sums_of(before.count + 1, [&](std::uint32_t* flags) {
       device_.launch(before.count + 1, FlagKept{before, live.state, flags});
     });
-    const std::uint64_t kept = device_.read(sums[before.count]);
-    next_.room(kept + fresh);
-    const Candidates now{next_.block.template as<LivePair>(), kept + fresh};
+    next_.room(before.count + fresh);
+    const Candidates now{next_.block.template as<LivePair>(), before.count + fresh};
     const auto* added = fresh_.template as<Pair>();
     device_.launch(before.count, MergeKept{before, {added, fresh}, sums, now.pairs});
     device_.launch(fresh, MergeFresh{before, added, sums, now.pairs});
-    commit_next(now, live, true, false, told, r);
+    device_.copy(&told->kept, sums + before.count, sizeof told->kept);
+    commit_next(now, live, &told->kept, fresh, false, told, r);
     return true;
   }
 
@@ -300,15 +294,21 @@ class LivePairSet {
     in_grid_ = !brute;
     return found;
   }
+  // With room for the pairs that there usually are; tells whether it is by brute force.
+  bool build(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
+             Block<Device>& out) {
+    const bool brute = Pipeline<Device>::brute_force(in, algorithm);
+    w.carve(in.count, memory.room(w.carve(in.count, nullptr, Device::scan_bytes)),
+            Device::scan_bytes);
+    Pipeline<Device>(device_).build(in, brute, w);
+    out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
+    return brute;
+  }
   // Into `out`, which grows; tells how many.
   std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
                      Block<Device>& out, bool& brute) {
-    brute = Pipeline<Device>::brute_force(in, algorithm);
-    w.carve(in.count, memory.room(w.carve(in.count, nullptr, Device::scan_bytes)),
-            Device::scan_bytes);
+    brute = build(in, algorithm, memory, w, out);
     const Pipeline<Device> pipeline(device_);
-    pipeline.build(in, brute, w);
-    out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
     for (;;) {
       device_.clear(&w.report->found, sizeof w.report->found);
       pipeline.find(in, brute, w, {out.template as<Pair>(), room_of(out), w.report});
@@ -317,9 +317,14 @@ class LivePairSet {
       out.room(static_cast<std::size_t>(found + found / 8 + 512) * sizeof(Pair));
     }
   }
-  LookForStrayPairs find_stray_pairs(const LiveView& live, std::uint64_t strays) {
+  // A grid of the strays, or what takes its place, in stray_workspace_.
+  struct StrayGrid {
+    Input in;
+    Workspace w;
+    bool brute = false;
+  };
+  StrayGrid build_strays(const LiveView& live, std::uint64_t strays) {
     const auto* ids = strays_.template as<Pair>();
-    if (strays == 0) return {live, ids, nullptr, 0};
     auto* boxes = reinterpret_cast<Box*>(stray_boxes_.room(strays * sizeof(Box)));
     auto* filters = reinterpret_cast<Filter*>(stray_filters_.room(strays * sizeof(Filter)));
     device_.launch(strays, GatherStrays{live, ids, boxes, filters});
@@ -331,11 +336,39 @@ class LivePairSet {
     }
     if (live.owner) view.filters.owner = {&filters->owner, n, sizeof(Filter)};
     if (live.is_static) view.filters.is_static = {&filters->is_static, n, sizeof(Filter)};
-    Workspace w;
-    bool brute = false;
-    const std::uint64_t found = find(make_input(view, nullptr, {}), Algorithm::automatic,
-                                     stray_workspace_, w, found_, brute);
-    return {live, ids, found_.template as<Pair>(), found};
+    StrayGrid grid;
+    grid.in = make_input(view, nullptr, {});
+    grid.brute = build(grid.in, Algorithm::automatic, stray_workspace_, grid.w, found_);
+    return grid;
+  }
+  // The candidates of those that left, into fresh_, which grows; tells how many.
+  std::uint64_t find_fresh(const LiveView& live, const GridSearchOf<true>& around,
+                           std::uint64_t strays, LiveTold* told) {
+    const std::uint64_t leavers = around.asker_count;
+    StrayGrid grid;
+    if (strays) grid = build_strays(live, strays);
+    for (;;) {
+      device_.clear(&told->fresh, sizeof(Report) + sizeof told->among);
+      device_.search(leavers, around, {fresh_.template as<Pair>(), room_of(fresh_), &told->fresh});
+      if (strays) {
+        Report* report = grid.w.report;
+        auto* among = found_.template as<Pair>();
+        device_.clear(&report->found, sizeof report->found);
+        Pipeline<Device>(device_).find(grid.in, grid.brute, grid.w,
+                                       {among, room_of(found_), report});
+        look(LookForStrayPairs{live, strays_.template as<Pair>(), among, report, room_of(found_)},
+             fresh_, &told->fresh);
+        device_.copy(&told->among, &report->found, sizeof told->among);
+      }
+      const LiveTold seen = device_.read(*told);
+      const std::uint64_t fresh = seen.fresh.found;
+      if (seen.among > room_of(found_)) {
+        found_.room(static_cast<std::size_t>(seen.among + seen.among / 8 + 512) * sizeof(Pair));
+        continue;
+      }
+      if (fresh <= room_of(fresh_)) return fresh;
+      fresh_.room(static_cast<std::size_t>(fresh + fresh / 8 + 1024) * sizeof(Pair));
+    }
   }
   void sort(Block<Device>& pairs, std::uint64_t count, const Input& in, const Report* report) {
     const auto n = static_cast<std::size_t>(count);
@@ -344,10 +377,10 @@ class LivePairSet {
     device_.sort(p, bytes ? sorting_.room(bytes) : nullptr, bytes, p, n, n, report, in);
   }
 
-  // `now`, in next_, becomes the candidates. `mended`: where no box left its fat box, they are
-  // those of before.
-  void commit_next(const Candidates& now, const LiveView& live, bool mended, bool refiltered,
-                   LiveTold* told, Result& r) {
+  // `now`, in next_, becomes the candidates. Where few boxes left their fat boxes the device knows
+  // how many of those before were kept; with `fresh` ones they are all, and now.count at most.
+  void commit_next(Candidates now, const LiveView& live, const std::uint32_t* kept,
+                   std::uint64_t fresh, bool refiltered, LiveTold* told, Result& r) {
     forget_doubtful();
     const Candidates before = candidates_.list();
     const std::uint64_t first = Tiles::of(now.count), tiles = first + Tiles::of(before.count);
@@ -356,11 +389,15 @@ class LivePairSet {
     for (;;) {
       device_.clear(&told->changed, sizeof(Changed));
       const Tiles to = tiles_of(changes_, tiles, &told->changed);
-      device_.gather(now.count, LookForBegun{now, live, mended}, to);
-      device_.gather(before.count, LookForEnded{before, now, live, mended, refiltered},
+      device_.gather(now.count, LookForBegun{now, live, kept, fresh}, to);
+      device_.gather(before.count, LookForEnded{before, now, live, kept != nullptr, refiltered},
                      to.after(first));
-      changed = device_.read(told->changed);
-      if (changed.count <= room_of(changes_)) break;
+      const LiveTold seen = device_.read(*told);
+      changed = seen.changed;
+      if (changed.count <= room_of(changes_)) {
+        if (kept) now.count = seen.kept + fresh;
+        break;
+      }
       make_room_for_changes(changed.count);
     }
     r.comparisons = changed.comparisons;
@@ -423,7 +460,7 @@ class LivePairSet {
   Workspace workspace_of_;
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
-  bool gathered_ = false, in_grid_ = false;
+  bool gathered_ = false, in_grid_ = false, many_left_ = false;
   // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
   bool listed_ = false;
   std::uint64_t list_room_ = 0;

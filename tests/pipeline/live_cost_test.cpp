@@ -95,12 +95,16 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   }
   for (const float by : {0.6f, -0.6f, 0.6f}) {
     shift(100, by);
-    costs("few boxes left", 39, 8);
+    costs("few boxes left", 37, 5);
   }
   for (const float by : {0.6f, -0.6f, 0.6f}) {
     shift(2, by);
-    costs("all candidates found", 26, 4);
+    costs("all candidates found", 27, 4);
   }
+  shift(2, 0.6f);
+  costs("all candidates found", 25, 4);
+  shift(100, 0.6f);
+  costs("few boxes left", 38, 6);
 }
 
 // More begins and ends at once than room was made for.
