@@ -102,6 +102,7 @@ struct Retest {
   bool nan_allowed, moved_before;
   // Where there is such a list, and may be looked at; kept up to date.
   Doubtful doubtful{};
+  bool all_listed = false;  // most of these have a mover: to ask of which costs more than it saves
 
   THRONG_HD std::uint64_t count() const noexcept {
     const std::uint64_t all = by_list() ? doubtful.told->count : candidates.count;
@@ -121,7 +122,7 @@ struct Retest {
       pair = {c.first, c.second};
       was_pair = c.slot != no_slot;
     }
-    if (!has_mover(live, pair)) return Change::none;
+    if (!(listed && all_listed) && !has_mover(live, pair)) return Change::none;
     ++compared;
     const bool is_pair = are_pair(live, pair);
     if (is_pair == was_pair) return Change::none;

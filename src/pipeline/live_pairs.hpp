@@ -38,6 +38,7 @@ class LivePairSet {
                   bool moved_before, bool gone_before) const {
     Retest retest{candidates_.list(), live, checked, nan_allowed, moved_before};
     if (!gone_before) retest.doubtful = doubtful();
+    retest.all_listed = dense_ != 0;
     gather_changes(retest, told);
   }
 
@@ -54,6 +55,7 @@ class LivePairSet {
       changed = device_.read(told->changed);
     }
     commit(changed, candidates_.list(), Tiles::of(candidates_.count));
+    if (listed) note_density(changed.comparisons);
     listed_ = listed;
   }
   // After an update of which all candidates stay: lists those in doubt, if none were found anew for
@@ -70,6 +72,7 @@ class LivePairSet {
     } catch (const Failure&) {
       return;  // it is done without
     }
+    list_size_ = unknown;
     auto* told = doubtful_told_.template as<Changed>();
     device_.clear(told, sizeof(Changed));
     const Tiles to = tiles_of(found_, tiles, told);
@@ -192,6 +195,7 @@ class LivePairSet {
 
  private:
   static constexpr std::size_t slot_bytes = sizeof(std::uint32_t);
+  static constexpr std::uint64_t unknown = ~std::uint64_t{0};
 
   struct List {
     explicit List(Device& device) noexcept : block(device) {}
@@ -225,7 +229,17 @@ class LivePairSet {
   }
   void forget_doubtful() noexcept {
     listed_ = false;
-    calm_ = 0;
+    calm_ = dense_ = 0;
+    list_size_ = unknown;
+  }
+  // For some updates after one in which most of the list had a mover it is taken to be so again.
+  void note_density(std::uint64_t comparisons) {
+    if (list_size_ == unknown)
+      list_size_ = device_.read(*doubtful_told_.template as<Changed>()).count;
+    if (dense_ != 0)
+      --dense_;
+    else if (comparisons > list_size_ - list_size_ / 4)
+      dense_ = 7;
   }
 
   // Each of which there is one, into `out`; as far as there is room.
@@ -463,8 +477,8 @@ class LivePairSet {
   bool gathered_ = false, in_grid_ = false, many_left_ = false;
   // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
   bool listed_ = false;
-  std::uint64_t list_room_ = 0;
-  unsigned calm_ = 0;
+  std::uint64_t list_room_ = 0, list_size_ = unknown;
+  unsigned calm_ = 0, dense_ = 0;
 };
 
 }  // namespace throng::pipeline
