@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "pipeline/block.hpp"
+#include "pipeline/live_candidates.hpp"
 #include "pipeline/live_objects.hpp"
 #include "pipeline/live_pair_stages.hpp"
 #include "pipeline/live_stray_stages.hpp"
-#include "pipeline/order.hpp"
-#include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
 
@@ -48,7 +47,7 @@ class LivePairSet {
     // Where this fails, or the list was not looked at, what it says of pairs is void.
     const bool listed = listed_ && !gone;
     listed_ = false;
-    if (changed.count > room_of(changes_)) {
+    if (changed.count > CandidateFinder<Device>::room_of(changes_)) {
       make_room_for_changes(changed.count);
       device_.clear(&told->changed, sizeof(Changed));
       gather_changes(Retest{candidates_.list(), live, nullptr, true, true}, told);
@@ -66,7 +65,7 @@ class LivePairSet {
     const auto bytes = static_cast<std::size_t>(n / 8 * 5 + 1024) * sizeof(Pair);
     try {
       doubtful_.room(bytes);
-      found_.room(bytes);
+      finder_.scratch().room(bytes);
       doubtful_told_.room(sizeof(Changed));
       make_room_for_tiles(tiles);
     } catch (const Failure&) {
@@ -75,67 +74,37 @@ class LivePairSet {
     list_size_ = unknown;
     auto* told = doubtful_told_.template as<Changed>();
     device_.clear(told, sizeof(Changed));
-    const Tiles to = tiles_of(found_, tiles, told);
+    const Tiles to = tiles_of(finder_.scratch(), tiles, told);
     device_.gather(n, LookForDoubtful{candidates_.list(), live}, to);
     listed_ = true;
     const TileWalk walk = sum_up(to);
-    list_room_ = std::min(room_of(doubtful_), to.capacity);
+    list_room_ = std::min(CandidateFinder<Device>::room_of(doubtful_), to.capacity);
     device_.launch(walk.count(), ListDoubtful{walk, doubtful()});
   }
 
   // Finds all candidates anew, of fat boxes, and takes what changed.
   void commit_found(const Boxes& fat, const LiveView& live, const Options& options, bool refiltered,
                     LiveTold* told, Result& r) {
-    const std::uint64_t found = find_candidates(fat, options, r);
+    const std::uint64_t found = finder_.find_all(fat, options, r);
     next_.room(found);
     const Candidates now{next_.block.template as<LivePair>(), found};
-    device_.launch(found, CarrySlots{found_.template as<Pair>(), candidates_.list(), now.pairs});
+    device_.launch(found, CarrySlots{finder_.found(), candidates_.list(), now.pairs});
     commit_next(now, live, nullptr, found, refiltered, told, r);
   }
 
-  // Where few boxes left theirs: see live_stray_stages.hpp. False where they are not so few, or
-  // there is no grid; begin() is called before fat boxes change.
+  // Where few boxes left theirs. False where they are not so few, or there is no grid; begin() is
+  // called before fat boxes change.
   template <class Begin>
   bool commit_strays(const LiveView& live, LiveTold* told, const Begin& begin, Result& r) {
-    const std::uint64_t most = live.limit / 8;
-    if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
-    leavers_.room(most * sizeof(Pair));
-    strays_.room(most * sizeof(Pair));
-    device_.clear(&told->leavers, 2 * sizeof(Report));  // and strays
-    look(LookForLeavers{live}, leavers_, &told->leavers);
-    // Where they were too many the last time, nothing is done on the chance that they are few.
-    if (many_left_) many_left_ = device_.read(told->leavers).found > most;
-    if (many_left_) return false;
-    auto* askers = reinterpret_cast<Record*>(askers_.room(most * sizeof(Record)));
-    begin();
-    device_.launch(most,
-                   FattenLeavers{live, leavers_.template as<Pair>(), &told->leavers, most, askers});
-    look(LookForStrays{live}, strays_, &told->strays);
-    const LiveTold seen = device_.read(*told);
-    const std::uint64_t leavers = seen.leavers.found, strays = seen.strays.found;
-    many_left_ = leavers > most;
-    if (many_left_ || strays > room_of(strays_)) return false;
-    GridSearchOf<true> around{grid_of_,
-                              workspace_of_.grid,
-                              workspace_of_.table,
-                              workspace_of_.occupied,
-                              workspace_of_.records,
-                              workspace_of_.report,
-                              {}};
-    around.askers = askers;
-    around.asker_count = leavers;
-    around.states = live.state;
-    around.mask_bits = alive_bit | stray_bit;
-    around.wanted_bits = alive_bit;
-    const std::uint64_t fresh = find_fresh(live, around, strays, told);
-    sort(fresh_, fresh, ids_below(live.limit), &told->fresh);
+    std::uint64_t fresh = 0;
+    if (candidates_.count >= no_slot || !finder_.find_few(live, told, begin, fresh)) return false;
     const Candidates before = candidates_.list();
     const std::uint32_t* sums = sums_of(before.count + 1, [&](std::uint32_t* flags) {
       device_.launch(before.count + 1, FlagKept{before, live.state, flags});
     });
     next_.room(before.count + fresh);
     const Candidates now{next_.block.template as<LivePair>(), before.count + fresh};
-    const auto* added = fresh_.template as<Pair>();
+    const Pair* added = finder_.fresh();
     device_.launch(before.count, MergeKept{before, {added, fresh}, sums, now.pairs});
     device_.launch(fresh, MergeFresh{before, added, sums, now.pairs});
     device_.copy(&told->kept, sums + before.count, sizeof told->kept);
@@ -177,18 +146,17 @@ class LivePairSet {
     count_ = other.count_;
     slot_limit_ = other.slot_limit_;
     free_count_ = other.free_count_;
-    gathered_ = in_grid_ = false;
+    gathered_ = false;
+    finder_.forget_grid();
     forget_doubtful();
   }
 
   std::size_t held() const noexcept {
-    std::size_t sum = 0;
+    std::size_t sum = finder_.held();
     for (const Block<Device>* b :
-         {&candidates_.block, &next_.block,  &begun_.block,   &ended_.block, &next_begun_.block,
-          &next_ended_.block, &pairs_.block, &free_slots_,    &workspace_,   &found_,
-          &sorting_,          &changes_,     &flags_,         &scratch_,     &leavers_,
-          &strays_,           &askers_,      &fresh_,         &stray_boxes_, &stray_filters_,
-          &stray_workspace_,  &doubtful_,    &doubtful_told_, &tiles_})
+         {&candidates_.block, &next_.block, &begun_.block, &ended_.block, &next_begun_.block,
+          &next_ended_.block, &pairs_.block, &free_slots_, &changes_, &flags_, &scratch_,
+          &tiles_, &doubtful_, &doubtful_told_})
       sum += b->bytes();
     return sum;
   }
@@ -242,15 +210,6 @@ class LivePairSet {
       dense_ = 7;
   }
 
-  // Each of which there is one, into `out`; as far as there is room.
-  template <class Look>
-  void look(const Look& each, const Block<Device>& out, Report* report) const {
-    const std::uint64_t n = each.bound();
-    if (n) device_.search(n, EachOnce<Look>{each}, {out.template as<Pair>(), room_of(out), report});
-  }
-  static std::uint64_t room_of(const Block<Device>& pairs) noexcept {
-    return pairs.bytes() / sizeof(Pair);
-  }
   // The tiles' numbers, with one more, and where they stand.
   void make_room_for_tiles(std::uint64_t tiles) {
     const auto sums = static_cast<std::size_t>(2 * tiles + 1);
@@ -259,7 +218,7 @@ class LivePairSet {
   }
   Tiles tiles_of(const Block<Device>& out, std::uint64_t tiles, Changed* told) const noexcept {
     auto* begins = tiles_.template as<std::uint32_t>();
-    return {out.template as<Pair>(), room_of(out), begins, begins + 2 * tiles + 1, tiles, told};
+    return {out.template as<Pair>(), CandidateFinder<Device>::room_of(out), begins, begins + 2 * tiles + 1, tiles, told};
   }
   void gather_changes(const Retest& retest, LiveTold* told) const {
     const std::uint64_t n = candidates_.count;
@@ -274,12 +233,6 @@ class LivePairSet {
   void make_room_for_changes(std::uint64_t count) {
     changes_.room(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
   }
-  static Input ids_below(std::uint32_t limit) noexcept {
-    Input in;
-    in.count = in.first_count = limit;
-    return in;
-  }
-
   // Sums of flags, which put(flags) sets: n of them, whose sum is below 2^32.
   template <class F>
   std::uint32_t* sums_of(std::uint64_t n, const F& put) {
@@ -290,105 +243,6 @@ class LivePairSet {
     put(flags);
     device_.scan(flags, count);
     return flags;
-  }
-
-  // In canonical order, in found_; tells how many. The grid stays in workspace_.
-  std::uint64_t find_candidates(const Boxes& fat, const Options& options, Result& r) {
-    in_grid_ = false;
-    if (fat.empty()) return 0;
-    Options plain;
-    plain.algorithm = options.algorithm;
-    plain.cell_scale = options.cell_scale;
-    grid_of_ = make_input(fat, nullptr, plain);
-    bool brute = false;
-    const std::uint64_t found =
-        find(grid_of_, plain.algorithm, workspace_, workspace_of_, found_, brute);
-    r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
-    sort(found_, found, grid_of_, workspace_of_.report);
-    in_grid_ = !brute;
-    return found;
-  }
-  // With room for the pairs that there usually are; tells whether it is by brute force.
-  bool build(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
-             Block<Device>& out) {
-    const bool brute = Pipeline<Device>::brute_force(in, algorithm);
-    w.carve(in.count, memory.room(w.carve(in.count, nullptr, Device::scan_bytes)),
-            Device::scan_bytes);
-    Pipeline<Device>(device_).build(in, brute, w);
-    out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
-    return brute;
-  }
-  // Into `out`, which grows; tells how many.
-  std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
-                     Block<Device>& out, bool& brute) {
-    brute = build(in, algorithm, memory, w, out);
-    const Pipeline<Device> pipeline(device_);
-    for (;;) {
-      device_.clear(&w.report->found, sizeof w.report->found);
-      pipeline.find(in, brute, w, {out.template as<Pair>(), room_of(out), w.report});
-      const std::uint64_t found = device_.read(*w.report).found;
-      if (found <= room_of(out)) return found;
-      out.room(static_cast<std::size_t>(found + found / 8 + 512) * sizeof(Pair));
-    }
-  }
-  // A grid of the strays, or what takes its place, in stray_workspace_.
-  struct StrayGrid {
-    Input in;
-    Workspace w;
-    bool brute = false;
-  };
-  StrayGrid build_strays(const LiveView& live, std::uint64_t strays) {
-    const auto* ids = strays_.template as<Pair>();
-    auto* boxes = reinterpret_cast<Box*>(stray_boxes_.room(strays * sizeof(Box)));
-    auto* filters = reinterpret_cast<Filter*>(stray_filters_.room(strays * sizeof(Filter)));
-    device_.launch(strays, GatherStrays{live, ids, boxes, filters});
-    const auto n = static_cast<std::size_t>(strays);
-    Boxes view(boxes, n);
-    if (live.group || live.mask) {
-      view.filters.group = {&filters->group, n, sizeof(Filter)};
-      view.filters.mask = {&filters->mask, n, sizeof(Filter)};
-    }
-    if (live.owner) view.filters.owner = {&filters->owner, n, sizeof(Filter)};
-    if (live.is_static) view.filters.is_static = {&filters->is_static, n, sizeof(Filter)};
-    StrayGrid grid;
-    grid.in = make_input(view, nullptr, {});
-    grid.brute = build(grid.in, Algorithm::automatic, stray_workspace_, grid.w, found_);
-    return grid;
-  }
-  // The candidates of those that left, into fresh_, which grows; tells how many.
-  std::uint64_t find_fresh(const LiveView& live, const GridSearchOf<true>& around,
-                           std::uint64_t strays, LiveTold* told) {
-    const std::uint64_t leavers = around.asker_count;
-    StrayGrid grid;
-    if (strays) grid = build_strays(live, strays);
-    for (;;) {
-      device_.clear(&told->fresh, sizeof(Report) + sizeof told->among);
-      device_.search(leavers, around, {fresh_.template as<Pair>(), room_of(fresh_), &told->fresh});
-      if (strays) {
-        Report* report = grid.w.report;
-        auto* among = found_.template as<Pair>();
-        device_.clear(&report->found, sizeof report->found);
-        Pipeline<Device>(device_).find(grid.in, grid.brute, grid.w,
-                                       {among, room_of(found_), report});
-        look(LookForStrayPairs{live, strays_.template as<Pair>(), among, report, room_of(found_)},
-             fresh_, &told->fresh);
-        device_.copy(&told->among, &report->found, sizeof told->among);
-      }
-      const LiveTold seen = device_.read(*told);
-      const std::uint64_t fresh = seen.fresh.found;
-      if (seen.among > room_of(found_)) {
-        found_.room(static_cast<std::size_t>(seen.among + seen.among / 8 + 512) * sizeof(Pair));
-        continue;
-      }
-      if (fresh <= room_of(fresh_)) return fresh;
-      fresh_.room(static_cast<std::size_t>(fresh + fresh / 8 + 1024) * sizeof(Pair));
-    }
-  }
-  void sort(Block<Device>& pairs, std::uint64_t count, const Input& in, const Report* report) {
-    const auto n = static_cast<std::size_t>(count);
-    const std::size_t bytes = Device::sort_bytes(n);
-    auto* p = pairs.template as<Pair>();
-    device_.sort(p, bytes ? sorting_.room(bytes) : nullptr, bytes, p, n, n, report, in);
   }
 
   // `now`, in next_, becomes the candidates. Where few boxes left their fat boxes the device knows
@@ -408,7 +262,7 @@ class LivePairSet {
                      to.after(first));
       const LiveTold seen = device_.read(*told);
       changed = seen.changed;
-      if (changed.count <= room_of(changes_)) {
+      if (changed.count <= CandidateFinder<Device>::room_of(changes_)) {
         if (kept) now.count = seen.kept + fresh;
         break;
       }
@@ -463,18 +317,13 @@ class LivePairSet {
   List begun_{device_}, ended_{device_}, next_begun_{device_}, next_ended_{device_};
   List pairs_{device_};
   Block<Device> free_slots_{device_};
+  CandidateFinder<Device> finder_{device_};
   // Of a call.
-  Block<Device> workspace_{device_}, found_{device_}, sorting_{device_}, changes_{device_},
-      flags_{device_}, scratch_{device_};
-  Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
-      stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
-  Block<Device> tiles_{device_}, doubtful_{device_}, doubtful_told_{device_};
-  // The grid that all candidates were found in last, in workspace_.
-  Input grid_of_;
-  Workspace workspace_of_;
+  Block<Device> changes_{device_}, flags_{device_}, scratch_{device_}, tiles_{device_};
+  Block<Device> doubtful_{device_}, doubtful_told_{device_};
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
-  bool gathered_ = false, in_grid_ = false, many_left_ = false;
+  bool gathered_ = false;
   // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
   bool listed_ = false;
   std::uint64_t list_room_ = 0, list_size_ = unknown;
