@@ -40,7 +40,7 @@ class CandidateFinder {
   template <class Begin>
   bool find_few(const LiveView& live, LiveTold* told, const Begin& begin, std::uint64_t& count) {
     const std::uint64_t most = live.limit / 8;
-    if (!in_grid_ || live.world || most == 0 ) return false;
+    if (!in_grid_ || live.world || most == 0) return false;
     leavers_.room(most * sizeof(Pair));
     strays_.room(most * sizeof(Pair));
     device_.clear(&told->leavers, 2 * sizeof(Report));  // and strays
@@ -82,9 +82,8 @@ class CandidateFinder {
 
   std::size_t held() const noexcept {
     std::size_t sum = 0;
-    for (const Block<Device>* b :
-         {&workspace_, &found_, &sorting_, &leavers_, &strays_, &askers_, &fresh_, &stray_boxes_,
-          &stray_filters_, &stray_workspace_})
+    for (const Block<Device>* b : {&workspace_, &found_, &sorting_, &leavers_, &strays_, &askers_,
+                                   &fresh_, &stray_boxes_, &stray_filters_, &stray_workspace_})
       sum += b->bytes();
     return sum;
   }
@@ -104,7 +103,6 @@ class CandidateFinder {
     in.count = in.first_count = limit;
     return in;
   }
-
 
   // With room for the pairs that there usually are; tells whether it is by brute force.
   bool build(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,

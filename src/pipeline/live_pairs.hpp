@@ -155,8 +155,8 @@ class LivePairSet {
     std::size_t sum = finder_.held();
     for (const Block<Device>* b :
          {&candidates_.block, &next_.block, &begun_.block, &ended_.block, &next_begun_.block,
-          &next_ended_.block, &pairs_.block, &free_slots_, &changes_, &flags_, &scratch_,
-          &tiles_, &doubtful_, &doubtful_told_})
+          &next_ended_.block, &pairs_.block, &free_slots_, &changes_, &flags_, &scratch_, &tiles_,
+          &doubtful_, &doubtful_told_})
       sum += b->bytes();
     return sum;
   }
@@ -218,7 +218,12 @@ class LivePairSet {
   }
   Tiles tiles_of(const Block<Device>& out, std::uint64_t tiles, Changed* told) const noexcept {
     auto* begins = tiles_.template as<std::uint32_t>();
-    return {out.template as<Pair>(), CandidateFinder<Device>::room_of(out), begins, begins + 2 * tiles + 1, tiles, told};
+    return {out.template as<Pair>(),
+            CandidateFinder<Device>::room_of(out),
+            begins,
+            begins + 2 * tiles + 1,
+            tiles,
+            told};
   }
   void gather_changes(const Retest& retest, LiveTold* told) const {
     const std::uint64_t n = candidates_.count;
