@@ -81,5 +81,14 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }
+// The same in memory that a block's threads share.
+THRONG_HD inline void raise_shared(std::uint32_t* flag) noexcept {
+#if defined(__CUDA_ARCH__)
+  if (*static_cast<volatile std::uint32_t*>(flag) == 0)
+    *static_cast<volatile std::uint32_t*>(flag) = 1;
+#else
+  raise(flag);
+#endif
+}
 
 }  // namespace throng::pipeline

@@ -17,11 +17,26 @@ namespace throng::pipeline {
 
 using core::Column;
 
+// A box that starts at a multiple of 8 bytes: two loads in place of six, one of which takes what
+// stands at a multiple of 16. Where boxes lie scattered it is their number that counts.
+THRONG_HD inline Box load_box(const Box* box) noexcept {
+#if defined(__CUDA_ARCH__)
+  const auto* at = reinterpret_cast<const char*>(box);
+  const bool first = reinterpret_cast<std::uintptr_t>(at) % 16 == 0;
+  const float4 four = *reinterpret_cast<const float4*>(first ? at : at + 8);
+  const float2 two = *reinterpret_cast<const float2*>(first ? at + 16 : at);
+  return first ? Box{{four.x, four.y, four.z}, {four.w, two.x, two.y}}
+               : Box{{two.x, two.y, four.x}, {four.y, four.z, four.w}};
+#else
+  return *box;
+#endif
+}
+
 // One set of boxes and its filters.
 struct Set {
   const char* corner[6] = {};
   std::uint64_t stride = 0;
-  bool packed = false;  // boxes side by side, at addresses that are multiples of 8
+  bool packed = false;  // each box's coordinates stand together, at a multiple of 8 bytes
   Column<std::uint32_t> group, mask;
   Column<std::int32_t> owner, world;
   Column<std::uint8_t> is_static;
@@ -29,38 +44,13 @@ struct Set {
   THRONG_HD float coordinate(std::uint64_t i, int k) const noexcept {
     return corner[k] ? *reinterpret_cast<const float*>(corner[k] + i * stride) : 0.0f;
   }
+  THRONG_HD Box packed_box(std::uint64_t i) const noexcept {
+    return load_box(reinterpret_cast<const Box*>(corner[0] + i * stride));
+  }
   THRONG_HD Box box(std::uint64_t i) const noexcept {
-#if defined(__CUDA_ARCH__)
-    if (packed) {  // three loads in place of six
-      const auto* at = reinterpret_cast<const float2*>(corner[0] + i * sizeof(Box));
-      const float2 a = __ldg(at), b = __ldg(at + 1), c = __ldg(at + 2);
-      return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
-    }
-#endif
+    if (packed) return packed_box(i);
     return {{coordinate(i, 0), coordinate(i, 1), coordinate(i, 2)},
             {coordinate(i, 3), coordinate(i, 4), coordinate(i, 5)}};
-  }
-  // Whether each box's coordinates stand together, at multiples of eight bytes.
-  bool packed() const noexcept {
-    if (!corner[0] || reinterpret_cast<std::uintptr_t>(corner[0]) % 8 != 0 || stride % 8 != 0)
-      return false;
-    for (std::size_t k = 1; k < 6; ++k)
-      if (corner[k] != corner[0] + 4 * k) return false;
-    return true;
-  }
-  // Where they do: two loads in place of six. Where boxes lie scattered it is their number that
-  // counts. One takes what stands at a multiple of 16 bytes.
-  THRONG_HD Box packed_box(std::uint64_t i) const noexcept {
-#if defined(__CUDA_ARCH__)
-    const char* at = corner[0] + i * stride;
-    const bool first = reinterpret_cast<std::uintptr_t>(at) % 16 == 0;
-    const float4 four = *reinterpret_cast<const float4*>(first ? at : at + 8);
-    const float2 two = *reinterpret_cast<const float2*>(first ? at + 16 : at);
-    return first ? Box{{four.x, four.y, four.z}, {four.w, two.x, two.y}}
-                 : Box{{two.x, two.y, four.x}, {four.y, four.z, four.w}};
-#else
-    return box(i);
-#endif
   }
 };
 
@@ -120,9 +110,8 @@ inline Set make_set(const Boxes& boxes) noexcept {
   Set s;
   for (int k = 0; k < 6; ++k) s.corner[k] = boxes.corner_data(k);
   s.stride = boxes.stride_bytes();
-  s.packed = s.stride == sizeof(Box) && reinterpret_cast<std::uintptr_t>(s.corner[0]) % 8 == 0;
-  for (int k = 1; k < 6; ++k)
-    s.packed = s.packed && s.corner[k] == s.corner[0] + static_cast<std::size_t>(k) * sizeof(float);
+  const auto at = reinterpret_cast<std::uintptr_t>(boxes.packed_data());
+  s.packed = at != 0 && at % 8 == 0 && s.stride % 8 == 0;
   const Filters& f = boxes.filters;
   s.group = core::column(f.group);
   s.mask = core::column(f.mask);

@@ -42,32 +42,6 @@ struct Changed {
   std::uint64_t comparisons = 0;
 };
 
-// A box of an array that starts at a multiple of 8.
-THRONG_HD inline Box load_box(const Box* at) noexcept {
-#if defined(__CUDA_ARCH__)
-  const auto* p = reinterpret_cast<const float2*>(at);
-  const float2 a = p[0], b = p[1], c = p[2];
-  return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
-#else
-  return *at;
-#endif
-}
-
-// The caller's boxes; three loads of 8 bytes each where they lie so that this can be done.
-struct BoxReader {
-  Set set;
-  bool packed = false;
-
-  static BoxReader of(const Boxes& boxes) noexcept {
-    const auto at = reinterpret_cast<std::uintptr_t>(boxes.packed_data());
-    return {make_set(boxes), at != 0 && at % 8 == 0 && boxes.stride_bytes() % 8 == 0};
-  }
-  THRONG_HD Box operator()(std::uint64_t i) const noexcept {
-    if (packed) return load_box(reinterpret_cast<const Box*>(set.corner[0] + i * set.stride));
-    return set.box(i);
-  }
-};
-
 // By bits: what differs in nothing else, as -0 and 0, may count as moved.
 THRONG_HD inline bool same_bits(const Box& a, const Box& b) noexcept {
   const auto x = [](float p, float q) {
@@ -178,21 +152,21 @@ struct CheckList {
   LiveView live;
   const ObjectId* ids;
   std::uint32_t token;
-  BoxReader boxes;
+  Set boxes;
   bool has_boxes;
   Checked* told;
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
     const ObjectId id = ids[i];
-    check_world(boxes.set, i, *told);
+    check_world(boxes, i, *told);
     if (!live.is_alive(id) || live.marks[id] != ClaimIds::claim(token, i)) {
       fetch_add(&told->bad_ids, std::uint64_t{1});
       fetch_max(&told->bad_id_mark, ~i);
       return;
     }
     if (!has_boxes) return;
-    const Box box = boxes(i);
+    const Box box = boxes.box(i);
     if (core::has_nan(box)) tell_nan(*told, i);
     live.tell_move(id, box, *told);
   }
@@ -201,10 +175,10 @@ struct CheckList {
 struct MoveList {
   LiveView live;
   const ObjectId* ids;
-  BoxReader boxes;
+  Set boxes;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     const ObjectId id = ids[i];
-    live.boxes[id] = boxes(i);
+    live.boxes[id] = boxes.box(i);
     live.state[id] |= moved_bit;
   }
 };
@@ -232,18 +206,18 @@ struct RemoveList {
 // ---- all ----------------------------------------------------------------------------------------
 
 struct CheckNew {
-  BoxReader boxes;
+  Set boxes;
   Checked* told;
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
-    check_world(boxes.set, i, *told);
-    if (core::has_nan(boxes(i))) tell_nan(*told, i);
+    check_world(boxes, i, *told);
+    if (core::has_nan(boxes.box(i))) tell_nan(*told, i);
   }
 };
 // The ids that became free last are the first to be given again.
 struct AddBoxes {
   LiveView live;
-  BoxReader boxes;
+  Set boxes;
   const ObjectId* free_ids;
   std::uint32_t free_count;
   ObjectId* ids;
@@ -251,10 +225,10 @@ struct AddBoxes {
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
     const ObjectId id = i < free_count ? free_ids[free_count - 1 - i] : live.limit + i - free_count;
-    live.boxes[id] = boxes(i);
+    live.boxes[id] = boxes.box(i);
     live.fat[id] = LiveView::inactive();
     live.state[id] = alive_bit | moved_bit;
-    live.set_filters(id, boxes.set, i, true);
+    live.set_filters(id, boxes, i, true);
     if (ids) ids[i] = id;
   }
 };
@@ -263,7 +237,7 @@ struct AddBoxes {
 // being read twice, as it was and as it is.
 struct CheckAll {
   LiveView live;
-  BoxReader boxes;
+  Set boxes;
   Checked* told;
   bool moved_before;  // since the last update: what did stays marked
 
@@ -271,7 +245,7 @@ struct CheckAll {
     const auto i = static_cast<std::uint32_t>(index);
     // No load waits for another.
     const std::uint8_t state = live.state[i];
-    const Box now = boxes(i), before = load_box(live.boxes + i);
+    const Box now = boxes.box(i), before = load_box(live.boxes + i);
     if (!(state & alive_bit)) return;
     const bool moved = !same_bits(now, before);
     const std::uint8_t others = moved_before ? state : state & ~moved_bit;
@@ -287,7 +261,7 @@ struct CheckAll {
 // told null: it is good. Empties what is told next.
 struct MoveAll {
   LiveView live;
-  BoxReader boxes;
+  Set boxes;
   const Checked* told;
   bool nan_allowed;
   Changed* changed;
@@ -296,7 +270,7 @@ struct MoveAll {
     if (i == 0) *changed = Changed{};
     if (told && (!told->moved || !told->good(nan_allowed))) return;
     constexpr std::uint8_t both = alive_bit | moved_bit;
-    if ((live.state[i] & both) == both) live.boxes[i] = boxes(i);
+    if ((live.state[i] & both) == both) live.boxes[i] = boxes.box(i);
   }
 };
 

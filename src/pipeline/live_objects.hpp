@@ -30,6 +30,8 @@ struct LiveTold {
   Changed changed;         // pairs
   Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
   Report fresh;            // their candidates
+  std::uint64_t among;     // pairs of strays
+  std::uint32_t kept;      // candidates that stay
   std::uint32_t tickets;   // zero, but in a launch
 };
 
@@ -57,14 +59,14 @@ class LiveObjects {
     const std::uint64_t limit = std::uint64_t{limit_} + n - std::min<std::size_t>(n, free_count_);
     if (limit > max_pipeline_boxes) throw Failure{Status::too_many_boxes, limit};
     if (n != 0) {
-      const BoxReader reader = BoxReader::of(boxes);
-      const Checked told = check([&](Checked* t) { device_.launch(n, CheckNew{reader, t}); });
+      const Set given = make_set(boxes);
+      const Checked told = check([&](Checked* t) { device_.launch(n, CheckNew{given, t}); });
       if (!accept(told, nan_allowed, r)) return;
       settle_states();
       want_filters(boxes.filters);
       reserve(static_cast<std::size_t>(limit));
       const auto count = static_cast<std::uint32_t>(n);
-      device_.launch(n, AddBoxes{view(), reader, array<ObjectId>(free_array), free_count_, ids});
+      device_.launch(n, AddBoxes{view(), given, array<ObjectId>(free_array), free_count_, ids});
       limit_ = static_cast<std::uint32_t>(limit);
       free_count_ -= std::min(count, free_count_);
       count_ += count;
@@ -87,11 +89,11 @@ class LiveObjects {
   }
 
   void move(const ObjectId* ids, const Boxes& boxes, bool nan_allowed, Result& r) {
-    const BoxReader reader = BoxReader::of(boxes);
+    const Set given = make_set(boxes);
     const bool moved_before = moved_;
-    if (!check_list(ids, boxes.size(), reader, true, nan_allowed, r)) return;
+    if (!check_list(ids, boxes.size(), given, true, nan_allowed, r)) return;
     if (!moved_before) settle_states();
-    device_.launch(boxes.size(), MoveList{view(), ids, reader});
+    device_.launch(boxes.size(), MoveList{view(), ids, given});
     r.found = count_;
   }
 
@@ -108,8 +110,8 @@ class LiveObjects {
   }
   // `checked` null: it is known to be good. at->changed is empty then.
   void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at, const Checked* checked) {
-    const BoxReader reader = BoxReader::of(boxes);
-    device_.launch(limit_, MoveAll{view(), reader, checked, nan_allowed, &at->changed});
+    const Set given = make_set(boxes);
+    device_.launch(limit_, MoveAll{view(), given, checked, nan_allowed, &at->changed});
   }
   // The check by itself, of boxes which are likely to be where they were; accept() follows.
   Checked check_all_now(const Boxes& boxes, LiveTold* at) {
@@ -124,12 +126,12 @@ class LiveObjects {
   void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
     Boxes bare;
     bare.filters = filters;
-    const BoxReader reader = BoxReader::of(bare);
-    if (!check_list(ids, n, reader, false, true, r)) return;
+    const Set given = make_set(bare);
+    if (!check_list(ids, n, given, false, true, r)) return;
     if (n != 0) {
       settle_states();
       want_filters(filters);
-      device_.launch(n, SetFiltersOfList{view(), ids, reader.set});
+      device_.launch(n, SetFiltersOfList{view(), ids, given});
       moved_ = stale_ = refiltered_ = true;
     }
     r.found = count_;
@@ -284,7 +286,7 @@ class LiveObjects {
   CheckAll check_all(const Boxes& boxes, LiveTold* at) {
     told_is_clear_ = false;
     unsettled_ = true;
-    return {view(), BoxReader::of(boxes), &at->checked, moved_};
+    return {view(), make_set(boxes), &at->checked, moved_};
   }
   // Before the first call after an update that moves objects by a list: a check of all does it by
   // the way.
@@ -293,7 +295,7 @@ class LiveObjects {
     if (!moved_) unsettled_ = false;
   }
   // False, with the status, where an id, a world or a box is not good; what moves is noted.
-  bool check_list(const ObjectId* ids, std::size_t n, const BoxReader& given, bool has_boxes,
+  bool check_list(const ObjectId* ids, std::size_t n, const Set& given, bool has_boxes,
                   bool nan_allowed, Result& r) {
     if (n > count_) {  // one of them is there twice, or not alive
       r.status = Status::bad_id;

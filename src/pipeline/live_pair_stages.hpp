@@ -102,6 +102,7 @@ struct Retest {
   bool nan_allowed, moved_before;
   // Where there is such a list, and may be looked at; kept up to date.
   Doubtful doubtful{};
+  bool all_listed = false;  // most of these have a mover: to ask of which costs more than it saves
 
   THRONG_HD std::uint64_t count() const noexcept {
     const std::uint64_t all = by_list() ? doubtful.told->count : candidates.count;
@@ -121,7 +122,7 @@ struct Retest {
       pair = {c.first, c.second};
       was_pair = c.slot != no_slot;
     }
-    if (!has_mover(live, pair)) return Change::none;
+    if (!(listed && all_listed) && !has_mover(live, pair)) return Change::none;
     ++compared;
     const bool is_pair = are_pair(live, pair);
     if (is_pair == was_pair) return Change::none;
@@ -134,16 +135,18 @@ struct Retest {
 };
 
 // Where other candidates take the place of those before: pairs that begin, among those now; and
-// pairs that end, among those before. `movers_alone`: what did not move is what it was.
+// pairs that end, among those before. Where few boxes left theirs what did not move is what it was.
 struct LookForBegun {
   Candidates now;
   LiveView live;
-  bool movers_alone;
-  THRONG_HD std::uint64_t count() const noexcept { return now.count; }
+  // Where few boxes left theirs: so many of those before, and so many more. Else null.
+  const std::uint32_t* kept;
+  std::uint64_t fresh;
+  THRONG_HD std::uint64_t count() const noexcept { return kept ? *kept + fresh : now.count; }
   THRONG_HD Change operator()(std::uint64_t i, Pair& pair, std::uint32_t& compared) const noexcept {
     const LivePair c = now.pairs[i];
     pair = {c.first, c.second};
-    if (c.slot != no_slot || (movers_alone && !has_mover(live, pair))) return Change::none;
+    if (c.slot != no_slot || (kept && !has_mover(live, pair))) return Change::none;
     ++compared;
     return are_pair(live, pair) ? Change::begins : Change::none;
   }

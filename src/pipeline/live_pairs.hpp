@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "pipeline/block.hpp"
+#include "pipeline/live_candidates.hpp"
 #include "pipeline/live_objects.hpp"
 #include "pipeline/live_pair_stages.hpp"
 #include "pipeline/live_stray_stages.hpp"
-#include "pipeline/order.hpp"
-#include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
 
@@ -38,6 +37,7 @@ class LivePairSet {
                   bool moved_before, bool gone_before) const {
     Retest retest{candidates_.list(), live, checked, nan_allowed, moved_before};
     if (!gone_before) retest.doubtful = doubtful();
+    retest.all_listed = dense_ != 0;
     gather_changes(retest, told);
   }
 
@@ -47,13 +47,14 @@ class LivePairSet {
     // Where this fails, or the list was not looked at, what it says of pairs is void.
     const bool listed = listed_ && !gone;
     listed_ = false;
-    if (changed.count > room_of(changes_)) {
+    if (changed.count > CandidateFinder<Device>::room_of(changes_)) {
       make_room_for_changes(changed.count);
       device_.clear(&told->changed, sizeof(Changed));
       gather_changes(Retest{candidates_.list(), live, nullptr, true, true}, told);
       changed = device_.read(told->changed);
     }
     commit(changed, candidates_.list(), Tiles::of(candidates_.count));
+    if (listed) note_density(changed.comparisons);
     listed_ = listed;
   }
   // After an update of which all candidates stay: lists those in doubt, if none were found anew for
@@ -64,85 +65,50 @@ class LivePairSet {
     const auto bytes = static_cast<std::size_t>(n / 8 * 5 + 1024) * sizeof(Pair);
     try {
       doubtful_.room(bytes);
-      found_.room(bytes);
+      finder_.scratch().room(bytes);
       doubtful_told_.room(sizeof(Changed));
       make_room_for_tiles(tiles);
     } catch (const Failure&) {
       return;  // it is done without
     }
+    list_size_ = unknown;
     auto* told = doubtful_told_.template as<Changed>();
     device_.clear(told, sizeof(Changed));
-    const Tiles to = tiles_of(found_, tiles, told);
+    const Tiles to = tiles_of(finder_.scratch(), tiles, told);
     device_.gather(n, LookForDoubtful{candidates_.list(), live}, to);
     listed_ = true;
     const TileWalk walk = sum_up(to);
-    list_room_ = std::min(room_of(doubtful_), to.capacity);
+    list_room_ = std::min(CandidateFinder<Device>::room_of(doubtful_), to.capacity);
     device_.launch(walk.count(), ListDoubtful{walk, doubtful()});
   }
 
   // Finds all candidates anew, of fat boxes, and takes what changed.
   void commit_found(const Boxes& fat, const LiveView& live, const Options& options, bool refiltered,
                     LiveTold* told, Result& r) {
-    const std::uint64_t found = find_candidates(fat, options, r);
+    const std::uint64_t found = finder_.find_all(fat, options, r);
     next_.room(found);
     const Candidates now{next_.block.template as<LivePair>(), found};
-    device_.launch(found, CarrySlots{found_.template as<Pair>(), candidates_.list(), now.pairs});
-    commit_next(now, live, false, refiltered, told, r);
+    device_.launch(found, CarrySlots{finder_.found(), candidates_.list(), now.pairs});
+    commit_next(now, live, nullptr, found, refiltered, told, r);
   }
 
-  // Where few boxes left theirs: see live_stray_stages.hpp. False where they are not so few, or
-  // there is no grid; begin() is called before fat boxes change.
+  // Where few boxes left theirs. False where they are not so few, or there is no grid; begin() is
+  // called before fat boxes change.
   template <class Begin>
   bool commit_strays(const LiveView& live, LiveTold* told, const Begin& begin, Result& r) {
-    const std::uint64_t most = live.limit / 8;
-    if (!in_grid_ || live.world || most == 0 || candidates_.count >= no_slot) return false;
-    leavers_.room(most * sizeof(Pair));
-    strays_.room(most * sizeof(Pair));
-    device_.clear(&told->leavers, sizeof told->leavers);
-    device_.clear(&told->strays, sizeof told->strays);
-    look(LookForLeavers{live}, leavers_, &told->leavers);
-    const std::uint64_t leavers = device_.read(told->leavers).found;
-    if (leavers > leavers_.bytes() / sizeof(Pair)) return false;
-    auto* askers = reinterpret_cast<Record*>(askers_.room(leavers * sizeof(Record)));
-    begin();
-    device_.launch(leavers, FattenLeavers{live, leavers_.template as<Pair>(), askers});
-    look(LookForStrays{live}, strays_, &told->strays);
-    const std::uint64_t strays = device_.read(told->strays).found;
-    if (strays > strays_.bytes() / sizeof(Pair)) return false;
-    const LookForStrayPairs of_strays = find_stray_pairs(live, strays);
-    GridSearchOf<Looking::around> around{grid_of_,
-                              workspace_of_.grid,
-                              workspace_of_.table,
-                              workspace_of_.occupied,
-                              workspace_of_.records,
-                              workspace_of_.report,
-                              {}};
-    around.askers = askers;
-    around.asker_count = leavers;
-    around.states = live.state;
-    around.mask_bits = alive_bit | stray_bit;
-    around.wanted_bits = alive_bit;
     std::uint64_t fresh = 0;
-    for (;;) {
-      device_.clear(&told->fresh, sizeof(Report));
-      device_.search(leavers, around, {fresh_.template as<Pair>(), room_of(fresh_), &told->fresh});
-      look(of_strays, fresh_, &told->fresh);
-      fresh = device_.read(told->fresh).found;
-      if (fresh <= room_of(fresh_)) break;
-      fresh_.room(static_cast<std::size_t>(fresh + fresh / 8 + 1024) * sizeof(Pair));
-    }
-    sort(fresh_, fresh, ids_below(live.limit), &told->fresh);
+    if (candidates_.count >= no_slot || !finder_.find_few(live, told, begin, fresh)) return false;
     const Candidates before = candidates_.list();
     const std::uint32_t* sums = sums_of(before.count + 1, [&](std::uint32_t* flags) {
       device_.launch(before.count + 1, FlagKept{before, live.state, flags});
     });
-    const std::uint64_t kept = device_.read(sums[before.count]);
-    next_.room(kept + fresh);
-    const Candidates now{next_.block.template as<LivePair>(), kept + fresh};
-    const auto* added = fresh_.template as<Pair>();
+    next_.room(before.count + fresh);
+    const Candidates now{next_.block.template as<LivePair>(), before.count + fresh};
+    const Pair* added = finder_.fresh();
     device_.launch(before.count, MergeKept{before, {added, fresh}, sums, now.pairs});
     device_.launch(fresh, MergeFresh{before, added, sums, now.pairs});
-    commit_next(now, live, true, false, told, r);
+    device_.copy(&told->kept, sums + before.count, sizeof told->kept);
+    commit_next(now, live, &told->kept, fresh, false, told, r);
     return true;
   }
 
@@ -180,24 +146,24 @@ class LivePairSet {
     count_ = other.count_;
     slot_limit_ = other.slot_limit_;
     free_count_ = other.free_count_;
-    gathered_ = in_grid_ = false;
+    gathered_ = false;
+    finder_.forget_grid();
     forget_doubtful();
   }
 
   std::size_t held() const noexcept {
-    std::size_t sum = 0;
+    std::size_t sum = finder_.held();
     for (const Block<Device>* b :
-         {&candidates_.block, &next_.block,  &begun_.block,   &ended_.block, &next_begun_.block,
-          &next_ended_.block, &pairs_.block, &free_slots_,    &workspace_,   &found_,
-          &sorting_,          &changes_,     &flags_,         &scratch_,     &leavers_,
-          &strays_,           &askers_,      &fresh_,         &stray_boxes_, &stray_filters_,
-          &stray_workspace_,  &doubtful_,    &doubtful_told_, &tiles_})
+         {&candidates_.block, &next_.block, &begun_.block, &ended_.block, &next_begun_.block,
+          &next_ended_.block, &pairs_.block, &free_slots_, &changes_, &flags_, &scratch_, &tiles_,
+          &doubtful_, &doubtful_told_})
       sum += b->bytes();
     return sum;
   }
 
  private:
   static constexpr std::size_t slot_bytes = sizeof(std::uint32_t);
+  static constexpr std::uint64_t unknown = ~std::uint64_t{0};
 
   struct List {
     explicit List(Device& device) noexcept : block(device) {}
@@ -231,18 +197,19 @@ class LivePairSet {
   }
   void forget_doubtful() noexcept {
     listed_ = false;
-    calm_ = 0;
+    calm_ = dense_ = 0;
+    list_size_ = unknown;
+  }
+  // For some updates after one in which most of the list had a mover it is taken to be so again.
+  void note_density(std::uint64_t comparisons) {
+    if (list_size_ == unknown)
+      list_size_ = device_.read(*doubtful_told_.template as<Changed>()).count;
+    if (dense_ != 0)
+      --dense_;
+    else if (comparisons > list_size_ - list_size_ / 4)
+      dense_ = 7;
   }
 
-  // Each of which there is one, into `out`; as far as there is room.
-  template <class Look>
-  void look(const Look& each, const Block<Device>& out, Report* report) const {
-    const std::uint64_t n = each.bound();
-    if (n) device_.search(n, EachOnce<Look>{each}, {out.template as<Pair>(), room_of(out), report});
-  }
-  static std::uint64_t room_of(const Block<Device>& pairs) noexcept {
-    return pairs.bytes() / sizeof(Pair);
-  }
   // The tiles' numbers, with one more, and where they stand.
   void make_room_for_tiles(std::uint64_t tiles) {
     const auto sums = static_cast<std::size_t>(2 * tiles + 1);
@@ -251,7 +218,12 @@ class LivePairSet {
   }
   Tiles tiles_of(const Block<Device>& out, std::uint64_t tiles, Changed* told) const noexcept {
     auto* begins = tiles_.template as<std::uint32_t>();
-    return {out.template as<Pair>(), room_of(out), begins, begins + 2 * tiles + 1, tiles, told};
+    return {out.template as<Pair>(),
+            CandidateFinder<Device>::room_of(out),
+            begins,
+            begins + 2 * tiles + 1,
+            tiles,
+            told};
   }
   void gather_changes(const Retest& retest, LiveTold* told) const {
     const std::uint64_t n = candidates_.count;
@@ -266,12 +238,6 @@ class LivePairSet {
   void make_room_for_changes(std::uint64_t count) {
     changes_.room(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
   }
-  static Input ids_below(std::uint32_t limit) noexcept {
-    Input in;
-    in.count = in.first_count = limit;
-    return in;
-  }
-
   // Sums of flags, which put(flags) sets: n of them, whose sum is below 2^32.
   template <class F>
   std::uint32_t* sums_of(std::uint64_t n, const F& put) {
@@ -284,69 +250,10 @@ class LivePairSet {
     return flags;
   }
 
-  // In canonical order, in found_; tells how many. The grid stays in workspace_.
-  std::uint64_t find_candidates(const Boxes& fat, const Options& options, Result& r) {
-    in_grid_ = false;
-    if (fat.empty()) return 0;
-    Options plain;
-    plain.algorithm = options.algorithm;
-    plain.cell_scale = options.cell_scale;
-    grid_of_ = make_input(fat, nullptr, plain);
-    bool brute = false;
-    const std::uint64_t found =
-        find(grid_of_, plain.algorithm, workspace_, workspace_of_, found_, brute);
-    r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
-    sort(found_, found, grid_of_, workspace_of_.report);
-    in_grid_ = !brute;
-    return found;
-  }
-  // Into `out`, which grows; tells how many.
-  std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
-                     Block<Device>& out, bool& brute) {
-    brute = Pipeline<Device>::brute_force(in, algorithm);
-    w.template carve<Device>(in.count, memory.room(w.template carve<Device>(in.count, nullptr)));
-    const Pipeline<Device> pipeline(device_);
-    pipeline.build(in, brute, w);
-    out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
-    for (;;) {
-      device_.clear(&w.report->found, sizeof w.report->found);
-      pipeline.find(in, brute, w, {out.template as<Pair>(), room_of(out), w.report});
-      const std::uint64_t found = device_.read(*w.report).found;
-      if (found <= room_of(out)) return found;
-      out.room(static_cast<std::size_t>(found + found / 8 + 512) * sizeof(Pair));
-    }
-  }
-  LookForStrayPairs find_stray_pairs(const LiveView& live, std::uint64_t strays) {
-    const auto* ids = strays_.template as<Pair>();
-    if (strays == 0) return {live, ids, nullptr, 0};
-    auto* boxes = reinterpret_cast<Box*>(stray_boxes_.room(strays * sizeof(Box)));
-    auto* filters = reinterpret_cast<Filter*>(stray_filters_.room(strays * sizeof(Filter)));
-    device_.launch(strays, GatherStrays{live, ids, boxes, filters});
-    const auto n = static_cast<std::size_t>(strays);
-    Boxes view(boxes, n);
-    if (live.group || live.mask) {
-      view.filters.group = {&filters->group, n, sizeof(Filter)};
-      view.filters.mask = {&filters->mask, n, sizeof(Filter)};
-    }
-    if (live.owner) view.filters.owner = {&filters->owner, n, sizeof(Filter)};
-    if (live.is_static) view.filters.is_static = {&filters->is_static, n, sizeof(Filter)};
-    Workspace w;
-    bool brute = false;
-    const std::uint64_t found = find(make_input(view, nullptr, {}), Algorithm::automatic,
-                                     stray_workspace_, w, found_, brute);
-    return {live, ids, found_.template as<Pair>(), found};
-  }
-  void sort(Block<Device>& pairs, std::uint64_t count, const Input& in, const Report* report) {
-    const auto n = static_cast<std::size_t>(count);
-    const std::size_t bytes = Device::sort_bytes(n);
-    auto* p = pairs.template as<Pair>();
-    device_.sort(p, bytes ? sorting_.room(bytes) : nullptr, bytes, p, n, n, report, in);
-  }
-
-  // `now`, in next_, becomes the candidates. `mended`: where no box left its fat box, they are
-  // those of before.
-  void commit_next(const Candidates& now, const LiveView& live, bool mended, bool refiltered,
-                   LiveTold* told, Result& r) {
+  // `now`, in next_, becomes the candidates. Where few boxes left their fat boxes the device knows
+  // how many of those before were kept; with `fresh` ones they are all, and now.count at most.
+  void commit_next(Candidates now, const LiveView& live, const std::uint32_t* kept,
+                   std::uint64_t fresh, bool refiltered, LiveTold* told, Result& r) {
     forget_doubtful();
     const Candidates before = candidates_.list();
     const std::uint64_t first = Tiles::of(now.count), tiles = first + Tiles::of(before.count);
@@ -355,11 +262,15 @@ class LivePairSet {
     for (;;) {
       device_.clear(&told->changed, sizeof(Changed));
       const Tiles to = tiles_of(changes_, tiles, &told->changed);
-      device_.gather(now.count, LookForBegun{now, live, mended}, to);
-      device_.gather(before.count, LookForEnded{before, now, live, mended, refiltered},
+      device_.gather(now.count, LookForBegun{now, live, kept, fresh}, to);
+      device_.gather(before.count, LookForEnded{before, now, live, kept != nullptr, refiltered},
                      to.after(first));
-      changed = device_.read(told->changed);
-      if (changed.count <= room_of(changes_)) break;
+      const LiveTold seen = device_.read(*told);
+      changed = seen.changed;
+      if (changed.count <= CandidateFinder<Device>::room_of(changes_)) {
+        if (kept) now.count = seen.kept + fresh;
+        break;
+      }
       make_room_for_changes(changed.count);
     }
     r.comparisons = changed.comparisons;
@@ -411,22 +322,17 @@ class LivePairSet {
   List begun_{device_}, ended_{device_}, next_begun_{device_}, next_ended_{device_};
   List pairs_{device_};
   Block<Device> free_slots_{device_};
+  CandidateFinder<Device> finder_{device_};
   // Of a call.
-  Block<Device> workspace_{device_}, found_{device_}, sorting_{device_}, changes_{device_},
-      flags_{device_}, scratch_{device_};
-  Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
-      stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
-  Block<Device> tiles_{device_}, doubtful_{device_}, doubtful_told_{device_};
-  // The grid that all candidates were found in last, in workspace_.
-  Input grid_of_;
-  Workspace workspace_of_;
+  Block<Device> changes_{device_}, flags_{device_}, scratch_{device_}, tiles_{device_};
+  Block<Device> doubtful_{device_}, doubtful_told_{device_};
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
-  bool gathered_ = false, in_grid_ = false;
+  bool gathered_ = false;
   // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
   bool listed_ = false;
-  std::uint64_t list_room_ = 0;
-  unsigned calm_ = 0;
+  std::uint64_t list_room_ = 0, list_size_ = unknown;
+  unsigned calm_ = 0, dense_ = 0;
 };
 
 }  // namespace throng::pipeline

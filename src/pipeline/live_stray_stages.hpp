@@ -24,11 +24,15 @@ struct LookForLeavers {
     return (live.state[i] & both) == both && !live.holds(i, load_box(live.boxes + i));
   }
 };
+// Put behind that without a look at how many there are: where they are too many it does nothing.
 struct FattenLeavers {
   LiveView live;
   const Pair* leavers;
+  const Report* found;
+  std::uint64_t most;
   Record* askers;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (i >= found->found || found->found > most) return;
     const std::uint32_t id = leavers[i].first;
     const Box fat = live.fat_box(load_box(live.boxes + id));
     live.fat[id] = fat;
@@ -64,9 +68,12 @@ struct LookForStrayPairs {
   LiveView live;
   const Pair* strays;
   const Pair* found;
-  std::uint64_t found_count;
-  std::uint64_t bound() const noexcept { return found_count; }
-  THRONG_HD std::uint64_t count() const noexcept { return found_count; }
+  const Report* report;  // of these; where they are more than `capacity` there is no look at any
+  std::uint64_t capacity;
+  std::uint64_t bound() const noexcept { return capacity; }
+  THRONG_HD std::uint64_t count() const noexcept {
+    return report->found <= capacity ? report->found : 0;
+  }
   THRONG_HD bool operator()(std::uint64_t i, Pair& pair, std::uint32_t&) const noexcept {
     const std::uint32_t a = strays[found[i].first].first, b = strays[found[i].second].first;
     pair = a < b ? Pair{a, b} : Pair{b, a};

@@ -52,7 +52,7 @@ struct PlanGrid {
   core::GridLimits limits;
   core::ClassGrid* grid;
   Report* report;  // emptied
-  bool packed = in.sets[0].packed() && (!in.two_sets || in.sets[1].packed());
+  bool packed = in.sets[0].packed && (!in.two_sets || in.sets[1].packed);
 
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
