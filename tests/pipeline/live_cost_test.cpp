@@ -101,10 +101,10 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   }
   for (const float by : {0.6f, -0.6f, 0.6f}) {
     shift(2, by);
-    costs("all candidates found", 27, 4);
+    costs("all candidates found", 28, 4);
   }
   shift(2, 0.6f);
-  costs("all candidates found", 25, 4);
+  costs("all candidates found", 26, 4);
   shift(100, 0.6f);
   costs("few boxes left", 38, 6);
 }
