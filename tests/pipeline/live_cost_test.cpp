@@ -141,6 +141,28 @@ TEST(LiveScene, ManyChangesAtOnce) {
   }
 }
 
+// Few that leave and meet: more candidates among them than there was room for.
+TEST(LiveScene, LeaversMeet) {
+  Options options;
+  options.algorithm = Algorithm::grid;
+  LiveMachine m(options, 0.1f);
+  BroadPhase plain;
+  BoxList boxes = uniform_boxes(6000, 1);
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  ASSERT_TRUE(plain.add(boxes, nullptr).ok());
+  ASSERT_TRUE(m.update().ok());
+  ASSERT_TRUE(plain.update().ok());
+  for (std::size_t i = 0; i < boxes.size(); i += 10) boxes[i] = cube(3, 3, 3, 1);
+  ASSERT_TRUE(m.move_all(boxes).ok());
+  ASSERT_TRUE(plain.move_all(boxes).ok());
+  ASSERT_TRUE(m.update().ok());
+  ASSERT_TRUE(plain.update().ok());
+  EXPECT_EQ(std::string(m.last_reason()).find("few boxes left"), 0u) << m.last_reason();
+  EXPECT_GT(m.pair_count(), 600u * 599 / 2);
+  EXPECT_TRUE(same_bytes(m.pairs(), plain.pairs()));
+  EXPECT_TRUE(same_bytes(m.begun(), plain.begun()));
+}
+
 TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
   FailingResource memory;
   std::pmr::memory_resource* resource = &memory;
