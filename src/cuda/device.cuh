@@ -172,10 +172,10 @@ class Device {
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
     return keys_bytes(count) + bytes;
   }
+
   static constexpr std::uint32_t buckets_above = THRONG_GPU_BUCKETS_ABOVE;
   void count_buckets(std::uint64_t count, const pipeline::CountBuckets& f) const {
-    constexpr auto kernel = run_count_buckets<pipeline::CountBuckets>;
-    kernel<<<blocks(count, resident(kernel)), block_threads, 0, stream_>>>(count, f);
+    run_count_buckets<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
     check(cudaGetLastError());
   }
   void fill_buckets(std::uint64_t count, const pipeline::FillBuckets& f) const {
@@ -195,8 +195,11 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
-    run_search<<<blocks(bound, resident(run_search<Search>)), block_threads, 0, stream_>>>(search,
-                                                                                           sink);
+    int resident = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, run_search<Search>,
+                                                        block_threads, 0));
+    run_search<<<blocks(bound, static_cast<unsigned>(resident)), block_threads, 0, stream_>>>(
+        search, sink);
     check(cudaGetLastError());
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
@@ -277,13 +280,6 @@ class Device {
   }
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
     return blocks_for(count, each, processors_);
-  }
-  // Blocks of block_threads that a processor holds at once.
-  template <class Kernel>
-  static unsigned resident(Kernel* kernel) {
-    int blocks = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_threads, 0));
-    return static_cast<unsigned>(blocks);
   }
   const Memory& memory_;
   int device_ = 0, processors_ = 1;
