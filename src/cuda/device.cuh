@@ -106,10 +106,10 @@ class Device {
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
     return keys_bytes(count) + bytes;
   }
+
   static constexpr std::uint32_t buckets_above = THRONG_GPU_BUCKETS_ABOVE;
   void count_buckets(std::uint64_t count, const pipeline::CountBuckets& f) const {
-    constexpr auto kernel = run_count_buckets<pipeline::CountBuckets>;
-    kernel<<<blocks(count, resident(kernel)), block_threads, 0, stream_>>>(count, f);
+    run_count_buckets<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
     check(cudaGetLastError());
   }
   void fill_buckets(std::uint64_t count, const pipeline::FillBuckets& f) const {
