@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cub/block/block_scan.cuh>
 
 #include "cuda/launch.cuh"
 #include "pipeline/bucket_order.hpp"
@@ -13,10 +14,12 @@
 
 namespace throng::cuda {
 
-// A thread holds its boxes of a tile in registers, from reading to storing them: two such blocks
-// are what a processor has registers for.
+// A thread holds its boxes of a tile in registers until it knows where in the tile they stand: two
+// such blocks are what a processor has registers for.
 constexpr unsigned tile_threads = 512, boxes_a_thread = 4;
 constexpr unsigned tile_boxes = tile_threads * boxes_a_thread;
+constexpr std::size_t tile_bytes = tile_boxes * sizeof(pipeline::Record);
+static_assert(pipeline::bucket_count <= tile_threads);
 
 template <class F>
 __global__ void __launch_bounds__(block_threads) run_count_buckets(std::uint64_t count, F f) {
@@ -31,12 +34,18 @@ __global__ void __launch_bounds__(block_threads) run_count_buckets(std::uint64_t
   for (unsigned k = threadIdx.x; k < F::shared_count; k += block_threads) f.add(k, shared);
 }
 
-// Each step is one of all the thread's boxes, so that their loads do not wait for one another.
+// A tile is put into the order of buckets in shared memory, and written from there, neighbours by
+// neighbours. Each step is one of all the thread's boxes, so that their loads do not wait for one
+// another.
 template <class F>
 __global__ void __launch_bounds__(tile_threads, 2) run_fill_buckets(F f) {
-  __shared__ std::uint32_t counts[pipeline::bucket_count];
-  for (unsigned k = threadIdx.x; k < pipeline::bucket_count; k += tile_threads) counts[k] = 0;
-  const std::uint64_t first = std::uint64_t{blockIdx.x} * tile_boxes + threadIdx.x;
+  using Scan = cub::BlockScan<std::uint32_t, tile_threads>;
+  extern __shared__ float4 tile[];  // halves of records
+  __shared__ typename Scan::TempStorage scan;
+  __shared__ std::uint32_t counts[pipeline::bucket_count], starts[pipeline::bucket_count];
+  const unsigned t = threadIdx.x;
+  if (t < pipeline::bucket_count) counts[t] = 0;
+  const std::uint64_t first = std::uint64_t{blockIdx.x} * tile_boxes + t;
   typename F::Held held[boxes_a_thread];
 #pragma unroll
   for (unsigned k = 0; k < boxes_a_thread; ++k) f.read(first + k * tile_threads, held[k]);
@@ -44,10 +53,28 @@ __global__ void __launch_bounds__(tile_threads, 2) run_fill_buckets(F f) {
 #pragma unroll
   for (unsigned k = 0; k < boxes_a_thread; ++k) f.count(first + k * tile_threads, held[k], counts);
   __syncthreads();
-  for (unsigned k = threadIdx.x; k < pipeline::bucket_count; k += tile_threads) f.claim(k, counts);
+  const std::uint32_t count = t < pipeline::bucket_count ? counts[t] : 0;
+  std::uint32_t start, all;
+  Scan(scan).ExclusiveSum(count, start, all);
+  if (t < pipeline::bucket_count) {
+    starts[t] = start;
+    counts[t] = f.claim(t, count) - start;  // from a place in the tile to one in memory
+  }
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < boxes_a_thread; ++k) f.store(first + k * tile_threads, held[k], counts);
+  for (unsigned k = 0; k < boxes_a_thread; ++k) {
+    if (held[k].rank == F::none) continue;
+    const std::uint32_t at = starts[f.bucket(held[k].cell)] + held[k].rank;
+    const pipeline::Record r = F::record(first + k * tile_threads, held[k]);
+    tile[2 * at] = make_float4(r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id));
+    tile[2 * at + 1] = make_float4(r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell));
+  }
+  __syncthreads();
+  auto* const to = reinterpret_cast<float4*>(f.records);
+  for (unsigned k = t; k < 2 * all; k += tile_threads) {
+    const std::uint32_t bucket = f.bucket(__float_as_uint(tile[k | 1].w));
+    to[2 * std::uint64_t{counts[bucket] + k / 2} + k % 2] = tile[k];
+  }
 }
 
 }  // namespace throng::cuda

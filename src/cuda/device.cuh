@@ -38,6 +38,8 @@ class Device {
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
+    check(cudaFuncSetAttribute(run_fill_buckets<pipeline::FillBuckets>,
+                               cudaFuncAttributeMaxDynamicSharedMemorySize, tile_bytes));
   }
 
   ~Device() {
@@ -114,7 +116,7 @@ class Device {
   }
   void fill_buckets(std::uint64_t count, const pipeline::FillBuckets& f) const {
     const auto tiles = static_cast<unsigned>((count + tile_boxes - 1) / tile_boxes);
-    run_fill_buckets<<<tiles, tile_threads, 0, stream_>>>(f);
+    run_fill_buckets<<<tiles, tile_threads, tile_bytes, stream_>>>(f);
     check(cudaGetLastError());
   }
 

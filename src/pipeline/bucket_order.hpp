@@ -4,7 +4,8 @@
 // may be any, each would go to memory by itself.
 //
 // A tile of boxes claims its places together: its threads count the tile's boxes of each bucket,
-// claim so many places of each, and store.
+// claim so many places of each, and store. There are few buckets, so that a tile has several boxes of
+// each, which are written side by side.
 #pragma once
 
 #include <bit>
@@ -17,8 +18,8 @@
 
 namespace throng::pipeline {
 
-// Of a hundred million boxes one has 4 MB of records and 1 MB of cells.
-constexpr std::uint32_t bucket_count = 1024;
+// Of a hundred million boxes one has 12 MB of records and 3 MB of cells.
+constexpr std::uint32_t bucket_count = 256;
 
 // Flags, one for each group and class.
 constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
@@ -90,19 +91,17 @@ struct FillBuckets {
     if (i >= in.count || !core::is_active(held.box)) return;
     if (in.margin != 0) held.box = core::expand(held.box, in.margin);
     held.cell = home_of(in, *grid, static_cast<std::uint32_t>(i), held.box).cell;
-    held.rank = fetch_add(counts + bucket_of(*grid, in.has_worlds, held.cell), 1u);
+    held.rank = fetch_add(counts + bucket(held.cell), 1u);
   }
-  // A bucket's count becomes where its first one goes.
-  THRONG_HD void claim(std::uint32_t bucket, std::uint32_t* counts) const noexcept {
-    if (counts[bucket] != 0) counts[bucket] = fetch_add(next + bucket, counts[bucket]);
+  // Where the first of a tile's `count` boxes of a bucket goes.
+  THRONG_HD std::uint32_t claim(std::uint32_t bucket, std::uint32_t count) const noexcept {
+    return count == 0 ? 0 : fetch_add(next + bucket, count);
   }
-  THRONG_HD void store(std::uint64_t i, const Held& held,
-                       const std::uint32_t* claimed) const noexcept {
-    if (held.rank == none) return;
-    const std::uint32_t at = claimed[bucket_of(*grid, in.has_worlds, held.cell)] + held.rank;
-    const Box& box = held.box;
-    pipeline::store(records + at,
-                    Record{box.lower, static_cast<std::uint32_t>(i), box.upper, held.cell});
+  THRONG_HD std::uint32_t bucket(std::uint32_t cell) const noexcept {
+    return bucket_of(*grid, in.has_worlds, cell);
+  }
+  THRONG_HD static Record record(std::uint64_t i, const Held& held) noexcept {
+    return {held.box.lower, static_cast<std::uint32_t>(i), held.box.upper, held.cell};
   }
 };
 

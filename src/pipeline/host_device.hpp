@@ -105,8 +105,12 @@ class HostDevice {
       FillBuckets::Held held[tile];
       for (std::uint64_t i = begin; i < end; ++i) f.read(i, held[i - begin]);
       for (std::uint64_t i = begin; i < end; ++i) f.count(i, held[i - begin], counts);
-      for (std::uint32_t k = 0; k < bucket_count; ++k) f.claim(k, counts);
-      for (std::uint64_t i = begin; i < end; ++i) f.store(i, held[i - begin], counts);
+      for (std::uint32_t k = 0; k < bucket_count; ++k) counts[k] = f.claim(k, counts[k]);
+      for (std::uint64_t i = begin; i < end; ++i) {
+        const FillBuckets::Held& h = held[i - begin];
+        if (h.rank == FillBuckets::none) continue;
+        f.records[counts[f.bucket(h.cell)] + h.rank] = FillBuckets::record(i, h);
+      }
     });
   }
 

@@ -162,16 +162,6 @@ THRONG_HD inline Record load(const Record* at) noexcept {
   return *at;
 #endif
 }
-// Two stores of 16 bytes.
-THRONG_HD inline void store(Record* at, const Record& r) noexcept {
-#if defined(__CUDA_ARCH__)
-  float4* half = reinterpret_cast<float4*>(at);
-  half[0] = make_float4(r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id));
-  half[1] = make_float4(r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell));
-#else
-  *at = r;
-#endif
-}
 
 // The lower corner and the number, or the rest, in one store of 16 bytes.
 THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
