@@ -30,6 +30,11 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
   } else if (part == "stages") {
     for (const std::size_t n : {100 * K, M, 10 * M, 100 * M})
       all.push_back(uniform("stages", n, false));
+    for (const char* name : {"pile", "mixed", "clusters"})
+      for (const std::size_t n : {M, 10 * M}) {
+        const SceneChoice& scene = find_scene(name);
+        all.push_back({"stages", scene.label, scene.name, scene.density, n, 2, false});
+      }
   } else if (part == "scenes") {
     const auto add = [&](const SceneChoice& s, std::size_t n) {
       all.push_back({"scenes", s.label, s.name, s.density, n, 2, false});

@@ -113,7 +113,8 @@ void measure_objects(const Case& c, Session& s) {
 
 void measure_live(Session& s, std::size_t least, std::size_t most) {
   for (const Case& c : cases_of("stages", most))
-    if (c.objects >= std::max<std::size_t>(least, 1000000)) measure_objects(c, s);
+    if (c.scene == "uniform" && c.objects >= std::max<std::size_t>(least, 1000000))
+      measure_objects(c, s);
 }
 
 }  // namespace throng::bench::gpu

@@ -190,16 +190,15 @@ struct Moved {
 // on lies in L2, and each part is read and written once.
 constexpr std::size_t buckets_above = 4000000;
 constexpr Moved bin_by_buckets = {
-    "bin", 9 + 24 + (24 + 32) + (32 + 4 + 2 * 9) + 2 * 9 + (32 + 4 + 9 + 32), 0, 0,
-    "clear 9; buckets counted: box 24; filled: box 24, record 32; count: record 32, rank 4, table "
-    "9 + 9; scan 9 + 9; place: record 32, rank 4, table 9, record 32"};
+    "bin", 9 + 24 + (24 + 32 + 4) + (4 + 4 + 2 * 9) + 2 * 9 + (32 + 4 + 9 + 32), 0, 0,
+    "clear 9; buckets counted: box 24; filled: box 24, record 32, cell 4; count: cell 4, rank 4, "
+    "table 9 + 9; scan 9 + 9; place: record 32, rank 4, table 9, record 32"};
 constexpr Moved moved[] = {
     {"plan", 0, 0, 0, "one block, some 4096 boxes: latency, no bandwidth"},
     // The table has 9/4 cells of 4 bytes a box: 9 bytes.
-    {"bin", 9 + (24 + 4) + 2 * 9 + (24 + 4 + 32), 2 * 32 + 32, 0,
-     "clear 9; count: box 24, rank 4, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
-     "place: "
-     "box 24, rank 4, a sector of the table 32, record 32"},
+    {"bin", 9 + (24 + 8) + 2 * 9 + (24 + 8 + 32), 2 * 32 + 32, 0,
+     "clear 9; count: box 24, place 8, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
+     "place: box 24, place 8, a sector of the table 32, record 32"},
     {"find", 32 + 9, 0, 8,
      "records 32 and table 9 once from memory, candidates again from the caches; 8 a pair"},
 };

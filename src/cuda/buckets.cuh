@@ -72,8 +72,11 @@ __global__ void __launch_bounds__(tile_threads, 2) run_fill_buckets(F f) {
   __syncthreads();
   auto* const to = reinterpret_cast<float4*>(f.records);
   for (unsigned k = t; k < 2 * all; k += tile_threads) {
-    const std::uint32_t bucket = f.bucket(__float_as_uint(tile[k | 1].w));
-    to[2 * std::uint64_t{counts[bucket] + k / 2} + k % 2] = tile[k];
+    const float4 half = tile[k];
+    const std::uint32_t cell = __float_as_uint(tile[k | 1].w);
+    const std::uint32_t at = counts[f.bucket(cell)] + k / 2;
+    __stcs(to + 2 * std::uint64_t{at} + k % 2, half);
+    if (k % 2 != 0) __stcs(f.cells + at, cell);
   }
 }
 

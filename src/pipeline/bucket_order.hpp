@@ -72,6 +72,7 @@ struct FillBuckets {
   const core::ClassGrid* grid;
   std::uint32_t* next;  // where a bucket's next box goes
   Record* records;
+  std::uint32_t* cells;  // of these, once more: they are all that is needed to count
 
   static constexpr std::uint32_t none = ~0u;
   // A box on its way.
@@ -105,16 +106,16 @@ struct FillBuckets {
   }
 };
 
-// What CountBoxes and PlaceBoxes do, of boxes that stand by buckets: so many as are active.
+// What CountBoxes and PlaceBoxes do, of boxes that stand by buckets: so many as are active. What is
+// read for the last time leaves a device's cache first, so that a bucket's cells and places stay.
 struct CountRecords {
-  const Record* records;
   const std::uint32_t* active;
   std::uint32_t* counts;  // a cell; cleared
-  std::uint32_t* ranks;   // a record
+  std::uint32_t* ranks;   // a record; its cell until then
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     if (i >= *active) return;
-    ranks[i] = fetch_add(counts + records[i].cell, 1u);
+    stream_out(ranks + i, fetch_add(counts + stream_in(ranks + i), 1u));
   }
 };
 // Two threads a record, as PlaceBoxes has.
@@ -131,7 +132,8 @@ struct PlaceRecords {
     if (index == 0) report->active = *active;
     if (i >= *active) return;
     const Record* from = records + i;
-    copy_half(placed + (start[from->cell] + ranks[i]), index % 2 != 0, from);
+    const std::uint32_t at = start[stream_in(&from->cell)] + stream_in(ranks + i);
+    copy_half(placed + at, index % 2 != 0, from);
   }
 };
 

@@ -109,7 +109,9 @@ class HostDevice {
       for (std::uint64_t i = begin; i < end; ++i) {
         const FillBuckets::Held& h = held[i - begin];
         if (h.rank == FillBuckets::none) continue;
-        f.records[counts[f.bucket(h.cell)] + h.rank] = FillBuckets::record(i, h);
+        const std::uint32_t at = counts[f.bucket(h.cell)] + h.rank;
+        f.records[at] = FillBuckets::record(i, h);
+        f.cells[at] = h.cell;
       }
     });
   }

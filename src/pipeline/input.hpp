@@ -180,9 +180,10 @@ THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexce
 #endif
 }
 
+// `from` is not read again.
 THRONG_HD inline void copy_half(Record* to, bool upper, const Record* from) noexcept {
 #if defined(__CUDA_ARCH__)
-  reinterpret_cast<float4*>(to)[upper] = __ldg(reinterpret_cast<const float4*>(from) + upper);
+  reinterpret_cast<float4*>(to)[upper] = __ldcs(reinterpret_cast<const float4*>(from) + upper);
 #else
   store_half(to, upper, *from);
 #endif

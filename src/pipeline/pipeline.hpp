@@ -142,7 +142,7 @@ struct Workspace {
   core::ClassGrid* grid = nullptr;
   std::uint32_t *occupied = nullptr, *buckets = nullptr, *table = nullptr;
   Place* places = nullptr;         // of boxes that are not put into buckets
-  std::uint32_t* ranks = nullptr;  // of those that are
+  std::uint32_t* ranks = nullptr;  // of those that are; before, their cells
   Record *records = nullptr, *in_buckets = nullptr;
   char* scratch = nullptr;  // of the device's scan
   std::size_t scratch_bytes = 0;
@@ -266,8 +266,8 @@ class Pipeline {
     const std::uint32_t* active = w.buckets + bucket_count;  // once they are summed up
     device_.count_buckets(in.count, CountBuckets{in, w.grid, w.buckets, w.occupied, w.report});
     device_.scan(w.buckets, bucket_count + 1);
-    device_.fill_buckets(in.count, FillBuckets{in, w.grid, w.buckets, w.in_buckets});
-    device_.launch(in.count, CountRecords{w.in_buckets, active, w.table, w.ranks});
+    device_.fill_buckets(in.count, FillBuckets{in, w.grid, w.buckets, w.in_buckets, w.ranks});
+    device_.launch(in.count, CountRecords{active, w.table, w.ranks});
     device_.scan(w.table, scanned);
     const PlaceRecords place{w.in_buckets, active, w.table, w.ranks, w.records, w.report};
     device_.launch(std::uint64_t{2} * in.count, place);
