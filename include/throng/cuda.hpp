@@ -63,7 +63,7 @@ class THRONG_API Finder {
   Finder(const Finder&) = delete;
   Finder& operator=(const Finder&) = delete;
 
-  // Takes the memory that calls with up to so many boxes (of both sets) need: 45 bytes a box, of
+  // Takes the memory that calls with up to so many boxes (of both sets) need: 49 bytes a box, of
   // more than four million 77; under canonical order 16 bytes more for each of `pairs`. Waits for
   // the stream. Asking for more than before moves that memory: graphs captured until then must be
   // captured anew.

@@ -10,8 +10,8 @@
 
 namespace throng::cuda {
 
-// Places of shared memory by their own addresses, which take a register where a pointer takes two and
-// is made anew at each use.
+// Places of shared memory by their own addresses, which take a register where a pointer takes two
+// and is made anew at each use.
 __device__ inline std::uint32_t shared_address(const void* p) {
   return static_cast<std::uint32_t>(__cvta_generic_to_shared(p));
 }
@@ -71,11 +71,10 @@ __device__ inline void tell_comparisons(const pipeline::PairSink& sink, std::uin
     pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
-// A lane walks by itself, where all have nearly the same to do. The whole grid of blocks stays until
-// all is done.
+// A lane walks by itself, where all have nearly the same to do. The whole grid of blocks stays
+// until all is done.
 template <class Search>
-__global__ void __launch_bounds__(block_threads)
-    run_walks(Search search, pipeline::PairSink sink) {
+__global__ void __launch_bounds__(block_threads) run_walks(Search search, pipeline::PairSink sink) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   const unsigned lane = threadIdx.x % 32;
   WarpStage stage(stages[threadIdx.x / 32], sink, lane);

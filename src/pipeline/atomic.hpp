@@ -71,8 +71,8 @@ THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
 #endif
 }
 // Sets a flag that many threads set: most only read it, from the first-level cache of their
-// processor, for all of them would wait for the one place in memory. There it may be out of date, and
-// then is set once more.
+// processor, for all of them would wait for the one place in memory. There it may be out of date,
+// and then is set once more.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;

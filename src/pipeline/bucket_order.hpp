@@ -4,8 +4,8 @@
 // may be any, each would go to memory by itself.
 //
 // A tile of boxes claims its places together: its threads count the tile's boxes of each bucket,
-// claim so many places of each, and store. There are few buckets, so that a tile has several boxes of
-// each, which are written side by side.
+// claim so many places of each, and store. There are few buckets, so that a tile has several boxes
+// of each, which are written side by side.
 #pragma once
 
 #include <bit>

@@ -58,12 +58,12 @@ class CandidateFinder {
     many_left_ = leavers > most;
     if (many_left_ || strays > room_of(strays_)) return false;
     GridSearchOf<Looking::around> around{grid_of_,
-                              workspace_of_.grid,
-                              workspace_of_.table,
-                              workspace_of_.occupied,
-                              workspace_of_.records,
-                              workspace_of_.report,
-                              {}};
+                                         workspace_of_.grid,
+                                         workspace_of_.table,
+                                         workspace_of_.occupied,
+                                         workspace_of_.records,
+                                         workspace_of_.report,
+                                         {}};
     around.askers = askers;
     around.asker_count = leavers;
     around.states = live.state;

@@ -167,10 +167,13 @@ struct Workspace {
     take(buckets, buckets_used ? bucket_count + 1 : 0);
     take(table, scanned(table_cells));
     take(grid, 1);
-    take(places, buckets_used ? Device::buckets_above : count);
+    take(places, buckets_used ? 0 : count);
     take(ranks, buckets_used ? count : 0);
     take(records, count);
     take(in_buckets, buckets_used ? count : 0);
+    // Fewer boxes than there is room for may need places and no buckets.
+    static_assert(sizeof(Place) <= sizeof(Record));
+    if (buckets_used) places = reinterpret_cast<Place*>(in_buckets);
     scratch_bytes = Device::scan_bytes(scanned(table_cells));
     take(scratch, scratch_bytes);
     return at;

@@ -20,9 +20,9 @@ struct FirstRange {
   bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
-// Who looks, and for what, in a class grid (core/class_grid.hpp). Box i in the order of storage looks
-// for its partners: `plain`, in one set without filters; `filtered`, whatever it is. `around`: boxes
-// that are not of the grid look for all that it holds; not with worlds.
+// Who looks, and for what, in a class grid (core/class_grid.hpp). Box i in the order of storage
+// looks for its partners: `plain`, in one set without filters; `filtered`, whatever it is.
+// `around`: boxes that are not of the grid look for all that it holds; not with worlds.
 enum class Looking : std::uint8_t { plain, filtered, around };
 
 template <Looking looking>
@@ -62,7 +62,8 @@ struct GridSearchOf {
   template <bool mixed>
   class Look {
    public:
-    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, std::uint64_t i) noexcept
+    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells,
+                   std::uint64_t i) noexcept
         : s_(search),
           cells_(cells),
           index_(static_cast<std::uint32_t>(i)),
@@ -109,11 +110,12 @@ struct GridSearchOf {
     // The next row.
     THRONG_HD Range row() noexcept {
       if (whole_) return {0, s_.report->active, 0};
-      const std::uint32_t row = mixed ? core::row_start(cells_, part_, y_, z_)
-                                      : core::dense_row_start(part_, y_, z_);
-      const Range range{own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
-                        s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
-                        static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
+      const std::uint32_t row =
+          mixed ? core::row_start(cells_, part_, y_, z_) : core::dense_row_start(part_, y_, z_);
+      const Range range{
+          own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
+          s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
+          static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
       own_row_ = false;
       if (y_++ == y_last_) {
         y_ = y_first_;
