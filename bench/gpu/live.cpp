@@ -29,7 +29,8 @@ struct Motion {
 };
 constexpr Motion motions[] = {
     {"live, nothing moves", 0, 0, "49 B a box, as they were and as they are"},
-    {"live, 1 % move in fat boxes", 100, 0.9f, "states of what moves; candidates in doubt compared"},
+    {"live, 1 % move in fat boxes", 100, 0.9f,
+     "states of what moves; candidates in doubt compared"},
     {"live, all move in fat boxes", 1, 0.9f, "the same of all"},
     {"live, 1 % leave fat boxes", 100, 2.5f, "candidates mended in the grid"},
     {"live, all leave fat boxes", 1, 2.5f, "all candidates found anew"},

@@ -116,7 +116,7 @@ struct WarpRanges {
 // A warp's boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly
 // the same cells. First all lanes look up the rows of their cells, together, and keep the ranges;
 // then each goes through the candidates in its own. `Shares`: records of several rows may stand in
-// the same place (Look::shares).
+// the same place (Look::shares). HostDevice has a twin of this.
 template <bool Shares, class Search>
 __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count, WarpRanges& kept,
@@ -149,7 +149,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
           }
           if (__any_sync(~0u, held == slots)) break;
         } else {
-          if (Shares && __any_sync(~0u, held > 0 && look.shares())) break;
+          if (Shares && __any_sync(~0u, held > 0)) break;  // they are the present target's
           more = target < target_count;
           if (!more) break;
           if (looks) rows = look.aim(targets[target]);

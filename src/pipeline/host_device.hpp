@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstring>
 #include <memory_resource>
+#include <optional>
 
 #include <throng/options.hpp>
 
@@ -130,12 +131,24 @@ class HostDevice {
         held = 0;
       };
       end = std::min(end, search.count());
-      for (std::uint64_t i = begin; i < end; ++i) {
-        auto walk = search.begin(i);
-        while (!walk.over()) {
-          if (walk.step(pairs[held]) && ++held == room) flush();
+      const auto tell = [&](const Pair& pair) {
+        pairs[held] = pair;
+        if (++held == room) flush();
+      };
+      if constexpr (requires { Search::most_targets; }) {
+        for (std::uint64_t i = begin; i < end; i += 32) {
+          const std::uint64_t last = std::min(i + 32, end);
+          comparisons += search.grid->hashed || !Search::Plain
+                             ? look_around<true>(search, i, last, tell)
+                             : look_around<false>(search, i, last, tell);
         }
-        comparisons += walk.comparisons();
+      } else {
+        for (std::uint64_t i = begin; i < end; ++i) {
+          auto walk = search.begin(i);
+          for (Pair pair; !walk.over();)
+            if (walk.step(pair)) tell(pair);
+          comparisons += walk.comparisons();
+        }
       }
       if (held) flush();
       fetch_add(&sink.report->comparisons, comparisons);
@@ -213,6 +226,60 @@ class HostDevice {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  // What the lanes of a warp do together (cuda/search.cuh), one lane after the other in each step;
+  // tells the comparisons.
+  template <bool mixed, class Search, class F>
+  static std::uint64_t look_around(const Search& search, std::uint64_t begin, std::uint64_t end,
+                                   const F& tell) {
+    constexpr unsigned slots = 3;  // few, so that they are often full
+    struct Lane {
+      typename Search::template Look<mixed> look;
+      std::uint32_t rows = 0;
+      unsigned held = 0;
+      typename Search::Range ranges[slots] = {};
+    };
+    std::optional<Lane> lanes[32];
+    const auto count = static_cast<std::size_t>(end - begin);
+    for (std::size_t k = 0; k < count; ++k)
+      lanes[k].emplace(Lane{{search, *search.grid, begin + k}});
+    std::uint64_t comparisons = 0;
+    const auto go_through = [&] {
+      for (std::size_t k = 0; k < count; ++k) {
+        Lane& lane = *lanes[k];
+        for (unsigned slot = 0; slot < lane.held; ++slot) {
+          const auto [first, last, row] = lane.ranges[slot];
+          comparisons += last - first;
+          for (std::uint32_t i = first; i < last; ++i) {
+            const Record c = load(search.records + i);
+            if (lane.look.meets(c) && lane.look.allows(c, row)) tell(lane.look.pair(c));
+          }
+        }
+        lane.held = 0;
+      }
+    };
+    const std::uint32_t targets = Search::target(core::group_count(search.grid->present), 0);
+    for (std::uint32_t target = 0; target < targets; ++target) {
+      if (!search.occupied[target]) continue;
+      for (std::size_t k = 0; k < count; ++k) lanes[k]->rows = lanes[k]->look.aim(target);
+      for (bool more = true; more;) {
+        bool full = more = false;
+        for (std::size_t k = 0; k < count; ++k) {
+          Lane& lane = *lanes[k];
+          if (lane.rows == 0) continue;
+          const auto range = lane.look.row();
+          more |= --lane.rows > 0;
+          if (range.begin == range.end) continue;
+          lane.ranges[lane.held++] = range;
+          full |= lane.held == slots;
+        }
+        if (full) go_through();
+      }
+      if (mixed) go_through();
+    }
+    go_through();
+    return comparisons;
+  }
 
   // body(begin, end) for pieces of 0 .. count-1.
   template <class F>
