@@ -21,10 +21,12 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   float side[3];
   for (int k = 0; k < 3; ++k) side[k] = s.side[k][candidate];
   const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
+  THRONG_UNROLL(1)
   for (std::uint32_t look = row; look < count; look += rows) {
     float e[3];
     for (int k = 0; k < 3; ++k) e[k] = s.value[k][look * step];
     std::uint32_t c = 0;
+    THRONG_UNROLL(1)
     for (; c < last; ++c) {
       const std::uint32_t shifts = s.shift[c][candidate];
       if (e[0] <= side[0] * times(shifts & 0xff) && e[1] <= side[1] * times(shifts >> 8 & 0xff) &&
@@ -43,11 +45,12 @@ THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept
   const std::uint32_t used = s.used[candidate], step = s.look_step, count = s.looks;
   float most[3];
   for (int k = 0; k < 3; ++k) most[k] = s.length[k];
+  THRONG_UNROLL(1)
   for (std::uint32_t c = row; c < max_size_classes; c += rows) {
     if (!(used >> c & 1)) continue;
     float share = 0, sum[3] = {};
     // Adding nothing instead of a branch: the loads of some boxes are under way together.
-    THRONG_UNROLL(4)
+    THRONG_UNROLL(2)
     for (std::uint32_t look = 0; look < count; ++look) {
       const bool own = s.late.fit[candidate][look] == c;
       share += own ? 1.0f : 0.0f;
@@ -105,8 +108,10 @@ THRONG_HD inline void ClassPlanner::price(std::uint32_t t, Shared& s,
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
   const std::uint32_t used = bits_of(s.used[candidate]);
+  THRONG_UNROLL(1)
   for (std::uint32_t k = row; k < used * (used + 1) / 2; k += rows) {
     std::uint32_t from = 0, after = k;
+    THRONG_UNROLL(1)
     for (; after >= used - from; ++from) after -= used - from;
     s.late.cost[k][candidate] = price_of(candidate, from, from + after, s, limits);
   }
@@ -115,7 +120,7 @@ THRONG_HD inline void ClassPlanner::price(std::uint32_t t, Shared& s,
 THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) noexcept {
   const std::uint32_t used = bits_of(s.used[candidate]);
   float sum = 0;
-  THRONG_UNROLL(4)
+  THRONG_UNROLL(2)
   for (std::uint32_t k = 0; k < used * (used + 1) / 2; ++k) sum += s.late.cost[k][candidate];
   s.cost[candidate] = sum;
 }
@@ -124,10 +129,13 @@ THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) n
 THRONG_HD inline void ClassPlanner::choose(std::uint32_t candidate, Shared& s) noexcept {
   const float own = s.cost[candidate];
   bool least = true;
-  THRONG_UNROLL(16)
-  for (std::uint32_t k = 0; k < candidates; ++k) {
-    const float other = s.cost[k];
-    least = least && !(other < own || (k < candidate && other == own));
+  THRONG_UNROLL(2)
+  for (std::uint32_t k = 0; k < candidates; k += 4) {
+    const Four others = load_four(s.cost + k);
+    for (std::uint32_t q = 0; q < 4; ++q) {
+      const float other = others.value[q];
+      least = least && !(other < own || (k + q < candidate && other == own));
+    }
   }
   if (least) s.best = candidate;
 }

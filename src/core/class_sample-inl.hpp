@@ -18,12 +18,13 @@ THRONG_HD inline void ClassPlanner::join_member(std::uint32_t member, const Reac
                                                 Reach& to) noexcept {
   if (member < 6) {
     float all = from[0].most[member];
-    THRONG_UNROLL(8)
-    for (std::uint32_t j = 1; j < count; ++j) all = greater(all, from[step * j].most[member]);
+    THRONG_UNROLL(4)
+    for (std::uint32_t j = 0; j < count; ++j) all = greater(all, from[step * j].most[member]);
     to.most[member] = all;
     return;
   }
   std::uint32_t worlds = 0, changes = 0, looked_at = 0;
+  THRONG_UNROLL(2)
   for (std::uint32_t j = 0; j < count; ++j) {
     const Reach& one = from[step * j];
     worlds = worlds > one.worlds ? worlds : one.worlds;
@@ -48,6 +49,7 @@ THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
   if (t >= 256 && t < 272) {
     std::uint32_t active = 0;
     const std::uint32_t eight = t - 256;
+    THRONG_UNROLL(2)
     for (std::uint32_t j = 8 * eight; j < 8 * eight + 8; ++j) {
       e.order[j] = active;
       active += takes_part(e, j);
@@ -66,7 +68,7 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   const Early& e = s.early;
   const std::uint32_t own = t % sample_size;
   std::uint32_t before = e.order[own], all = 0;
-  THRONG_UNROLL(16)
+  THRONG_UNROLL(4)
   for (std::uint32_t j = 0; j < 16; ++j) {
     const std::uint32_t active = e.active[j];
     before += j < own / 8 ? active : 0;
@@ -99,30 +101,26 @@ THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t own = t % sample_size, part = t / sample_size, warp = own / 32;
   static_assert(parts * 32 == sample_size);
   if (own >= s.count) return;
-  float value[values], above[values];
-  std::uint32_t before[values] = {};
+  THRONG_UNROLL(1)
   for (int k = 0; k < values; ++k) {
-    value[k] = s.value[k][own];
-    above[k] = -next_down(-value[k]);
+    const float* all = s.value[k] + 32 * part;
+    const float value = s.value[k][own];
+    std::uint32_t before = 0;
+    // Of equal values that of the earlier box comes first.
+    const float bound = part < warp ? -next_down(-value) : value;
+    // Signs of differences are counted, which takes a device half as long as comparing.
+    THRONG_UNROLL(4)
+    for (std::uint32_t j = 0; j < 32; j += 4) {
+      const Four four = load_four(all + j);
+      for (std::uint32_t q = 0; q < 4; ++q)
+        before += std::bit_cast<std::uint32_t>(four.value[q] - bound) >> 31;
+    }
+    if (part == warp) {
+      THRONG_UNROLL(4)
+      for (std::uint32_t j = 0; j < 32; ++j) before += j < own % 32 && all[j] == value;
+    }
+    THRONG_ADD(s.early.rank[k][own], before);
   }
-  // Signs of differences are counted, which takes a device half as long as comparing.
-  const auto count = [&](const auto& bound) {
-    for (std::uint32_t first = 32 * part; first < 32 * part + 32; first += 4)
-      for (int k = 0; k < values; ++k) {
-        const Four four = load_four(&s.value[k][first]);
-        for (std::uint32_t q = 0; q < 4; ++q)
-          before[k] += std::bit_cast<std::uint32_t>(four.value[q] - bound(k, first + q)) >> 31;
-      }
-  };
-  // Of equal values that of the earlier box comes first.
-  if (part == warp) {
-    count([&](int k, std::uint32_t j) { return j < own ? above[k] : value[k]; });
-  } else {
-    if (part < warp)
-      for (int k = 0; k < values; ++k) value[k] = above[k];
-    count([&](int k, std::uint32_t) { return value[k]; });
-  }
-  for (int k = 0; k < values; ++k) THRONG_ADD(s.early.rank[k][own], before[k]);
 }
 
 // How near the boxes are to each other: each looks at those that follow, up to half of all, with
@@ -134,7 +132,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
   float centre[3];
   for (int k = 0; k < 3; ++k) centre[k] = s.value[centres + k][own];
   const std::int32_t world = s.sample.worlds[own];
-  THRONG_UNROLL(4)
+  THRONG_UNROLL(1)
   for (std::uint32_t after = t / sample_size + 1; after <= n / 2; after += parts) {
     if (2 * after == n && own >= after) continue;  // the other one has looked
     const std::uint32_t j = own + after < n ? own + after : own + after - n;
@@ -158,11 +156,13 @@ THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
   Early& e = s.early;
   const std::uint32_t own = t % sample_size;
+  THRONG_UNROLL(1)
   for (std::uint32_t k = t / sample_size; k < values && own < s.count; k += parts)
     (k < centres ? s.extent[k] : s.centre[k - centres])[e.rank[k][own]] = s.value[k][own];
   if (t < threads - 64) return;
   const std::uint32_t which = t / 32 % 2, eight = t % 32;
   std::uint32_t sum = 0;
+  THRONG_UNROLL(2)
   for (std::uint32_t k = 8 * eight; k < 8 * eight + 8; ++k) {
     sum += e.near[limits.has_worlds ? which : 0][k];
     e.within[which][k] = sum;
@@ -178,7 +178,7 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   const std::uint32_t which = t / 256, exponent = t % 256;
   std::uint32_t sum = e.within[which][exponent];
   THRONG_UNROLL(4)
-  for (std::uint32_t k = 0; k < exponent / 8; ++k) sum += e.near_eight[which][k];
+  for (std::uint32_t k = 0; k < 32; ++k) sum += k < exponent / 8 ? e.near_eight[which][k] : 0;
   e.within[which][exponent] = sum;
   // The least distance within which the sample has some pairs: one thread finds it.
   const std::uint32_t own = e.near[limits.has_worlds ? which : 0][exponent];
@@ -232,18 +232,32 @@ THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
                                                        std::uint32_t exponent) noexcept {
   if (exponent >= s.base) return s.scale * static_cast<float>(s.early.within[s.which][exponent]);
   float count = s.base_neighbours;
+  THRONG_UNROLL(1)
   for (std::uint32_t k = exponent; k < s.base && count > 1e-9f; ++k) count *= s.shrink;
   return count;
 }
 
 // For all distances, and where there is one.
 THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept {
-  if (t < 256) s.neighbours[t] = neighbours_within(s, t);
-  if (t != 256) return;
-  float reach = s.base_neighbours;
-  std::uint32_t exponent = s.base;
-  for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
-  while (exponent < 250 && (exponent == 0 || neighbours_within(s, exponent - 1) < 1)) ++exponent;
+  if (t > 256) return;
+  std::uint32_t exponent = t;
+  if (t == 256) {
+    float reach = s.base_neighbours;
+    exponent = s.base;
+    THRONG_UNROLL(1)
+    for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
+    exponent = exponent > 0 ? exponent : 1;
+  }
+  // One thread goes on until there is one.
+  THRONG_UNROLL(1)
+  for (;; ++exponent) {
+    const float count = neighbours_within(s, t < 256 ? exponent : exponent - 1);
+    if (t < 256) {
+      s.neighbours[exponent] = count;
+      return;
+    }
+    if (exponent >= 250 || !(count < 1)) break;
+  }
   s.unit = power_of_two(exponent);
 }
 

@@ -28,8 +28,9 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
               8192,          present,
               in.has_worlds, cell_scale};
   const PlanGrid planner{in, p.limits, &p.grid, &report};
-  for (int phase = 0; phase < PlanGrid::phases; ++phase)
-    for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) planner(phase, t, *p.shared);
+  planner(*p.shared, [](const auto& phase) {
+    for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) phase(t);
+  });
   return p;
 }
 
