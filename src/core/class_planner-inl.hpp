@@ -37,7 +37,7 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
   if (scheme != 2) return base;
   // The shape of the typical box.
   const float typical = greater(middle, 1e-30f);
-  return greater(base * greater(s.extent[axis][n / 2], typical * 0.01f) / typical, 1e-30f);
+  return greater(quotient(base * greater(s.extent[axis][n / 2], typical * 0.01f), typical), 1e-30f);
 }
 
 // The finest cells, along an axis a row; and for how many classes they are doubled.
@@ -48,7 +48,7 @@ THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared
   if (row > 3 || !looked_after(t, chosen, s)) return;
   const float side = side_of(candidate, row % 3, chosen ? limits.cell_scale : 1, s);
   if (row < 3) {
-    float count = s.length[row] / greater(side, 1e-30f);
+    float count = quotient(s.length[row], greater(side, 1e-30f));
     const float bound = static_cast<float>(max_class_cells);
     count = count < 1 ? 1 : count > bound ? bound : count;
     s.cells[row][candidate] = static_cast<std::uint32_t>(count);
@@ -136,7 +136,7 @@ THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool an
     too_long = too_long || cells > limits.row_cells;
     if (hashed) cells = cells < limits.row_cells ? cells : limits.row_cells;
     s.cells[k][candidate] = cells;
-    s.side[k][candidate] = s.length[k] / static_cast<float>(cells);
+    s.side[k][candidate] = quotient(s.length[k], static_cast<float>(cells));
   }
   s.cut[candidate] = hashed && too_long;
   if (hashed && too_long) s.some_cut = true;
@@ -145,7 +145,7 @@ THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool an
 // A world's table stands beside those of some others; half of them must find room.
 THRONG_HD inline bool ClassPlanner::too_large(std::uint64_t all, float worlds,
                                               const GridLimits& limits) noexcept {
-  const float slots = static_cast<float>(limits.table_cells) / static_cast<float>(all);
+  const float slots = quotient(static_cast<float>(limits.table_cells), static_cast<float>(all));
   return all > limits.table_cells || 2 * slots < worlds;
 }
 
@@ -158,7 +158,7 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
   if (t < 3) {
     const std::uint32_t cells = none ? 1 : s.cells[t][best];
     grid.origin[t] = none ? 0 : s.low[t];
-    grid.scale[t] = none ? 1 : lesser(static_cast<float>(cells) / s.length[t], 1e30f);
+    grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 1e30f);
     grid.last[t] = static_cast<float>(cells - 1);
   }
   if (t >= 32 && t < 32 + classes) {

@@ -20,17 +20,17 @@ namespace throng::core {
 
 constexpr std::uint32_t sample_size = 128;
 
-struct GridSample {
-  Box boxes[sample_size];
-  std::int32_t worlds[sample_size];  // -2: the box takes no part
-};
-
 // Some boxes together.
 struct Reach {
   float most[6];            // the corners: lower ends negated, so that the greatest counts of all
   std::uint32_t worlds;     // the highest world, and one
   std::uint32_t changes;    // boxes whose next one has another world
   std::uint32_t looked_at;  // boxes
+};
+
+struct GridSample {
+  float most[6][sample_size];        // of each box, as in Reach
+  std::int32_t worlds[sample_size];  // -2: the box takes no part
 };
 
 // What a grid must keep to.
@@ -80,7 +80,7 @@ class ClassPlanner {
     float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // of each two of them
   };
   struct Shared {
-    GridSample sample;                             // the active ones alone
+    std::int32_t world[sample_size];               // of the active ones alone
     std::uint32_t count;                           // of those
     Reach range;                                   // of all that was seen
     alignas(16) float value[values][sample_size];  // beyond `count`: more than any
@@ -176,21 +176,14 @@ class ClassPlanner {
  private:
   static constexpr float most = 1e18f;  // products of three lengths stay finite
 
-  THRONG_HD static float at(const Vec3& v, int k) noexcept {
-    return k == 0 ? v.x : k == 1 ? v.y : v.z;
-  }
   THRONG_HD static float cut(float x) noexcept { return x < -most ? -most : x > most ? most : x; }
   THRONG_HD static float lesser(float a, float b) noexcept { return a < b ? a : b; }
   THRONG_HD static float greater(float a, float b) noexcept { return a > b ? a : b; }
-  THRONG_HD static float extent_of(const Box& b, int k) noexcept {
-    return cut(at(b.upper, k)) - cut(at(b.lower, k));
+  THRONG_HD static float extent_of(const GridSample& s, std::uint32_t j, int k) noexcept {
+    return s.most[3 + k][j] + s.most[k][j];
   }
-  THRONG_HD static float centre_of(const Box& b, int k) noexcept {
-    return 0.5f * cut(at(b.lower, k)) + 0.5f * cut(at(b.upper, k));
-  }
-  THRONG_HD static float longest_of(const Box& b) noexcept {
-    return greater(extent_of(b, 0), greater(extent_of(b, 1), extent_of(b, 2)));
-  }
+  // A division is about as long as ten other operations.
+  THRONG_HD THRONG_OUTLINE static float quotient(float a, float b) noexcept { return a / b; }
   THRONG_HD static float power_of_two(std::uint32_t exponent) noexcept {
     return std::bit_cast<float>(exponent << 23);
   }
@@ -253,6 +246,7 @@ class ClassPlanner {
 
   // What a box is expected to cost, rows looked up and candidates compared:
   // core/class_price-inl.hpp.
+  static constexpr std::uint32_t at_once = 4;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void average(std::uint32_t t, Shared& s) noexcept;

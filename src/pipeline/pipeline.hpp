@@ -68,7 +68,7 @@ struct PlanGrid {
 
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t looks = 8, at_once = 4;
+    constexpr std::uint32_t looks = 8, at_once = 2;
     // Growing by the margin keeps the order, so the box around all is grown instead of each.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
@@ -79,25 +79,25 @@ struct PlanGrid {
       std::uint32_t at[at_once];
       Box boxes[at_once];
       std::int32_t worlds[at_once] = {}, next[at_once] = {};
-      THRONG_UNROLL(4)
+      THRONG_UNROLL(at_once)
       for (std::uint32_t k = 0; k < at_once; ++k)
         at[k] = look(t * looks + first + k, threads * looks);
       if (packed) {
-        THRONG_UNROLL(4)
+        THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k)
           boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
       } else {
-        THRONG_UNROLL(4)
+        THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k)
           boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
       }
       if (in.has_worlds) {
-        THRONG_UNROLL(4)
+        THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k) {
           worlds[k] = in.world(at[k]);
           next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
         }
-        THRONG_UNROLL(4)
+        THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k) {
           const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
           seen.worlds = seen.worlds > world ? seen.worlds : world;
@@ -106,7 +106,7 @@ struct PlanGrid {
         seen.looked_at += at_once;
         if (first == 0) kept_world = worlds[0];
       }
-      THRONG_UNROLL(4)
+      THRONG_UNROLL(at_once)
       for (std::uint32_t k = 0; k < at_once; ++k)
         if (core::is_active(boxes[k])) include(boxes[k], all);
       if (first == 0) kept = boxes[0];
@@ -119,12 +119,13 @@ struct PlanGrid {
       Box box = keep ? kept : all;
       bool nan;
       const bool active = check_box(in, box, nan);
+      const core::Reach reach = core::ClassPlanner::reach_of(box);
       if (!keep) {
-        if (active) core::ClassPlanner::join(seen, core::ClassPlanner::reach_of(box));
+        if (active) core::ClassPlanner::join(seen, reach);
         s.early.reaches[t] = seen;
         if (t % core::ClassPlanner::parts != 0) return;
       } else {
-        s.early.loaded.boxes[keeper] = box;
+        for (int q = 0; q < 6; ++q) s.early.loaded.most[q][keeper] = reach.most[q];
         s.early.loaded.worlds[keeper] = active ? kept_world : -2;
       }
     }
