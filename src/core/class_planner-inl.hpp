@@ -6,21 +6,10 @@
 
 namespace throng::core {
 
-// All candidates, or the chosen one at the scale that was asked for.
-THRONG_HD inline void ClassPlanner::lay_out(int step, std::uint32_t t, bool chosen, Shared& s,
-                                            const GridLimits& limits) noexcept {
-  const std::uint32_t candidate = t % candidates, row = t / candidates;
-  if (row >= rows || (chosen && candidate != s.best)) return;
-  if (step == 0) return measure(candidate, row, chosen ? limits.cell_scale : 1, s);
-  const bool anew = step > 2;
-  if (step % 2 == 1) {
-    for (std::uint32_t c = row; c < max_size_classes && (!anew || s.cut[candidate]); c += rows)
-      divide(candidate, c, s);
-    return;
-  }
-  if (anew && row < 3)
-    s.side[row][candidate] = s.length[row] / static_cast<float>(s.cells[row][candidate]);
-  if (row == 0 && (!anew || s.cut[candidate])) finish(candidate, anew, s, limits);
+// All candidates are looked after, or the chosen one at the scale that was asked for.
+THRONG_HD inline bool ClassPlanner::looked_after(std::uint32_t t, bool chosen,
+                                                 const Shared& s) noexcept {
+  return t < rows * candidates && (!chosen || t % candidates == s.best);
 }
 
 // Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each.
@@ -48,16 +37,18 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
   if (scheme != 2) return base;
   // The shape of the typical box.
   const float typical = greater(middle, 1e-30f);
-  return greater(base * greater(s.extent[axis][n / 2], typical * 0.01f) / typical, 1e-30f);
+  return greater(quotient(base * greater(s.extent[axis][n / 2], typical * 0.01f), typical), 1e-30f);
 }
 
 // The finest cells, along an axis a row; and for how many classes they are doubled.
-THRONG_HD inline void ClassPlanner::measure(std::uint32_t candidate, std::uint32_t row, float scale,
-                                            Shared& s) noexcept {
-  if (row > 3) return;
-  const float side = side_of(candidate, row % 3, scale, s);
+THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared& s,
+                                            const GridLimits& limits) noexcept {
+  const std::uint32_t candidate = t % candidates, row = t / candidates;
+  if (t == 0) s.some_cut = false;
+  if (row > 3 || !looked_after(t, chosen, s)) return;
+  const float side = side_of(candidate, row % 3, chosen ? limits.cell_scale : 1, s);
   if (row < 3) {
-    float count = s.length[row] / greater(side, 1e-30f);
+    float count = quotient(s.length[row], greater(side, 1e-30f));
     const float bound = static_cast<float>(max_class_cells);
     count = count < 1 ? 1 : count > bound ? bound : count;
     s.cells[row][candidate] = static_cast<std::uint32_t>(count);
@@ -67,6 +58,7 @@ THRONG_HD inline void ClassPlanner::measure(std::uint32_t candidate, std::uint32
   std::uint32_t jump = rods ? 1 : 0;
   const std::uint32_t n = s.count;
   const float reach = s.extent[longest][rods ? n - 1 - n / 10 : n - 1];
+  THRONG_UNROLL(1)
   while (jump < 20 && side * times(jump) < reach) ++jump;
   s.jump[candidate] = jump;
   s.used[candidate] = 0;
@@ -81,8 +73,17 @@ THRONG_HD inline std::uint32_t ClassPlanner::cells_of(std::uint32_t finest,
 // Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
 // boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
 // are long.
-THRONG_HD inline void ClassPlanner::divide(std::uint32_t candidate, std::uint32_t c,
+THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool anew,
                                            Shared& s) noexcept {
+  const std::uint32_t candidate = t % candidates;
+  if (!looked_after(t, chosen, s) || (anew && !s.cut[candidate])) return;
+  THRONG_UNROLL(1)
+  for (std::uint32_t c = t / candidates; c < max_size_classes; c += rows)
+    divide_class(candidate, c, s);
+}
+
+THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::uint32_t c,
+                                                 Shared& s) noexcept {
   const std::uint32_t jump = s.jump[candidate];
   const std::uint32_t level = c <= jump ? c : jump + 3 * (c - jump);
   std::uint32_t shift[3] = {level, level, level}, cells[3];
@@ -111,10 +112,13 @@ THRONG_HD inline void ClassPlanner::divide(std::uint32_t candidate, std::uint32_
 }
 
 // Offsets, and whether the table holds it all.
-THRONG_HD inline void ClassPlanner::finish(std::uint32_t candidate, bool anew, Shared& s,
+THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool anew, Shared& s,
                                            const GridLimits& limits) noexcept {
+  const std::uint32_t candidate = t;
+  if (t >= candidates || !looked_after(t, chosen, s) || (anew && !s.cut[candidate])) return;
   std::uint64_t sum = 0;
   std::uint32_t c = 0;
+  THRONG_UNROLL(1)
   for (bool last = false; !last; ++c) {
     last = s.shift[c][candidate] == one_cell;
     const std::uint64_t cells = s.late.before[c][candidate];
@@ -125,19 +129,23 @@ THRONG_HD inline void ClassPlanner::finish(std::uint32_t candidate, bool anew, S
   const bool hashed = too_large(sum * group_count(limits.present), s.worlds, limits);
   s.hashed[candidate] = hashed;
   if (anew) return;
-  bool short_rows = true;
+  bool too_long = false;
+  THRONG_UNROLL(1)
   for (int k = 0; k < 3; ++k) {  // y and z too: their numbers must fit a row's hash and offsets
-    const std::uint32_t cells = s.cells[k][candidate];
-    short_rows = short_rows && cells <= limits.row_cells;
-    if (hashed) s.cells[k][candidate] = cells < limits.row_cells ? cells : limits.row_cells;
+    std::uint32_t cells = s.cells[k][candidate];
+    too_long = too_long || cells > limits.row_cells;
+    if (hashed) cells = cells < limits.row_cells ? cells : limits.row_cells;
+    s.cells[k][candidate] = cells;
+    s.side[k][candidate] = quotient(s.length[k], static_cast<float>(cells));
   }
-  s.cut[candidate] = hashed && !short_rows;
+  s.cut[candidate] = hashed && too_long;
+  if (hashed && too_long) s.some_cut = true;
 }
 
 // A world's table stands beside those of some others; half of them must find room.
 THRONG_HD inline bool ClassPlanner::too_large(std::uint64_t all, float worlds,
                                               const GridLimits& limits) noexcept {
-  const float slots = static_cast<float>(limits.table_cells) / static_cast<float>(all);
+  const float slots = quotient(static_cast<float>(limits.table_cells), static_cast<float>(all));
   return all > limits.table_cells || 2 * slots < worlds;
 }
 
@@ -150,7 +158,7 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
   if (t < 3) {
     const std::uint32_t cells = none ? 1 : s.cells[t][best];
     grid.origin[t] = none ? 0 : s.low[t];
-    grid.scale[t] = none ? 1 : lesser(static_cast<float>(cells) / s.length[t], 1e30f);
+    grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 1e30f);
     grid.last[t] = static_cast<float>(cells - 1);
   }
   if (t >= 32 && t < 32 + classes) {

@@ -20,17 +20,17 @@ namespace throng::core {
 
 constexpr std::uint32_t sample_size = 128;
 
-struct GridSample {
-  Box boxes[sample_size];
-  std::int32_t worlds[sample_size];  // -2: the box takes no part
-};
-
 // Some boxes together.
 struct Reach {
   float most[6];            // the corners: lower ends negated, so that the greatest counts of all
   std::uint32_t worlds;     // the highest world, and one
   std::uint32_t changes;    // boxes whose next one has another world
   std::uint32_t looked_at;  // boxes
+};
+
+struct GridSample {
+  float most[6][sample_size];        // of each box, as in Reach
+  std::int32_t worlds[sample_size];  // -2: the box takes no part
 };
 
 // What a grid must keep to.
@@ -80,7 +80,7 @@ class ClassPlanner {
     float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // of each two of them
   };
   struct Shared {
-    GridSample sample;                             // the active ones alone
+    std::int32_t world[sample_size];               // of the active ones alone
     std::uint32_t count;                           // of those
     Reach range;                                   // of all that was seen
     alignas(16) float value[values][sample_size];  // beyond `count`: more than any
@@ -101,7 +101,8 @@ class ClassPlanner {
     std::uint32_t shift[max_size_classes][candidates];        // of the axes, eight bits each
     std::uint32_t class_count[candidates], used[candidates];  // a bit a class
     bool hashed[candidates], cut[candidates];  // cut: rows were too long, to be laid out anew
-    float cost[candidates];
+    bool some_cut;
+    alignas(16) float cost[candidates];
     std::uint32_t best;
     std::uint32_t look_step, looks;  // the boxes for which they are priced
     union {
@@ -110,31 +111,48 @@ class ClassPlanner {
     };
   };
 
-  static constexpr int layout_phases = 5, phases = 7 + layout_phases + 5 + layout_phases + 1;
-
-  // `early.loaded` and `early.reaches` are in place.
-  THRONG_HD static void run(int phase, std::uint32_t t, Shared& s, const GridLimits& limits,
-                            ClassGrid& grid) noexcept {
-    if (phase == 0) return gather(t, s, limits);
-    if (phase == 1) return compact(t, s, limits);
-    if (phase == phases - 1) return write(t, s, limits, grid);
-    if (s.count == 0) return;
-    if (phase == 2) rank(t, s), pair_up(t, s, limits);
-    if (phase == 3) scatter(t, s, limits);
-    if (phase == 4) summarise(t, s, limits);
-    if (phase == 5 && t == 0) resolve(s, limits);
-    if (phase == 6) spread(t, s);
-    // Candidates are compared at a scale of 1: else a size would be chosen that undoes the scale.
-    constexpr int first = 7, second = first + layout_phases + 5;
-    if (phase >= first && phase < first + layout_phases)
-      lay_out(phase - first, t, false, s, limits);
-    if (phase == first + layout_phases) fit(t, s);
-    if (phase == first + layout_phases + 1) average(t, s);
-    if (phase == first + layout_phases + 2) price(t, s, limits);
-    if (phase == first + layout_phases + 3 && t < candidates) add_up(t, s);
-    if (phase == first + layout_phases + 4 && t < candidates) choose(t, s);
-    if (phase >= second && phase < second + layout_phases && limits.cell_scale != 1)
-      lay_out(phase - second, t, true, s, limits);
+  // All phases in their order. `each` has one done by all threads, of which each does `phase(t)`,
+  // and waits for them. `early.loaded` and `early.reaches` are in place.
+  template <class Each>
+  THRONG_HD static void run(Shared& s, const GridLimits& limits, ClassGrid& grid,
+                            const Each& each) noexcept {
+    each([&](std::uint32_t t) { gather(t, s, limits); });
+    each([&](std::uint32_t t) { compact(t, s, limits); });
+    if (s.count != 0) {
+      each([&](std::uint32_t t) { rank(t, s), pair_up(t, s, limits); });
+      each([&](std::uint32_t t) { scatter(t, s, limits); });
+      each([&](std::uint32_t t) { summarise(t, s, limits); });
+      each([&](std::uint32_t t) {
+        if (t == 0) resolve(s, limits);
+      });
+      each([&](std::uint32_t t) { spread(t, s); });
+      // Candidates are compared at a scale of 1: else a size would be chosen that undoes the scale.
+      // Code that runs once takes longer to be loaded than to run, so there is one copy of it.
+      bool chosen = false;
+      THRONG_UNROLL(1)
+      for (;; chosen = true) {
+        each([&](std::uint32_t t) { measure(t, chosen, s, limits); });
+        bool anew = false;
+        THRONG_UNROLL(1)
+        for (;; anew = true) {
+          each([&](std::uint32_t t) { divide(t, chosen, anew, s); });
+          each([&](std::uint32_t t) { finish(t, chosen, anew, s, limits); });
+          if (anew || !s.some_cut) break;
+        }
+        if (chosen) break;
+        each([&](std::uint32_t t) { fit(t, s); });
+        each([&](std::uint32_t t) { average(t, s); });
+        each([&](std::uint32_t t) { price(t, s, limits); });
+        each([&](std::uint32_t t) {
+          if (t < candidates) add_up(t, s);
+        });
+        each([&](std::uint32_t t) {
+          if (t < candidates) choose(t, s);
+        });
+        if (limits.cell_scale == 1) break;
+      }
+    }
+    each([&](std::uint32_t t) { write(t, s, limits, grid); });
   }
 
   // What a thread has seen.
@@ -158,21 +176,14 @@ class ClassPlanner {
  private:
   static constexpr float most = 1e18f;  // products of three lengths stay finite
 
-  THRONG_HD static float at(const Vec3& v, int k) noexcept {
-    return k == 0 ? v.x : k == 1 ? v.y : v.z;
-  }
   THRONG_HD static float cut(float x) noexcept { return x < -most ? -most : x > most ? most : x; }
   THRONG_HD static float lesser(float a, float b) noexcept { return a < b ? a : b; }
   THRONG_HD static float greater(float a, float b) noexcept { return a > b ? a : b; }
-  THRONG_HD static float extent_of(const Box& b, int k) noexcept {
-    return cut(at(b.upper, k)) - cut(at(b.lower, k));
+  THRONG_HD static float extent_of(const GridSample& s, std::uint32_t j, int k) noexcept {
+    return s.most[3 + k][j] + s.most[k][j];
   }
-  THRONG_HD static float centre_of(const Box& b, int k) noexcept {
-    return 0.5f * cut(at(b.lower, k)) + 0.5f * cut(at(b.upper, k));
-  }
-  THRONG_HD static float longest_of(const Box& b) noexcept {
-    return greater(extent_of(b, 0), greater(extent_of(b, 1), extent_of(b, 2)));
-  }
+  // A division is about as long as ten other operations.
+  THRONG_HD THRONG_OUTLINE static float quotient(float a, float b) noexcept { return a / b; }
   THRONG_HD static float power_of_two(std::uint32_t exponent) noexcept {
     return std::bit_cast<float>(exponent << 23);
   }
@@ -218,15 +229,15 @@ class ClassPlanner {
   static constexpr std::uint64_t too_many = std::uint64_t{1} << 40;
   static constexpr std::uint32_t one_cell =
       22 << 16 | 22 << 8 | 22;  // the shifts of the last class
-  THRONG_HD static void lay_out(int step, std::uint32_t t, bool chosen, Shared& s,
-                                const GridLimits& limits) noexcept;
+  THRONG_HD static bool looked_after(std::uint32_t t, bool chosen, const Shared& s) noexcept;
   THRONG_HD static float side_of(std::uint32_t candidate, std::uint32_t axis, float scale,
                                  const Shared& s) noexcept;
-  THRONG_HD static void measure(std::uint32_t candidate, std::uint32_t row, float scale,
-                                Shared& s) noexcept;
+  THRONG_HD static void measure(std::uint32_t t, bool chosen, Shared& s,
+                                const GridLimits& limits) noexcept;
   THRONG_HD static std::uint32_t cells_of(std::uint32_t finest, std::uint32_t shift) noexcept;
-  THRONG_HD static void divide(std::uint32_t candidate, std::uint32_t c, Shared& s) noexcept;
-  THRONG_HD static void finish(std::uint32_t candidate, bool anew, Shared& s,
+  THRONG_HD static void divide(std::uint32_t t, bool chosen, bool anew, Shared& s) noexcept;
+  THRONG_HD static void divide_class(std::uint32_t candidate, std::uint32_t c, Shared& s) noexcept;
+  THRONG_HD static void finish(std::uint32_t t, bool chosen, bool anew, Shared& s,
                                const GridLimits& limits) noexcept;
   THRONG_HD static bool too_large(std::uint64_t all, float worlds,
                                   const GridLimits& limits) noexcept;
@@ -235,6 +246,7 @@ class ClassPlanner {
 
   // What a box is expected to cost, rows looked up and candidates compared:
   // core/class_price-inl.hpp.
+  static constexpr std::uint32_t at_once = 4;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void average(std::uint32_t t, Shared& s) noexcept;

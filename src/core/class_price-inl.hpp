@@ -21,10 +21,17 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   float side[3];
   for (int k = 0; k < 3; ++k) side[k] = s.side[k][candidate];
   const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
-  for (std::uint32_t look = row; look < count; look += rows) {
+  // Those beyond the last, up to as many as are averaged at once, are of no class.
+  THRONG_UNROLL(1)
+  for (std::uint32_t look = row; look < count + at_once - 1; look += rows) {
+    if (look >= count) {
+      s.late.fit[candidate][look] = max_size_classes;
+      continue;
+    }
     float e[3];
     for (int k = 0; k < 3; ++k) e[k] = s.value[k][look * step];
     std::uint32_t c = 0;
+    THRONG_UNROLL(1)
     for (; c < last; ++c) {
       const std::uint32_t shifts = s.shift[c][candidate];
       if (e[0] <= side[0] * times(shifts & 0xff) && e[1] <= side[1] * times(shifts >> 8 & 0xff) &&
@@ -41,22 +48,33 @@ THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
   const std::uint32_t used = s.used[candidate], step = s.look_step, count = s.looks;
-  float most[3];
-  for (int k = 0; k < 3; ++k) most[k] = s.length[k];
-  for (std::uint32_t c = row; c < max_size_classes; c += rows) {
+  // Axes of classes: along each the share is found anew.
+  THRONG_UNROLL(1)
+  for (std::uint32_t item = row; item < 3 * max_size_classes; item += rows) {
+    const std::uint32_t c = item / 3, k = item % 3;
     if (!(used >> c & 1)) continue;
-    float share = 0, sum[3] = {};
+    const float most = s.length[k];
+    float share = 0, sum = 0;
+    std::uint32_t first = 0;
     // Adding nothing instead of a branch: the loads of some boxes are under way together.
-    THRONG_UNROLL(4)
-    for (std::uint32_t look = 0; look < count; ++look) {
-      const bool own = s.late.fit[candidate][look] == c;
-      share += own ? 1.0f : 0.0f;
-      for (int k = 0; k < 3; ++k) sum[k] += own ? lesser(s.value[k][look * step], most[k]) : 0.0f;
-    }
+    THRONG_UNROLL(1)
+    do {
+      THRONG_UNROLL(at_once)
+      for (std::uint32_t q = 0; q < at_once; ++q) {
+        const std::uint32_t look = first + q;
+        const bool own = s.late.fit[candidate][look] == c;
+        const std::uint32_t at = look * step < sample_size ? look * step : sample_size - 1;
+        const float extent = lesser(s.value[k][at], most);
+        share += own ? 1.0f : 0.0f;
+        sum += own ? extent : 0.0f;
+      }
+      first += at_once;
+    } while (first < count);
     const std::uint32_t number = bits_of(used & ((1u << c) - 1));
+    s.late.extent[number][k][candidate] = quotient(sum, share);
+    if (k != 0) continue;
     s.late.used[number][candidate] = static_cast<std::uint8_t>(c);
     s.late.share[number][candidate] = share;
-    for (int k = 0; k < 3; ++k) s.late.extent[number][k][candidate] = sum[k] / share;
   }
 }
 
@@ -79,24 +97,35 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
   const float share = s.late.share[from][candidate], taken = static_cast<float>(s.looks);
   const float boxes = static_cast<float>(limits.boxes);
   const bool hashed = s.hashed[candidate];
-  float width[3], least = 0, looked_up = 1, cells = 1;
+  float width[3] = {}, least = 0, looked_up = 1, cells = 1;
+  // One axis after the other; the widths move up, as an index that is computed would need memory.
+  THRONG_UNROLL(1)
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t shift = shifts >> 8 * k & 0xff;
     const float large = s.side[k][candidate] * times(shift);
     const float extent = s.late.extent[from][k][candidate];
-    width[k] = lesser(extent + 2 * large, s.length[k]);
     const std::uint32_t most = shifts == one_cell ? 1 : cells_of(s.cells[k][candidate], shift);
-    const float across = lesser(extent / large + 2, static_cast<float>(most));
+    const float across = lesser(quotient(extent, large) + 2, static_cast<float>(most));
     if (k > 0) looked_up *= across;
     cells *= across;
-    least = k == 0 || width[k] < least ? width[k] : least;
+    const float wide = lesser(extent + 2 * large, s.length[k]);
+    least = k == 0 || wide < least ? wide : least;
+    width[0] = width[1];
+    width[1] = width[2];
+    width[2] = wide;
   }
   float compared = neighbours(s, 0.5f * least);
-  for (int k = 0; k < 3; ++k) compared *= width[k] / least;
-  compared = 1 + lesser(compared, s.most_neighbours) * s.late.share[to][candidate] / taken;
+  THRONG_UNROLL(1)
+  for (int k = 0; k < 3; ++k) {
+    compared *= quotient(width[0], least);
+    width[0] = width[1];
+    width[1] = width[2];
+  }
+  compared = 1 + quotient(lesser(compared, s.most_neighbours) * s.late.share[to][candidate], taken);
   float one = compared + looked_up * (hashed ? hash_row_cost : row_cost) + class_cost;
-  if (hashed) one += cells * hash_cell_cost * boxes / static_cast<float>(limits.table_cells);
-  return (from == to ? 0.5f : 1.0f) * one * share / taken;
+  if (hashed)
+    one += quotient(cells * hash_cell_cost * boxes, static_cast<float>(limits.table_cells));
+  return quotient((from == to ? 0.5f : 1.0f) * one * share, taken);
 }
 
 // Each class with itself and those after it.
@@ -105,8 +134,10 @@ THRONG_HD inline void ClassPlanner::price(std::uint32_t t, Shared& s,
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
   const std::uint32_t used = bits_of(s.used[candidate]);
+  THRONG_UNROLL(1)
   for (std::uint32_t k = row; k < used * (used + 1) / 2; k += rows) {
     std::uint32_t from = 0, after = k;
+    THRONG_UNROLL(1)
     for (; after >= used - from; ++from) after -= used - from;
     s.late.cost[k][candidate] = price_of(candidate, from, from + after, s, limits);
   }
@@ -115,7 +146,7 @@ THRONG_HD inline void ClassPlanner::price(std::uint32_t t, Shared& s,
 THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) noexcept {
   const std::uint32_t used = bits_of(s.used[candidate]);
   float sum = 0;
-  THRONG_UNROLL(4)
+  THRONG_UNROLL(2)
   for (std::uint32_t k = 0; k < used * (used + 1) / 2; ++k) sum += s.late.cost[k][candidate];
   s.cost[candidate] = sum;
 }
@@ -123,13 +154,16 @@ THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) n
 // The first of the cheapest.
 THRONG_HD inline void ClassPlanner::choose(std::uint32_t candidate, Shared& s) noexcept {
   const float own = s.cost[candidate];
-  bool least = true;
-  THRONG_UNROLL(16)
-  for (std::uint32_t k = 0; k < candidates; ++k) {
-    const float other = s.cost[k];
-    least = least && !(other < own || (k < candidate && other == own));
+  std::uint32_t before = 0;
+  THRONG_UNROLL(2)
+  for (std::uint32_t k = 0; k < candidates; k += 4) {
+    const Four others = load_four(s.cost + k);
+    for (std::uint32_t q = 0; q < 4; ++q) {
+      const float other = others.value[q];
+      before += (other < own) | ((k + q < candidate) & (other == own));
+    }
   }
-  if (least) s.best = candidate;
+  if (before == 0) s.best = candidate;
 }
 
 }  // namespace throng::core

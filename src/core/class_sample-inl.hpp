@@ -18,12 +18,13 @@ THRONG_HD inline void ClassPlanner::join_member(std::uint32_t member, const Reac
                                                 Reach& to) noexcept {
   if (member < 6) {
     float all = from[0].most[member];
-    THRONG_UNROLL(8)
-    for (std::uint32_t j = 1; j < count; ++j) all = greater(all, from[step * j].most[member]);
+    THRONG_UNROLL(4)
+    for (std::uint32_t j = 0; j < count; ++j) all = greater(all, from[step * j].most[member]);
     to.most[member] = all;
     return;
   }
   std::uint32_t worlds = 0, changes = 0, looked_at = 0;
+  THRONG_UNROLL(2)
   for (std::uint32_t j = 0; j < count; ++j) {
     const Reach& one = from[step * j];
     worlds = worlds > one.worlds ? worlds : one.worlds;
@@ -48,14 +49,16 @@ THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
   if (t >= 256 && t < 272) {
     std::uint32_t active = 0;
     const std::uint32_t eight = t - 256;
-    for (std::uint32_t j = 8 * eight; j < 8 * eight + 8; ++j) {
-      e.order[j] = active;
-      active += takes_part(e, j);
+    THRONG_UNROLL(2)
+    for (std::uint32_t j = 0; j < 8; ++j) {
+      e.order[8 * eight + j] = active;
+      active += takes_part(e, 8 * eight + j);
     }
     e.active[eight] = active;
   }
   e.near[t / 256][t % 256] = 0;
   if (t < 2) e.least[t] = 254;
+  THRONG_UNROLL(1)
   for (std::uint32_t k = t; k < values * sample_size; k += threads)
     e.rank[k / sample_size][k % sample_size] = 0;
 }
@@ -66,7 +69,7 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   const Early& e = s.early;
   const std::uint32_t own = t % sample_size;
   std::uint32_t before = e.order[own], all = 0;
-  THRONG_UNROLL(16)
+  THRONG_UNROLL(4)
   for (std::uint32_t j = 0; j < 16; ++j) {
     const std::uint32_t active = e.active[j];
     before += j < own / 8 ? active : 0;
@@ -75,19 +78,19 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   const bool active = takes_part(e, own);
   const std::uint32_t to = active ? before : all + (own - before);
   constexpr float beyond = 1e30f;
-  const Box box = e.loaded.boxes[own];
   // Adding zero leaves one zero of two, so that equal values have no difference with a sign.
   if (t < sample_size) {
-    if (active) {
-      s.sample.boxes[to] = box;
-      s.sample.worlds[to] = e.loaded.worlds[own];
-    }
-    s.value[longest][to] = active ? longest_of(box) + 0.0f : beyond;
+    if (active) s.world[to] = e.loaded.worlds[own];
+    float most = 0;
+    THRONG_UNROLL(1)
+    for (int k = 0; k < 3; ++k) most = greater(most, extent_of(e.loaded, own, k));
+    s.value[longest][to] = active ? most + 0.0f : beyond;
     if (t == 0) s.count = all;
   } else {
     const int k = static_cast<int>(t / sample_size) - 1;
-    s.value[k][to] = active ? extent_of(box, k) + 0.0f : beyond;
-    s.value[centres + k][to] = active ? centre_of(box, k) + 0.0f : beyond;
+    const float centre = 0.5f * e.loaded.most[3 + k][own] - 0.5f * e.loaded.most[k][own];
+    s.value[k][to] = active ? extent_of(e.loaded, own, k) + 0.0f : beyond;
+    s.value[centres + k][to] = active ? centre + 0.0f : beyond;
   }
   if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.range, 1, 16, s.range);
 }
@@ -99,30 +102,27 @@ THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t own = t % sample_size, part = t / sample_size, warp = own / 32;
   static_assert(parts * 32 == sample_size);
   if (own >= s.count) return;
-  float value[values], above[values];
-  std::uint32_t before[values] = {};
+  THRONG_UNROLL(1)
   for (int k = 0; k < values; ++k) {
-    value[k] = s.value[k][own];
-    above[k] = -next_down(-value[k]);
-  }
-  // Signs of differences are counted, which takes a device half as long as comparing.
-  const auto count = [&](const auto& bound) {
-    for (std::uint32_t first = 32 * part; first < 32 * part + 32; first += 4)
-      for (int k = 0; k < values; ++k) {
-        const Four four = load_four(&s.value[k][first]);
+    const float value = s.value[k][own], above = -next_down(-value);
+    std::uint32_t before = 0;
+    // Signs of differences are counted, which takes a device half as long as comparing.
+    const auto count = [&](const auto& bound) {
+      THRONG_UNROLL(4)
+      for (std::uint32_t first = 0; first < 32; first += 4) {
+        const Four four = load_four(&s.value[k][32 * part + first]);
         for (std::uint32_t q = 0; q < 4; ++q)
-          before[k] += std::bit_cast<std::uint32_t>(four.value[q] - bound(k, first + q)) >> 31;
+          before += std::bit_cast<std::uint32_t>(four.value[q] - bound(first + q)) >> 31;
       }
-  };
-  // Of equal values that of the earlier box comes first.
-  if (part == warp) {
-    count([&](int k, std::uint32_t j) { return j < own ? above[k] : value[k]; });
-  } else {
-    if (part < warp)
-      for (int k = 0; k < values; ++k) value[k] = above[k];
-    count([&](int k, std::uint32_t) { return value[k]; });
+    };
+    // Of equal values that of the earlier box comes first.
+    const float other = part < warp ? above : value;
+    if (part == warp)
+      count([&](std::uint32_t j) { return j < own % 32 ? above : value; });
+    else
+      count([&](std::uint32_t) { return other; });
+    THRONG_ADD(s.early.rank[k][own], before);
   }
-  for (int k = 0; k < values; ++k) THRONG_ADD(s.early.rank[k][own], before[k]);
 }
 
 // How near the boxes are to each other: each looks at those that follow, up to half of all, with
@@ -133,8 +133,8 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
   if (own >= n) return;
   float centre[3];
   for (int k = 0; k < 3; ++k) centre[k] = s.value[centres + k][own];
-  const std::int32_t world = s.sample.worlds[own];
-  THRONG_UNROLL(4)
+  const std::int32_t world = s.world[own];
+  THRONG_UNROLL(1)
   for (std::uint32_t after = t / sample_size + 1; after <= n / 2; after += parts) {
     if (2 * after == n && own >= after) continue;  // the other one has looked
     const std::uint32_t j = own + after < n ? own + after : own + after - n;
@@ -147,7 +147,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
     }
     THRONG_ADD(s.early.near[0][distance >> 23], 1u);
     if (!limits.has_worlds) continue;
-    const std::int32_t w = s.sample.worlds[j];
+    const std::int32_t w = s.world[j];
     if (world == w || world < 0 || w < 0) THRONG_ADD(s.early.near[1][distance >> 23], 1u);
   }
 }
@@ -158,14 +158,16 @@ THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
   Early& e = s.early;
   const std::uint32_t own = t % sample_size;
+  THRONG_UNROLL(1)
   for (std::uint32_t k = t / sample_size; k < values && own < s.count; k += parts)
     (k < centres ? s.extent[k] : s.centre[k - centres])[e.rank[k][own]] = s.value[k][own];
   if (t < threads - 64) return;
   const std::uint32_t which = t / 32 % 2, eight = t % 32;
   std::uint32_t sum = 0;
-  for (std::uint32_t k = 8 * eight; k < 8 * eight + 8; ++k) {
-    sum += e.near[limits.has_worlds ? which : 0][k];
-    e.within[which][k] = sum;
+  THRONG_UNROLL(2)
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    sum += e.near[limits.has_worlds ? which : 0][8 * eight + k];
+    e.within[which][8 * eight + k] = sum;
   }
   e.near_eight[which][eight] = sum;
 }
@@ -178,7 +180,7 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   const std::uint32_t which = t / 256, exponent = t % 256;
   std::uint32_t sum = e.within[which][exponent];
   THRONG_UNROLL(4)
-  for (std::uint32_t k = 0; k < exponent / 8; ++k) sum += e.near_eight[which][k];
+  for (std::uint32_t k = 0; k < 32; ++k) sum += k < exponent / 8 ? e.near_eight[which][k] : 0;
   e.within[which][exponent] = sum;
   // The least distance within which the sample has some pairs: one thread finds it.
   const std::uint32_t own = e.near[limits.has_worlds ? which : 0][exponent];
@@ -209,21 +211,24 @@ THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits)
     // Worlds are numbered without gaps, mostly, or their boxes stand together.
     const float numbered = static_cast<float>(s.range.worlds);
     const float apart =
-        static_cast<float>(s.range.changes) / static_cast<float>(s.range.looked_at) * boxes;
-    s.worlds = greater(1, enough ? pairs / same_world : lesser(numbered, apart));
+        quotient(static_cast<float>(s.range.changes), static_cast<float>(s.range.looked_at)) *
+        boxes;
+    s.worlds = greater(1, enough ? quotient(pairs, same_world) : lesser(numbered, apart));
   }
-  s.most_neighbours = boxes / s.worlds;
+  s.most_neighbours = quotient(boxes, s.worlds);
   s.which = enough ? 1 : 0;
   s.best = 0;
   s.look_step = s.count > 32 ? s.count / 32 : 1;
-  s.looks = (s.count + s.look_step - 1) / s.look_step;
+  const std::uint32_t some = s.count + s.look_step - 1;  // the step is 1, 2, 3 or 4
+  s.looks = s.look_step == 3 ? some / 3 : some >> s.look_step / 2;
   s.base = e.least[s.which];
-  s.scale = boxes / pairs / (enough ? 1 : s.worlds);
+  s.scale = quotient(quotient(boxes, pairs), enough ? 1 : s.worlds);
   // Below the least distance that the sample resolves, growth is carried on.
   const auto sum = static_cast<float>(e.within[s.which][s.base]);
   s.base_neighbours = sum > 0 ? s.scale * sum : 1;
-  const float growth = sum > 0 ? static_cast<float>(e.within[s.which][s.base + 1]) / sum : 8;
-  s.shrink = 1 / lesser(8, greater(2, growth));
+  const float growth =
+      sum > 0 ? quotient(static_cast<float>(e.within[s.which][s.base + 1]), sum) : 8;
+  s.shrink = quotient(1, lesser(8, greater(2, growth)));
 }
 
 // How many other boxes of its world have their centre within 2^(exponent+1) of a box's, along every
@@ -232,18 +237,32 @@ THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
                                                        std::uint32_t exponent) noexcept {
   if (exponent >= s.base) return s.scale * static_cast<float>(s.early.within[s.which][exponent]);
   float count = s.base_neighbours;
+  THRONG_UNROLL(1)
   for (std::uint32_t k = exponent; k < s.base && count > 1e-9f; ++k) count *= s.shrink;
   return count;
 }
 
 // For all distances, and where there is one.
 THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept {
-  if (t < 256) s.neighbours[t] = neighbours_within(s, t);
-  if (t != 256) return;
-  float reach = s.base_neighbours;
-  std::uint32_t exponent = s.base;
-  for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
-  while (exponent < 250 && (exponent == 0 || neighbours_within(s, exponent - 1) < 1)) ++exponent;
+  if (t > 256) return;
+  std::uint32_t exponent = t;
+  if (t == 256) {
+    float reach = s.base_neighbours;
+    exponent = s.base;
+    THRONG_UNROLL(1)
+    for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
+    exponent = exponent > 0 ? exponent : 1;
+  }
+  // One thread goes on until there is one.
+  THRONG_UNROLL(1)
+  for (;; ++exponent) {
+    const float count = neighbours_within(s, t < 256 ? exponent : exponent - 1);
+    if (t < 256) {
+      s.neighbours[exponent] = count;
+      return;
+    }
+    if (exponent >= 250 || !(count < 1)) break;
+  }
   s.unit = power_of_two(exponent);
 }
 

@@ -7,6 +7,13 @@
 #define THRONG_HD
 #endif
 
+// Before a function: a device has one copy of it, which is called.
+#if defined(__CUDACC__)
+#define THRONG_OUTLINE __noinline__
+#else
+#define THRONG_OUTLINE
+#endif
+
 // Before a loop: so many turns at once on a device, so that their loads are under way together.
 #if defined(__CUDA_ARCH__)
 #define THRONG_PRAGMA(text) _Pragma(#text)

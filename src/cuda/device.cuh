@@ -24,12 +24,10 @@ namespace throng::cuda {
 template <class F>
 __global__ void __launch_bounds__(F::threads) run_phases(F f) {
   __shared__ typename F::Shared shared;
-  // Unrolled, so that no phase is looked up.
-#pragma unroll
-  for (int phase = 0; phase < F::phases; ++phase) {
-    f(phase, threadIdx.x, shared);
+  f(shared, [](const auto& phase) {
+    phase(threadIdx.x);
     __syncthreads();
-  }
+  });
 }
 
 class Device {

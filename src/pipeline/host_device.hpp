@@ -74,8 +74,9 @@ class HostDevice {
   }
   void plan(const PlanGrid& f) const {
     PlanGrid::Shared shared{};
-    for (int phase = 0; phase < PlanGrid::phases; ++phase)
-      for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) f(phase, t, shared);
+    f(shared, [](const auto& phase) {
+      for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) phase(t);
+    });
   }
   void clear(void* p, std::size_t bytes) const noexcept { std::memset(p, 0, bytes); }
   void copy(void* to, const void* from, std::size_t bytes) const noexcept {

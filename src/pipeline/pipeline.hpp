@@ -46,7 +46,7 @@ struct PairSink {
   Report* report = nullptr;
 };
 
-// Loads the sample and runs a phase of the planner: what one thread of the planning block does.
+// Loads the sample and runs the planner: what the planning block does.
 struct PlanGrid {
   Input in;
   core::GridLimits limits;
@@ -56,14 +56,11 @@ struct PlanGrid {
 
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
-  // One to load, before the planner's own.
-  static constexpr int phases = 1 + core::ClassPlanner::phases;
 
-  THRONG_HD void operator()(int phase, std::uint32_t t, Shared& s) const noexcept {
-    if (phase == 0)
-      load(t, s);
-    else
-      core::ClassPlanner::run(phase - 1, t, s, limits, *grid);
+  template <class Each>
+  THRONG_HD void operator()(Shared& s, const Each& each) const noexcept {
+    each([&](std::uint32_t t) { load(t, s); });
+    core::ClassPlanner::run(s, limits, *grid, each);
   }
 
  private:
@@ -71,49 +68,67 @@ struct PlanGrid {
 
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    // One loop for each thing that takes long to come: all of a loop are under way together.
-    constexpr std::uint32_t looks = 8;
-    std::uint32_t at[looks];
-    Box boxes[looks];
-    std::int32_t worlds[looks] = {}, next[looks] = {};
-    THRONG_UNROLL(8)
-    for (std::uint32_t k = 0; k < looks; ++k) at[k] = look(t * looks + k, threads * looks);
-    if (packed) {
-      THRONG_UNROLL(8)
-      for (std::uint32_t k = 0; k < looks; ++k)
-        boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
-    } else {
-      THRONG_UNROLL(8)
-      for (std::uint32_t k = 0; k < looks; ++k) boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
+    constexpr std::uint32_t looks = 8, at_once = 2;
+    // Growing by the margin keeps the order, so the box around all is grown instead of each.
+    Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
+    std::int32_t kept_world = -1;
+    core::Reach seen = core::ClassPlanner::nothing();
+    THRONG_UNROLL(1)
+    for (std::uint32_t first = 0; first < looks; first += at_once) {
+      // One loop for each thing that takes long to come: all of a loop are under way together.
+      std::uint32_t at[at_once];
+      Box boxes[at_once];
+      std::int32_t worlds[at_once] = {}, next[at_once] = {};
+      THRONG_UNROLL(at_once)
+      for (std::uint32_t k = 0; k < at_once; ++k)
+        at[k] = look(t * looks + first + k, threads * looks);
+      if (packed) {
+        THRONG_UNROLL(at_once)
+        for (std::uint32_t k = 0; k < at_once; ++k)
+          boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
+      } else {
+        THRONG_UNROLL(at_once)
+        for (std::uint32_t k = 0; k < at_once; ++k)
+          boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
+      }
+      if (in.has_worlds) {
+        THRONG_UNROLL(at_once)
+        for (std::uint32_t k = 0; k < at_once; ++k) {
+          worlds[k] = in.world(at[k]);
+          next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
+        }
+        THRONG_UNROLL(at_once)
+        for (std::uint32_t k = 0; k < at_once; ++k) {
+          const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
+          seen.worlds = seen.worlds > world ? seen.worlds : world;
+          seen.changes += next[k] != worlds[k];
+        }
+        seen.looked_at += at_once;
+        if (first == 0) kept_world = worlds[0];
+      }
+      THRONG_UNROLL(at_once)
+      for (std::uint32_t k = 0; k < at_once; ++k)
+        if (core::is_active(boxes[k])) include(boxes[k], all);
+      if (first == 0) kept = boxes[0];
     }
-    if (in.has_worlds) {
-      THRONG_UNROLL(8)
-      for (std::uint32_t k = 0; k < looks; ++k) {
-        worlds[k] = in.world(at[k]);
-        next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
+    if (t == 0) *report = Report{};
+    const std::uint32_t keeper = t / core::ClassPlanner::parts;
+    THRONG_UNROLL(1)
+    for (int k = 0; k < 2; ++k) {
+      const bool keep = k == 1;
+      Box box = keep ? kept : all;
+      bool nan;
+      const bool active = check_box(in, box, nan);
+      const core::Reach reach = core::ClassPlanner::reach_of(box);
+      if (!keep) {
+        if (active) core::ClassPlanner::join(seen, reach);
+        s.early.reaches[t] = seen;
+        if (t % core::ClassPlanner::parts != 0) return;
+      } else {
+        for (int q = 0; q < 6; ++q) s.early.loaded.most[q][keeper] = reach.most[q];
+        s.early.loaded.worlds[keeper] = active ? kept_world : -2;
       }
     }
-    // Growing by the margin keeps the order, so the box around all is grown instead of each.
-    Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    core::Reach seen = core::ClassPlanner::nothing();
-    THRONG_UNROLL(8)
-    for (std::uint32_t k = 0; k < looks; ++k) {
-      if (core::is_active(boxes[k])) include(boxes[k], all);
-      if (!in.has_worlds) continue;
-      const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
-      seen.worlds = seen.worlds > world ? seen.worlds : world;
-      seen.changes += next[k] != worlds[k];
-      ++seen.looked_at;
-    }
-    bool nan;
-    if (check_box(in, all, nan)) core::ClassPlanner::join(seen, core::ClassPlanner::reach_of(all));
-    s.early.reaches[t] = seen;
-    if (t == 0) *report = Report{};
-    if (t % core::ClassPlanner::parts != 0) return;
-    const std::uint32_t keeper = t / core::ClassPlanner::parts;
-    const bool active = check_box(in, boxes[0], nan);
-    s.early.loaded.boxes[keeper] = boxes[0];
-    s.early.loaded.worlds[keeper] = !active ? -2 : in.has_worlds ? worlds[0] : -1;
   }
 
   THRONG_HD static void include(const Box& b, Box& all) noexcept {
