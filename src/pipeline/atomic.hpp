@@ -81,16 +81,6 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }
-// The same in memory that a block's threads share.
-THRONG_HD inline void raise_shared(std::uint32_t* flag) noexcept {
-#if defined(__CUDA_ARCH__)
-  if (*static_cast<volatile std::uint32_t*>(flag) == 0)
-    *static_cast<volatile std::uint32_t*>(flag) = 1;
-#else
-  raise(flag);
-#endif
-}
-
 // Values that pass by once: they are the first to leave a device's cache.
 THRONG_HD inline std::uint32_t stream_in(const std::uint32_t* at) noexcept {
 #if defined(__CUDA_ARCH__)

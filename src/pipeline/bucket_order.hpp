@@ -54,7 +54,7 @@ struct CountBuckets {
     if (!read_box(in, i, box, nan)) return tell_inactive(*report, i, nan);
     const Home home = home_of(in, *grid, i, box);
     fetch_add(shared + bucket_of(*grid, in.has_worlds, home.cell), 1u);
-    raise_shared(shared + bucket_count + home.class_index);
+    fetch_add(shared + bucket_count + home.class_index, 1u);
   }
   // What these threads have, k below shared_count.
   THRONG_HD void add(std::uint32_t k, const std::uint32_t* shared) const noexcept {
