@@ -15,8 +15,9 @@
 namespace throng::cuda {
 
 // A thread holds its boxes of a tile in registers until it knows where in the tile they stand: two
-// such blocks are what a processor has registers for.
-constexpr unsigned tile_threads = 512, boxes_a_thread = 4;
+// such blocks are what a processor has registers for. A tile and its counts fit into the 64 KiB of
+// shared memory that the oldest GPUs have for a block.
+constexpr unsigned tile_threads = 512, boxes_a_thread = 3;
 constexpr unsigned tile_boxes = tile_threads * boxes_a_thread;
 constexpr std::size_t tile_bytes = tile_boxes * sizeof(pipeline::Record);
 static_assert(pipeline::bucket_count <= tile_threads);
