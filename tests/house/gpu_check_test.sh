@@ -62,7 +62,7 @@ rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
 expect 0 'all that ran and must hold does' "${steps[@]}"
-grep -q ', 22 of 24 checks ran' "$folder/said"
+grep -q ', 23 of 25 checks ran' "$folder/said"
 [ -s "$out/gpu_check.log" ]
 [ "$(rows | wc -l)" -eq 8 ]  # the columns once, a row a part
 grep -q 'skipped: no throng-paper' "$folder/said"
