@@ -53,7 +53,7 @@ THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept
   for (std::uint32_t item = row; item < 3 * max_size_classes; item += rows) {
     const std::uint32_t c = item / 3, k = item % 3;
     if (!(used >> c & 1)) continue;
-    const float most = s.length[k];
+    const float length = s.length[k];
     float share = 0, sum = 0;
     std::uint32_t first = 0;
     // Adding nothing instead of a branch: the loads of some boxes are under way together.
@@ -64,7 +64,7 @@ THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept
         const std::uint32_t look = first + q;
         const bool own = s.late.fit[candidate][look] == c;
         const std::uint32_t at = look * step < sample_size ? look * step : sample_size - 1;
-        const float extent = lesser(s.value[k][at], most);
+        const float extent = lesser(s.value[k][at], length);
         share += own ? 1.0f : 0.0f;
         sum += own ? extent : 0.0f;
       }
@@ -104,8 +104,8 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
     const std::uint32_t shift = shifts >> 8 * k & 0xff;
     const float large = s.side[k][candidate] * times(shift);
     const float extent = s.late.extent[from][k][candidate];
-    const std::uint32_t most = shifts == one_cell ? 1 : cells_of(s.cells[k][candidate], shift);
-    const float across = lesser(quotient(extent, large) + 2, static_cast<float>(most));
+    const std::uint32_t there = shifts == one_cell ? 1 : cells_of(s.cells[k][candidate], shift);
+    const float across = lesser(quotient(extent, large) + 2, static_cast<float>(there));
     if (k > 0) looked_up *= across;
     cells *= across;
     const float wide = lesser(extent + 2 * large, s.length[k]);

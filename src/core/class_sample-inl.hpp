@@ -81,10 +81,10 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   // Adding zero leaves one zero of two, so that equal values have no difference with a sign.
   if (t < sample_size) {
     if (active) s.world[to] = e.loaded.worlds[own];
-    float most = 0;
+    float extent = 0;
     THRONG_UNROLL(1)
-    for (int k = 0; k < 3; ++k) most = greater(most, extent_of(e.loaded, own, k));
-    s.value[longest][to] = active ? most + 0.0f : beyond;
+    for (int k = 0; k < 3; ++k) extent = greater(extent, extent_of(e.loaded, own, k));
+    s.value[longest][to] = active ? extent + 0.0f : beyond;
     if (t == 0) s.count = all;
   } else {
     const int k = static_cast<int>(t / sample_size) - 1;

@@ -112,7 +112,7 @@ struct GridSearchOf {
       if (whole_) return {0, s_.report->active, 0};
       const std::uint32_t row =
           mixed ? core::row_start(cells_, part_, y_, z_) : core::dense_row_start(part_, y_, z_);
-      const Range range{
+      const Range found{
           own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
           s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
           static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
@@ -121,7 +121,7 @@ struct GridSearchOf {
         y_ = y_first_;
         ++z_;
       }
-      return range;
+      return found;
     }
 
     // Whether others may be stored in the same place as those of the target, so that what is found
