@@ -88,7 +88,8 @@ struct LiveView {
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
     if (!core::is_active(box)) return true;
     const Box mine = grown(box), f = load_box(fat + id);
-    return inside(mine, f) & inside(lean_box(f), mine);
+    const bool not_out = inside(mine, f), around = inside(lean_box(f), mine);
+    return not_out && around;
   }
   // A box that was given.
   THRONG_HD void tell_move(std::uint32_t id, const Box& now, Checked& told) const noexcept {
