@@ -134,7 +134,14 @@ TEST(Explain, AdviceFollowsWhatWasSeen) {
   EXPECT_TRUE(says(finder.explain(same), "pairs a box fill"));
   Options options;
   options.order = Order::canonical;
-  EXPECT_TRUE(says(Finder(options).explain(same), "Order::any"));
+  // That hangs on times: what is said must follow them, and of some tries one is undisturbed.
+  bool said = false;
+  for (int tries = 0; tries < 50 && !said; ++tries) {
+    const Explanation e = Finder(options).explain(same);
+    said = says(e, "Order::any");
+    EXPECT_EQ(said, e.result.times.order_ms > 0.3 * e.result.times.total_ms);
+  }
+  EXPECT_TRUE(said);
 }
 
 TEST(Explain, TwoSetsWorldsAndFewBoxes) {
