@@ -17,7 +17,8 @@ class Browser:
     def __init__(self, size: tuple[int, int], console: str) -> None:
         """`console`: the file that what it has to say goes to."""
         assert PROGRAM is not None
-        self.folder = tempfile.TemporaryDirectory()
+        # A browser that was told to end may still write into its cache.
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         theirs_in, self.to = os.pipe()
         self.back, theirs_out = os.pipe()
         # Descriptors 3 and 4 are where it reads and writes.
