@@ -103,7 +103,7 @@ __global__ void __launch_bounds__(block_threads) run_walks(Search search, pipeli
 }
 
 // What the lanes of a warp keep of the rows that they have looked up: ranges that are not empty,
-// and where it matters (Look::shares) which rows they are. Small, for what is left of a processor's
+// and where records are mixed (Look) which rows they are. Small, for what is left of a processor's
 // fast memory is the cache of the records.
 struct WarpRanges {
   static constexpr unsigned words = 16;
@@ -115,14 +115,14 @@ struct WarpRanges {
 
 // A warp's boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly
 // the same cells. First all lanes look up the rows of their cells, together, and keep the ranges;
-// then each goes through the candidates in its own. `Shares`: records of several rows may stand in
-// the same place (Look::shares). HostDevice has a twin of this.
-template <bool Shares, class Search>
+// then each goes through the candidates in its own. `mixed`: as in Look. HostDevice has a
+// twin of this.
+template <bool mixed, class Search>
 __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count, WarpRanges& kept,
                             WarpStage& stage, std::uint64_t& comparisons) {
   const unsigned lane = threadIdx.x % 32;
-  constexpr unsigned slots = WarpRanges::slots<Shares>;
+  constexpr unsigned slots = WarpRanges::slots<mixed>;
   constexpr std::uint32_t next_slot = 32 * sizeof(uint2);
   const std::uint32_t ranges = shared_address(kept.kept) + lane * sizeof(uint2);
   std::uint32_t(*const row_of)[32] = kept.kept + 2 * slots;
@@ -131,7 +131,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
   for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
        first < count; first += step) {
     const bool looks = first + lane < count;
-    typename Search::template Look<Shares> look(search, cells, looks ? first + lane : count - 1);
+    typename Search::template Look<mixed> look(search, cells, looks ? first + lane : count - 1);
     unsigned target = 0, rows = 0, held = 0;
     std::uint32_t candidates = 0;
     for (bool more = true; more;) {
@@ -142,14 +142,14 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
             const auto range = look.row();
             if (range.begin != range.end) {
               put(ranges + held * next_slot, range.begin, range.end);
-              if constexpr (Shares) row_of[held][lane] = range.row;
+              if constexpr (mixed) row_of[held][lane] = range.row;
               candidates += range.end - range.begin;
               ++held;
             }
           }
           if (__any_sync(~0u, held == slots)) break;
         } else {
-          if (Shares && __any_sync(~0u, held > 0)) break;  // they are the present target's
+          if (mixed && __any_sync(~0u, held > 0)) break;  // they are the present target's
           more = target < target_count;
           if (!more) break;
           if (looks) rows = look.aim(targets[target]);
@@ -164,7 +164,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
           const uint2 range = get(slot);
           at = range.x;
           end = range.y;
-          if constexpr (Shares) row = row_of[(slot - ranges) / next_slot][lane];
+          if constexpr (mixed) row = row_of[(slot - ranges) / next_slot][lane];
           slot += next_slot;
         }
         const bool live = at != end;
@@ -172,7 +172,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
         // Lanes that are done read some record, too: that costs less than a branch.
         const pipeline::Record c = pipeline::load(search.records + (live ? at : 0));
         bool hit = live & look.meets(c);
-        if constexpr (Shares || !Search::Plain) hit = hit && look.allows(c, row);
+        if constexpr (mixed || !Search::Plain) hit = hit && look.allows(c, row);
         stage.add(hit, look.pair(c));
         at += live;
       }

@@ -89,8 +89,8 @@ struct FillBuckets {
   // `counts`: of the tile's boxes in each bucket, cleared.
   THRONG_HD void count(std::uint64_t i, Held& held, std::uint32_t* counts) const noexcept {
     held.rank = none;
-    if (i >= in.count || !core::is_active(held.box)) return;
-    if (in.margin != 0) held.box = core::expand(held.box, in.margin);
+    bool nan;
+    if (i >= in.count || !check_box(in, held.box, nan)) return;
     held.cell = home_of(in, *grid, static_cast<std::uint32_t>(i), held.box).cell;
     held.rank = fetch_add(counts + bucket(held.cell), 1u);
   }

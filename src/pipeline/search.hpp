@@ -56,9 +56,11 @@ struct GridSearchOf {
     std::uint32_t begin, end, row;
   };
 
-  // One box that looks, a target after another, and in each a row of cells after another. The lanes
-  // of a warp go through the same targets together. `mixed`: records of others may stand
-  // between those of a row; only in a dense grid and for plain searches they never do.
+  // One box that looks, a target after another, and in each a row of cells after another. What is
+  // found is of the present target: whoever keeps ranges tests their records before the next aim()
+  // where `mixed`. The lanes of a warp go through the same targets together. `mixed`: records of
+  // others may stand between those of a row; only in a dense grid and for plain searches they never
+  // do.
   template <bool mixed>
   class Look {
    public:
@@ -124,10 +126,6 @@ struct GridSearchOf {
       return found;
     }
 
-    // Whether others may be stored in the same place as those of the target, so that what is found
-    // has to be looked at with the row in hand, before the next target.
-    THRONG_HD bool shares() const noexcept { return mixed && (cells_.hashed || whole_); }
-
     // Whether this candidate overlaps.
     THRONG_HD bool meets(const Record& c) const noexcept {
       return core::overlaps(box_.box(), c.box());
@@ -149,6 +147,9 @@ struct GridSearchOf {
     THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
       return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
     }
+
+    // Whether others may be stored in the same place as those of the target.
+    THRONG_HD bool shares() const noexcept { return mixed && (cells_.hashed || whole_); }
 
     // In one row each x has a place of its own.
     THRONG_HD bool is_home_in(const Record& c, std::uint32_t row) const noexcept {
