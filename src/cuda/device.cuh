@@ -8,7 +8,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
-#include "cuda/buckets.cuh"
+#include "cuda/cell_order.cuh"
 #include "cuda/check.hpp"
 #include "cuda/gather.cuh"
 #include "cuda/launch.cuh"
@@ -36,8 +36,9 @@ class Device {
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
-    check(cudaFuncSetAttribute(run_fill_buckets<pipeline::FillBuckets>,
-                               cudaFuncAttributeMaxDynamicSharedMemorySize, tile_bytes));
+    check(cudaFuncSetAttribute(run_place_buckets<pipeline::PlaceBuckets>,
+                               cudaFuncAttributeMaxDynamicSharedMemorySize,
+                               pipeline::Buckets::most_cells * sizeof(std::uint32_t)));
   }
 
   ~Device() {
@@ -107,14 +108,25 @@ class Device {
     return keys_bytes(count) + bytes;
   }
 
-  static constexpr std::uint32_t buckets_above = THRONG_GPU_BUCKETS_ABOVE;
-  void count_buckets(std::uint64_t count, const pipeline::CountBuckets& f) const {
-    run_count_buckets<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
-    check(cudaGetLastError());
+  static constexpr std::uint32_t sorted_above = THRONG_GPU_SORTED_ABOVE;
+  static std::size_t sort_cells_bytes(std::size_t count) {
+    std::size_t bytes = 0;
+    cub::DoubleBuffer<std::uint32_t> none;
+    check(cub::DeviceRadixSort::SortPairs(nullptr, bytes, none, none, count));
+    return bytes;
   }
-  void fill_buckets(std::uint64_t count, const pipeline::FillBuckets& f) const {
-    const auto tiles = static_cast<unsigned>((count + tile_boxes - 1) / tile_boxes);
-    run_fill_buckets<<<tiles, tile_threads, tile_bytes, stream_>>>(f);
+  // Keys and values have room for as many again `room` further on; all of it may be written.
+  pipeline::ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
+                                std::size_t count, int begin, int end) const {
+    cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + room), of_values(values, values + room);
+    std::size_t bytes = scratch_bytes_;
+    check(cub::DeviceRadixSort::SortPairs(scratch_, bytes, of_keys, of_values, count, begin, end,
+                                          stream_));
+    return {of_keys.Current(), of_values.Current()};
+  }
+  void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
+    run_place_buckets<<<f.buckets.count(), bucket_threads,
+                        f.buckets.cells() * sizeof(std::uint32_t), stream_>>>(f, count);
     check(cudaGetLastError());
   }
 

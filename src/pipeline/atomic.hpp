@@ -81,20 +81,4 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }
-// Values that pass by once: they are the first to leave a device's cache.
-THRONG_HD inline std::uint32_t stream_in(const std::uint32_t* at) noexcept {
-#if defined(__CUDA_ARCH__)
-  return __ldcs(at);
-#else
-  return *at;
-#endif
-}
-THRONG_HD inline void stream_out(std::uint32_t* at, std::uint32_t value) noexcept {
-#if defined(__CUDA_ARCH__)
-  __stcs(at, value);
-#else
-  *at = value;
-#endif
-}
-
 }  // namespace throng::pipeline

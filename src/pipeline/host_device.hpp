@@ -9,6 +9,7 @@
 #include <cstring>
 #include <memory_resource>
 #include <optional>
+#include <utility>
 
 #include <throng/options.hpp>
 
@@ -91,29 +92,56 @@ class HostDevice {
     }
   }
 
-  // So few that the tests go both ways; each looks like a block of a GPU.
-  static constexpr std::uint32_t buckets_above = 500;
-  void count_buckets(std::uint64_t count, const CountBuckets& f) const {
-    share_out(count, 2048, [&](std::uint64_t begin, std::uint64_t end) {
-      std::uint32_t shared[CountBuckets::shared_count] = {};
-      for (std::uint64_t i = begin; i < end; ++i) f(i, shared);
-      for (std::uint32_t k = 0; k < CountBuckets::shared_count; ++k) f.add(k, shared);
-    });
+  // So few that the tests go both ways.
+  static constexpr std::uint32_t sorted_above = 500;
+  static std::size_t sort_cells_bytes(std::size_t) noexcept { return 0; }
+  // A pass for each eight bits, as by a device.
+  ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
+                      std::size_t count, int begin, int end) const noexcept {
+    for (std::uint32_t* to = keys + room; begin < end; begin += 8) {
+      const std::uint32_t mask = (1u << std::min(8, end - begin)) - 1;
+      std::uint32_t starts[257] = {};
+      for (std::size_t i = 0; i < count; ++i) ++starts[(keys[i] >> begin & mask) + 1];
+      for (int k = 0; k < 256; ++k) starts[k + 1] += starts[k];
+      std::uint32_t* const values_to = to > keys ? values + room : values - room;
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t at = starts[keys[i] >> begin & mask]++;
+        to[at] = keys[i];
+        values_to[at] = values[i];
+      }
+      std::swap(keys, to);
+      values = values_to;
+    }
+    return {keys, values};
   }
-  void fill_buckets(std::uint64_t count, const FillBuckets& f) const {
-    constexpr std::uint64_t tile = 512;
-    share_out(count, tile, [&](std::uint64_t begin, std::uint64_t end) {
-      std::uint32_t counts[bucket_count] = {};
-      FillBuckets::Held held[tile];
-      for (std::uint64_t i = begin; i < end; ++i) f.read(i, held[i - begin]);
-      for (std::uint64_t i = begin; i < end; ++i) f.count(i, held[i - begin], counts);
-      for (std::uint32_t k = 0; k < bucket_count; ++k) counts[k] = f.claim(k, counts[k]);
-      for (std::uint64_t i = begin; i < end; ++i) {
-        const FillBuckets::Held& h = held[i - begin];
-        if (h.rank == FillBuckets::none) continue;
-        const std::uint32_t at = counts[f.bucket(h.cell)] + h.rank;
-        f.records[at] = FillBuckets::record(i, h);
-        f.cells[at] = h.cell;
+  void place(std::uint32_t count, const PlaceBuckets& f) const {
+    share_out(f.buckets.count(), 1, [&](std::uint64_t first, std::uint64_t) {
+      const auto bucket = static_cast<std::uint32_t>(first);
+      const auto first_of = [&](std::uint32_t b) {
+        std::uint32_t begin = 0, end = count;
+        while (begin < end) {
+          const std::uint32_t middle = begin + (end - begin) / 2;
+          if (f.before(middle, b))
+            begin = middle + 1;
+          else
+            end = middle;
+        }
+        return begin;
+      };
+      const std::uint32_t begin = first_of(bucket), end = first_of(bucket + 1);
+      std::uint32_t next[Buckets::most_cells];
+      std::fill_n(next, f.buckets.cells(), 0u);
+      for (std::uint32_t i = begin; i < end; ++i) f.count(i, next);
+      std::uint32_t at = begin;
+      for (std::uint32_t k = 0; k < f.buckets.cells(); ++k) {
+        const std::uint32_t boxes = std::exchange(next[k], at);
+        f.tell((bucket << f.buckets.bits) + k, at);
+        at += boxes;
+      }
+      for (std::uint32_t i = begin; i < end; ++i) {
+        Record record;
+        std::uint32_t to;
+        if (f.take(i, next, record, to)) f.records[to] = record;
       }
     });
   }

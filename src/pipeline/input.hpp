@@ -147,7 +147,7 @@ struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
   Vec3 upper;
-  std::uint32_t cell;  // where buckets are used (pipeline/bucket_order.hpp), else 0
+  std::uint32_t unused;
 
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
@@ -167,25 +167,15 @@ THRONG_HD inline Record load(const Record* at) noexcept {
 THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
 #if defined(__CUDA_ARCH__)
   reinterpret_cast<float4*>(to)[upper] =
-      upper ? float4{r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.cell)}
+      upper ? float4{r.upper.x, r.upper.y, r.upper.z, 0.0f}
             : float4{r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
 #else
   if (upper) {
     to->upper = r.upper;
-    to->cell = r.cell;
   } else {
     to->lower = r.lower;
     to->id = r.id;
   }
-#endif
-}
-
-// `from` is not read again.
-THRONG_HD inline void copy_half(Record* to, bool upper, const Record* from) noexcept {
-#if defined(__CUDA_ARCH__)
-  reinterpret_cast<float4*>(to)[upper] = __ldcs(reinterpret_cast<const float4*>(from) + upper);
-#else
-  store_half(to, upper, *from);
 #endif
 }
 

@@ -7,15 +7,19 @@
 //   plan(PlanGrid)          the phases of core::ClassPlanner, by one block
 //   clear(p, bytes)         zeros
 //   scan(values, count)     exclusive sums, in place
-//   count_buckets(count, CountBuckets), fill_buckets(count, FillBuckets)
-//                           what threads that share memory do (pipeline/bucket_order.hpp)
+//   sort_cells(keys, values, room, count, begin, end)
+//                           by those bits of the keys, each with its value; tells where they are
+//   place(count, PlaceBuckets)
+//                           what threads that share memory do (pipeline/cell_order.hpp)
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
 //   mark(stage)             the end of a stage, for whoever measures
-//   buckets_above           more boxes than so many are put into buckets first
-//   scan_bytes(count)       scratch that the scan of so many takes
+//   sorted_above            more boxes than so many are sorted by cell
+//   scan_bytes(count), sort_cells_bytes(count)
+//                           scratch that these take of so many
 // and each of these sees what those before it wrote.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -23,7 +27,7 @@
 #include <throng/options.hpp>
 
 #include "core/class_planner.hpp"
-#include "pipeline/bucket_order.hpp"
+#include "pipeline/cell_order.hpp"
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
 #include "pipeline/stages.hpp"
@@ -51,7 +55,8 @@ struct PlanGrid {
   Input in;
   core::GridLimits limits;
   core::ClassGrid* grid;
-  Report* report;  // emptied
+  std::uint32_t* occupied;  // cleared
+  Report* report;           // emptied
   bool packed = in.sets[0].packed && (!in.two_sets || in.sets[1].packed);
 
   using Shared = core::ClassPlanner::Shared;
@@ -112,6 +117,7 @@ struct PlanGrid {
       if (first == 0) kept = boxes[0];
     }
     if (t == 0) *report = Report{};
+    if (t < occupied_flags) occupied[t] = 0;
     const std::uint32_t keeper = t / core::ClassPlanner::parts;
     THRONG_UNROLL(1)
     for (int k = 0; k < 2; ++k) {
@@ -155,11 +161,11 @@ struct Workspace {
   std::uint32_t boxes = 0, table_cells = 0;
   Report* report = nullptr;
   core::ClassGrid* grid = nullptr;
-  std::uint32_t *occupied = nullptr, *buckets = nullptr, *table = nullptr;
-  Place* places = nullptr;         // of boxes that are not put into buckets
-  std::uint32_t* ranks = nullptr;  // of those that are; before, their cells
-  Record *records = nullptr, *in_buckets = nullptr;
-  char* scratch = nullptr;  // of the device's scan
+  std::uint32_t *occupied = nullptr, *table = nullptr;
+  Place* places = nullptr;                         // of boxes that are not sorted
+  std::uint32_t *cells = nullptr, *ids = nullptr;  // of those that are, with room for as many again
+  Record* records = nullptr;
+  char* scratch = nullptr;  // of the device's scan and sort
   std::size_t scratch_bytes = 0;
 
   static constexpr std::size_t occupied_count = occupied_flags;
@@ -167,7 +173,7 @@ struct Workspace {
   // Sets the pointers, from `base` on; tells the bytes. base null: only measures.
   template <class Device>
   std::size_t carve(std::uint32_t count, char* base) {
-    const bool buckets_used = count > Device::buckets_above;
+    const bool sorted = count > Device::sorted_above;
     boxes = count;
     table_cells = cells_for(count);
     std::size_t at = 0;
@@ -177,19 +183,17 @@ struct Workspace {
       at += (n * sizeof(T) + 255) / 256 * 256;
     };
     take(report, 1);
-    // What is cleared before each frame stands together.
     take(occupied, occupied_count);
-    take(buckets, buckets_used ? bucket_count + 1 : 0);
-    take(table, scanned(table_cells));
     take(grid, 1);
-    take(places, buckets_used ? 0 : count);
-    take(ranks, buckets_used ? count : 0);
+    take(table, scanned(table_cells));
+    take(places, sorted ? 0 : count);
+    take(cells, sorted ? std::size_t{2} * count : 0);
+    take(ids, sorted ? std::size_t{2} * count : 0);
     take(records, count);
-    take(in_buckets, buckets_used ? count : 0);
-    // Fewer boxes than there is room for may need places and no buckets.
-    static_assert(sizeof(Place) <= sizeof(Record));
-    if (buckets_used) places = reinterpret_cast<Place*>(in_buckets);
+    // Fewer boxes than there is room for may need places.
+    if (sorted) places = reinterpret_cast<Place*>(cells);
     scratch_bytes = Device::scan_bytes(scanned(table_cells));
+    if (sorted) scratch_bytes = std::max(scratch_bytes, Device::sort_cells_bytes(count));
     take(scratch, scratch_bytes);
     return at;
   }
@@ -234,14 +238,13 @@ class Pipeline {
     limits.has_worlds = in.has_worlds;
     limits.cell_scale = in.cell_scale;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
-    const auto* end = reinterpret_cast<const char*>(w.table + scanned);
     device_.use_scratch(w.scratch, w.scratch_bytes);
-    device_.plan(PlanGrid{in, limits, w.grid, w.report});
+    device_.plan(PlanGrid{in, limits, w.grid, w.occupied, w.report});
     device_.mark(Stage::plan);
-    device_.clear(w.occupied, static_cast<std::size_t>(end - reinterpret_cast<char*>(w.occupied)));
-    if (in.count > Device::buckets_above) {
-      sort_by_buckets(in, w, scanned);
+    if (in.count > Device::sorted_above) {
+      sort_by_cell(in, w, Buckets::of(scanned));
     } else {
+      device_.clear(w.table, scanned * sizeof *w.table);
       device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
       device_.scan(w.table, scanned);
       const PlaceBoxes place{in,        w.table,  w.places,
@@ -280,15 +283,13 @@ class Pipeline {
   }
 
  private:
-  void sort_by_buckets(const Input& in, const Workspace& w, std::size_t scanned) const {
-    const std::uint32_t* active = w.buckets + bucket_count;  // once they are summed up
-    device_.count_buckets(in.count, CountBuckets{in, w.grid, w.buckets, w.occupied, w.report});
-    device_.scan(w.buckets, bucket_count + 1);
-    device_.fill_buckets(in.count, FillBuckets{in, w.grid, w.buckets, w.in_buckets, w.ranks});
-    device_.launch(in.count, CountRecords{active, w.table, w.ranks});
-    device_.scan(w.table, scanned);
-    const PlaceRecords place{w.in_buckets, active, w.table, w.ranks, w.records, w.report};
-    device_.launch(std::uint64_t{2} * in.count, place);
+  void sort_by_cell(const Input& in, const Workspace& w, const Buckets& buckets) const {
+    device_.launch(in.count,
+                   NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.none});
+    const ByBucket sorted =
+        device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sorted_end());
+    device_.place(in.count, PlaceBuckets{in, buckets, sorted.keys, sorted.values, w.table,
+                                         w.records, w.report});
   }
 
   Device& device_;

@@ -58,6 +58,9 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
           group * core::max_size_classes + size_class};
 }
 
+// Flags, one for each group and class.
+constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
+
 // Where a box goes: its cell, and its rank among the boxes of that. No cell: it takes no part.
 struct Place {
   std::uint32_t cell, rank;

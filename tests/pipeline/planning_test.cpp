@@ -27,10 +27,13 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
   p.limits = {boxes.size(),  static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
               8192,          present,
               in.has_worlds, cell_scale};
-  const PlanGrid planner{in, p.limits, &p.grid, &report};
+  std::uint32_t occupied[occupied_flags];
+  std::fill(std::begin(occupied), std::end(occupied), 7u);
+  const PlanGrid planner{in, p.limits, &p.grid, occupied, &report};
   planner(*p.shared, [](const auto& phase) {
     for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) phase(t);
   });
+  EXPECT_EQ(std::count(std::begin(occupied), std::end(occupied), 0u), occupied_flags);
   return p;
 }
 
@@ -196,8 +199,9 @@ TEST(Planning, FewBoxesNeedNoGrid) {
 }
 
 struct Sizes {
-  static constexpr std::uint32_t buckets_above = 4097;
+  static constexpr std::uint32_t sorted_above = 4097;
   static std::size_t scan_bytes(std::size_t) { return 777; }
+  static std::size_t sort_cells_bytes(std::size_t count) { return count < 100000 ? 555 : 888; }
 };
 
 TEST(Workspace, PartsDoNotOverlap) {
@@ -206,20 +210,20 @@ TEST(Workspace, PartsDoNotOverlap) {
     const std::size_t bytes = w.carve<Sizes>(count, nullptr);
     char* base = reinterpret_cast<char*>(std::uintptr_t{1} << 40);  // never read
     EXPECT_EQ(w.carve<Sizes>(count, base), bytes);
-    const std::size_t bucketed = count > 4097 ? count : 0;
+    const std::size_t sorted = count > 4097 ? count : 0;
     const std::pair<const void*, std::size_t> parts[] = {
         {w.report, sizeof(Report)},
         {w.occupied, Workspace::occupied_count * 4},
-        {w.buckets, bucketed ? (bucket_count + 1) * 4 : 0},
-        {w.table, Workspace::scanned(w.table_cells) * 4},
         {w.grid, sizeof(core::ClassGrid)},
-        {bucketed ? nullptr : w.places, std::size_t{bucketed ? 0 : count} * 8},
-        {w.ranks, bucketed * 4},
+        {w.table, Workspace::scanned(w.table_cells) * 4},
+        {sorted ? nullptr : w.places, std::size_t{sorted ? 0 : count} * 8},
+        {w.cells, sorted * 8},
+        {w.ids, sorted * 8},
         {w.records, std::size_t{count} * sizeof(Record)},
-        {w.in_buckets, bucketed * sizeof(Record)},
         {w.scratch, w.scratch_bytes}};
     const char* end = base;
-    EXPECT_EQ(static_cast<void*>(w.places) == w.in_buckets, bucketed != 0);
+    EXPECT_EQ(static_cast<void*>(w.places) == w.cells, sorted != 0);
+    EXPECT_EQ(w.scratch_bytes, sorted >= 100000 ? 888u : 777u);
     for (const auto& [at, size] : parts) {
       if (!at) continue;
       const char* p = static_cast<const char*>(at);
@@ -228,8 +232,8 @@ TEST(Workspace, PartsDoNotOverlap) {
       end = p + size;
     }
     EXPECT_LE(end, base + bytes);
-    // What a box costs: 49 bytes, by buckets 77, and a constant.
-    EXPECT_LE(bytes, std::size_t{count} * (bucketed ? 77 : 49) + 100000);
+    // What a box costs: 49 bytes, sorted 57, and a constant.
+    EXPECT_LE(bytes, std::size_t{count} * (sorted ? 57 : 49) + 100000);
   }
 }
 

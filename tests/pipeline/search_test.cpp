@@ -32,7 +32,7 @@ class Planned : public HostDevice {
   Planned() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{cpu::run_tasks}) {
     begin(cpu::default_executor(), 2);
   }
-  static constexpr std::uint32_t buckets_above = ~0u;
+  static constexpr std::uint32_t sorted_above = ~0u;
   void plan(const PlanGrid& f) const {
     *f.report = Report{};
     *f.grid = many_rows(f.limits);

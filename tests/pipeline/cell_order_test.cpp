@@ -1,5 +1,6 @@
-// Boxes that go through buckets come to stand in the same cells, and the same is told, as without.
-#include "pipeline/bucket_order.hpp"
+// Boxes that are sorted by cell come to stand in the same cells, and the same is told, as those
+// that are counted one by one.
+#include "pipeline/cell_order.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,14 +19,14 @@ namespace {
 using tests::Answer;
 using tests::BoxList;
 
-// More boxes than `above` go through buckets.
+// More boxes than `above` are sorted.
 template <std::uint32_t above>
 class Device : public HostDevice {
  public:
   Device() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{cpu::run_tasks}) {
     begin(cpu::default_executor(), 3);
   }
-  static constexpr std::uint32_t buckets_above = above;
+  static constexpr std::uint32_t sorted_above = above;
 };
 using Always = Device<0>;
 using Never = Device<~0u>;
@@ -84,18 +85,6 @@ struct Built {
   Workspace w;
 };
 
-// The records by buckets: of which each holds the boxes of a range of cells.
-void expect_buckets(const Built<Always>& built) {
-  const Workspace& w = built.w;
-  const auto active = static_cast<std::uint32_t>(built.w.report->active);
-  ASSERT_EQ(w.buckets[bucket_count], active);
-  std::uint32_t k = 0;
-  for (std::uint32_t b = 0; b < bucket_count; ++b)
-    for (; k < w.buckets[b]; ++k)  // each begins where the one before has ended
-      ASSERT_EQ(bucket_of(*w.grid, built.in.has_worlds, w.in_buckets[k].cell), b);
-  EXPECT_EQ(k, active);
-}
-
 std::vector<Pair> pairs_of(const Boxes& a, const Boxes* b, const Options& options, Result& r) {
   Engine<Always> engine;
   std::vector<Pair> out;
@@ -123,14 +112,13 @@ std::vector<Pair> pairs_of(const Boxes& a, const Boxes* b, const Options& option
 
 void expect_same(const Boxes& a, const Boxes* b, const Options& options = {}) {
   const Input in = make_input(a, b, options);
-  const Built<Always> by_buckets(in);
+  const Built<Always> sorted(in);
   const Built<Never> plain(in);
   const bool nan = plain.w.report->nan_count != 0;
-  EXPECT_EQ(Told(*by_buckets.w.report, nan), Told(*plain.w.report, nan));
-  EXPECT_TRUE(by_buckets.starts() == plain.starts());
-  EXPECT_TRUE(by_buckets.occupied() == plain.occupied());
-  EXPECT_TRUE(by_buckets.ids() == plain.ids());
-  expect_buckets(by_buckets);
+  EXPECT_EQ(Told(*sorted.w.report, nan), Told(*plain.w.report, nan));
+  EXPECT_TRUE(sorted.starts() == plain.starts());
+  EXPECT_TRUE(sorted.occupied() == plain.occupied());
+  EXPECT_TRUE(sorted.ids() == plain.ids());
 }
 
 void expect_exact(const Boxes& a, const Boxes* b, const Options& options = {}) {
@@ -151,7 +139,7 @@ void expect_exact(const Boxes& a, const Boxes* b, const Options& options = {}) {
   }
 }
 
-TEST(BucketOrder, HardScenes) {
+TEST(CellOrder, HardScenes) {
   for (const tests::HardScene& scene : tests::hard_scenes(700)) {
     SCOPED_TRACE(scene.name);
     for (const float margin : {0.0f, 0.3f}) {
@@ -162,8 +150,8 @@ TEST(BucketOrder, HardScenes) {
   }
 }
 
-// Around a tile's boxes and the number of buckets, where some stay empty and where none does.
-TEST(BucketOrder, AnyNumber) {
+// Where some buckets stay empty and where none does.
+TEST(CellOrder, AnyNumber) {
   for (const int n : {1, 2, 31, 511, 512, 513, 1023, 1024, 1025, 2047, 2048, 2049, 4100}) {
     SCOPED_TRACE(n);
     expect_exact(tests::uniform_boxes(n, 1), nullptr);
@@ -172,21 +160,15 @@ TEST(BucketOrder, AnyNumber) {
   expect_same(tests::uniform_boxes(60000, 3), nullptr);
 }
 
-// One bucket takes all; or there are none to take.
-TEST(BucketOrder, AllAlike) {
-  const BoxList same = tests::identical_boxes(1500, 1);
-  expect_exact(same, nullptr);
-  const Built<Always> built(make_input(same, nullptr, {}));
-  std::uint32_t used = 0;
-  for (std::uint32_t b = 0, before = 0; b < bucket_count; before = built.w.buckets[b++])
-    used += built.w.buckets[b] != before;
-  EXPECT_EQ(used, 1u);
+// One cell takes all; or there are none to take.
+TEST(CellOrder, AllAlike) {
+  expect_exact(tests::identical_boxes(1500, 1), nullptr);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const BoxList nothing(1200, Box{{nan, 0, 0}, {1, 1, 1}});
   expect_exact(nothing, nullptr);
 }
 
-TEST(BucketOrder, InactiveBoxesAreToldOnce) {
+TEST(CellOrder, InactiveBoxesAreToldOnce) {
   BoxList boxes = tests::uniform_boxes(3000, 5);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 100; i < boxes.size(); i += 7) std::swap(boxes[i].lower, boxes[i].upper);
@@ -205,7 +187,7 @@ TEST(BucketOrder, InactiveBoxesAreToldOnce) {
   EXPECT_EQ(built.w.report->first_nan(), 411u);
 }
 
-TEST(BucketOrder, TwoSetsFiltersAndWorlds) {
+TEST(CellOrder, TwoSetsFiltersAndWorlds) {
   const BoxList of_a = tests::snapped_boxes(1300, 12, 1, 1), of_b = tests::uniform_boxes(900, 2);
   tests::Random random(3);
   std::vector<std::int32_t> worlds, owners;
@@ -236,7 +218,7 @@ TEST(BucketOrder, TwoSetsFiltersAndWorlds) {
 }
 
 // Rows scattered over the table.
-TEST(BucketOrder, HashedGrids) {
+TEST(CellOrder, HashedGrids) {
   BoxList boxes;
   std::vector<std::int32_t> worlds;
   tests::Random random(4);
@@ -256,46 +238,27 @@ TEST(BucketOrder, HashedGrids) {
   EXPECT_TRUE(Built<Always>(make_input(view, nullptr, {})).w.grid->hashed);
 }
 
-TEST(BucketOrder, BucketsFollowTheCells) {
-  core::ClassGrid grid;
-  const auto expect_spread = [&](bool has_worlds, std::uint32_t cells) {
+// The fewest passes of eight bits, a bucket that a block has room for, and all cells in some
+// bucket.
+TEST(CellOrder, BucketsSuitTheTable) {
+  for (const std::uint64_t cells :
+       {2ull, 3ull, 1024ull, 1025ull, 2048ull, 9217ull, 1ull << 18, (1ull << 22) - 1, 1ull << 22,
+        (1ull << 22) + 1, (1ull << 22) + 2, 22509217ull, 225009217ull, 1ull << 30, (1ull << 30) + 2,
+        4050009217ull}) {
     SCOPED_TRACE(cells);
-    std::uint32_t before = 0;
-    for (std::uint64_t k = 0; k < 5000; ++k) {
-      const auto cell = static_cast<std::uint32_t>(k * (cells - 1) / 4999);
-      const std::uint32_t bucket = bucket_of(grid, has_worlds, cell);
-      EXPECT_GE(bucket, before);
-      EXPECT_LT(bucket, bucket_count);
-      before = bucket;
-    }
-    EXPECT_EQ(bucket_of(grid, has_worlds, 0), 0u);
-    EXPECT_GE(before + 1, std::min(cells, bucket_count / 2 + 1));
-    // And no more of them are the last one's than another's.
-    if (cells > 8) {
-      EXPECT_LT(bucket_of(grid, has_worlds, cells - cells / 4), before);
-    }
-  };
-  for (const std::uint32_t cells : {2u, 3u, 1023u, 1024u, 1025u, 2048u, 2049u, 100000u,
-                                    (1u << 24) - 1, 1u << 24, 4050001024u}) {
-    grid.hashed = false;
-    grid.world_cells = cells;
-    expect_spread(false, cells);
-    grid.world_slots = 7;  // of which only the first is used
-    expect_spread(false, cells);
-    if (cells < (1u << 24)) expect_spread(true, 7 * cells);
-    grid.present = core::static_bit | core::everywhere_bit;
-    if (cells < (1u << 24)) expect_spread(true, 4 * 7 * cells);
-    grid.present = 0;
-    grid.world_slots = 1;
-    grid.hashed = true;
-    grid.world_cells = 1;
-    grid.table_cells = cells;
-    expect_spread(true, cells);
-    for (const std::uint32_t beyond : {0u, 1u, 8191u})
-      EXPECT_LT(bucket_of(grid, true, cells + beyond), bucket_count);
+    const Buckets b = Buckets::of(cells);
+    EXPECT_EQ(b.none, cells - 1);
+    EXPECT_GE(b.bits, 10);
+    EXPECT_LE(b.bits, Buckets::most_bits);
+    EXPECT_GT(b.sorted_end(), b.bits);
+    EXPECT_GE(std::uint64_t{1} << b.sorted_end(), cells);
+    EXPECT_EQ(b.of_cell(0), 0u);
+    EXPECT_EQ(b.of_cell(b.none), b.count() - 1);
+    EXPECT_EQ((std::uint64_t{b.of_cell(b.none)} << b.bits) + b.within(b.none), b.none);
+    const int passes = (b.sorted_end() - b.bits + 7) / 8,
+              most = Buckets::most_bits + 8 * (passes - 1);
+    EXPECT_TRUE(passes == 1 || cells - 1 >= std::uint64_t{1} << most) << passes << " passes";
   }
-  grid = {};
-  EXPECT_EQ(bucket_of(grid, false, 0), 0u);
 }
 
 }  // namespace
