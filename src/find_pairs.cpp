@@ -69,16 +69,23 @@ struct Finder::State {
     r.plan.threads = std::clamp(wanted, 1u, 256u);
     emulated.device().begin(executor, r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may lie there; the cap is the pipeline's to keep
-    const auto stopped = [&] { return options.stop && options.stop->load(); };
-    if (!stopped()) {
-      try {
-        emulated.find(a, b, options, cpu.memory().held(), output, consumer, r);
-      } catch (const pipeline::Failure& failure) {
-        explain_failure(r, failure);
-        return;
-      }
+    try {
+      unless_stopped(
+          options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
+    } catch (const pipeline::Failure& failure) {
+      explain_failure(r, failure);
     }
-    if (stopped()) explain_failure(r, pipeline::Failure{Status::stopped});
+  }
+
+  // Failure: stopped, where it was before or is since.
+  template <class F>
+  static void unless_stopped(const Options& options, const F& find) {
+    const auto heed = [&] {
+      if (options.stop && options.stop->load()) throw pipeline::Failure{Status::stopped};
+    };
+    heed();
+    find();
+    heed();
   }
 
   // Tells whether a NaN was seen in the second set.
@@ -89,8 +96,10 @@ struct Finder::State {
     cpu.memory().set_cap(0);
     delivered = false;
     try {
-      if (!gpu) gpu.reset(cuda::create({}));
-      gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
+      unless_stopped(options, [&] {
+        if (!gpu) gpu.reset(cuda::create({}));
+        gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
+      });
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
       delivered = consumer && r.written != 0;

@@ -112,9 +112,10 @@ struct Options {
   // Cells so many times as long as the planner would make them, within 1/64 and 64 and as far as
   // memory allows: for studies of the planner and for tests. The pairs are the same for any value.
   float cell_scale = 1.0f;
-  // Set it to true from any thread, and a search on the CPU, emulated or not, ends soon, with
-  // Status::stopped and nothing found; what stands in a buffer of the caller's is then of no use.
-  // It is looked at before each column or tile. Null: nobody stops it. It must outlive the call.
+  // Set it to true from any thread, and a search ends soon, with Status::stopped and nothing found;
+  // what stands in a buffer of the caller's is then of no use. It is looked at before each column
+  // or tile; on a GPU by a Finder of host memory, after each stage and each 10^9 comparisons of
+  // brute force. Null: nobody stops it. It must outlive the call.
   const std::atomic<bool>* stop = nullptr;
   // A folder that is there already. Each call of a Finder writes a new file into it, a BroadPhase
   // one file from its first call on: boxes, options, and what was answered, for `throng replay`.

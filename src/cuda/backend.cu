@@ -29,7 +29,7 @@ class Gpu final : public Engine {
             core::Output* output, const Consumer* consumer, Result& r) override {
     const Current current(device().ordinal());
     if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
-    device().begin(own_, options.measure_stages);
+    device().begin(own_, options.measure_stages, options.stop);
     engine_.find(a, b, options, already_held, output, consumer, r);
     second_ = engine_.nan_in_second_set();
   }
@@ -75,6 +75,7 @@ class Gpu final : public Engine {
     const Report report = device().read(*w.report);
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
     pipeline::tell_plan(brute, r);
+    pipeline::tell_worlds(brute, report, in, r);
     r.times = device().times();
     r.comparisons = report.comparisons;
     const bool accepted = pipeline::accept(report, in, options.nan, r, second_);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -15,15 +16,25 @@
 #include "cuda/mailbox.cuh"
 #include "cuda/search.cuh"
 #include "cuda/upload.hpp"
+#include "cuda/worlds.cuh"
 #include "pipeline/order.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
 
-// The phases of a function object for one block, with a barrier after each.
+// The phases of a function object by one block, with a barrier after each. The others leave zeros
+// meanwhile: `count` times 16 bytes.
 template <class F>
-__global__ void __launch_bounds__(F::threads) run_phases(F f) {
+__global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std::uint64_t count) {
   __shared__ typename F::Shared shared;
+  wait_for_the_one_before();
+  if (blockIdx.x > 0) {
+    const std::uint64_t step = std::uint64_t{gridDim.x - 1} * F::threads;
+    for (std::uint64_t k = std::uint64_t{blockIdx.x - 1} * F::threads + threadIdx.x; k < count;
+         k += step)
+      zeros[k] = {0, 0, 0, 0};
+    return;
+  }
   f(shared, [](const auto& phase) {
     phase(threadIdx.x);
     __syncthreads();
@@ -31,10 +42,12 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f) {
 }
 
 class Device {
+  // Of brute force, some milliseconds' worth.
+  static constexpr std::uint64_t walks_between_looks = std::uint64_t{1} << 24;
+
  public:
   // What launches need to know of the GPU. Failure: no_device.
   explicit Device(const Memory& memory) : memory_(memory) {
-    check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
     check(cudaFuncSetAttribute(run_place_buckets<pipeline::PlaceBuckets>,
                                cudaFuncAttributeMaxDynamicSharedMemorySize,
@@ -49,10 +62,12 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  // What follows is for this stream; `measure`: with an event after each stage.
-  void begin(cudaStream_t stream, bool measure) {
+  // What follows is for this stream; `measure`: with an event after each stage. Once *stop is true,
+  // Failure: stopped, soon; the stream is waited for now and then to see to that.
+  void begin(cudaStream_t stream, bool measure, const std::atomic<bool>* stop = nullptr) {
     stream_ = stream;
     measuring_ = measure;
+    stop_ = stop;
     seen_ = 0;
     if (!measure) return;
     for (cudaEvent_t& event : events_)
@@ -81,12 +96,16 @@ class Device {
   template <class F>
   void launch(std::uint64_t count, const F& f) const {
     if (count == 0) return;
-    run_each<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
-    check(cudaGetLastError());
+    start_(stream_, blocks(count, 8), block_threads, 0, run_each<F>, count, f);
   }
-  void plan(const pipeline::PlanGrid& f) const {
-    run_phases<<<1, pipeline::PlanGrid::threads, 0, stream_>>>(f);
-    check(cudaGetLastError());
+  // Zeros are written to whole multiples of 256 bytes, as they are carved.
+  void plan(const pipeline::PlanGrid& f, void* cleared, std::size_t bytes) const {
+    const std::uint64_t count = (bytes + 255) / 256 * 16;
+    constexpr std::uint64_t a_block = std::uint64_t{8} * pipeline::PlanGrid::threads;
+    const std::uint64_t more = std::min<std::uint64_t>((count + a_block - 1) / a_block,
+                                                       static_cast<unsigned>(processors_));
+    start_(stream_, 1 + static_cast<unsigned>(more), pipeline::PlanGrid::threads, 0,
+           run_phases<pipeline::PlanGrid>, f, static_cast<uint4*>(cleared), count);
   }
   void clear(void* p, std::size_t bytes) const { check(cudaMemsetAsync(p, 0, bytes, stream_)); }
   void copy(void* to, const void* from, std::size_t bytes) const {
@@ -125,9 +144,8 @@ class Device {
     return {of_keys.Current(), of_values.Current()};
   }
   void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
-    run_place_buckets<<<f.buckets.count(), bucket_threads,
-                        f.buckets.cells() * sizeof(std::uint32_t), stream_>>>(f, count);
-    check(cudaGetLastError());
+    start_(stream_, f.buckets.count(), bucket_threads, f.buckets.cells() * sizeof(std::uint32_t),
+           run_place_buckets<pipeline::PlaceBuckets>, f, count);
   }
 
   void use_scratch(void* p, std::size_t bytes) noexcept {
@@ -141,16 +159,28 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
-    const auto kernel = search_kernel<Search>();
-    kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
-    check(cudaGetLastError());
+    if constexpr (requires { Search::most_in_world; }) {
+      const auto kernel = run_worlds<Search>;
+      start_(stream_, blocks(bound, resident(kernel)), block_threads, 0, kernel, search, sink);
+    } else if constexpr (requires { Search::most_targets; }) {
+      const auto kernel = run_looks<Search>;
+      start_(stream_, blocks(bound, resident(kernel)), block_threads, 0, kernel, search, sink);
+    } else {
+      const auto kernel = run_walks<Search>;
+      const unsigned most = resident(kernel);
+      for (std::uint64_t begin = 0, end; begin < bound; begin = end) {
+        end = stop_ ? std::min(begin + walks_between_looks, bound) : bound;
+        start_(stream_, blocks(end - begin, most), block_threads, 0, kernel, search, sink, begin,
+               end);
+        heed_stop();
+      }
+    }
   }
   template <class Look>
   void gather(std::uint64_t bound, const Look& look, const pipeline::Tiles& to) const {
     if (bound == 0) return;
     const std::uint64_t tiles = pipeline::Tiles::of(bound);
-    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
-    check(cudaGetLastError());
+    start_(stream_, blocks(tiles * 32, 8), block_threads, 0, run_gather<Look>, look, to, tiles);
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
   // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
@@ -186,8 +216,8 @@ class Device {
   T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
     if (count == 0) return take(value);
     const Post post = mailbox_.post(value, sizeof value);
-    run_each_and_send<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f, post, tickets);
-    check(cudaGetLastError());
+    start_(stream_, blocks(count, 8), block_threads, 0, run_each_and_send<F>, count, f, post,
+           tickets);
     return mailbox_.wait<T>(stream_);
   }
   template <class T>
@@ -217,6 +247,7 @@ class Device {
   }
 
   void mark(pipeline::Stage stage) {
+    heed_stop();
     if (!measuring_) return;
     const auto k = static_cast<unsigned>(stage);
     check(cudaEventRecord(events_[k + 1], stream_));
@@ -253,19 +284,30 @@ class Device {
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_threads, 0));
     return static_cast<unsigned>(blocks);
   }
+  void heed_stop() const {
+    if (!stop_) return;
+    check(cudaStreamSynchronize(stream_));
+    if (stop_->load(std::memory_order_relaxed)) throw pipeline::Failure{Status::stopped};
+  }
   template <class T>
   T send_and_wait(const T& value, std::size_t cleared) {
     const Post post = mailbox_.post(value, cleared);
-    send<<<1, 64, 0, stream_>>>(post);
-    check(cudaGetLastError());
+    start_(stream_, 1, 64, 0, send, post);
     return mailbox_.wait<T>(stream_);
   }
+  static int current() {
+    int device = 0;
+    check(cudaGetDevice(&device));
+    return device;
+  }
   const Memory& memory_;
-  int device_ = 0, processors_ = 1;
+  int device_ = current(), processors_ = 1;
+  Launcher start_{device_};
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;
   bool measuring_ = false;
+  const std::atomic<bool>* stop_ = nullptr;
   unsigned seen_ = 0;
   cudaEvent_t events_[5] = {};
   Staging staging_;

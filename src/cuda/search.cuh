@@ -71,18 +71,21 @@ __device__ inline void tell_comparisons(const pipeline::PairSink& sink, std::uin
     pipeline::fetch_add(&sink.report->comparisons, comparisons);
 }
 
-// A lane walks by itself, where all have nearly the same to do. The whole grid of blocks stays
-// until all is done.
+// A lane walks by itself, where all have nearly the same to do: those from `begin` to `end`. The
+// whole grid of blocks stays until all is done.
 template <class Search>
-__global__ void __launch_bounds__(block_threads) run_walks(Search search, pipeline::PairSink sink) {
+__global__ void __launch_bounds__(block_threads)
+    run_walks(Search search, pipeline::PairSink sink, std::uint64_t begin, std::uint64_t end) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   const unsigned lane = threadIdx.x % 32;
+  wait_for_the_one_before();
   WarpStage stage(stages[threadIdx.x / 32], sink, lane);
-  const std::uint64_t count = search.count();
+  const std::uint64_t all = search.count(), count = all < end ? all : end;
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   std::uint64_t comparisons = 0;
   // The bound is the same for all lanes of a warp.
-  for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
+  for (std::uint64_t first =
+           begin + std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
        first < count; first += step) {
     const std::uint64_t i = first + lane;
     auto walk = search.begin(i < count ? i : count - 1);
@@ -193,6 +196,7 @@ __global__ void __launch_bounds__(block_threads, 4)
   __shared__ unsigned target_count;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::ClassGrid>);
+  wait_for_the_one_before();
   for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];
@@ -215,14 +219,6 @@ __global__ void __launch_bounds__(block_threads, 4)
     look_around<false>(search, cells, targets, target_count, ranges[warp], stage, comparisons);
   stage.flush();
   tell_comparisons(sink, comparisons);
-}
-
-template <class Search>
-constexpr auto search_kernel() noexcept {
-  if constexpr (requires { Search::most_targets; })
-    return run_looks<Search>;
-  else
-    return run_walks<Search>;
 }
 
 }  // namespace throng::cuda

@@ -32,9 +32,10 @@ void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyRep
   if (count == 0) return;
   int processors = 1;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
-  run_each<<<blocks_for(count, 8, processors), block_threads, 0, stream>>>(
-      count, pipeline::UpdateBodies{job, report});
-  check(cudaGetLastError());
+  const Launcher start(device);
+  start(stream, blocks_for(count, 8, processors), block_threads, 0,
+        run_each<pipeline::UpdateBodies>, std::uint64_t{count},
+        pipeline::UpdateBodies{job, report});
 }
 
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,

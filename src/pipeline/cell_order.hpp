@@ -60,6 +60,7 @@ struct NameCells {
     const auto i = static_cast<std::uint32_t>(index);
     Box box;
     bool nan;
+    if (!in.wants_grid()) return;
     ids[i] = i;
     if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) {

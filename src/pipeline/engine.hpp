@@ -100,6 +100,7 @@ class Engine {
       const core::ClassGrid grid = device_.read(*call.w.grid);
       std::copy(grid.classes[0].cells, grid.classes[0].cells + 3, r.plan.columns);
     }
+    tell_worlds(call.brute, report, call.in, r);
     return accept(report, call.in, policy, r, nan_in_second_);
   }
 

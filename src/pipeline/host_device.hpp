@@ -73,7 +73,8 @@ class HostDevice {
       for (std::uint64_t i = begin; i < end; ++i) f(i);
     });
   }
-  void plan(const PlanGrid& f) const {
+  void plan(const PlanGrid& f, void* cleared, std::size_t bytes) const {
+    std::memset(cleared, 0, bytes);
     PlanGrid::Shared shared{};
     f(shared, [](const auto& phase) {
       for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) phase(t);
@@ -115,6 +116,7 @@ class HostDevice {
     return {keys, values};
   }
   void place(std::uint32_t count, const PlaceBuckets& f) const {
+    if (!f.in.wants_grid()) return;
     share_out(f.buckets.count(), 1, [&](std::uint64_t first, std::uint64_t) {
       const auto bucket = static_cast<std::uint32_t>(first);
       const auto first_of = [&](std::uint32_t b) {

@@ -63,7 +63,10 @@ struct Input {
   bool two_sets = false;
   bool has_worlds = false, has_pair_filters = false, has_filters = false;
   std::uint32_t present = 0;  // group bits that occur
+  // In the memory of whoever runs it; 0 says that no grid is needed. Null: one is.
+  const std::uint32_t* grid_wanted = nullptr;
 
+  THRONG_HD bool wants_grid() const noexcept { return !grid_wanted || *grid_wanted != 0; }
   THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
   THRONG_HD const Set& set_of(std::uint32_t i) const noexcept { return sets[in_second(i)]; }
   // A box's index in its own set.

@@ -13,6 +13,12 @@ inline void tell_plan(bool brute, Result& r) noexcept {
                         : "cells by size classes, from a sample of the boxes";
 }
 
+// Once the boxes have been looked at: whether they were searched world by world.
+inline void tell_worlds(bool brute, const Report& report, const Input& in, Result& r) noexcept {
+  if (!brute && in.has_worlds && report.active == 0 && report.inactive < in.count)
+    r.plan.reason = "brute force in each world: they are small, and their boxes stand together";
+}
+
 // The report's inactive boxes; false, with status and index, where a NaN is refused.
 // `in_second_set`: whose index it is.
 inline bool accept(const Report& report, const Input& in, NanPolicy policy, Result& r,

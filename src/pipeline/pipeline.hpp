@@ -4,7 +4,8 @@
 //
 // A Device has
 //   launch(count, f)        f(i) for each i below count, in any order, at once
-//   plan(PlanGrid)          the phases of core::ClassPlanner, by one block
+//   plan(PlanGrid, p, bytes)
+//                           the phases of core::ClassPlanner, by one block; and zeros there
 //   clear(p, bytes)         zeros
 //   scan(values, count)     exclusive sums, in place
 //   sort_cells(keys, values, room, count, begin, end)
@@ -31,6 +32,7 @@
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
 #include "pipeline/stages.hpp"
+#include "pipeline/worlds.hpp"
 
 namespace throng::pipeline {
 
@@ -64,6 +66,12 @@ struct PlanGrid {
 
   template <class Each>
   THRONG_HD void operator()(Shared& s, const Each& each) const noexcept {
+    if (!in.wants_grid()) {
+      each([&](std::uint32_t t) {
+        if (t == 0) *grid = core::ClassGrid{};
+      });
+      return;
+    }
     each([&](std::uint32_t t) { load(t, s); });
     core::ClassPlanner::run(s, limits, *grid, each);
   }
@@ -73,7 +81,7 @@ struct PlanGrid {
 
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t looks = 8, at_once = 2;
+    constexpr std::uint32_t looks = 8, at_once = 4;
     // Growing by the margin keeps the order, so the box around all is grown instead of each.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
@@ -161,6 +169,7 @@ struct Workspace {
   std::uint32_t boxes = 0, table_cells = 0;
   Report* report = nullptr;
   core::ClassGrid* grid = nullptr;
+  WorldsTold* worlds = nullptr;
   std::uint32_t *occupied = nullptr, *table = nullptr;
   Place* places = nullptr;                         // of boxes that are not sorted
   std::uint32_t *cells = nullptr, *ids = nullptr;  // of those that are, with room for as many again
@@ -183,6 +192,7 @@ struct Workspace {
       at += (n * sizeof(T) + 255) / 256 * 256;
     };
     take(report, 1);
+    take(worlds, 1);
     take(occupied, occupied_count);
     take(grid, 1);
     take(table, scanned(table_cells));
@@ -222,8 +232,11 @@ class Pipeline {
            (algorithm == Algorithm::automatic && in.count <= tile_search_limit);
   }
 
+  // Whether small worlds, if that is what there is, are searched one by one.
+  static bool by_worlds(const Input& in) noexcept { return in.has_worlds && !in.two_sets; }
+
   // Reads, checks and stores the boxes. in.count is at most w.boxes.
-  void build(const Input& in, bool brute, const Workspace& w) const {
+  void build(Input in, bool brute, const Workspace& w) const {
     if (brute) {
       device_.clear(w.report, sizeof(Report));
       device_.launch(in.count, LoadBoxes{in, w.records, w.report});
@@ -239,12 +252,18 @@ class Pipeline {
     limits.cell_scale = in.cell_scale;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
     device_.use_scratch(w.scratch, w.scratch_bytes);
-    device_.plan(PlanGrid{in, limits, w.grid, w.occupied, w.report});
+    if (by_worlds(in)) {
+      device_.launch(1, BeginWorlds{w.worlds, w.report});
+      device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report});
+      in.grid_wanted = &w.worlds->grid_wanted;
+    }
+    const bool sorted = in.count > Device::sorted_above;
+    device_.plan(PlanGrid{in, limits, w.grid, w.occupied, w.report}, w.table,
+                 sorted ? 0 : scanned * sizeof *w.table);
     device_.mark(Stage::plan);
-    if (in.count > Device::sorted_above) {
+    if (sorted) {
       sort_by_cell(in, w, Buckets::of(scanned));
     } else {
-      device_.clear(w.table, scanned * sizeof *w.table);
       device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
       device_.scan(w.table, scanned);
       const PlaceBoxes place{in,        w.table,  w.places,
@@ -254,7 +273,8 @@ class Pipeline {
     device_.mark(Stage::bin);
   }
 
-  // After build; calls f(bound, search) with the one that it was built for.
+  // After build; calls f(bound, search) with those that it was built for, of which one is empty if
+  // there are two.
   template <class F>
   void with_search(const Input& in, bool brute, const Workspace& w, const FirstRange& range,
                    F&& f) const {
@@ -262,6 +282,7 @@ class Pipeline {
       const TileSearch search{in, w.records, range};
       f(search.count(), search);
     } else {
+      if (by_worlds(in)) f(std::uint64_t{in.count}, WorldSearch{in, w.worlds, range});
       f(std::uint64_t{in.count},
         GridSearch{in, w.grid, w.table, w.occupied, w.records, w.report, range});
     }

@@ -80,6 +80,7 @@ struct CountBoxes {
     const auto i = static_cast<std::uint32_t>(index);
     Box box;
     bool nan;
+    if (!in.wants_grid()) return;
     if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) {
       places[i] = {no_cell, 0};
@@ -103,6 +104,7 @@ struct PlaceBoxes {
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index / 2);
+    if (!in.wants_grid()) return;
     if (index == 0) report->active = start[cells];
     const Place place = places[i];
     if (place.cell == no_cell) return;

@@ -213,6 +213,7 @@ TEST(Workspace, PartsDoNotOverlap) {
     const std::size_t sorted = count > 4097 ? count : 0;
     const std::pair<const void*, std::size_t> parts[] = {
         {w.report, sizeof(Report)},
+        {w.worlds, sizeof(WorldsTold)},
         {w.occupied, Workspace::occupied_count * 4},
         {w.grid, sizeof(core::ClassGrid)},
         {w.table, Workspace::scanned(w.table_cells) * 4},

@@ -1,6 +1,9 @@
 // The search in a grid that no planner would lay out.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "cpu/threads.hpp"
 #include "pipeline/host_device.hpp"
 #include "support/hard_boxes.hpp"
@@ -33,7 +36,9 @@ class Planned : public HostDevice {
     begin(cpu::default_executor(), 2);
   }
   static constexpr std::uint32_t sorted_above = ~0u;
-  void plan(const PlanGrid& f) const {
+  void plan(const PlanGrid& f, void* cleared, std::size_t bytes) const {
+    std::memset(cleared, 0, bytes);
+    std::fill_n(f.occupied, occupied_flags, 0u);
     *f.report = Report{};
     *f.grid = many_rows(f.limits);
   }

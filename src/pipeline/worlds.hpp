@@ -1,0 +1,120 @@
+// Small worlds whose boxes stand together, as simulations of many alike have them: every world is
+// searched by brute force, straight from the caller's boxes. Whether the boxes are like that is
+// found out on the device; where they are not, the grid is wanted, and where they are, nothing is
+// done for it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "core/bounds.hpp"
+#include "pipeline/input.hpp"
+#include "pipeline/search.hpp"
+#include "pipeline/stages.hpp"
+
+namespace throng::pipeline {
+
+struct WorldsTold {
+  std::uint32_t grid_wanted;  // not 0: the boxes are not like that
+  std::uint32_t everywhere;   // boxes of world -1, which come before all others
+};
+
+// Before a look at the worlds.
+struct BeginWorlds {
+  WorldsTold* told;
+  Report* report;
+  THRONG_HD void operator()(std::uint64_t) const noexcept {
+    *told = WorldsTold{};
+    *report = Report{};
+  }
+};
+
+// Worlds in ascending order, each with few boxes; and what is told of each box.
+struct LookAtWorlds {
+  Input in;
+  WorldsTold* told;
+  Report* report;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept;
+};
+
+// A box is compared with those of its world that follow, and with those of all worlds.
+struct WorldSearch {
+  static constexpr std::uint32_t most_in_world = 512, most_everywhere = 32;
+
+  Input in;
+  const WorldsTold* told;
+  FirstRange range;
+
+  THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
+
+  // An inactive box overlaps nothing.
+  THRONG_HD Box box(std::uint32_t i) const noexcept {
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    Box box;
+    bool nan;
+    if (!read_box(in, i, box, nan)) box = {{none, none, none}, {none, none, none}};
+    return box;
+  }
+  // Whether two that overlap, of one world or one of them of all, are a pair that is to be told.
+  THRONG_HD bool allows(std::uint32_t i, std::uint32_t j) const noexcept {
+    return in.allowed(i, j) && range.holds(in.pair(i, j).first);
+  }
+
+  // For a thread by itself.
+  class Walk {
+   public:
+    THRONG_HD Walk(const WorldSearch& search, std::uint64_t i) noexcept
+        : s_(search),
+          own_(static_cast<std::uint32_t>(i)),
+          at_(own_),
+          world_(s_.in.world(own_)),
+          box_(s_.box(own_)) {
+      advance();
+    }
+    THRONG_HD bool over() const noexcept { return over_; }
+    THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
+    THRONG_HD bool step(Pair& pair) noexcept {
+      const std::uint32_t j = at_;
+      ++comparisons_;
+      advance();
+      if (!core::overlaps(box_, s_.box(j)) || !s_.allows(own_, j)) return false;
+      pair = s_.in.pair(own_, j);
+      return true;
+    }
+
+   private:
+    THRONG_HD void advance() noexcept {
+      ++at_;
+      if (at_ > own_) {
+        if (at_ < s_.in.count && s_.in.world(at_) == world_) return;
+        at_ = 0;
+      }
+      over_ = world_ < 0 || at_ >= s_.told->everywhere;
+    }
+
+    const WorldSearch& s_;
+    std::uint32_t own_, at_, comparisons_ = 0;
+    std::int32_t world_;
+    bool over_ = false;
+    Box box_;
+  };
+  THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
+};
+
+THRONG_HD inline void LookAtWorlds::operator()(std::uint64_t index) const noexcept {
+  const auto i = static_cast<std::uint32_t>(index);
+  Box box;
+  bool nan;
+  tell_bad_world(in, *report, i);
+  if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
+  const std::int32_t world = in.world(i);
+  const bool last = i + 1 == in.count;
+  const std::int32_t next = last ? world : in.world(i + 1);
+  const std::uint32_t most = world < 0 ? WorldSearch::most_everywhere : WorldSearch::most_in_world;
+  const bool too_many = in.count - i > most && in.world(i + most) == world;
+  if (next < world || too_many) raise(&told->grid_wanted);
+  if (world < 0 && (last || next >= 0)) told->everywhere = i + 1;
+}
+
+}  // namespace throng::pipeline

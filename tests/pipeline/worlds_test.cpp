@@ -1,0 +1,216 @@
+// Small worlds whose boxes stand together are searched one by one, and nothing else is: what is
+// found is the same.
+#include "pipeline/worlds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "cpu/threads.hpp"
+#include "pipeline/engine.hpp"
+#include "pipeline/host_device.hpp"
+#include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
+
+namespace throng::pipeline {
+namespace {
+
+using tests::BoxList;
+
+struct Scene {
+  BoxList boxes;
+  std::vector<std::int32_t> worlds;
+  // Boxes of one world, near one another.
+  void add(std::int32_t world, std::uint32_t count, std::uint64_t seed = 1) {
+    tests::Random random(seed + static_cast<std::uint64_t>(world + 7));
+    const float room = 1 + 0.02f * static_cast<float>(count);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Vec3 at = random.point(0, room);
+      boxes.push_back(tests::cube(at.x, at.y, at.z, 1));
+      worlds.push_back(world);
+    }
+  }
+  Boxes view() const {
+    Boxes all = boxes;
+    all.filters.world = {worlds.data(), worlds.size()};
+    return all;
+  }
+};
+
+Engine<HostDevice>& engine() {
+  static Engine<HostDevice> e(std::pmr::new_delete_resource(), HostDevice::Run{cpu::run_tasks});
+  e.device().begin(cpu::default_executor(), 3);
+  return e;
+}
+
+struct Collected {
+  std::vector<Pair> pairs;
+  bool operator()(const Pair* some, std::size_t count) {
+    pairs.insert(pairs.end(), some, some + count);
+    return true;
+  }
+};
+
+// All forms of the result; tells whether each world was searched by itself.
+bool expect_exact(const Boxes& view, const Options& options = {}) {
+  const tests::Answer answer = tests::reference_pairs(view, options.margin);
+  bool one_by_one = false;
+  for (const Order order : {Order::any, Order::canonical}) {
+    Options o = options;
+    o.order = order;
+    o.algorithm = Algorithm::grid;
+    o.nan = NanPolicy::inactive;
+    std::vector<Pair> out(answer.pairs.size() + 1);
+    core::Output output{out.data(), out.size(), nullptr, nullptr};
+    Result r;
+    engine().find(view, nullptr, o, 0, &output, nullptr, r);
+    EXPECT_TRUE(r.ok());
+    EXPECT_EQ(r.inactive, answer.inactive);
+    EXPECT_EQ(r.found, answer.pairs.size());
+    out.resize(r.written);
+    EXPECT_TRUE(order == Order::any || out == answer.pairs);
+    EXPECT_TRUE(tests::same_pairs(out, answer.pairs));
+    one_by_one = std::string(r.plan.reason).find("each world") != std::string::npos;
+    // In blocks, each of the pairs of some first indices.
+    Collected taken;
+    const Consumer consumer(taken);
+    o.memory_cap_bytes = 1;
+    Result needs;
+    try {
+      engine().find(view, nullptr, o, 0, nullptr, &consumer, needs);
+      ADD_FAILURE() << "a byte was enough";
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.status, Status::memory_cap_too_small);
+      o.memory_cap_bytes = failure.bytes;
+    }
+    r = {};
+    engine().find(view, nullptr, o, 0, nullptr, &consumer, r);
+    EXPECT_TRUE(r.ok());
+    EXPECT_TRUE(order == Order::any || taken.pairs == answer.pairs);
+    EXPECT_TRUE(tests::same_pairs(taken.pairs, answer.pairs));
+  }
+  return one_by_one;
+}
+
+TEST(Worlds, OfAnySizeUpToTheLargest) {
+  Scene scene;
+  for (const std::uint32_t count : {1u, 2u, 31u, 32u, 33u, 64u, 255u, 256u, 257u, 1u, 511u, 512u})
+    scene.add(static_cast<std::int32_t>(scene.boxes.size()), count);
+  EXPECT_TRUE(expect_exact(scene.view()));
+  Options options;
+  options.margin = 0.2f;
+  EXPECT_TRUE(expect_exact(scene.view(), options));
+  // One more makes a world that needs a grid, wherever it stands.
+  scene.add(5000, 513);
+  EXPECT_FALSE(expect_exact(scene.view()));
+  scene.add(5001, 3);
+  EXPECT_FALSE(expect_exact(scene.view()));
+}
+
+TEST(Worlds, OneAlone) {
+  Scene scene;
+  scene.add(2000000000, 1);
+  EXPECT_TRUE(expect_exact(scene.view()));
+  scene.add(2000000000, 99);
+  EXPECT_TRUE(expect_exact(scene.view()));
+}
+
+// What is of all worlds comes first, and is not much.
+TEST(Worlds, BoxesOfAllOfThem) {
+  for (const std::uint32_t of_all : {1u, 5u, 32u}) {
+    Scene scene;
+    scene.add(-1, of_all);
+    scene.boxes[0] = {{-100, -100, -100}, {100, 100, 0.5f}};  // the ground
+    for (const std::int32_t world : {0, 1, 7}) scene.add(world, 70);
+    EXPECT_TRUE(expect_exact(scene.view())) << of_all;
+    Scene late;
+    late.add(3, 10);
+    late.add(-1, of_all);
+    EXPECT_FALSE(expect_exact(late.view())) << of_all;
+    scene.worlds.back() = -1;
+    EXPECT_FALSE(expect_exact(scene.view())) << of_all;
+  }
+  Scene none_else;
+  none_else.add(-1, 32);
+  EXPECT_TRUE(expect_exact(none_else.view()));
+  Scene many;
+  many.add(-1, 33);
+  EXPECT_FALSE(expect_exact(many.view()));
+  many.add(0, 50);
+  EXPECT_FALSE(expect_exact(many.view()));
+}
+
+TEST(Worlds, OutOfOrder) {
+  Scene scene;
+  for (const std::int32_t world : {4, 5, 3}) scene.add(world, 40);
+  EXPECT_FALSE(expect_exact(scene.view()));
+  scene.worlds.assign(scene.worlds.size(), 6);
+  EXPECT_TRUE(expect_exact(scene.view()));
+  scene.worlds[60] = 5;  // in the midst of its world
+  EXPECT_FALSE(expect_exact(scene.view()));
+}
+
+TEST(Worlds, OtherFiltersHold) {
+  Scene scene;
+  scene.add(-1, 3);
+  for (int world = 0; world < 20; ++world) scene.add(world, 60);
+  tests::Random random(9);
+  std::vector<std::int32_t> owners;
+  std::vector<std::uint8_t> still;
+  std::vector<std::uint32_t> masks;
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
+    owners.push_back(random.between(-1, 9));
+    still.push_back(random.one_in(2));
+    masks.push_back(random.below(7));
+  }
+  Boxes view = scene.view();
+  view.filters.is_static = {still.data(), still.size()};
+  EXPECT_TRUE(expect_exact(view));
+  view.filters.owner = {owners.data(), owners.size()};
+  EXPECT_TRUE(expect_exact(view));
+  view.filters.mask = {masks.data(), masks.size()};
+  EXPECT_TRUE(expect_exact(view));
+}
+
+TEST(Worlds, WhatTakesNoPartIsToldOnce) {
+  for (const bool in_order : {true, false}) {
+    Scene scene;
+    for (int world = 0; world < 12; ++world) scene.add(in_order ? world : world % 3, 50);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 10; i < scene.boxes.size(); i += 7)
+      std::swap(scene.boxes[i].lower, scene.boxes[i].upper);
+    for (std::size_t i = 33; i < scene.boxes.size(); i += 50) scene.boxes[i].upper.y = nan;
+    EXPECT_EQ(expect_exact(scene.view()), in_order);
+    Options refuse;
+    refuse.algorithm = Algorithm::grid;
+    Result r;
+    core::Output nowhere{nullptr, 0, nullptr, nullptr};
+    engine().find(scene.view(), nullptr, refuse, 0, &nowhere, nullptr, r);
+    EXPECT_EQ(r.status, Status::nan_box);
+    EXPECT_EQ(r.first_invalid, 33u);
+    EXPECT_EQ(r.invalid_count, 12u);
+  }
+}
+
+// A world below -1 counts as -1, and is told.
+TEST(Worlds, BadOnesAreToldOnce) {
+  for (const bool first : {true, false}) {
+    Scene scene;
+    scene.add(0, 40);
+    scene.add(1, 40);
+    scene.worlds[first ? 0 : 50] = -3;
+    Options options;
+    const Input in = make_input(scene.view(), nullptr, options);
+    Workspace w;
+    std::vector<char> memory(w.carve<HostDevice>(in.count, nullptr) + 256);
+    const auto base = (reinterpret_cast<std::uintptr_t>(memory.data()) + 255) / 256 * 256;
+    w.carve<HostDevice>(in.count, reinterpret_cast<char*>(base));
+    Pipeline<HostDevice>(engine().device()).build(in, false, w);
+    EXPECT_EQ(w.worlds->grid_wanted != 0, !first);
+    EXPECT_EQ(w.report->bad_worlds, 1u);
+    EXPECT_EQ(w.report->first_bad_world(), first ? 0u : 50u);
+  }
+}
+
+}  // namespace
+}  // namespace throng::pipeline
