@@ -10,7 +10,7 @@
 
 // Where it pays. A build for tests may set it to 0.
 #ifndef THRONG_GPU_SORTED_ABOVE
-#define THRONG_GPU_SORTED_ABOVE 4000000
+#define THRONG_GPU_SORTED_ABOVE 3500000
 #endif
 
 namespace throng::cuda {
@@ -66,7 +66,6 @@ __global__ void __launch_bounds__(bucket_threads, 4) run_place_buckets(F f, std:
   const unsigned t = threadIdx.x;
   const std::uint32_t bucket = blockIdx.x, cells = f.buckets.cells();
   auto* const next = reinterpret_cast<std::uint32_t*>(counts);
-  wait_for_the_one_before();
   if (!f.in.wants_grid()) return;
   if (t < 64) {
     const std::uint32_t first = first_of(f, bucket + t / 32, count);

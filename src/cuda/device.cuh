@@ -27,7 +27,6 @@ namespace throng::cuda {
 template <class F>
 __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std::uint64_t count) {
   __shared__ typename F::Shared shared;
-  wait_for_the_one_before();
   if (blockIdx.x > 0) {
     const std::uint64_t step = std::uint64_t{gridDim.x - 1} * F::threads;
     for (std::uint64_t k = std::uint64_t{blockIdx.x - 1} * F::threads + threadIdx.x; k < count;
@@ -48,6 +47,7 @@ class Device {
  public:
   // What launches need to know of the GPU. Failure: no_device.
   explicit Device(const Memory& memory) : memory_(memory) {
+    check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
     check(cudaFuncSetAttribute(run_place_buckets<pipeline::PlaceBuckets>,
                                cudaFuncAttributeMaxDynamicSharedMemorySize,
@@ -96,7 +96,8 @@ class Device {
   template <class F>
   void launch(std::uint64_t count, const F& f) const {
     if (count == 0) return;
-    start_(stream_, blocks(count, 8), block_threads, 0, run_each<F>, count, f);
+    run_each<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
+    check(cudaGetLastError());
   }
   // Zeros are written to whole multiples of 256 bytes, as they are carved.
   void plan(const pipeline::PlanGrid& f, void* cleared, std::size_t bytes) const {
@@ -104,8 +105,9 @@ class Device {
     constexpr std::uint64_t a_block = std::uint64_t{8} * pipeline::PlanGrid::threads;
     const std::uint64_t more = std::min<std::uint64_t>((count + a_block - 1) / a_block,
                                                        static_cast<unsigned>(processors_));
-    start_(stream_, 1 + static_cast<unsigned>(more), pipeline::PlanGrid::threads, 0,
-           run_phases<pipeline::PlanGrid>, f, static_cast<uint4*>(cleared), count);
+    run_phases<<<1 + static_cast<unsigned>(more), pipeline::PlanGrid::threads, 0, stream_>>>(
+        f, static_cast<uint4*>(cleared), count);
+    check(cudaGetLastError());
   }
   void clear(void* p, std::size_t bytes) const { check(cudaMemsetAsync(p, 0, bytes, stream_)); }
   void copy(void* to, const void* from, std::size_t bytes) const {
@@ -144,8 +146,9 @@ class Device {
     return {of_keys.Current(), of_values.Current()};
   }
   void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
-    start_(stream_, f.buckets.count(), bucket_threads, f.buckets.cells() * sizeof(std::uint32_t),
-           run_place_buckets<pipeline::PlaceBuckets>, f, count);
+    run_place_buckets<<<f.buckets.count(), bucket_threads,
+                        f.buckets.cells() * sizeof(std::uint32_t), stream_>>>(f, count);
+    check(cudaGetLastError());
   }
 
   void use_scratch(void* p, std::size_t bytes) noexcept {
@@ -161,17 +164,19 @@ class Device {
     if (bound == 0) return;
     if constexpr (requires { Search::most_in_world; }) {
       const auto kernel = run_worlds<Search>;
-      start_(stream_, blocks(bound, resident(kernel)), block_threads, 0, kernel, search, sink);
+      kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
+      check(cudaGetLastError());
     } else if constexpr (requires { Search::most_targets; }) {
       const auto kernel = run_looks<Search>;
-      start_(stream_, blocks(bound, resident(kernel)), block_threads, 0, kernel, search, sink);
+      kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
+      check(cudaGetLastError());
     } else {
       const auto kernel = run_walks<Search>;
       const unsigned most = resident(kernel);
       for (std::uint64_t begin = 0, end; begin < bound; begin = end) {
         end = stop_ ? std::min(begin + walks_between_looks, bound) : bound;
-        start_(stream_, blocks(end - begin, most), block_threads, 0, kernel, search, sink, begin,
-               end);
+        kernel<<<blocks(end - begin, most), block_threads, 0, stream_>>>(search, sink, begin, end);
+        check(cudaGetLastError());
         heed_stop();
       }
     }
@@ -180,7 +185,8 @@ class Device {
   void gather(std::uint64_t bound, const Look& look, const pipeline::Tiles& to) const {
     if (bound == 0) return;
     const std::uint64_t tiles = pipeline::Tiles::of(bound);
-    start_(stream_, blocks(tiles * 32, 8), block_threads, 0, run_gather<Look>, look, to, tiles);
+    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
+    check(cudaGetLastError());
   }
   // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
   // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
@@ -216,8 +222,8 @@ class Device {
   T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
     if (count == 0) return take(value);
     const Post post = mailbox_.post(value, sizeof value);
-    start_(stream_, blocks(count, 8), block_threads, 0, run_each_and_send<F>, count, f, post,
-           tickets);
+    run_each_and_send<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f, post, tickets);
+    check(cudaGetLastError());
     return mailbox_.wait<T>(stream_);
   }
   template <class T>
@@ -292,17 +298,12 @@ class Device {
   template <class T>
   T send_and_wait(const T& value, std::size_t cleared) {
     const Post post = mailbox_.post(value, cleared);
-    start_(stream_, 1, 64, 0, send, post);
+    send<<<1, 64, 0, stream_>>>(post);
+    check(cudaGetLastError());
     return mailbox_.wait<T>(stream_);
   }
-  static int current() {
-    int device = 0;
-    check(cudaGetDevice(&device));
-    return device;
-  }
   const Memory& memory_;
-  int device_ = current(), processors_ = 1;
-  Launcher start_{device_};
+  int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;

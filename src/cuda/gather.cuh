@@ -20,7 +20,6 @@ __global__ void __launch_bounds__(block_threads)
   __shared__ Pair stages[warps][size];
   const unsigned lane = threadIdx.x % 32, below = (1u << lane) - 1;
   Pair* stage = stages[threadIdx.x / 32];
-  wait_for_the_one_before();
   const std::uint64_t count = look.count();
   std::uint64_t all_begun = 0, comparisons = 0;
   for (std::uint64_t tile = std::uint64_t{blockIdx.x} * warps + threadIdx.x / 32; tile < tiles;

@@ -39,17 +39,13 @@ struct Post {
   }
 };
 
-static __global__ void send(Post post) {
-  wait_for_the_one_before();
-  post();
-}
+static __global__ void send(Post post) { post(); }
 
 // One thread for each index; the block that is the last to end sends what all of them left.
 template <class F>
 __global__ void __launch_bounds__(block_threads)
     run_each_and_send(std::uint64_t count, F f, Post post, std::uint32_t* tickets) {
   __shared__ bool last;
-  wait_for_the_one_before();
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   for (std::uint64_t i = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x; i < count;
        i += step)

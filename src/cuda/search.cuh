@@ -78,7 +78,6 @@ __global__ void __launch_bounds__(block_threads)
     run_walks(Search search, pipeline::PairSink sink, std::uint64_t begin, std::uint64_t end) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   const unsigned lane = threadIdx.x % 32;
-  wait_for_the_one_before();
   WarpStage stage(stages[threadIdx.x / 32], sink, lane);
   const std::uint64_t all = search.count(), count = all < end ? all : end;
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
@@ -196,7 +195,6 @@ __global__ void __launch_bounds__(block_threads, 4)
   __shared__ unsigned target_count;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::ClassGrid>);
-  wait_for_the_one_before();
   for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];

@@ -32,10 +32,9 @@ void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyRep
   if (count == 0) return;
   int processors = 1;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
-  const Launcher start(device);
-  start(stream, blocks_for(count, 8, processors), block_threads, 0,
-        run_each<pipeline::UpdateBodies>, std::uint64_t{count},
-        pipeline::UpdateBodies{job, report});
+  run_each<<<blocks_for(count, 8, processors), block_threads, 0, stream>>>(
+      count, pipeline::UpdateBodies{job, report});
+  check(cudaGetLastError());
 }
 
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,

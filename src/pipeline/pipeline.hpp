@@ -81,7 +81,7 @@ struct PlanGrid {
 
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t looks = 8, at_once = 4;
+    constexpr std::uint32_t looks = 4, at_once = 2;
     // Growing by the margin keeps the order, so the box around all is grown instead of each.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;

@@ -56,7 +56,11 @@ struct WorldSearch {
     if (!read_box(in, i, box, nan)) box = {{none, none, none}, {none, none, none}};
     return box;
   }
-  // Whether two that overlap, of one world or one of them of all, are a pair that is to be told.
+  // Whether some that overlap, of one world or one of them of all, are not to be told.
+  THRONG_HD bool selects() const noexcept {
+    return in.has_pair_filters || (in.present & core::static_bit) || !range.holds_all();
+  }
+  // Whether such a pair is to be told.
   THRONG_HD bool allows(std::uint32_t i, std::uint32_t j) const noexcept {
     return in.allowed(i, j) && range.holds(in.pair(i, j).first);
   }
