@@ -60,9 +60,9 @@ class ClassPlanner {
 
   // Until it is known how the boxes lie.
   struct Early {
-    GridSample loaded;       // as looked up
-    Reach reaches[threads];  // of all that a thread has seen, many more than the sample
-    Reach range[16];         // of 32 of these
+    GridSample loaded;          // as looked up
+    Reach reaches[threads];     // of all that a thread has seen, many more than the sample
+    Reach range[64], fewer[8];  // of eight of these; and of eight of those
     std::uint32_t order[sample_size], active[16];  // active boxes before one of eight; in all eight
     std::uint32_t rank[values][sample_size];
     std::uint32_t near[2][256];       // pairs by the exponent of their distance; of one world
@@ -212,7 +212,7 @@ class ClassPlanner {
 
   // How the boxes lie: core/class_sample-inl.hpp.
   THRONG_HD static void join_member(std::uint32_t member, const Reach* from, std::uint32_t step,
-                                    std::uint32_t count, Reach& to) noexcept;
+                                    Reach& to) noexcept;
   THRONG_HD static bool takes_part(const Early& e, std::uint32_t j) noexcept;
   THRONG_HD static void gather(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void compact(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;

@@ -12,20 +12,19 @@
 
 namespace throng::core {
 
-// One of the nine members of some reaches.
+// One of the nine members of eight reaches.
 THRONG_HD inline void ClassPlanner::join_member(std::uint32_t member, const Reach* from,
-                                                std::uint32_t step, std::uint32_t count,
-                                                Reach& to) noexcept {
+                                                std::uint32_t step, Reach& to) noexcept {
   if (member < 6) {
     float all = from[0].most[member];
-    THRONG_UNROLL(4)
-    for (std::uint32_t j = 0; j < count; ++j) all = greater(all, from[step * j].most[member]);
+    THRONG_UNROLL(8)
+    for (std::uint32_t j = 0; j < 8; ++j) all = greater(all, from[step * j].most[member]);
     to.most[member] = all;
     return;
   }
   std::uint32_t worlds = 0, changes = 0, looked_at = 0;
   THRONG_UNROLL(2)
-  for (std::uint32_t j = 0; j < count; ++j) {
+  for (std::uint32_t j = 0; j < 8; ++j) {
     const Reach& one = from[step * j];
     worlds = worlds > one.worlds ? worlds : one.worlds;
     changes += one.changes;
@@ -44,11 +43,12 @@ THRONG_HD inline bool ClassPlanner::takes_part(const Early& e, std::uint32_t j) 
 THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
                                            const GridLimits& limits) noexcept {
   Early& e = s.early;
-  if (t < 16 * (limits.has_worlds ? 9 : 6))
-    join_member(t / 16, e.reaches + t % 16, 16, 32, e.range[t % 16]);
-  if (t >= 256 && t < 272) {
+  THRONG_UNROLL(1)
+  for (std::uint32_t k = t; k < 64 * (limits.has_worlds ? 9 : 6); k += threads)
+    join_member(k / 64, e.reaches + k % 64, 64, e.range[k % 64]);
+  if (t >= 384 && t < 400) {
     std::uint32_t active = 0;
-    const std::uint32_t eight = t - 256;
+    const std::uint32_t eight = t - 384;
     THRONG_UNROLL(2)
     for (std::uint32_t j = 0; j < 8; ++j) {
       e.order[8 * eight + j] = active;
@@ -66,7 +66,7 @@ THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
 // The active boxes together, in their order, and what is told of each; the others behind them.
 THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
-  const Early& e = s.early;
+  Early& e = s.early;
   const std::uint32_t own = t % sample_size;
   std::uint32_t before = e.order[own], all = 0;
   THRONG_UNROLL(4)
@@ -92,7 +92,7 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
     s.value[k][to] = active ? extent_of(e.loaded, own, k) + 0.0f : beyond;
     s.value[centres + k][to] = active ? centre + 0.0f : beyond;
   }
-  if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.range, 1, 16, s.range);
+  if (t < 8 * (limits.has_worlds ? 9 : 6)) join_member(t / 8, e.range + t % 8, 8, e.fewer[t % 8]);
 }
 
 // Some threads a box: how many of a part of the boxes come before it, by each value. The threads of
@@ -158,6 +158,7 @@ THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
   Early& e = s.early;
   const std::uint32_t own = t % sample_size;
+  if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.fewer, 1, s.range);
   THRONG_UNROLL(1)
   for (std::uint32_t k = t / sample_size; k < values && own < s.count; k += parts)
     (k < centres ? s.extent[k] : s.centre[k - centres])[e.rank[k][own]] = s.value[k][own];

@@ -1,4 +1,4 @@
-// The search of small worlds (pipeline/worlds.hpp) by blocks.
+// The search of small worlds (pipeline/worlds.hpp) by warps.
 #pragma once
 
 #include <cstdint>
@@ -8,108 +8,85 @@
 
 namespace throng::cuda {
 
-// Some boxes in shared memory, as halves of records.
-struct WorldTile {
-  using Search = pipeline::WorldSearch;
-  static constexpr unsigned everywhere = Search::most_everywhere;
-  static constexpr unsigned most = block_threads + Search::most_in_world;
-  // A warp looks at 32 at once, past the last one's end, too.
-  static constexpr unsigned room = everywhere + most + 32;
-
-  float4 lower[room], upper[room];
-  std::int32_t world[most];
+// 32 boxes in shared memory, as halves of records. All lanes of a warp read the same one at once.
+struct WarpBoxes {
+  float4 lower[32], upper[32];
 
   __device__ void put(unsigned at, const Box& b) {
     lower[at] = {b.lower.x, b.lower.y, b.lower.z, 0};
     upper[at] = {b.upper.x, b.upper.y, b.upper.z, 0};
   }
-  __device__ Box get(unsigned at) const {
-    const float4 low = lower[at], high = upper[at];
-    return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
-  }
-  // Which of the 32 from `at` on overlap a box. All lanes of a warp read the same one at once.
-  __device__ unsigned meet(unsigned at, const Box& own) const {
+  // A bit for each that overlaps a box.
+  __device__ unsigned meet(const Box& own) const {
     unsigned bits = 0;
 #pragma unroll 8
-    for (unsigned k = 0; k < 32; ++k) bits |= (core::overlaps(own, get(at + k)) ? 1u : 0u) << k;
+    for (unsigned k = 0; k < 32; ++k) {
+      const float4 low = lower[k], high = upper[k];
+      const Box other = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+      bits |= (core::overlaps(own, other) ? 1u : 0u) << k;
+    }
     return bits;
   }
 };
 
-// Bits below n.
-__device__ inline unsigned first_bits(unsigned n) { return n < 32 ? (1u << n) - 1 : ~0u; }
-
-// A block takes as many boxes as it has threads, and what follows of the last one's world. A thread
-// has one box; a warp goes through those behind its first, for all of its lanes at once.
+// A lane has one box, a warp 32 side by side. It goes through these, and through those that follow
+// as long as they are of the last one's world, 32 at a time; then through those of all worlds.
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
     run_worlds(Search search, pipeline::PairSink sink) {
-  constexpr unsigned everywhere = WorldTile::everywhere;
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
-  __shared__ WorldTile tile;
-  __shared__ unsigned tile_end;
-  const unsigned t = threadIdx.x, lane = t % 32;
+  __shared__ WarpBoxes others[block_threads / 32];
   const auto count = static_cast<std::uint32_t>(search.count());
   if (count == 0) return;
-  WarpStage stage(stages[t / 32], sink, lane);
+  const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  const unsigned later = lane < 31 ? ~0u << (lane + 1) : 0;
+  WarpStage stage(stages[warp], sink, lane);
   std::uint64_t comparisons = 0;
   const bool selects = search.selects();
   const std::uint32_t of_all = search.told->everywhere;
-  if (t < of_all) tile.put(t, search.box(t));
-  for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads; first < count;
-       first += std::uint64_t{gridDim.x} * block_threads) {
-    const auto begin = static_cast<std::uint32_t>(first);
-    const unsigned behind = min(count - begin, block_threads + Search::most_in_world - 1);
-    const bool mine = t < behind;
-    const std::uint32_t i = begin + t;
-    // Its own box is on its way while worlds are looked at.
-    if (mine) tile.put(everywhere + t, search.box(i));
-#pragma unroll
-    for (unsigned k = t; k < block_threads + Search::most_in_world; k += block_threads)
-      if (k < behind) tile.world[k] = search.in.world(begin + k);
-    __syncthreads();
-    // Where its world ends: they are in order.
-    unsigned end = t, above = behind;
-    const std::int32_t world = tile.world[mine ? t : 0];
-    while (mine && end + 1 < above) {
-      const unsigned middle = (end + above) / 2;
-      if (tile.world[middle] > world)
-        above = middle;
-      else
-        end = middle;
-    }
-    end = mine ? end + 1 : 0;
-    if (t == min(block_threads, behind) - 1) tile_end = end;
-    __syncthreads();
-    for (unsigned k = block_threads + t; k < tile_end; k += block_threads)
-      tile.put(everywhere + k, search.box(begin + k));
-    __syncthreads();
-    const Box own = tile.get(everywhere + (mine ? t : 0));
-    unsigned warp_end = end;
-    for (int half = 16; half > 0; half /= 2)
-      warp_end = max(warp_end, __shfl_xor_sync(~0u, warp_end, half));
-    // First those of all worlds, then those behind its own box and before the end.
-    unsigned at = t / 32 * 32 + 1;
-    for (bool all_first = of_all != 0; all_first || at < warp_end; all_first = false) {
-      unsigned slot = 0, wanted = mine && world >= 0 ? first_bits(of_all) : 0;
-      std::uint32_t base = 0;
-      if (!all_first) {
-        const unsigned before = t + 1 > at ? t + 1 - at : 0;
-        wanted = end > at ? first_bits(end - at) & ~first_bits(before) : 0;
-        slot = everywhere + at;
-        base = begin + at;
-        at += 32;
+  for (std::uint64_t first = (std::uint64_t{blockIdx.x} * block_threads + threadIdx.x) / 32 * 32;
+       first < count; first += std::uint64_t{gridDim.x} * block_threads) {
+    std::uint32_t base = static_cast<std::uint32_t>(first);
+    const std::uint32_t i = base + lane;
+    const bool mine = i < count;
+    // No world has this number.
+    constexpr std::int32_t none = -2;
+    const std::int32_t world = mine ? search.in.world(i) : none;
+    const std::int32_t last = __shfl_sync(~0u, world, 31);
+    const Box own = search.box(mine ? i : count - 1);
+    Box other = own;
+    unsigned wanted = __match_any_sync(~0u, world) & later;
+    for (bool of_worlds = true;;) {
+      wanted = mine ? wanted : 0;
+      comparisons += static_cast<unsigned>(__popc(wanted));
+      if (__any_sync(~0u, wanted != 0)) {
+        others[warp].put(lane, other);
+        __syncwarp();
+        unsigned bits = others[warp].meet(own) & wanted;
+        while (__any_sync(~0u, bits != 0)) {
+          const std::uint32_t j = base + static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
+          const bool hit = bits != 0 && (!selects || search.allows(i, j));
+          stage.add(hit, hit ? search.in.pair(i, j) : Pair{});
+          bits &= bits - 1;
+        }
+        __syncwarp();
       }
-      unsigned bits = tile.meet(slot, own) & wanted;
-      while (__any_sync(~0u, bits != 0)) {
-        const std::uint32_t j = base + static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
-        const bool hit = bits != 0 && (!selects || search.allows(i, j));
-        stage.add(hit, hit ? search.in.pair(i, j) : Pair{});
-        bits &= bits - 1;
+      if (!of_worlds) break;
+      base += 32;
+      const std::uint32_t j = base + lane;
+      const unsigned same =
+          last == none ? 0 : __ballot_sync(~0u, j < count && search.in.world(j) == last);
+      if (same != 0) {
+        wanted = world == last ? same : 0;
+        other = search.box(j < count ? j : count - 1);
+        continue;
       }
+      if (of_all == 0) break;
+      of_worlds = false;
+      base = 0;
+      wanted = world >= 0 ? (of_all < 32 ? (1u << of_all) - 1 : ~0u) : 0;
+      other = search.box(lane < of_all ? lane : 0);
     }
-    if (mine) comparisons += end - t - 1 + (world >= 0 ? of_all : 0);
-    __syncthreads();
   }
   stage.flush();
   tell_comparisons(sink, comparisons);

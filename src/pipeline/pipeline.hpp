@@ -79,9 +79,12 @@ struct PlanGrid {
  private:
   static constexpr float infinity = std::numeric_limits<float>::infinity();
 
-  // Each thread sees some boxes for the range; the first of every `parts` threads keeps one.
+  // Each thread sees some boxes for the range; the first of every `parts` threads keeps one. Those
+  // look at neighbours, which a memory hands out together.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t looks = 4, at_once = 2;
+    constexpr std::uint32_t keepers = core::sample_size;
+    const std::uint32_t keeper = t / core::ClassPlanner::parts;
+    constexpr std::uint32_t looks = 8, at_once = 2;
     // Growing by the margin keeps the order, so the box around all is grown instead of each.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
@@ -94,7 +97,7 @@ struct PlanGrid {
       std::int32_t worlds[at_once] = {}, next[at_once] = {};
       THRONG_UNROLL(at_once)
       for (std::uint32_t k = 0; k < at_once; ++k)
-        at[k] = look(t * looks + first + k, threads * looks);
+        at[k] = look(keeper * looks + first + k, keepers * looks, t % core::ClassPlanner::parts);
       if (packed) {
         THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k)
@@ -126,7 +129,6 @@ struct PlanGrid {
     }
     if (t == 0) *report = Report{};
     if (t < occupied_flags) occupied[t] = 0;
-    const std::uint32_t keeper = t / core::ClassPlanner::parts;
     THRONG_UNROLL(1)
     for (int k = 0; k < 2; ++k) {
       const bool keep = k == 1;
@@ -153,12 +155,15 @@ struct PlanGrid {
     all.upper.y = b.upper.y > all.upper.y ? b.upper.y : all.upper.y;
     all.upper.z = b.upper.z > all.upper.z ? b.upper.z : all.upper.z;
   }
-  // Somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes that come in
-  // regular series would be taken for all alike. There is a box, and the parts have 32 bits.
-  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of) const noexcept {
+  // So many behind somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes
+  // that come in regular series would be taken for all alike. There is a box, and the parts have 32
+  // bits.
+  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of,
+                               std::uint32_t behind) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
     const std::uint64_t part = static_cast<std::uint32_t>(end - begin);
-    return static_cast<std::uint32_t>(begin + (part * core::mix(k) >> 32));
+    const auto at = static_cast<std::uint32_t>(begin + (part * core::mix(k) >> 32));
+    return behind < in.count - at ? at + behind : at;
   }
 };
 

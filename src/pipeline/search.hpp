@@ -17,7 +17,7 @@ namespace throng::pipeline {
 struct FirstRange {
   std::uint32_t begin = 0, count = ~0u;
   THRONG_HD bool holds(std::uint32_t first) const noexcept { return first - begin < count; }
-  bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
+  THRONG_HD bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
 // Who looks, and for what, in a class grid (core/class_grid.hpp). Box i in the order of storage
