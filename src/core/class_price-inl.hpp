@@ -122,9 +122,11 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
     width[1] = width[2];
   }
   compared = 1 + quotient(lesser(compared, s.most_neighbours) * s.late.share[to][candidate], taken);
-  float one = compared + looked_up * (hashed ? hash_row_cost : row_cost) + class_cost;
+  float one = compared + looked_up * row_cost;
   if (hashed)
-    one += quotient(cells * hash_cell_cost * boxes, static_cast<float>(limits.table_cells));
+    one = compared * hash_compare_cost + looked_up * hash_row_cost +
+          quotient(cells * hash_cell_cost * boxes, static_cast<float>(limits.table_cells));
+  one += class_cost;
   return quotient((from == to ? 0.5f : 1.0f) * one * share, taken);
 }
 

@@ -41,34 +41,64 @@ class WarpStage {
     if (held_ > room - 32) flush();
   }
   __device__ void flush() {
-    if (held_ == 0) return;
     __syncwarp();
-    const unsigned lane = __popc(below_);
     unsigned long long at = 0;
-    if (lane == 0) {
+    if (lane() == 0) {
       at = atomicAdd(reinterpret_cast<unsigned long long*>(&sink_.report->found),
                      static_cast<unsigned long long>(held_));
     }
-    at = __shfl_sync(~0u, at, 0);
-    for (unsigned k = lane; k < held_; k += 32) {
+    write(__shfl_sync(~0u, at, 0));
+  }
+  // Where a place for them has been claimed already.
+  __device__ void write(unsigned long long at) {
+    __syncwarp();
+    for (unsigned k = lane(); k < held_; k += 32) {
       const uint2 pair = get(stage_ + 8 * k);
       if (at + k < sink_.capacity) sink_.out[at + k] = {pair.x, pair.y};
     }
     __syncwarp();
     held_ = 0;
   }
+  __device__ unsigned held() const { return held_; }
 
  private:
+  __device__ unsigned lane() const { return __popc(below_); }
+
   std::uint32_t stage_;
   unsigned below_, held_ = 0;  // below: a bit for each lane before this one
   const pipeline::PairSink& sink_;
 };
 
-// A warp's comparisons, told together.
-__device__ inline void tell_comparisons(const pipeline::PairSink& sink, std::uint64_t comparisons) {
+// What the warps of a block still hold, and their comparisons, with one addition for all of them:
+// so many warps end at once that they would wait for one another at that one place of memory. All
+// threads of a block.
+__device__ inline void finish(WarpStage& stage, std::uint64_t comparisons,
+                              const pipeline::PairSink& sink) {
+  constexpr unsigned warps = block_threads / 32;
+  __shared__ unsigned long long held[warps], compared[warps];
+  const unsigned warp = threadIdx.x / 32;
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
-  if (threadIdx.x % 32 == 0 && comparisons != 0)
-    pipeline::fetch_add(&sink.report->comparisons, comparisons);
+  if (threadIdx.x % 32 == 0) {
+    held[warp] = stage.held();
+    compared[warp] = comparisons;
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    std::uint64_t pairs = 0, all = 0;
+    for (unsigned k = 0; k < warps; ++k) {
+      pairs += held[k];
+      all += compared[k];
+    }
+    std::uint64_t at = pairs != 0 ? pipeline::fetch_add(&sink.report->found, pairs) : 0;
+    if (all != 0) pipeline::fetch_add(&sink.report->comparisons, all);
+    for (unsigned k = 0; k < warps; ++k) {
+      const std::uint64_t own = held[k];
+      held[k] = at;  // from here on where they go
+      at += own;
+    }
+  }
+  __syncthreads();
+  stage.write(held[warp]);
 }
 
 // A lane walks by itself, where all have nearly the same to do: those from `begin` to `end`. The
@@ -100,8 +130,7 @@ __global__ void __launch_bounds__(block_threads)
     }
     if (i < count) comparisons += walk.comparisons();
   }
-  stage.flush();
-  tell_comparisons(sink, comparisons);
+  finish(stage, comparisons, sink);
 }
 
 // What the lanes of a warp keep of the rows that they have looked up: ranges that are not empty,
@@ -215,8 +244,7 @@ __global__ void __launch_bounds__(block_threads, 4)
     look_around<true>(search, cells, targets, target_count, ranges[warp], stage, comparisons);
   else
     look_around<false>(search, cells, targets, target_count, ranges[warp], stage, comparisons);
-  stage.flush();
-  tell_comparisons(sink, comparisons);
+  finish(stage, comparisons, sink);
 }
 
 }  // namespace throng::cuda

@@ -32,7 +32,7 @@ struct WarpBoxes {
 // A lane has one box, a warp 32 side by side. It goes through these, and through those that follow
 // as long as they are of the last one's world, 32 at a time; then through those of all worlds.
 template <class Search>
-__global__ void __launch_bounds__(block_threads, 4)
+__global__ void __launch_bounds__(block_threads, 3)
     run_worlds(Search search, pipeline::PairSink sink) {
   __shared__ Pair stages[block_threads / 32][WarpStage::room];
   __shared__ WarpBoxes others[block_threads / 32];
@@ -88,8 +88,7 @@ __global__ void __launch_bounds__(block_threads, 4)
       other = search.box(lane < of_all ? lane : 0);
     }
   }
-  stage.flush();
-  tell_comparisons(sink, comparisons);
+  finish(stage, comparisons, sink);
 }
 
 }  // namespace throng::cuda

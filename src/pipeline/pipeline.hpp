@@ -162,7 +162,7 @@ struct PlanGrid {
                                std::uint32_t behind) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
     const std::uint64_t part = static_cast<std::uint32_t>(end - begin);
-    const auto at = static_cast<std::uint32_t>(begin + (part * core::mix(k) >> 32));
+    const auto at = static_cast<std::uint32_t>(begin + (part * core::mix(k ^ in.count) >> 32));
     return behind < in.count - at ? at + behind : at;
   }
 };
