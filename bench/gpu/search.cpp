@@ -186,18 +186,18 @@ struct Moved {
   double per_box, random_per_box, per_pair;
   const char* reason;
 };
-// Where boxes go through buckets first (pipeline/bucket_order.hpp): all of the table that is worked
-// on lies in L2, and each part is read and written once.
-constexpr std::size_t buckets_above = 4000000;
-constexpr Moved bin_by_buckets = {
-    "bin", 9 + 24 + (24 + 32 + 4) + (4 + 4 + 2 * 9) + 2 * 9 + (32 + 4 + 9 + 32), 0, 0,
-    "clear 9; buckets counted: box 24; filled: box 24, record 32, cell 4; count: cell 4, rank 4, "
-    "table 9 + 9; scan 9 + 9; place: record 32, rank 4, table 9, record 32"};
+// Where boxes are sorted by cell (pipeline/cell_order.hpp): no cell is counted in device memory,
+// and boxes are gathered, a box and a half a sector.
+constexpr std::size_t sorted_above = 3500000;
+constexpr Moved bin_sorted = {
+    "bin", (24 + 4 + 4) + (4 + 2 * (8 + 8)) + (4 + 4 + 4 + 48 + 32 + 9), 0, 0,
+    "name: box 24, cell 4, index 4; sort: cell 4, two passes of 8 + 8; place: cell 4 + 4, index 4, "
+    "sectors of a box 48, record 32, table 9"};
 constexpr Moved moved[] = {
-    {"plan", 0, 0, 0, "one block, some 4096 boxes: latency, no bandwidth"},
+    {"plan", 0, 0, 0, "one block, some 4096 boxes: latency, no bandwidth; others clear the table"},
     // The table has 9/4 cells of 4 bytes a box: 9 bytes.
-    {"bin", 9 + (24 + 8) + 2 * 9 + (24 + 8 + 32), 2 * 32 + 32, 0,
-     "clear 9; count: box 24, place 8, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
+    {"bin", (24 + 8) + 2 * 9 + (24 + 8 + 32), 2 * 32 + 32, 0,
+     "count: box 24, place 8, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
      "place: box 24, place 8, a sector of the table 32, record 32"},
     {"find", 32 + 9, 0, 8,
      "records 32 and table 9 once from memory, candidates again from the caches; 8 a pair"},
@@ -233,8 +233,8 @@ void measure_stages(const Case& c, Session& s) {
   const auto n = static_cast<double>(c.objects);
   const bool in_l2 = 9 * n < 0.75 * static_cast<double>(l2_bytes);
   for (int stage = 0; stage < 3; ++stage) {
-    const bool by_buckets = stage == 1 && c.objects > buckets_above;
-    const Moved& m = by_buckets ? bin_by_buckets : moved[stage];
+    const bool sorted = stage == 1 && c.objects > sorted_above;
+    const Moved& m = sorted ? bin_sorted : moved[stage];
     Row row;
     row.experiment = "stages";
     row.what = c.label;

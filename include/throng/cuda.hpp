@@ -31,6 +31,7 @@ struct Report {
   std::uint32_t nan_mark = 0;     // ~ of the first such index: all fields start from zero
   std::uint32_t bad_world_mark = 0;
   std::uint32_t active = 0;  // boxes stored; 0 where brute force was used
+  std::uint32_t unused = 0;
 
   // Of two sets the indices of the second follow those of the first.
   constexpr std::uint32_t first_nan() const noexcept { return ~nan_mark; }

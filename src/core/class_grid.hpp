@@ -55,7 +55,7 @@ struct ClassGrid {
   std::uint32_t world_cells = 1;  // of all classes of one group
   std::uint32_t world_slots = 1;
   std::uint32_t table_cells = 1;
-  bool hashed = false;
+  std::uint32_t hashed = 0;  // as a word: no byte of the grid is left unwritten
   SizeClass classes[max_size_classes];
 
   THRONG_HD bool shares_cells(bool has_worlds) const noexcept { return hashed || has_worlds; }

@@ -161,15 +161,17 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
     grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 1e30f);
     grid.last[t] = static_cast<float>(cells - 1);
   }
-  if (t >= 32 && t < 32 + classes) {
+  // Those that do not occur, too: the grid is copied as a whole.
+  if (t >= 32 && t < 32 + max_size_classes) {
     const std::uint32_t c = t - 32;
-    const std::uint32_t shifts = none ? 0 : s.shift[c][best];
+    const bool empty = none || c >= classes;
+    const std::uint32_t shifts = empty ? 0 : s.shift[c][best];
     SizeClass& to = grid.classes[c];
     for (int k = 0; k < 3; ++k) {
       to.shift[k] = shifts >> 8 * k & 0xff;
-      to.cells[k] = shifts == one_cell || none ? 1 : cells_of(s.cells[k][best], to.shift[k]);
+      to.cells[k] = shifts == one_cell || empty ? 1 : cells_of(s.cells[k][best], to.shift[k]);
     }
-    to.offset = none ? 0 : static_cast<std::uint32_t>(s.late.before[c][best]);
+    to.offset = empty ? 0 : static_cast<std::uint32_t>(s.late.before[c][best]);
   }
   if (t != 64) return;
   grid.class_count = classes;

@@ -200,6 +200,34 @@ TEST_P(GpuFind, ManyWorlds) {
   expect_answer(finder, device, nullptr, reference_pairs(host));
 }
 
+// Of all sizes up to 512 boxes, with the ground of all of them first: each is searched by itself.
+TEST_P(GpuFind, SmallWorldsOneByOne) {
+  cuda::Finder finder(options());
+  BoxList list = {{{-1, -1, -1}, {6, 6, 0.2f}}, {{0, 0, 5}, {1, 1, 6}}};
+  std::vector<std::int32_t> worlds = {-1, -1};
+  Random r(12);
+  for (std::int32_t world = 0; world < 90; ++world) {
+    const int count = world < 20 ? 1 + world : world == 50 ? 512 : r.between(1, 100);
+    for (int k = 0; k < count; ++k) {
+      list.push_back(cube(r.point(0, 5), 1));
+      worlds.push_back(3 * world);
+    }
+  }
+  for (std::size_t i = 40; i < list.size(); i += 61) std::swap(list[i].lower, list[i].upper);
+  std::vector<std::uint8_t> still;
+  for (std::size_t i = 0; i < list.size(); ++i) still.push_back(r.one_in(3));
+  const OnDevice<Box> boxes(list);
+  const OnDevice<std::int32_t> there(worlds);
+  const OnDevice<std::uint8_t> still_there(still);
+  Boxes host(list), device = view(boxes);
+  host.filters.world = {worlds.data(), worlds.size()};
+  device.filters.world = {there.data(), worlds.size()};
+  expect_answer(finder, device, nullptr, reference_pairs(host));
+  host.filters.is_static = {still.data(), still.size()};
+  device.filters.is_static = {still_there.data(), still.size()};
+  expect_answer(finder, device, nullptr, reference_pairs(host));
+}
+
 TEST_P(GpuFind, TwoSets) {
   cuda::Finder finder(options());
   for (const auto& [n, m] :
