@@ -58,7 +58,7 @@ __device__ inline void store_by_two(pipeline::Record* records, bool some, std::u
 }
 
 template <class F>
-__global__ void __launch_bounds__(bucket_threads, 4) run_place_buckets(F f, std::uint32_t count) {
+__global__ void __launch_bounds__(bucket_threads, 3) run_place_buckets(F f, std::uint32_t count) {
   using Scan = cub::BlockScan<std::uint32_t, bucket_threads>;
   extern __shared__ uint4 counts[];  // four cells each
   __shared__ typename Scan::TempStorage scan;

@@ -1,6 +1,7 @@
 // Pairs as numbers in their canonical order, and back: what one thread does around a sort of keys.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include <throng/types.hpp>
@@ -9,32 +10,22 @@
 
 namespace throng::pipeline {
 
-// The fewest bits that will do: a radix sort goes through all of them.
+// A pair's number among all that there could be: the fewest bits that will do, for a radix sort
+// goes through all of them.
 struct PairKeys {
-  int first_bits, second_bits;
+  std::uint64_t firsts, seconds;  // as many indices there are of either
 
   static PairKeys of(const Input& in) noexcept {
-    return {bits_of(in.first_count), bits_of(in.two_sets ? in.count - in.first_count : in.count)};
+    return {in.first_count, in.two_sets ? in.count - in.first_count : in.count};
   }
-  // One bit more, which is set in what stands past the last pair.
-  int bits() const noexcept {
-    return first_bits + second_bits + 1 < 64 ? first_bits + second_bits + 1 : 64;
-  }
-  THRONG_HD static constexpr std::uint64_t none() noexcept { return ~std::uint64_t{0}; }
-  THRONG_HD std::uint64_t key(const Pair& p) const noexcept {
-    return std::uint64_t{p.first} << second_bits | p.second;
-  }
+  // Of what stands past the last pair, too.
+  int bits() const noexcept { return none() > 0 ? std::bit_width(none()) : 1; }
+  // Indices are below max_pipeline_boxes.
+  THRONG_HD constexpr std::uint64_t none() const noexcept { return firsts * seconds; }
+  THRONG_HD std::uint64_t key(const Pair& p) const noexcept { return p.first * seconds + p.second; }
   THRONG_HD Pair pair(std::uint64_t key) const noexcept {
-    return {static_cast<std::uint32_t>(key >> second_bits),
-            static_cast<std::uint32_t>(key & ((std::uint64_t{1} << second_bits) - 1))};
-  }
-
- private:
-  // Of indices below `count`.
-  static int bits_of(std::uint64_t count) noexcept {
-    int bits = 1;
-    while (bits < 32 && count > std::uint64_t{1} << bits) ++bits;
-    return bits;
+    const std::uint64_t first = key / seconds;
+    return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(key - first * seconds)};
   }
 };
 
@@ -48,7 +39,7 @@ struct PackPairs {
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     const Pair p = pairs[i];
-    keys[i] = i < report->found && report->found <= capacity ? shape.key(p) : PairKeys::none();
+    keys[i] = i < report->found && report->found <= capacity ? shape.key(p) : shape.none();
   }
 };
 struct UnpackPairs {

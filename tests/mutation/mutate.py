@@ -130,7 +130,7 @@ def suites(build):
     test("core", "core", 20, "core_test", "-WorldBox*:Margin*")
     test("margins", "core", 40, "core_test", "Margin*")
     test("cpu", "cpu", 20, "cpu_test", "*")
-    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Stages*:PairKeys*:Workspace*:BucketOrder*")
+    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Stages*:PairKeys*:Workspace*:CellOrder*:Worlds*")
     test("tiny", "core cpu", 30, "conformance_test",
          "All/Exact.TinySets/*scalar_1_any:All/Invalid.*/grid_scalar_1_any:-*auto*")
     test("tiny, emulated", "core pipeline", 30, "conformance_test",
