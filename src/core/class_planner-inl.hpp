@@ -19,13 +19,17 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
   const float low = s.extent[longest][n / 10], middle = s.extent[longest][n / 2],
               high = s.extent[longest][n - 1 - n / 10];
   const float thin = lesser(s.extent[0][n / 2], lesser(s.extent[1][n / 2], s.extent[2][n / 2]));
-  // low, middle, high, thin, 2 low, 4 low, 2 thin, 2 middle, and multiples of the unit.
+  // low, middle, high, thin, 2 low, 4 low, 2 thin, 2 middle, and multiples of the unit. For rods,
+  // in place of 2 thin, just over half of high: what is long is then reached by doubling cells
+  // once.
+  const bool half = size == 6 && scheme == 1;
   const float of = size >= 8                             ? s.unit
                    : size == 0 || size == 4 || size == 5 ? low
                    : size == 1 || size == 7              ? middle
-                   : size == 2                           ? high
+                   : size == 2 || half                   ? high
                                                          : thin;
   const float times = size < 4 || size == 8     ? 1.0f
+                      : half                    ? 0.52f
                       : size == 5 || size == 14 ? 4.0f
                       : size < 8 || size == 11  ? 2.0f
                       : size == 9               ? 1.26f
