@@ -65,7 +65,7 @@ class THRONG_API Finder {
   Finder& operator=(const Finder&) = delete;
 
   // Takes the memory that calls with up to so many boxes (of both sets) need: 49 bytes a box, of
-  // more than four million 77; under canonical order 16 bytes more for each of `pairs`. Waits for
+  // more than 3.5 million 57; under canonical order 16 bytes more for each of `pairs`. Waits for
   // the stream. Asking for more than before moves that memory: graphs captured until then must be
   // captured anew.
   Result reserve(std::size_t boxes, std::size_t pairs, Stream stream) noexcept;

@@ -19,7 +19,7 @@ struct PairKeys {
     return {in.first_count, in.two_sets ? in.count - in.first_count : in.count};
   }
   // Of what stands past the last pair, too.
-  int bits() const noexcept { return none() > 0 ? std::bit_width(none()) : 1; }
+  int bits() const noexcept { return none() > 0 ? static_cast<int>(std::bit_width(none())) : 1; }
   // Indices are below max_pipeline_boxes.
   THRONG_HD constexpr std::uint64_t none() const noexcept { return firsts * seconds; }
   THRONG_HD std::uint64_t key(const Pair& p) const noexcept { return p.first * seconds + p.second; }

@@ -1,5 +1,5 @@
-// So many boxes that they go through buckets (pipeline/bucket_order.hpp), against the CPU. With
-// fewer they do in a build with -DTHRONG_GPU_BUCKETS_ABOVE=0.
+// So many boxes that they are sorted by cell (pipeline/cell_order.hpp), against the CPU. Fewer are
+// in a build with -DTHRONG_GPU_SORTED_ABOVE=0.
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -63,7 +63,7 @@ TEST_P(GpuMany, TwoSetsWithWorldsAndAMargin) {
   expect_answer(finder, device, &other_device, answer);
 }
 
-// One bucket takes them all; no two of them are a pair.
+// One cell takes them all; no two of them are a pair.
 TEST_P(GpuMany, AllAlike) {
   const BoxList one = {cube(1, 2, 3, 4)};
   const OnDevice<Box> box(one);
