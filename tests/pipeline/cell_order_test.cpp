@@ -27,6 +27,12 @@ class Device : public HostDevice {
     begin(cpu::default_executor(), 3);
   }
   static constexpr std::uint32_t sorted_above = above;
+  template <class... Args>
+  ByBucket sort_cells(const Args&... args) const noexcept {
+    ++sorts;
+    return HostDevice::sort_cells(args...);
+  }
+  mutable int sorts = 0;
 };
 using Always = Device<0>;
 using Never = Device<~0u>;
@@ -116,6 +122,8 @@ void expect_same(const Boxes& a, const Boxes* b, const Options& options = {}) {
   const Built<Never> plain(in);
   const bool nan = plain.w.report->nan_count != 0;
   EXPECT_EQ(Told(*sorted.w.report, nan), Told(*plain.w.report, nan));
+  EXPECT_EQ(sorted.device.sorts, 1);
+  EXPECT_EQ(plain.device.sorts, 0);
   EXPECT_TRUE(sorted.starts() == plain.starts());
   EXPECT_TRUE(sorted.occupied() == plain.occupied());
   EXPECT_TRUE(sorted.ids() == plain.ids());

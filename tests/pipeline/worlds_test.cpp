@@ -150,6 +150,24 @@ TEST(Worlds, OutOfOrder) {
   EXPECT_FALSE(expect_exact(scene.view()));
 }
 
+// Of two sets no two of one are a pair, though their worlds follow one another.
+TEST(Worlds, TwoSetsHaveAGrid) {
+  Scene first, second;
+  first.add(0, 40), first.add(1, 40);
+  second.add(1, 30, 2), second.add(2, 30);
+  const Boxes a = first.view(), b = second.view();
+  const std::vector<Pair> want = tests::reference_pairs(a, b).pairs;
+  Options options;
+  options.algorithm = Algorithm::grid;
+  std::vector<Pair> out(want.size() + 1);
+  core::Output output{out.data(), out.size(), nullptr, nullptr};
+  Result r;
+  engine().find(a, &b, options, 0, &output, nullptr, r);
+  out.resize(r.written);
+  EXPECT_EQ(r.found, want.size());
+  EXPECT_TRUE(tests::same_pairs(out, want));
+}
+
 TEST(Worlds, OtherFiltersHold) {
   Scene scene;
   scene.add(-1, 3);
