@@ -89,7 +89,7 @@ __global__ void __launch_bounds__(bucket_threads, 3) run_place_buckets(F f, std:
     if (mine) {
       counts[k] = c;
       const std::uint32_t cell = (bucket << f.buckets.bits) + 4 * k;
-      if (cell + 3 < f.buckets.none)
+      if (cell + 3 < f.buckets.last)
         reinterpret_cast<uint4*>(f.start)[cell / 4] = c;
       else
         f.tell(cell, c.x), f.tell(cell + 1, c.y), f.tell(cell + 2, c.z), f.tell(cell + 3, c.w);
@@ -99,7 +99,8 @@ __global__ void __launch_bounds__(bucket_threads, 3) run_place_buckets(F f, std:
   for (std::uint32_t first = begin; first < end; first += bucket_threads) {
     pipeline::Record record{};
     std::uint32_t to = 0;
-    const bool some = first + t < end && f.take(first + t, next, record, to);
+    const bool some = first + t < end;
+    if (some) record = f.take(first + t, next, to);
     store_by_two(f.records, some, to, record);
   }
 }

@@ -16,27 +16,27 @@
 
 namespace throng::pipeline {
 
-// How cells are parted into buckets. The last of the cells is no cell: there are the boxes that
-// take no part.
+// How cells are parted into buckets.
 struct Buckets {
   static constexpr int digit = 8;       // bits of a pass of the sort
   static constexpr int most_bits = 14;  // 2^14 counts are what a block has memory for
   static constexpr std::uint32_t most_cells = 1u << most_bits;
 
-  std::uint32_t none;  // cells before the last
+  std::uint32_t last;  // the last cell; no box is stored there, so that its start counts all
   int bits;            // a bucket has 2^bits cells
-  int key_bits;        // of all cells
 
   // As few passes as can be; then as small as these allow, but that a bucket is worth a block.
   static Buckets of(std::size_t cells) noexcept {
-    const auto none = static_cast<std::uint32_t>(cells - 1);
-    const int all = std::bit_width(none);
+    const auto last = static_cast<std::uint32_t>(cells - 1);
+    const int all = std::bit_width(last + most_cells);  // of what is outside, too
     const int passes = std::max(1, (all - most_bits + digit - 1) / digit);
-    return {none, std::max(all - passes * digit, passes == 1 ? 10 : 12), all};
+    return {last, std::max(all - passes * digit, passes == 1 ? 10 : 12)};
   }
-  // Bits to be sorted by: from `bits` on, one at least.
-  int sorted_end() const noexcept { return std::max(key_bits, bits + 1); }
-  std::uint32_t count() const noexcept { return (none >> bits) + 1; }
+  std::uint32_t count() const noexcept { return (last >> bits) + 1; }
+  // In place of a cell, for boxes that take no part: a bucket of their own, which nobody looks at.
+  std::uint32_t outside() const noexcept { return count() << bits; }
+  // The bits to be sorted by are those from `bits` on.
+  int sorted_end() const noexcept { return bits + static_cast<int>(std::bit_width(count())); }
   THRONG_HD std::uint32_t of_cell(std::uint32_t cell) const noexcept { return cell >> bits; }
   THRONG_HD std::uint32_t cells() const noexcept { return 1u << bits; }
   THRONG_HD std::uint32_t within(std::uint32_t cell) const noexcept { return cell & (cells() - 1); }
@@ -54,7 +54,7 @@ struct NameCells {
   std::uint32_t *cells, *ids;
   std::uint32_t* occupied;  // a group and class; cleared
   Report* report;
-  std::uint32_t none;
+  std::uint32_t outside;  // the cell of boxes that take no part
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
@@ -64,7 +64,7 @@ struct NameCells {
     ids[i] = i;
     if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) {
-      cells[i] = none;
+      cells[i] = outside;
       return tell_inactive(*report, i, nan);
     }
     const Home home = home_of(in, *grid, i, box);
@@ -80,7 +80,7 @@ struct PlaceBuckets {
   Input in;
   Buckets buckets;
   const std::uint32_t *cells, *ids;  // sorted by bucket
-  std::uint32_t* start;              // of each cell's records, none included
+  std::uint32_t* start;              // of each cell's records
   Record* records;
   Report* report;
 
@@ -92,21 +92,18 @@ struct PlaceBuckets {
   }
   // `at`: the boxes in cells before this one.
   THRONG_HD void tell(std::uint32_t cell, std::uint32_t at) const noexcept {
-    if (cell > buckets.none) return;
+    if (cell > buckets.last) return;
     start[cell] = at;
-    if (cell == buckets.none) report->active = at;
+    if (cell == buckets.last) report->active = at;
   }
-  // The i-th box, and where it goes; false: nowhere.
-  THRONG_HD bool take(std::uint32_t i, std::uint32_t* next, Record& record,
-                      std::uint32_t& to) const noexcept {
-    if (cells[i] == buckets.none) return false;
+  // The i-th box, and where it goes.
+  THRONG_HD Record take(std::uint32_t i, std::uint32_t* next, std::uint32_t& to) const noexcept {
     Box box;
     bool nan;
     const std::uint32_t id = ids[i];
     (void)read_box(in, id, box, nan);
     to = fetch_add(next + buckets.within(cells[i]), 1u);
-    record = {box.lower, id, box.upper, 0};
-    return true;
+    return {box.lower, id, box.upper, 0};
   }
 };
 

@@ -141,9 +141,9 @@ class HostDevice {
         at += boxes;
       }
       for (std::uint32_t i = begin; i < end; ++i) {
-        Record record;
         std::uint32_t to;
-        if (f.take(i, next, record, to)) f.records[to] = record;
+        const Record record = f.take(i, next, to);
+        f.records[to] = record;
       }
     });
   }

@@ -311,7 +311,7 @@ class Pipeline {
  private:
   void sort_by_cell(const Input& in, const Workspace& w, const Buckets& buckets) const {
     device_.launch(in.count,
-                   NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.none});
+                   NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.outside()});
     const ByBucket sorted =
         device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sorted_end());
     device_.place(in.count, PlaceBuckets{in, buckets, sorted.keys, sorted.values, w.table,

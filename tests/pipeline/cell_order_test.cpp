@@ -246,26 +246,29 @@ TEST(CellOrder, HashedGrids) {
   EXPECT_TRUE(Built<Always>(make_input(view, nullptr, {})).w.grid->hashed);
 }
 
-// The fewest passes of eight bits, a bucket that a block has room for, and all cells in some
-// bucket.
+// The fewest passes of eight bits, a bucket that a block has room for, all cells in some bucket,
+// and what takes no part behind all of these.
 TEST(CellOrder, BucketsSuitTheTable) {
   for (const std::uint64_t cells :
-       {2ull, 3ull, 1024ull, 1025ull, 2048ull, 9217ull, 1ull << 18, (1ull << 22) - 1, 1ull << 22,
-        (1ull << 22) + 1, (1ull << 22) + 2, 22509217ull, 225009217ull, 1ull << 30, (1ull << 30) + 2,
-        4050009217ull}) {
+       {2ull, 3ull, 1024ull, 1025ull, 2048ull, 9217ull, 1ull << 18, (1ull << 22) - 16385,
+        (1ull << 22) - 16384, (1ull << 22) - 16383, 1ull << 22, (1ull << 22) + 1, 22509217ull,
+        225009217ull, 1ull << 30, (1ull << 30) + 2, 4050009217ull}) {
     SCOPED_TRACE(cells);
     const Buckets b = Buckets::of(cells);
-    EXPECT_EQ(b.none, cells - 1);
+    EXPECT_EQ(b.last, cells - 1);
     EXPECT_GE(b.bits, 10);
     EXPECT_LE(b.bits, Buckets::most_bits);
-    EXPECT_GT(b.sorted_end(), b.bits);
-    EXPECT_GE(std::uint64_t{1} << b.sorted_end(), cells);
     EXPECT_EQ(b.of_cell(0), 0u);
-    EXPECT_EQ(b.of_cell(b.none), b.count() - 1);
-    EXPECT_EQ((std::uint64_t{b.of_cell(b.none)} << b.bits) + b.within(b.none), b.none);
-    const int passes = (b.sorted_end() - b.bits + 7) / 8,
-              most = Buckets::most_bits + 8 * (passes - 1);
-    EXPECT_TRUE(passes == 1 || cells - 1 >= std::uint64_t{1} << most) << passes << " passes";
+    EXPECT_EQ(b.of_cell(b.last), b.count() - 1);
+    EXPECT_EQ((std::uint64_t{b.of_cell(b.last)} << b.bits) + b.within(b.last), b.last);
+    EXPECT_EQ(b.of_cell(b.outside()), b.count());
+    ASSERT_GT(b.sorted_end(), b.bits);
+    ASSERT_LE(b.sorted_end(), 32);
+    EXPECT_EQ(std::uint64_t{b.outside()} >> b.sorted_end(), 0u);
+    const int passes = (b.sorted_end() - b.bits + 7) / 8;
+    const int bits_before = Buckets::most_bits + 8 * (passes - 1);
+    EXPECT_TRUE(passes == 1 || cells - 1 + Buckets::most_cells >= std::uint64_t{1} << bits_before)
+        << passes << " passes";
   }
 }
 
