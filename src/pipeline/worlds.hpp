@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/bounds.hpp"
+#include "pipeline/atomic.hpp"
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
 #include "pipeline/stages.hpp"
@@ -118,7 +119,7 @@ THRONG_HD inline void LookAtWorlds::operator()(std::uint64_t index) const noexce
   const std::uint32_t most = world < 0 ? WorldSearch::most_everywhere : WorldSearch::most_in_world;
   const bool too_many = in.count - i > most && in.world(i + most) == world;
   if (next < world || too_many) raise(&told->grid_wanted);
-  if (world < 0 && (last || next >= 0)) told->everywhere = i + 1;
+  if (world < 0 && (last || next >= 0)) fetch_max(&told->everywhere, i + 1);
 }
 
 }  // namespace throng::pipeline
