@@ -23,6 +23,12 @@ THRONG_HD inline bool read_box(const Input& in, std::uint32_t i, Box& box, bool&
   return check_box(in, box, nan);
 }
 
+// In place of one that takes no part: it overlaps nothing.
+THRONG_HD inline Box no_box() noexcept {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  return {{none, none, none}, {none, none, none}};
+}
+
 THRONG_HD inline void tell_inactive(Report& report, std::uint32_t i, bool nan) noexcept {
   fetch_add(&report.inactive, std::uint64_t{1});
   if (!nan) return;
@@ -128,8 +134,7 @@ struct LoadBoxes {
     bool nan;
     if (in.has_worlds) tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) {
-      constexpr float none = std::numeric_limits<float>::quiet_NaN();
-      box = {{none, none, none}, {none, none, none}};
+      box = no_box();
       tell_inactive(*report, i, nan);
     }
     records[i] = Record{box.lower, i, box.upper, 0};

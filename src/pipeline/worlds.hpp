@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 
 #include "core/bounds.hpp"
 #include "pipeline/atomic.hpp"
@@ -30,15 +29,6 @@ struct BeginWorlds {
   }
 };
 
-// Worlds in ascending order, each with few boxes; and what is told of each box.
-struct LookAtWorlds {
-  Input in;
-  WorldsTold* told;
-  Report* report;
-
-  THRONG_HD void operator()(std::uint64_t index) const noexcept;
-};
-
 // A box is compared with those of its world that follow, and with those of all worlds.
 struct WorldSearch {
   static constexpr std::uint32_t most_in_world = 512, most_everywhere = 32;
@@ -49,12 +39,10 @@ struct WorldSearch {
 
   THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
 
-  // An inactive box overlaps nothing.
   THRONG_HD Box box(std::uint32_t i) const noexcept {
-    constexpr float none = std::numeric_limits<float>::quiet_NaN();
     Box box;
     bool nan;
-    if (!read_box(in, i, box, nan)) box = {{none, none, none}, {none, none, none}};
+    if (!read_box(in, i, box, nan)) box = no_box();
     return box;
   }
   // Whether some that overlap, of one world or one of them of all, are not to be told.
@@ -107,19 +95,27 @@ struct WorldSearch {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-THRONG_HD inline void LookAtWorlds::operator()(std::uint64_t index) const noexcept {
-  const auto i = static_cast<std::uint32_t>(index);
-  Box box;
-  bool nan;
-  tell_bad_world(in, *report, i);
-  if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
-  const std::int32_t world = in.world(i);
-  const bool last = i + 1 == in.count;
-  const std::int32_t next = last ? world : in.world(i + 1);
-  const std::uint32_t most = world < 0 ? WorldSearch::most_everywhere : WorldSearch::most_in_world;
-  const bool too_many = in.count - i > most && in.world(i + most) == world;
-  if (next < world || too_many) raise(&told->grid_wanted);
-  if (world < 0 && (last || next >= 0)) fetch_max(&told->everywhere, i + 1);
-}
+// Whether worlds come in ascending order, each with few boxes; and what is told of each box.
+struct LookAtWorlds {
+  Input in;
+  WorldsTold* told;
+  Report* report;
+
+  THRONG_HD void operator()(std::uint64_t index) const noexcept {
+    const auto i = static_cast<std::uint32_t>(index);
+    Box box;
+    bool nan;
+    tell_bad_world(in, *report, i);
+    if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
+    const std::int32_t world = in.world(i);
+    const bool last = i + 1 == in.count;
+    const std::int32_t next = last ? world : in.world(i + 1);
+    const std::uint32_t most =
+        world < 0 ? WorldSearch::most_everywhere : WorldSearch::most_in_world;
+    const bool too_many = in.count - i > most && in.world(i + most) == world;
+    if (next < world || too_many) raise(&told->grid_wanted);
+    if (world < 0 && (last || next >= 0)) fetch_max(&told->everywhere, i + 1);
+  }
+};
 
 }  // namespace throng::pipeline
