@@ -12,6 +12,7 @@
 #include "cpu/all_pairs.hpp"
 #include "cpu/foretell.hpp"
 #include "cpu/grid.hpp"
+#include "cpu/kinds.hpp"
 #include "cpu/look_ahead.hpp"
 #include "cpu/refine.hpp"
 #include "cpu/threads.hpp"
@@ -66,8 +67,8 @@ class ColumnSearch {
   void set_buckets(Range words, std::uint32_t wanted, Strip& strip) const;
   std::uint32_t* count(const Raw& raw, StripSpace& room, const Strip& strip) const;
   bool crowded(const Strip& a, const std::uint32_t* in_a, const std::uint32_t* in_b) const;
-  void arrange(const Raw& raw, std::uint32_t* end, StripSpace& room, Strip& strip);
-  void fill(Strip& strip) const;
+  void arrange(const Raw& raw, unsigned side, std::uint32_t* end, StripSpace& room, Strip& strip);
+  void fill(Strip& strip, unsigned side, StripSpace& room) const;
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
 
@@ -153,7 +154,8 @@ bool ColumnSearch::crowded(const Strip& a, const std::uint32_t* in_a,
 }
 
 // A counting sort by bucket; `end` holds the counts.
-void ColumnSearch::arrange(const Raw& raw, std::uint32_t* end, StripSpace& room, Strip& strip) {
+void ColumnSearch::arrange(const Raw& raw, unsigned side, std::uint32_t* end, StripSpace& room,
+                           Strip& strip) {
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
   const Segment* segments = level_.segments.data() + raw.first_segment;
@@ -179,20 +181,32 @@ void ColumnSearch::arrange(const Raw& raw, std::uint32_t* end, StripSpace& room,
   strip.bucket_end = end;
   strip.record = sorted;
   strip.axis = axis;
-  room.lay_out(strip);
-  fill(strip);
+  fill(strip, side, room);
 }
 
 // A strip's arrays from its records; within a frame the boxes' own ids, and what the frame knows of
-// where they begin.
-void ColumnSearch::fill(Strip& strip) const {
+// where they begin; and what their kinds forbid.
+void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
+  const Kinds* const kinds = search_.kinds && search_.kinds->words_tell() ? search_.kinds : nullptr;
+  room.lay_out(strip, kinds != nullptr);
   search_.kernels->transpose(strip);
-  strip.framed = problem_.frame != nullptr;
-  if (!strip.framed) return;
-  for (std::uint32_t i = 0; i < strip.count; ++i) {
-    const std::uint32_t label = strip.id[i];
-    strip.id[i] = problem_.frame->ids[label];
-    strip.begins[i] = static_cast<std::int16_t>(strip.begins[i] | problem_.frame->before[label]);
+  strip.framed = problem_.frame || kinds;
+  if (problem_.frame) {
+    for (std::uint32_t i = 0; i < strip.count; ++i) {
+      const std::uint32_t label = strip.id[i];
+      strip.id[i] = problem_.frame->ids[label];
+      strip.begins[i] = static_cast<std::int16_t>(strip.begins[i] | problem_.frame->before[label]);
+    }
+  }
+  if (!kinds) return;
+  const std::uint8_t* const kind = kinds->of(side == 1);
+  const std::uint16_t* const as_query = kinds->as_query();
+  const std::uint16_t* const as_target = kinds->as_target();
+  const Strip s = strip;  // of our own: what is written might else be thought to change it
+  for (std::uint32_t i = 0; i < s.count; ++i) {
+    const std::uint32_t k = kind[s.id[i]], begins = static_cast<std::uint16_t>(s.begins[i]);
+    s.asks[i] = static_cast<std::int16_t>(begins | as_query[k]);
+    s.begins[i] = static_cast<std::int16_t>(begins | as_target[k]);
   }
 }
 
@@ -237,8 +251,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   if (strip.count == 0) return;
   strip.record = clipped;
   strip.axis = plan_.sweep_axis;
-  level_.wide_strip.lay_out(strip);
-  fill(strip);
+  fill(strip, side, level_.wide_strip);
   std::uint32_t* starts = level_.starts.room(strip.count + strip_padding);
   std::memset(starts, 0, strip.count * sizeof *starts);
   search_.kernels->sweep({&strip, &targets, starts, orientation}, worker_);
@@ -266,8 +279,8 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
     if (plan_.crowded || range.most - range.least != core::top_word || !crowded(a, in_a, in_b))
       break;
   }
-  arrange(raw_a, in_a, level_.query_strip, a);
-  if (has_targets) arrange(raw_b, in_b, level_.target_strip, b);
+  arrange(raw_a, 0, in_a, level_.query_strip, a);
+  if (has_targets) arrange(raw_b, 1, in_b, level_.target_strip, b);
 
   if (!refine(search_, problem_, worker_, a, b, depth_)) {
     if (problem_.self) search_.kernels->sweep({&a, &a, nullptr, search_.forward()}, worker_);

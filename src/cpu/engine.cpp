@@ -57,6 +57,7 @@ struct Engine::Call {
 
 Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept
     : memory_(memory, already_held),
+      kinds_(memory_),
       grid_(memory_),
       partition_(memory_),
       sorter_(memory_),
@@ -66,6 +67,29 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       ordered_(memory_),
       workers_(memory_) {}
 
+// What the filters say, the plan, and whether there is one problem or several.
+void Engine::read_filters(Call& call) {
+  Search& search = call.search;
+  const auto side = [](const Boxes& b) {
+    return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
+  };
+  call.whole.queries = side(*search.a);
+  call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
+  call.whole.self = !search.two_sets;
+  search.owners = search.a->filters.owner && search.b->filters.owner;
+  const bool has_kinds = Kinds::needed(*search.a) || Kinds::needed(*search.b);
+  if (has_kinds) kinds_.read(search, call.tasks);
+  call.partitioned = has_kinds && kinds_.several_worlds();
+  if (!call.partitioned) {
+    call.plan = make_plan(search, call.whole, call.options.algorithm);
+    call.partitioned = has_kinds && kinds_.some_static() &&
+                       static_better_apart(search, kinds_, call.plan);
+  }
+  if (!has_kinds) return;
+  kinds_.settle(call.partitioned);
+  search.kinds = kinds_.forbid() ? &kinds_ : nullptr;
+}
+
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
@@ -73,7 +97,7 @@ void Engine::prepare(Call& call) {
   BinReport report;
   Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
-  call.partitioned = Partition::needed(*search.a) || Partition::needed(*search.b);
+  read_filters(call);
   Result& r = call.result;
   has_grid_ = false;
   if (call.partitioned) {
@@ -83,13 +107,6 @@ void Engine::prepare(Call& call) {
         call.options.algorithm == Algorithm::all_pairs ? Algorithm::all_pairs : Algorithm::grid;
     r.plan.reason = "one problem a world, static boxes apart, each planned for itself";
   } else {
-    const auto side = [](const Boxes& b) {
-      return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
-    };
-    call.whole.queries = side(*search.a);
-    call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
-    call.whole.self = !search.two_sets;
-    call.plan = make_plan(search, call.whole, call.options.algorithm);
     r.times.plan_ms = call.clock.lap();
     r.plan.algorithm = call.plan.all_pairs ? Algorithm::all_pairs : Algorithm::grid;
     r.plan.sweep_axis = call.plan.sweep_axis;
@@ -344,8 +361,6 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   search.margin = options.margin;
   search.cell_scale = options.cell_scale;
   search.flat = a.is_flat() && search.b->is_flat();
-  const auto given = [](const Filters& f) { return f.group || f.mask || f.owner; };
-  search.pair_filters = given(a.filters) || given(search.b->filters);
   search.kernels = find_kernels(options.isa);
   search.executor = options.executor ? options.executor : &default_executor();
   search.memory = &memory_;

@@ -9,6 +9,7 @@
 #include "core/output.hpp"
 #include "cpu/each_task.hpp"
 #include "cpu/grid.hpp"
+#include "cpu/kinds.hpp"
 #include "cpu/memory.hpp"
 #include "cpu/order.hpp"
 #include "cpu/partition.hpp"
@@ -63,6 +64,7 @@ class Engine {
 
  private:
   struct Call;
+  void read_filters(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
   void guess_room(Call&, Output&);
@@ -75,6 +77,7 @@ class Engine {
   std::size_t enough_bytes(const Call&) const noexcept;
 
   Memory memory_;
+  Kinds kinds_;
   GridSpace grid_;
   Partition partition_;
   PairSorter sorter_;

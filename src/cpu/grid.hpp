@@ -110,6 +110,10 @@ struct Level {
 // Plans from a sample of a problem's boxes.
 core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 
+// Whether static boxes are better searched apart from those that move (partition.hpp) than with all
+// and only not told of (kinds.hpp). `all`: the plan of all boxes.
+bool static_better_apart(const Search&, const Kinds&, const core::GridPlan& all);
+
 // Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
 void solve_alone(Search&, const Problem&, const core::GridPlan&, Worker&, unsigned depth);
 

@@ -71,7 +71,11 @@ struct Strip {
   std::uint32_t first_bucket = 0, bucket_count = 0;
   std::int16_t* lower[3] = {};
   std::int16_t* upper[3] = {};
-  std::int16_t* begins = nullptr;  // a bit for each axis: the box begins in an earlier column
+  // Two boxes that have a bit in common, one's as a query and the other's as a target, are not told
+  // of: a bit for each axis, that the box begins in an earlier column, and those of Kinds. Of a
+  // query both words are the same array where there are no kinds.
+  std::int16_t* begins = nullptr;
+  std::int16_t* asks = nullptr;
   std::uint32_t* id = nullptr;
   const Record* record = nullptr;  // the same boxes as records, their axes as in space
   std::uint32_t axis = 0;          // the sweep axis in space
@@ -79,7 +83,7 @@ struct Strip {
   // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip
   // none ends before another begins that lies before it in the order.
   bool long_boxes = false;
-  bool framed = false;  // `id` and `begins` tell more than the records; see Frame
+  bool framed = false;  // `id`, `begins` and `asks` tell more than the records; see Frame and Kinds
 
   std::uint32_t bucket_of(int word) const noexcept {
     return (static_cast<std::uint32_t>(word) >> shift) - first_bucket;
@@ -122,6 +126,19 @@ struct KeyRuns {
 };
 constexpr std::size_t run_padding = 16;
 
+// The filters of some boxes, side by side; absent ones hold what says nothing.
+constexpr std::uint32_t filter_tile = 256;
+struct FilterTile {
+  const std::uint32_t *group, *mask;
+  const std::uint8_t* is_static;
+};
+struct Combination {
+  std::uint32_t group, mask;
+  std::uint32_t is_static;  // 0 or 1
+  bool operator==(const Combination&) const = default;
+};
+constexpr std::uint8_t unknown_kind = 0xff;
+
 struct Kernels {
   Isa isa;
   core::SweepCost sweep_cost;
@@ -137,6 +154,10 @@ struct Kernels {
   // Fills a strip's arrays from its records.
   void (*transpose)(Strip&);
   void (*sweep)(const Sweep&, Emit&);
+  // Which of the known combinations (below unknown_kind) each box of a tile has, the last where
+  // several are alike, or unknown_kind; false where one has that.
+  bool (*match_kinds)(const FilterTile&, const Combination* known, std::uint32_t known_count,
+                      std::uint8_t* kinds);
   // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
   // Sorts each of `sorted_lists` lists by its seconds; the longest has `rows` pairs at most, a

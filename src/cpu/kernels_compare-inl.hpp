@@ -26,7 +26,7 @@ constexpr std::uint32_t query_block = 256;
 // is the sweep axis.
 struct Query {
   std::uint32_t upper0, lower1, upper1, lower2;
-  std::uint32_t upper2, lower0, id, begins;
+  std::uint32_t upper2, lower0, id, asks;
 };
 static_assert(sizeof(Query) == 32);
 
@@ -84,12 +84,12 @@ HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t
   if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
   const V16 least = hn::Min(above, hn::Sub(zero, below));
 #if HWY_TARGET == HWY_AVX3_DL
-  const __mmask32 home = _mm512_testn_epi16_mask(spread(q.begins).raw, t.begins.raw);
+  const __mmask32 home = _mm512_testn_epi16_mask(spread(q.asks).raw, t.begins.raw);
   const __mmask32 met = _mm512_mask_cmp_epi16_mask(home, least.raw, zero.raw, _MM_CMPINT_NLT);
   tie = _mm512_mask_testn_epi16_mask(met, least.raw, least.raw);
   return met;
 #else
-  const auto home = hn::Eq(hn::And(spread(q.begins), t.begins), zero);
+  const auto home = hn::Eq(hn::And(spread(q.asks), t.begins), zero);
   const auto tied = hn::And(home, hn::Eq(least, zero));
   tie = HWY_LIKELY(hn::AllFalse(d, tied)) ? 0 : bits_of(d, tied);
   return bits_of(d, hn::And(home, hn::Gt(least, hn::Set(d, -1))));

@@ -54,7 +54,7 @@ HWY_INLINE hn::Vec<D> two_by_turns(D wide, const T* values) {
 // many queries as words twice as many comparisons with the first targets would be of no use; and to
 // spread 32 bits takes a load, to spread 16 of them some processors a shuffle, too.
 struct Row {
-  V16 upper0, upper1, upper2, lower0, lower1, lower2, begins;
+  V16 upper0, upper1, upper2, lower0, lower1, lower2, asks;
   HWY_INLINE Row(const Strip& s, std::size_t i)
       : upper0(twice(s.upper[0] + i)),
         upper1(twice(s.upper[1] + i)),
@@ -62,7 +62,7 @@ struct Row {
         lower0(twice(s.lower[0] + i)),
         lower1(twice(s.lower[1] + i)),
         lower2(twice(s.lower[2] + i)),
-        begins(twice(s.begins + i)) {}
+        asks(twice(s.asks + i)) {}
 
   using DTwo = hn::Repartition<std::uint32_t, D16>;
   static HWY_INLINE V16 twice(const std::int16_t* words) {
@@ -151,9 +151,9 @@ template <Orientation orientation>
 HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, std::size_t i,
                                                std::size_t t) {
   const D16 d;
-  const V16 begins = Row::twice(strip_.begins + i);
+  const V16 asks = Row::twice(strip_.asks + i);
   const auto tied = [&](V16 l, std::size_t k) HWY_ATTR {
-    const auto home = hn::Eq(hn::And(begins, Row::two(strip_.begins + t + 2 * k)), hn::Zero(d));
+    const auto home = hn::Eq(hn::And(asks, Row::two(strip_.begins + t + 2 * k)), hn::Zero(d));
     return std::uint64_t{bits_of(d, hn::And(home, hn::Eq(l, hn::Zero(d))))} << k * word_lanes % 64;
   };
   const std::uint64_t low = tied(l0, 0) | tied(l1, 1), high = tied(l2, 2) | tied(l3, 3);
@@ -181,8 +181,8 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
   const V16 l0 = least(0), l1 = least(1), l2 = least(2), l3 = least(3);
   const auto met = [&](V16 l, std::size_t k) HWY_ATTR {
     const V16 begins = Row::two(s.begins + t + 2 * k);
-    return _mm512_mask_cmp_epi16_mask(_mm512_testn_epi16_mask(queries.begins.raw, begins.raw),
-                                      l.raw, _mm512_setzero_si512(), _MM_CMPINT_NLE);
+    return _mm512_mask_cmp_epi16_mask(_mm512_testn_epi16_mask(queries.asks.raw, begins.raw), l.raw,
+                                      _mm512_setzero_si512(), _MM_CMPINT_NLE);
   };
   const __m512i closest =
       _mm512_min_epu16(_mm512_min_epu16(l0.raw, l1.raw), _mm512_min_epu16(l2.raw, l3.raw));
@@ -193,7 +193,7 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
   const hn::Repartition<std::int8_t, D16> d8;
   const hn::Repartition<std::uint8_t, D16> du8;
   const auto at_home = [&](std::size_t k) HWY_ATTR {
-    const V16 both = hn::And(queries.begins, Row::two(s.begins + t + 2 * k));
+    const V16 both = hn::And(queries.asks, Row::two(s.begins + t + 2 * k));
     return hn::Or(least(k), hn::VecFromMask(d, hn::Gt(both, hn::Zero(d))));
   };
   const V16 l0 = at_home(0), l1 = at_home(1), l2 = at_home(2), l3 = at_home(3);

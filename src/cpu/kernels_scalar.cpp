@@ -72,7 +72,7 @@ void sweep(const Sweep& args, Emit& out) {
     const std::uint32_t first = args.start ? args.start[i] : i + 1;
     std::uint32_t j = first;
     for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {
-      bool overlap = (q.begins[i] & t.begins[j]) == 0, tie = false;
+      bool overlap = (q.asks[i] & t.begins[j]) == 0, tie = false;
       for (int k = 0; k < 3; ++k) {
         const int ql = q.lower[k][i], qu = q.upper[k][i], tl = t.lower[k][j], tu = t.upper[k][j];
         overlap &= (tl <= qu) & (ql <= tu);
@@ -93,6 +93,26 @@ void sweep(const Sweep& args, Emit& out) {
   out.comparisons += comparisons;
 }
 
+bool match_kinds(const FilterTile& tile, const Combination* known, std::uint32_t known_count,
+                 std::uint8_t* kinds) {
+  std::uint32_t kind[filter_tile], missed = 0;
+  std::fill(kind, kind + filter_tile, std::uint32_t{unknown_kind});
+  for (std::uint32_t k = 0; k < known_count; ++k) {
+    const Combination one = known[k];
+    for (std::uint32_t i = 0; i < filter_tile; ++i) {
+      const std::uint32_t is_static = tile.is_static[i] != 0 ? 1 : 0;
+      const std::uint32_t differ =
+          (tile.group[i] ^ one.group) | (tile.mask[i] ^ one.mask) | (is_static ^ one.is_static);
+      kind[i] = differ == 0 ? k : kind[i];
+    }
+  }
+  for (std::uint32_t i = 0; i < filter_tile; ++i) {
+    missed |= kind[i] == unknown_kind;
+    kinds[i] = static_cast<std::uint8_t>(kind[i]);
+  }
+  return missed == 0;
+}
+
 void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, Emit& out) {
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const std::uint32_t first = same ? i + 1 : 0;
@@ -111,7 +131,7 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 
 }  // namespace
 
-const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,     word_range, transpose,
-                             sweep,       all_pairs,       nullptr, nullptr};
+const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,       word_range, transpose,
+                             sweep,       match_kinds,     all_pairs, nullptr,    nullptr};
 
 }  // namespace throng::cpu

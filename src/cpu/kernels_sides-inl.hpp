@@ -28,7 +28,7 @@ constexpr std::uint32_t side_lanes = static_cast<std::uint32_t>(hn::MaxLanes(DSi
 constexpr std::size_t side_steps = 4;  // targets that are compared before the next branch
 
 struct Sides {
-  VSide upper0, upper1, upper2, lower0, lower1, lower2, begins;
+  VSide upper0, upper1, upper2, lower0, lower1, lower2, asks;
   HWY_INLINE Sides(const Strip& s, std::size_t i)
       : upper0(hn::LoadU(DSide(), s.upper[0] + i)),
         upper1(hn::LoadU(DSide(), s.upper[1] + i)),
@@ -36,7 +36,7 @@ struct Sides {
         lower0(hn::LoadU(DSide(), s.lower[0] + i)),
         lower1(hn::LoadU(DSide(), s.lower[1] + i)),
         lower2(hn::LoadU(DSide(), s.lower[2] + i)),
-        begins(hn::LoadU(DSide(), s.begins + i)) {}
+        asks(hn::LoadU(DSide(), s.asks + i)) {}
 
   // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
   template <bool ordered>
@@ -50,10 +50,10 @@ struct Sides {
     if constexpr (!ordered) y = hn::Min(y, hn::Sub(hn::LoadU(d, s.upper[0] + t), lower0));
     return hn::Min(x, y);
   }
-  // That another column is the pair's home.
+  // That the pair is not told of here: another column is its home, or it is forbidden.
   HWY_INLINE hn::Mask<DSide> elsewhere(const Strip& s, std::size_t t) const {
     const DSide d;
-    return hn::Gt(hn::And(begins, hn::LoadU(d, s.begins + t)), hn::Zero(d));
+    return hn::Gt(hn::And(asks, hn::LoadU(d, s.begins + t)), hn::Zero(d));
   }
 };
 
@@ -69,7 +69,7 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
   for (std::size_t k = 0; k < side_steps; ++k) l[k] = q.least<ordered>(s, t + k);
   const auto met = [&](std::size_t k) HWY_ATTR {
     const __m256i begins = hn::LoadU(d, s.begins + t + k).raw;
-    return _mm256_mask_cmp_epi16_mask(_mm256_testn_epi16_mask(q.begins.raw, begins), l[k].raw,
+    return _mm256_mask_cmp_epi16_mask(_mm256_testn_epi16_mask(q.asks.raw, begins), l[k].raw,
                                       _mm256_setzero_si256(), _MM_CMPINT_NLE);
   };
   const auto bits = [&](std::size_t k) HWY_ATTR { return hn::BitCast(du, l[k]); };
@@ -135,9 +135,9 @@ template <Orientation orientation>
 HWY_NOINLINE void SideBySide<orientation>::defer(VSide l0, VSide l1, VSide l2, VSide l3,
                                                  std::size_t first, std::size_t at) {
   const DSide d;
-  const VSide begins = hn::LoadU(d, strip_.begins + first);
+  const VSide asks = hn::LoadU(d, strip_.asks + first);
   const auto tied = [&](VSide l, std::size_t k) HWY_ATTR {
-    const auto home = hn::Eq(hn::And(begins, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
+    const auto home = hn::Eq(hn::And(asks, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
     return std::uint64_t{bits_of(d, hn::And(home, hn::Eq(l, hn::Zero(d))))} << k * side_lanes;
   };
   ties_.add(first, at, tied(l0, 0) | tied(l1, 1) | tied(l2, 2) | tied(l3, 3));

@@ -139,7 +139,7 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
   if (queries_.framed) {
     for (std::uint32_t o = 0; o < count_; ++o) {
       const std::uint32_t q = windows_[o].query;
-      query_[q].begins = static_cast<std::uint16_t>(queries_.begins[begin_ + q]) * 0x10001u;
+      query_[q].asks = static_cast<std::uint16_t>(queries_.asks[begin_ + q]) * 0x10001u;
       query_[q].id = queries_.id[begin_ + q];
     }
   }

@@ -23,10 +23,6 @@ class Partition {
   // How many pairs all problems have; see foretell.hpp.
   std::size_t foretell(Search& search, Algorithm algorithm, Worker& worker) const;
 
-  static bool needed(const Boxes& boxes) noexcept {
-    return boxes.filters.world || boxes.filters.is_static;
-  }
-
  private:
   // Ids of active boxes: the movers by world, then the static ones by world; -1 is the first world.
   struct Sorted {

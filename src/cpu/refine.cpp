@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "cpu/kinds.hpp"
+
 namespace throng::cpu {
 namespace {
 
@@ -14,6 +16,14 @@ constexpr double tie_ns = 10;
 // A finer grid must promise to cost at most this share of the sweep.
 constexpr double worthwhile = 0.6;
 constexpr double most_replicas = 2;
+
+// One grid within the other. Where words tell of kinds, too, they have bits for one grid less.
+unsigned most_grids(const Search& search) {
+  constexpr unsigned with_kinds = Worker::max_depth - 1;
+  static_assert(3 * Worker::max_depth < 16 && 3 * with_kinds <= Kinds::first_bit &&
+                Kinds::first_bit + Kinds::bit_count < 16);
+  return search.kinds && search.kinds->words_tell() ? with_kinds : Worker::max_depth;
+}
 
 // What it takes to sweep the targets for one of the queries, estimated from some of them.
 double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& to) {
@@ -38,9 +48,9 @@ void label(const Strip& strip, std::uint32_t first, Level& inner) {
   std::copy(strip.id, strip.id + strip.count, inner.ids.data() + first);
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     inner.labels[first + i] = first + i;
-    // Three bits a grid, at most three grids, the inner one's lowest.
-    static_assert(3 * (Worker::max_depth - 1) <= 16, "the bits of all outer grids fit a word");
-    inner.before[first + i] = static_cast<std::uint16_t>(strip.begins[i] << 3);
+    // Three bits a grid, the inner one's lowest; those of kinds come anew.
+    const int before = strip.begins[i] & ((1 << Kinds::first_bit) - 1);
+    inner.before[first + i] = static_cast<std::uint16_t>(before << 3);
   }
 }
 
@@ -50,7 +60,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
             unsigned depth) {
   // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
-  if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= Worker::max_depth) return false;
+  if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= most_grids(search)) return false;
   const core::SweepCost& cost = search.kernels->sweep_cost;
   double sweep_ns = 0;
   if (problem.self) sweep_ns += a.count * sweep_ns_of(cost, a, a);

@@ -12,6 +12,7 @@
 #include "core/quantise.hpp"
 #include "cpu/emit.hpp"
 #include "cpu/kernels.hpp"
+#include "cpu/kinds.hpp"
 #include "cpu/memory.hpp"
 #include "cpu/sink.hpp"
 
@@ -86,8 +87,9 @@ struct Search {
   bool two_sets = false;
   float margin = 0;
   float cell_scale = 1;
-  bool flat = false;          // all boxes are 2-D
-  bool pair_filters = false;  // group, mask or owner is given
+  bool flat = false;             // all boxes are 2-D
+  const Kinds* kinds = nullptr;  // where static, group and mask forbid anything
+  bool owners = false;           // two boxes may have the same owner
   const Kernels* kernels = nullptr;
   const Executor* executor = nullptr;
   Memory* memory = nullptr;

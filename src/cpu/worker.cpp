@@ -9,14 +9,15 @@
 
 namespace throng::cpu {
 
-void StripSpace::lay_out(Strip& strip) {
+void StripSpace::lay_out(Strip& strip, bool with_kinds) {
   const std::size_t row = (strip.count + strip_padding + 63) / 64 * 64;
-  std::int16_t* w = words.room(7 * row);
+  std::int16_t* w = words.room((with_kinds ? 8 : 7) * row);
   for (int k = 0; k < 3; ++k) {
     strip.lower[k] = w + 2 * k * row;
     strip.upper[k] = w + (2 * k + 1) * row;
   }
   strip.begins = w + 6 * row;
+  strip.asks = with_kinds ? w + 7 * row : strip.begins;
   strip.id = ids.room(row);
 }
 
@@ -63,7 +64,8 @@ void Worker::begin(Search& search) {
   sure_.room(staging_pairs + emit_slack, true);
   stage();
   gap_ = room_ = Room{};
-  if (search.sink && !search.pair_filters && search.sink->extend(room_)) {
+  ask_kinds_ = search.kinds && !search.kinds->words_tell_all();
+  if (search.sink && !ask_kinds_ && !search.owners && search.sink->extend(room_)) {
     direct_ = true;
     cursor = room_.begin;
     limit = room_.end - emit_slack;
@@ -77,6 +79,12 @@ void Worker::stage() noexcept {
   direct_ = false;
   cursor = sure_.data();
   limit = cursor + staging_pairs;
+}
+
+void Worker::stage_from_now_on() noexcept {
+  if (!direct_) return;
+  room_.begin = cursor;
+  stage();
 }
 
 void Worker::drain() {
@@ -95,11 +103,13 @@ void Worker::set_frame(const Frame* frame) {
   if (frame == frame_) return;
   drain();
   frame_ = frame;
-  // Pairs of a frame are not yet what is handed on.
-  if (direct_) {
-    room_.begin = cursor;
-    stage();
-  }
+  stage_from_now_on();  // pairs of a frame are not yet what is handed on
+}
+
+void Worker::ask_kinds() {
+  if (!search_->kinds) return;
+  ask_kinds_ = true;
+  stage_from_now_on();
 }
 
 // The output room is full but for its last slack: that is filled with the last pairs of the next.
@@ -112,10 +122,7 @@ void Worker::next_room() {
     if (cursor <= limit) return;
   }
   Room next{cursor, room_.end};
-  if (!search_->sink->extend(next)) {
-    room_.begin = cursor;
-    return stage();
-  }
+  if (!search_->sink->extend(next)) return stage_from_now_on();
   if (next.begin != cursor) {
     gap_ = {cursor, room_.end};
     cursor = next.begin;
@@ -131,7 +138,7 @@ void Worker::flush_sure(Emit* emit) {
   std::size_t count = static_cast<std::size_t>(w.cursor - pairs);
   w.cursor = pairs;
   if (w.frame_) count = w.leave_frame(pairs, count);
-  if (w.search_->pair_filters) count = w.filter(pairs, count);
+  count = w.filter(pairs, count);
   for (Room* room : {&w.gap_, &w.room_}) {
     const std::size_t part = std::min(count, room->size());
     if (part == 0) continue;
@@ -189,26 +196,51 @@ std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
   return kept;
 }
 
-std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
+namespace {
+
+// Moves the pairs that are allowed to the front; how many they are. Without a branch: nobody can
+// guess what filters say.
+template <class Allowed>
+std::size_t keep(Pair* pairs, std::size_t count, const Allowed& allowed) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    pairs[kept] = pairs[i];
-    kept += wanted(pairs[i]);
+    const Pair pair = pairs[i];
+    pairs[kept] = pair;
+    kept += allowed(pair);
   }
   return kept;
 }
 
-bool Worker::wanted(Pair pair) const noexcept {
-  const Filters& fa = search_->a->filters;
-  const Filters& fb = search_->b->filters;
-  const std::uint32_t group_a = fa.group ? fa.group[pair.first] : 0xffffffffu;
-  const std::uint32_t group_b = fb.group ? fb.group[pair.second] : 0xffffffffu;
-  const std::uint32_t mask_a = fa.mask ? fa.mask[pair.first] : 0xffffffffu;
-  const std::uint32_t mask_b = fb.mask ? fb.mask[pair.second] : 0xffffffffu;
-  if ((group_a & mask_b) == 0 || (group_b & mask_a) == 0) return false;
-  if (!fa.owner || !fb.owner) return true;
-  const std::int32_t owner = fa.owner[pair.first];
-  return owner == -1 || owner != fb.owner[pair.second];
+// An absent filter of the two is all ones.
+std::size_t keep_by_group(const Strided<std::uint32_t>& group, const Strided<std::uint32_t>& mask,
+                          std::uint32_t Pair::*of_group, std::uint32_t Pair::*of_mask, Pair* pairs,
+                          std::size_t count) noexcept {
+  if (group && mask) {
+    return keep(pairs, count,
+                [=](Pair pair) { return (group[pair.*of_group] & mask[pair.*of_mask]) != 0; });
+  }
+  const Strided<std::uint32_t>& given = group ? group : mask;
+  const auto of = group ? of_group : of_mask;
+  return given ? keep(pairs, count, [=](Pair pair) { return given[pair.*of] != 0; }) : count;
+}
+
+}  // namespace
+
+std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
+  const Filters& a = search_->a->filters;
+  const Filters& b = search_->b->filters;
+  if (ask_kinds_) {
+    count = keep(pairs, count, search_->kinds->allowed());
+    if (!search_->kinds->grouped()) {
+      count = keep_by_group(a.group, b.mask, &Pair::first, &Pair::second, pairs, count);
+      count = keep_by_group(b.group, a.mask, &Pair::second, &Pair::first, pairs, count);
+    }
+  }
+  if (!search_->owners) return count;
+  return keep(pairs, count, [a = a.owner, b = b.owner](Pair pair) {
+    const std::int32_t owner = a[pair.first];
+    return (owner == -1) | (owner != b[pair.second]);
+  });
 }
 
 }  // namespace throng::cpu

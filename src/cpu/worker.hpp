@@ -14,8 +14,9 @@ class StripSpace {
  public:
   explicit StripSpace(Memory& memory) noexcept
       : sorted(memory), words(memory), ids(memory), buckets(memory) {}
-  // Points the arrays of `strip` at room for strip.count boxes.
-  void lay_out(Strip& strip);
+  // Points the arrays of `strip` at room for strip.count boxes; with_kinds: what a box asks as a
+  // query is not what it tells as a target.
+  void lay_out(Strip& strip, bool with_kinds);
   void match(const StripSpace& other);
 
   Buffer<Record> sorted;
@@ -57,6 +58,8 @@ class Worker : public Emit {
   // At the end: gives back what room of the output it has left, too.
   void finish();
   void set_frame(const Frame* frame);
+  // Pairs come that no words of kinds were asked about.
+  void ask_kinds();
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
@@ -72,10 +75,10 @@ class Worker : public Emit {
   static void flush_sure(Emit* emit);
   static void flush_unsure(Emit* emit);
   void stage() noexcept;
+  void stage_from_now_on() noexcept;
   void next_room();
   std::size_t leave_frame(Pair* pairs, std::size_t count) const noexcept;
   std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
-  bool wanted(Pair pair) const noexcept;
 
   Memory* memory_;
   Search* search_ = nullptr;
@@ -85,6 +88,7 @@ class Worker : public Emit {
   // Where pairs go straight into the output: the room that is being written, and one before it
   // whose end was too short to be written safely. Else pairs are staged.
   bool direct_ = false;
+  bool ask_kinds_ = false;  // of the pairs that are staged
   Room room_{}, gap_{};
 };
 

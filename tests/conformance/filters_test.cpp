@@ -134,6 +134,82 @@ TEST_P(Filter, AllStaticAllOneOwnerAllOneWorld) {
   expect_exact(view, config(), Answer{});
 }
 
+// Scenes of a few kinds of boxes: layers that meet some others, as games have them. What pairs with
+// what is told by as many bits as a sweep has for it, or by a few more, or by far too many.
+TEST_P(Filter, Layers) {
+  const BoxList boxes = snapped_boxes(1500, 20, 1, 21);
+  const std::size_t n = boxes.size();
+  for (const int layers : {1, 2, 3, 6, 7, 16, 17, 32}) {
+    SCOPED_TRACE(std::to_string(layers) + " layers");
+    Random r(40 + static_cast<std::uint64_t>(layers));
+    std::vector<std::uint32_t> meets(static_cast<std::size_t>(layers));
+    for (std::uint32_t& mask : meets) mask = static_cast<std::uint32_t>(r.next());
+    std::vector<std::uint32_t> group(n), mask(n);
+    std::vector<std::uint8_t> still(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto layer = static_cast<std::size_t>(r.between(0, layers - 1));
+      group[i] = 1u << layer;
+      mask[i] = meets[layer];
+      still[i] = layer % 4 == 3;
+    }
+    Boxes view = boxes;
+    view.filters.group = {group.data(), n};
+    view.filters.mask = {mask.data(), n};
+    expect_exact(view, config(), reference_pairs(view));
+    view.filters.is_static = {still.data(), n};
+    expect_exact(view, config(), reference_pairs(view));
+    view.filters.group = {};
+    view.filters.mask = {};
+    expect_exact(view, config(), reference_pairs(view));
+  }
+}
+
+// Two sets whose kinds differ, the sets in either role.
+TEST_P(Filter, LayersOfTwoSets) {
+  const BoxList a = snapped_boxes(900, 14, 1, 22), b = snapped_boxes(700, 14, 1, 23);
+  std::vector<std::uint32_t> group_a, mask_a, group_b, mask_b;
+  std::vector<std::uint8_t> still_a, still_b;
+  for (std::uint32_t i = 0; i < a.size(); ++i) {
+    group_a.push_back(1u << i % 3);
+    mask_a.push_back(i % 3 == 0 ? 1u : 6u);
+    still_a.push_back(i % 5 == 0);
+  }
+  for (std::uint32_t i = 0; i < b.size(); ++i) {
+    group_b.push_back(1u << i % 4);
+    mask_b.push_back(i % 4 == 1 ? 2u : 5u);
+    still_b.push_back(i % 7 < 3);
+  }
+  Boxes first = a, second = b;
+  first.filters.group = {group_a.data(), a.size()};
+  first.filters.mask = {mask_a.data(), a.size()};
+  first.filters.is_static = {still_a.data(), a.size()};
+  second.filters.group = {group_b.data(), b.size()};
+  second.filters.mask = {mask_b.data(), b.size()};
+  second.filters.is_static = {still_b.data(), b.size()};
+  expect_exact(first, second, config(), reference_pairs(first, second));
+  expect_exact(second, first, config(), reference_pairs(second, first));
+}
+
+// A crowd of static boxes in one place costs nothing that grows with its square, be they few or
+// many; and boxes that pair with none are not compared at all.
+TEST_P(Filter, CrowdsOfStaticBoxes) {
+  if (config().backend != Backend::cpu || config().algorithm == Algorithm::all_pairs) GTEST_SKIP();
+  for (const std::size_t one_in : {2, 6}) {
+    BoxList boxes = uniform_boxes(24000, 24);
+    std::vector<std::uint8_t> still(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); i += one_in) {
+      boxes[i] = boxes[0];
+      still[i] = 1;
+    }
+    Boxes view = boxes;
+    view.filters.is_static = {still.data(), boxes.size()};
+    Finder finder(options());
+    const Result result = finder.find(view);
+    ASSERT_TRUE(result.ok()) << result.message;
+    EXPECT_LE(result.comparisons, 100 * (boxes.size() + result.found));
+  }
+}
+
 // What can never pair is not even compared, but by brute force of a device.
 TEST_P(Filter, StaticBoxesAreNotCompared) {
   if (config().backend != Backend::cpu && config().algorithm != Algorithm::grid) GTEST_SKIP();

@@ -67,7 +67,7 @@ TEST(Edges, AStripOfTheMostBoxes) {
   for (const std::uint64_t count : {max_box_count, max_box_count - 1, std::uint64_t{1} << 31}) {
     Strip strip;
     strip.count = static_cast<std::uint32_t>(count);
-    EXPECT_THROW(space.lay_out(strip), NoMemory);
+    EXPECT_THROW(space.lay_out(strip, false), NoMemory);
     EXPECT_GE(asked.bytes, 7 * count * sizeof(std::int16_t));
   }
 }

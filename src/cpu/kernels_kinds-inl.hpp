@@ -1,0 +1,45 @@
+// Which combination of filters each box has. Included once an instruction set.
+#if defined(THRONG_KERNELS_KINDS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_KINDS_INL
+#undef THRONG_KERNELS_KINDS_INL
+#else
+#define THRONG_KERNELS_KINDS_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "cpu/kernels.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace throng::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+inline bool match_kinds(const FilterTile& tile, const Combination* known, std::uint32_t known_count,
+                        std::uint8_t* kinds) {
+  const hn::ScalableTag<std::uint32_t> d;
+  const hn::RebindToSigned<decltype(d)> signed_d;
+  const hn::Rebind<std::uint8_t, decltype(d)> bytes;
+  constexpr std::uint32_t lanes = static_cast<std::uint32_t>(hn::MaxLanes(d));
+  const auto nothing = hn::Set(d, unknown_kind);
+  auto missed = hn::Zero(d);
+  for (std::uint32_t i = 0; i < filter_tile; i += lanes) {
+    const auto group = hn::LoadU(d, tile.group + i), mask = hn::LoadU(d, tile.mask + i);
+    const auto moves = hn::Eq(hn::PromoteTo(d, hn::LoadU(bytes, tile.is_static + i)), hn::Zero(d));
+    const auto is_static = hn::IfThenZeroElse(moves, hn::Set(d, 1));
+    auto kind = nothing;
+    for (std::uint32_t k = 0; k < known_count; ++k) {
+      const auto differ = hn::Or(hn::Or(hn::Xor(group, hn::Set(d, known[k].group)),
+                                        hn::Xor(mask, hn::Set(d, known[k].mask))),
+                                 hn::Xor(is_static, hn::Set(d, known[k].is_static)));
+      kind = hn::IfThenElse(hn::Eq(differ, hn::Zero(d)), hn::Set(d, k), kind);
+    }
+    missed = hn::Max(missed, kind);
+    hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(signed_d, kind)), bytes, kinds + i);
+  }
+  return hn::AllFalse(d, hn::Eq(missed, nothing));
+}
+
+}  // namespace throng::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

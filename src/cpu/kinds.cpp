@@ -1,0 +1,181 @@
+#include "cpu/kinds.hpp"
+
+#include <algorithm>
+
+#include "cpu/search.hpp"
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// What absent filters say of a tile's boxes.
+struct Absent {
+  std::uint32_t ones[filter_tile];
+  std::uint8_t zeros[filter_tile] = {};
+  Absent() { std::fill(ones, ones + filter_tile, 0xffffffffu); }
+};
+
+// The values of a tile's boxes side by side: the filter's own where a whole tile of them lies so,
+// else in `room`, the last repeated.
+template <class T>
+const T* side_by_side(const Strided<T>& filter, std::size_t begin, std::size_t count,
+                      const T* absent, T* room) noexcept {
+  if (!filter) return absent;
+  if (filter.stride_bytes == sizeof(T) && count == filter_tile) return filter.data + begin;
+  for (std::size_t i = 0; i < count; ++i) room[i] = filter[begin + i];
+  std::fill(room + count, room + filter_tile, room[count - 1]);
+  return room;
+}
+
+}  // namespace
+
+// What one task knows of all boxes by now, and room for a tile's filters.
+struct Kinds::Task {
+  bool grouped = true;  // as it was at the beginning of this reading of all
+  std::uint32_t known_count = 0;
+  Combination known[most];
+  std::uint32_t least_world = 0xffffffffu;
+  std::int32_t most_world = 0;
+  alignas(64) std::uint32_t group[filter_tile], mask[filter_tile];
+  alignas(64) std::int32_t world[filter_tile];
+  alignas(64) std::uint8_t is_static[filter_tile];
+
+  void read_worlds(const Strided<std::int32_t>&, std::size_t begin, std::size_t count) noexcept;
+};
+
+// World -1, that of all, is the greatest without a sign and the least with one.
+void Kinds::Task::read_worlds(const Strided<std::int32_t>& filter, std::size_t begin,
+                              std::size_t count) noexcept {
+  const std::int32_t* const worlds =
+      side_by_side<std::int32_t>(filter, begin, count, nullptr, world);
+  std::int32_t differ = 0;
+  for (std::size_t i = 0; i < filter_tile; ++i) differ |= worlds[i] ^ worlds[0];
+  for (std::size_t i = 0; i < (differ != 0 ? filter_tile : 1); ++i) {
+    least_world = std::min(least_world, static_cast<std::uint32_t>(worlds[i]));
+    most_world = std::max(most_world, worlds[i]);
+  }
+}
+
+// The tile's combinations that are new, and those that other tasks have met. Too many: none counts.
+void Kinds::learn(const FilterTile& tile, const std::uint8_t* kinds, Task& task) noexcept {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (std::size_t i = 0; i < filter_tile; ++i) {
+    if (kinds[i] != unknown_kind) continue;
+    const Combination one{tile.group[i], tile.mask[i], tile.is_static[i] != 0};
+    Combination* const end = known_ + known_count_;
+    if (std::find(known_, end, one) != end) continue;
+    if (known_count_ == most) {
+      grouped_ = false;
+      return;
+    }
+    known_[known_count_++] = one;
+  }
+  std::copy(known_, known_ + known_count_, task.known);
+  task.known_count = known_count_;
+}
+
+void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin, std::size_t count,
+                      std::uint8_t* kinds, Task& task) noexcept {
+  if (f.world) task.read_worlds(f.world, begin, count);
+  if (!kinds) return;
+  const Strided<std::uint32_t> none;
+  static const Absent absent;
+  const FilterTile tile{
+      side_by_side(task.grouped ? f.group : none, begin, count, absent.ones, task.group),
+      side_by_side(task.grouped ? f.mask : none, begin, count, absent.ones, task.mask),
+      side_by_side(f.is_static, begin, count, absent.zeros, task.is_static)};
+  const auto match = search.kernels->match_kinds;
+  while (!match(tile, task.known, task.known_count, kinds + begin) && task.grouped == grouped())
+    learn(tile, kinds + begin, task);
+}
+
+// False where there turned out to be too many combinations.
+bool Kinds::read_all(Search& search, unsigned task_count) {
+  const bool grouped = this->grouped();
+  known_count_ = 0;
+  std::uint32_t least_world = 0xffffffffu;
+  std::int32_t most_world = 0;
+  const auto has_kinds = [](const Filters& f) { return f.group || f.mask || f.is_static; };
+  const bool kinds_too = has_kinds(search.a->filters) || has_kinds(search.b->filters);
+  for (const bool second : {false, true}) {
+    if (second && !two_sets_) continue;
+    const Boxes& boxes = second ? *search.b : *search.a;
+    std::uint8_t* const kinds = kinds_too ? of_[second].room(boxes.size() + filter_tile) : nullptr;
+    Shares shares(boxes.size(), task_count, filter_tile);
+    auto read = [&](unsigned t) {
+      Task task;
+      task.grouped = grouped;
+      std::size_t begin, end;
+      while (!search.over() && shares.take(t, begin, end)) {
+        for (std::size_t at = begin; at < end && grouped == this->grouped(); at += filter_tile)
+          read_tile(search, boxes.filters, at, std::min<std::size_t>(filter_tile, end - at), kinds,
+                    task);
+      }
+      const std::lock_guard<std::mutex> lock(mutex_);
+      least_world = std::min(least_world, task.least_world);
+      most_world = std::max(most_world, task.most_world);
+    };
+    run_tasks(*search.executor, task_count, read);
+  }
+  several_worlds_ = least_world < static_cast<std::uint32_t>(most_world);
+  return grouped == this->grouped();
+}
+
+void Kinds::read(Search& search, unsigned task_count) {
+  two_sets_ = search.two_sets;
+  grouped_ = true;
+  if (!read_all(search, task_count)) read_all(search, task_count);
+  const auto is_static = [](const Combination& one) { return one.is_static != 0; };
+  some_static_ = std::any_of(known_, known_ + known_count_, is_static);
+  all_static_ = std::all_of(known_, known_ + known_count_, is_static);
+}
+
+void Kinds::settle(bool static_apart) noexcept {
+  const auto both_static = [&](const Combination& x, const Combination& y) {
+    return !static_apart && (x.is_static & y.is_static) != 0;
+  };
+  forbid_ = !grouped();
+  for (std::uint32_t k = 0; k < known_count_; ++k) {
+    const Combination& one = known_[k];
+    unsigned row = 0;
+    for (std::uint32_t j = 0; j < known_count_; ++j) {
+      const Combination& other = known_[j];
+      const bool never =
+          (one.group & other.mask) == 0 || (other.group & one.mask) == 0 || both_static(one, other);
+      row |= unsigned{never} << j;
+    }
+    forbidden_[k] = static_cast<std::uint16_t>(row);
+    forbid_ = forbid_ || row != 0;
+  }
+
+  // A target's bit says which kinds it pairs with, where not with all; a query has the bits of all
+  // with which it does not pair.
+  std::uint16_t rows[bit_count];
+  unsigned row_count = 0;
+  in_words_ = true;
+  for (std::uint32_t k = 0; k < known_count_; ++k) {
+    as_target_[k] = 0;
+    if (forbidden_[k] == 0) continue;
+    const auto row = static_cast<unsigned>(std::find(rows, rows + row_count, forbidden_[k]) - rows);
+    in_words_ = in_words_ && row < bit_count;
+    if (!in_words_) break;
+    if (row == row_count) rows[row_count++] = forbidden_[k];
+    as_target_[k] = static_cast<std::uint16_t>(1u << (first_bit + row));
+  }
+  if (!in_words_) {
+    for (std::uint32_t k = 0; k < known_count_; ++k)
+      as_target_[k] = both_static(known_[k], known_[k]) ? 1u << first_bit : 0;
+  }
+  unsigned told = 0;
+  for (std::uint32_t k = 0; k < known_count_; ++k) {
+    unsigned word = in_words_ ? 0 : as_target_[k];
+    for (std::uint32_t j = 0; j < known_count_ && in_words_; ++j)
+      word |= (forbidden_[k] >> j & 1) != 0 ? as_target_[j] : 0u;
+    as_query_[k] = static_cast<std::uint16_t>(word);
+    told |= word;
+  }
+  words_tell_ = told != 0;
+  in_words_ = in_words_ && grouped();
+}
+
+}  // namespace throng::cpu
