@@ -47,10 +47,13 @@ struct GridPlan {
   bool all_pairs = false;
   std::uint32_t sweep_axis = 0;
   Quantiser map;
-  double replicas = 1;     // columns that a box is expected to be entered in
-  bool crowded = false;    // boxes lie closer than spread evenly
-  double expected_ns = 0;  // of one thread
+  std::uint32_t worlds = 1;  // each has columns of its own, as many as the map, in order of worlds
+  double replicas = 1;       // columns that a box is expected to be entered in
+  bool crowded = false;      // boxes lie closer than spread evenly
+  double expected_ns = 0;    // of one thread
   const char* reason = "";
+
+  std::uint32_t column_count() const noexcept { return map.column_count() * worlds; }
 };
 
 // `sweep_cost`: what the kernels' comparisons cost. `forced`: automatic, all_pairs or grid.

@@ -229,14 +229,15 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   const std::uint32_t wide_count = space_.wide_count_[side];
   if (wide_count == 0 || targets.count == 0) return;
   const core::Quantiser& map = plan_.map;
-  const std::int32_t at[3] = {static_cast<std::int32_t>(column / map.stride[0]),
-                              static_cast<std::int32_t>(column / map.stride[1] % map.columns[1]),
-                              static_cast<std::int32_t>(column % map.columns[2])};
+  const std::uint32_t here = column % map.column_count(), place = column - here;
+  const std::int32_t at[3] = {static_cast<std::int32_t>(here / map.stride[0]),
+                              static_cast<std::int32_t>(here / map.stride[1] % map.columns[1]),
+                              static_cast<std::int32_t>(here % map.columns[2])};
   Record* clipped = level_.wide_strip.sorted.room(wide_count + strip_padding);
   Strip strip;
   for (std::uint32_t i = 0; i < wide_count; ++i) {
     const Spanning& s = space_.wide_[side][i];
-    bool touches = true;
+    bool touches = s.place == place || s.place == beyond_next;
     for (int k = 0; k < 3; ++k) {
       touches &= core::column_of(s.lower[k]) <= at[k] && at[k] <= core::column_of(s.upper[k]);
     }

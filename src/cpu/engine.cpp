@@ -37,10 +37,6 @@ class Clock {
   std::chrono::steady_clock::time_point last_;
 };
 
-std::uint64_t box_count(const Search& s) noexcept {
-  return std::uint64_t{s.a->size()} + (s.two_sets ? s.b->size() : 0);
-}
-
 }  // namespace
 
 struct Engine::Call {
@@ -79,15 +75,34 @@ void Engine::read_filters(Call& call) {
   search.owners = search.a->filters.owner && search.b->filters.owner;
   const bool has_kinds = Kinds::needed(*search.a) || Kinds::needed(*search.b);
   if (has_kinds) kinds_.read(search, call.tasks);
-  call.partitioned = has_kinds && kinds_.several_worlds();
+  const bool several_worlds = has_kinds && kinds_.several_worlds();
+  call.partitioned = several_worlds && call.options.algorithm == Algorithm::all_pairs;
   if (!call.partitioned) {
     call.plan = make_plan(search, call.whole, call.options.algorithm);
-    call.partitioned = has_kinds && kinds_.some_static() &&
-                       static_better_apart(search, kinds_, call.plan);
+    if (several_worlds) plan_for_worlds(call);
+    if (!call.partitioned && has_kinds && kinds_.some_static())
+      call.partitioned = static_better_apart(search, kinds_, call.plan);
   }
+  if (call.partitioned) search.wide_worlds = search.any_worlds = false;
   if (!has_kinds) return;
   kinds_.settle(call.partitioned);
   search.kinds = kinds_.forbid() ? &kinds_ : nullptr;
+}
+
+// Each world with columns of its own; or all together, where that costs little, as it does where
+// worlds lie apart; or each a problem of its own.
+void Engine::plan_for_worlds(Call& call) {
+  Search& search = call.search;
+  constexpr double little_ns = 25;  // a box
+  core::GridPlan apart;
+  if (plan_worlds(search, kinds_, apart) && apart.expected_ns < call.plan.expected_ns) {
+    call.plan = apart;
+    search.wide_worlds = true;
+  } else if (call.plan.expected_ns <= little_ns * static_cast<double>(box_count(search))) {
+    search.any_worlds = true;
+  } else {
+    call.partitioned = true;
+  }
 }
 
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
@@ -331,7 +346,7 @@ std::size_t Engine::enough_bytes(const Call& call) const noexcept {
   const double records =
       std::max<double>(static_cast<double>(grid_.record_bound()),
                        static_cast<double>(boxes) * std::max(1.5, 1.25 * call.plan.replicas));
-  const double columns = call.plan.map.column_count();
+  const double columns = call.plan.column_count();
   const double column = std::min(records, 8 * records / columns + 4096);
   const double tasks = call.tasks;
   // A column's boxes: records in order, words, doubled words, buckets, ids; see StripSpace.

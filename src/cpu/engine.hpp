@@ -46,9 +46,11 @@ class Engine {
 
   Memory& memory() noexcept { return memory_; }
   Buffer<Pair>& pairs() noexcept { return pairs_; }
-  // The plan of the last call's one grid; null where there was none: brute force, or a problem a
-  // world.
-  const core::GridPlan* whole_plan() const noexcept { return has_grid_ ? &grid_plan_ : nullptr; }
+  // The plan of the last call's one grid; null where there was none: brute force, or worlds by
+  // themselves.
+  const core::GridPlan* whole_plan() const noexcept {
+    return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
+  }
   // tell(what, bytes) of each part of what is held.
   template <class Tell>
   void tell_memory(const Tell& tell) const {
@@ -65,6 +67,7 @@ class Engine {
  private:
   struct Call;
   void read_filters(Call&);
+  void plan_for_worlds(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
   void guess_room(Call&, Output&);

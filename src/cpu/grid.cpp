@@ -13,6 +13,17 @@ namespace {
 // A box in more columns than this is kept apart and swept over each of them; see column.cpp.
 constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
+// Room for a tile's places, read on to the end of a vector.
+constexpr std::uint32_t place_room = bin_tile + 16;
+
+// Where the columns of each box's world begin; those of all worlds are left to the caller.
+void places_of(const Strided<std::int32_t>& worlds, std::size_t begin, std::uint32_t count,
+               std::uint32_t columns, std::uint32_t* places) noexcept {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::int32_t world = worlds ? worlds[begin + i] : -1;
+    places[i] = world < 0 ? beyond_next : static_cast<std::uint32_t>(world) * columns;
+  }
+}
 
 }  // namespace
 
@@ -104,13 +115,15 @@ std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
 }
 
 void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned task_count) {
-  columns_ = plan.map.column_count();
+  columns_ = plan.column_count();
   tasks_ = task_count;
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
   const double per_chain = records / (static_cast<double>(columns_) * task_count);
   // About four blocks a chain: the last of each is half empty.
   block_bytes_ = 32768;
-  while (block_bytes_ > 512 && block_bytes_ * 4 > per_chain * sizeof(Record)) block_bytes_ /= 2;
+  const std::uintptr_t least_bytes = plan.worlds > 1 ? 128 : 512;
+  while (block_bytes_ > least_bytes && block_bytes_ * 4 > per_chain * sizeof(Record))
+    block_bytes_ /= 2;
   const std::size_t chains = std::size_t{columns_} * task_count;
   const std::size_t blocks =
       static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
@@ -145,7 +158,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
         Worker& worker = *team[t];
         BinReport mine;
         for (unsigned side = 0; side < 2; ++side) {
-          bin_side(search, side ? problem.targets : problem.queries, side, plan.map, worker, t,
+          bin_side(search, side ? problem.targets : problem.queries, side, plan, worker, t,
                    shares[side], mine);
         }
         const std::lock_guard<std::mutex> lock(merge);
@@ -170,7 +183,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
 }
 
 void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
-                         const core::Quantiser& map, Worker& worker, unsigned t, Shares& shares,
+                         const core::GridPlan& plan, Worker& worker, unsigned t, Shares& shares,
                          BinReport& report) {
   BinTask& task = worker.bin;
   task.space = this;
@@ -193,15 +206,19 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[bin_tile * 6 + 1];
+  alignas(64) std::uint32_t places[place_room] = {};
+  task.place = plan.worlds > 1 ? places : nullptr;
   // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
   std::size_t begin, end;
   while (!search.over() && shares.take(t, begin, end)) {
     for (std::uint32_t at = static_cast<std::uint32_t>(begin), count = 0; at < end; at += count) {
       count = std::min(bin_tile, static_cast<std::uint32_t>(end) - at);
-      if (packed && at < safe) {
+      if (packed && at < safe)
         count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
+      if (task.place) places_of(boxes.filters.world, at, count, plan.map.column_count(), places);
+      if (packed && at < safe) {
         bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
-                    count, index, map, worker, report);
+                    count, index, plan.map, worker, report);
         continue;
       }
       for (std::uint32_t i = 0; i < count; ++i) {
@@ -216,7 +233,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
         std::memcpy(tile + 6 * i, &box, sizeof box);
       }
       bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
-                  names ? names + at : nullptr, at, count, index, map, worker, report);
+                  names ? names + at : nullptr, at, count, index, plan.map, worker, report);
     }
   }
 }
@@ -256,7 +273,7 @@ void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t strid
     Box box;
     std::memcpy(&box, boxes + i * stride, sizeof box);
     if (core::is_active(box)) {
-      enter_spanning(map, task, side, box, task.whole[i]);
+      enter_spanning(map, task, side, box, task.whole[i], task.place ? task.place[i] : 0);
     } else {
       report.add_inactive(task.whole[i].id, core::has_nan(box), side == 1);
     }
@@ -264,7 +281,7 @@ void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t strid
 }
 
 void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsigned side,
-                               const Box& box, const Record& record) {
+                               const Box& box, const Record& record, std::uint32_t place) {
   const float corner[6] = {box.lower.x, box.lower.y, box.lower.z,
                            box.upper.x, box.upper.y, box.upper.z};
   std::int32_t lower[3], upper[3], from[3], to[3];
@@ -276,9 +293,10 @@ void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsign
     to[k] = core::column_of(upper[k]);
     touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
   }
-  if (touched > wide_limit) {
+  if (touched > wide_limit || place >= most_columns) {
     Spanning wide;
     wide.id = record.id;
+    wide.place = place;
     std::copy(lower, lower + 3, wide.lower);
     std::copy(upper, upper + 3, wide.upper);
     const std::lock_guard<std::mutex> lock(wide_mutex_);
@@ -301,7 +319,7 @@ void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsign
         in_z.begins_before(2, z > from[2]);
         in_z.ends_after(2, z < to[2]);
         append(task,
-               static_cast<std::uint32_t>(x) * map.stride[0] +
+               place + static_cast<std::uint32_t>(x) * map.stride[0] +
                    static_cast<std::uint32_t>(y) * map.stride[1] +
                    static_cast<std::uint32_t>(z) * map.stride[2],
                in_z);

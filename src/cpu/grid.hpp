@@ -55,12 +55,13 @@ class GridSpace {
   std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);
-  void bin_side(Search&, const Side&, unsigned side, const core::Quantiser&, Worker&, unsigned task,
+  void bin_side(Search&, const Side&, unsigned side, const core::GridPlan&, Worker&, unsigned task,
                 Shares&, BinReport&);
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
                    std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantiser&,
                    Worker&, BinReport&);
-  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, const Box&, const Record&);
+  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, const Box&, const Record&,
+                      std::uint32_t place);
   static void append(BinTask&, std::uint32_t column, const RecordWords&);
   std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
@@ -110,6 +111,10 @@ struct Level {
 // Plans from a sample of a problem's boxes.
 core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 
+// The plan of a problem of several worlds that lie in one place: each has columns of its own. False
+// where that is no good: worlds of very different sizes, or places, too many of them, or of boxes
+// that are of all worlds.
+bool plan_worlds(const Search&, const Kinds&, core::GridPlan&);
 // Whether static boxes are better searched apart from those that move (partition.hpp) than with all
 // and only not told of (kinds.hpp). `all`: the plan of all boxes.
 bool static_better_apart(const Search&, const Kinds&, const core::GridPlan& all);

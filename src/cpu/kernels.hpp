@@ -24,6 +24,7 @@ struct Spanning {
   std::int32_t lower[3];
   std::int32_t upper[3];
   std::uint32_t id;
+  std::uint32_t place;  // as in BinTarget
 };
 
 // What binning finds out of a box, in one number: its column, of the lower corner, in the low bits;
@@ -52,6 +53,10 @@ struct BinTarget {
       return at;
     return next_block(this, column);
   }
+
+  // Of each box of a tile, added to its column's number: where its world's columns begin; or
+  // beyond_next, and it is left to the caller. Null: 0. Readable as boxes are, a vector's worth.
+  const std::uint32_t* place = nullptr;
 
   // Of the last tile.
   std::uint32_t odd_count = 0;

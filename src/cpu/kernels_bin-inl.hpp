@@ -268,7 +268,11 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
       const auto mixed = hn::Add(hn::Add(along(x, stride_x, Bits<column_bits>()),
                                          along(y, stride_y, Bits<column_bits + 2>())),
                                  along(z, stride_z, Bits<column_bits + 4>()));
-      const auto number = hn::TableLookupLanes(mixed, in_order);
+      auto number = hn::TableLookupLanes(mixed, in_order);
+      if (out.place) {
+        const auto world = hn::LoadU(du, out.place + i), low = hn::Set(du, most_columns - 1);
+        number = hn::Or(hn::Add(number, hn::And(world, low)), hn::AndNot(low, world));
+      }
       hn::StoreU(number, du, out.number + i);
       // Listed without a branch; the last vector may have places beyond.
       std::uint32_t bits = bits_of(du, hn::Gt(number, hn::Set(du, most_columns - 1)));

@@ -29,7 +29,8 @@ void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
       one_column &= core::column_of(upper) == core::column_of(lower);
       column += static_cast<std::uint32_t>(core::column_of(lower)) * map.stride[k];
     }
-    if (!one_column) {
+    if (out.place) column += out.place[i] & (most_columns - 1);
+    if (!one_column || (out.place && out.place[i] >= most_columns)) {
       out.odd[out.odd_count++] = i;
       continue;
     }

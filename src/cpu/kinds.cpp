@@ -35,7 +35,8 @@ struct Kinds::Task {
   std::uint32_t known_count = 0;
   Combination known[most];
   std::uint32_t least_world = 0xffffffffu;
-  std::int32_t most_world = 0;
+  std::int32_t greatest_world = 0;
+  std::uint64_t everywhere = 0;
   alignas(64) std::uint32_t group[filter_tile], mask[filter_tile];
   alignas(64) std::int32_t world[filter_tile];
   alignas(64) std::uint8_t is_static[filter_tile];
@@ -48,12 +49,18 @@ void Kinds::Task::read_worlds(const Strided<std::int32_t>& filter, std::size_t b
                               std::size_t count) noexcept {
   const std::int32_t* const worlds =
       side_by_side<std::int32_t>(filter, begin, count, nullptr, world);
-  std::int32_t differ = 0;
+  std::uint32_t least = least_world;
+  std::int32_t greatest = greatest_world, differ = 0, all = 0;
   for (std::size_t i = 0; i < filter_tile; ++i) differ |= worlds[i] ^ worlds[0];
   for (std::size_t i = 0; i < (differ != 0 ? filter_tile : 1); ++i) {
-    least_world = std::min(least_world, static_cast<std::uint32_t>(worlds[i]));
-    most_world = std::max(most_world, worlds[i]);
+    least = std::min(least, static_cast<std::uint32_t>(worlds[i]));
+    greatest = std::max(greatest, worlds[i]);
   }
+  least_world = least;
+  greatest_world = greatest;
+  if (differ == 0 && worlds[0] != -1) return;
+  for (std::size_t i = 0; i < count; ++i) all += worlds[i] == -1;
+  everywhere += static_cast<std::uint32_t>(all);
 }
 
 // The tile's combinations that are new, and those that other tasks have met. Too many: none counts.
@@ -94,7 +101,8 @@ bool Kinds::read_all(Search& search, unsigned task_count) {
   const bool grouped = this->grouped();
   known_count_ = 0;
   std::uint32_t least_world = 0xffffffffu;
-  std::int32_t most_world = 0;
+  greatest_world_ = 0;
+  everywhere_ = 0;
   const auto has_kinds = [](const Filters& f) { return f.group || f.mask || f.is_static; };
   const bool kinds_too = has_kinds(search.a->filters) || has_kinds(search.b->filters);
   for (const bool second : {false, true}) {
@@ -113,11 +121,13 @@ bool Kinds::read_all(Search& search, unsigned task_count) {
       }
       const std::lock_guard<std::mutex> lock(mutex_);
       least_world = std::min(least_world, task.least_world);
-      most_world = std::max(most_world, task.most_world);
+      greatest_world_ = std::max(greatest_world_, task.greatest_world);
+      everywhere_ += task.everywhere;
     };
     run_tasks(*search.executor, task_count, read);
   }
-  several_worlds_ = least_world < static_cast<std::uint32_t>(most_world);
+  several_worlds_ = least_world < static_cast<std::uint32_t>(greatest_world_) &&
+                    search.a->filters.world && search.b->filters.world;
   return grouped == this->grouped();
 }
 

@@ -34,8 +34,12 @@ class Kinds {
   }
   // Reads the filters of the search's set, or sets.
   void read(Search&, unsigned task_count);
-  // Whether there are boxes of two worlds, those of all worlds aside, and static ones.
+  // Whether there are boxes of two worlds, those of all worlds aside, that could meet; the greatest
+  // number of a world; and how many boxes are of all.
   bool several_worlds() const noexcept { return several_worlds_; }
+  std::int32_t greatest_world() const noexcept { return greatest_world_; }
+  std::uint64_t everywhere() const noexcept { return everywhere_; }
+  // Whether there are static boxes, and none but these.
   bool some_static() const noexcept { return some_static_; }
   bool all_static() const noexcept { return all_static_; }
   bool is_static(bool second, std::uint32_t id) const noexcept {
@@ -77,6 +81,8 @@ class Kinds {
   bool two_sets_ = false;
   bool several_worlds_ = false, some_static_ = false, all_static_ = false;
   bool forbid_ = false, words_tell_ = false, in_words_ = false;
+  std::int32_t greatest_world_ = 0;
+  std::uint64_t everywhere_ = 0;
   std::atomic<bool> grouped_ = true;
   std::mutex mutex_;  // of what tasks find out
   std::uint32_t known_count_ = 0;

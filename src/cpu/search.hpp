@@ -90,6 +90,8 @@ struct Search {
   bool flat = false;             // all boxes are 2-D
   const Kinds* kinds = nullptr;  // where static, group and mask forbid anything
   bool owners = false;           // two boxes may have the same owner
+  // Boxes of two worlds may be compared: two that span too many columns, or any two.
+  bool wide_worlds = false, any_worlds = false;
   const Kernels* kernels = nullptr;
   const Executor* executor = nullptr;
   Memory* memory = nullptr;
@@ -142,5 +144,10 @@ struct Search {
   Status status_ = Status::ok;
   std::size_t bytes_ = 0;
 };
+
+// Of both sets.
+inline std::uint64_t box_count(const Search& s) noexcept {
+  return std::uint64_t{s.a->size()} + (s.two_sets ? s.b->size() : 0);
+}
 
 }  // namespace throng::cpu

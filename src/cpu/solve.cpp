@@ -1,6 +1,5 @@
 // From a problem to a plan, and a problem solved by one worker.
 #include <algorithm>
-#include <cmath>
 
 #include "cpu/grid.hpp"
 #include "cpu/prefetch.hpp"
@@ -57,42 +56,6 @@ core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm
   count += sample_side(search, problem.targets, wanted - std::min(first, wanted), sample + count);
   return core::plan(core::measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
                     search.cell_scale);
-}
-
-// Of what is expected of all boxes, two that are static have the share that comes of their cost
-// alone and that of those that move alone, the roots of which add up where both are mixed. Without
-// them the rest costs about 1.3 times as much, and sorting boxes and more grids some 25 ns a box.
-bool static_better_apart(const Search& search, const Kinds& kinds, const core::GridPlan& all) {
-  if (kinds.all_static()) return true;
-  constexpr double dearer = 1.3, apart_ns = 25, enter_ns = 5;
-  const std::uint64_t of_a = search.a->size();
-  const std::uint64_t boxes = of_a + (search.two_sets ? search.b->size() : 0);
-  const double extra = apart_ns * static_cast<double>(boxes);
-  if (all.expected_ns <= extra) return false;
-  Box sample[2][core::max_sample];
-  std::uint32_t taken[2] = {0, 0};
-  const std::uint64_t probes = std::min<std::uint64_t>(boxes, core::max_sample);
-  const std::uint64_t gap = boxes / probes;
-  for (std::uint64_t i = 0; i < probes; ++i) {
-    const std::uint64_t at = i * gap + (static_cast<std::uint32_t>(i * 0x9e3779b1u) * gap >> 32);
-    const bool second = at >= of_a;
-    const auto id = static_cast<std::uint32_t>(second ? at - of_a : at);
-    const unsigned is_static = kinds.is_static(second, id) ? 1 : 0;
-    Box& box = sample[is_static][taken[is_static]];
-    box = search.box(second ? *search.b : *search.a, id);
-    taken[is_static] += core::is_active(box);
-  }
-  // What it costs to compare the boxes of each, beyond entering them into a grid.
-  double comparing[2];
-  for (const unsigned k : {0, 1}) {
-    const std::uint64_t count = boxes * taken[k] / probes;
-    const core::GridPlan plan = core::plan(core::measure(sample[k], taken[k], count, count),
-                                           search.kernels->sweep_cost, Algorithm::grid, 1);
-    comparing[k] = std::max(0.0, plan.expected_ns - enter_ns * static_cast<double>(count));
-  }
-  const double roots = std::sqrt(comparing[0]) + std::sqrt(comparing[1]);
-  const double saved = roots == 0 ? 0 : all.expected_ns * comparing[1] / (roots * roots);
-  return dearer * (all.expected_ns - saved) + extra < all.expected_ns;
 }
 
 void solve_alone(Search& search, const Problem& problem, const core::GridPlan& plan, Worker& worker,

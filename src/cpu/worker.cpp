@@ -65,7 +65,9 @@ void Worker::begin(Search& search) {
   stage();
   gap_ = room_ = Room{};
   ask_kinds_ = search.kinds && !search.kinds->words_tell_all();
-  if (search.sink && !ask_kinds_ && !search.owners && search.sink->extend(room_)) {
+  ask_worlds_ = search.any_worlds;
+  const bool ask = ask_kinds_ || ask_worlds_ || search.owners;
+  if (search.sink && !ask && search.sink->extend(room_)) {
     direct_ = true;
     cursor = room_.begin;
     limit = room_.end - emit_slack;
@@ -106,10 +108,10 @@ void Worker::set_frame(const Frame* frame) {
   stage_from_now_on();  // pairs of a frame are not yet what is handed on
 }
 
-void Worker::ask_kinds() {
-  if (!search_->kinds) return;
-  ask_kinds_ = true;
-  stage_from_now_on();
+void Worker::ask_all() {
+  ask_kinds_ = search_->kinds != nullptr;
+  ask_worlds_ = search_->wide_worlds || search_->any_worlds;
+  if (ask_kinds_ || ask_worlds_) stage_from_now_on();
 }
 
 // The output room is full but for its last slack: that is filled with the last pairs of the next.
@@ -235,6 +237,12 @@ std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
       count = keep_by_group(a.group, b.mask, &Pair::first, &Pair::second, pairs, count);
       count = keep_by_group(b.group, a.mask, &Pair::second, &Pair::first, pairs, count);
     }
+  }
+  if (ask_worlds_) {
+    count = keep(pairs, count, [a = a.world, b = b.world](Pair pair) {
+      const std::int32_t first = a[pair.first], second = b[pair.second];
+      return (first == second) | (first == -1) | (second == -1);
+    });
   }
   if (!search_->owners) return count;
   return keep(pairs, count, [a = a.owner, b = b.owner](Pair pair) {

@@ -58,8 +58,8 @@ class Worker : public Emit {
   // At the end: gives back what room of the output it has left, too.
   void finish();
   void set_frame(const Frame* frame);
-  // Pairs come that no words of kinds were asked about.
-  void ask_kinds();
+  // Pairs come from brute force, which knows of no kinds and no worlds.
+  void ask_all();
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
@@ -88,7 +88,7 @@ class Worker : public Emit {
   // Where pairs go straight into the output: the room that is being written, and one before it
   // whose end was too short to be written safely. Else pairs are staged.
   bool direct_ = false;
-  bool ask_kinds_ = false;  // of the pairs that are staged
+  bool ask_kinds_ = false, ask_worlds_ = false;  // of the pairs that are staged
   Room room_{}, gap_{};
 };
 
