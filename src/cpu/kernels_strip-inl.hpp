@@ -101,15 +101,14 @@ inline void transpose(Strip& strip) {
   std::uint16_t lengths[lanes];
   hn::StoreU(shortest, d, lengths);
   strip.long_boxes = *std::min_element(lengths, lengths + lanes) >> strip.shift != 0;
-  for (std::uint32_t i = strip.count; i < strip.count + strip_padding; i += 8) {
-    const hn::FixedTag<std::int16_t, 8> d8;
-    const std::uint32_t at =
-        i + 8 <= strip.count + strip_padding ? i : strip.count + strip_padding - 8;
+  static_assert(strip_padding % lanes == 0);
+  const V top = hn::Set(d, core::top_word), none = hn::Set(d, 0xffff);
+  for (std::uint32_t i = strip.count; i < strip.count + strip_padding; i += lanes) {
     for (int k = 0; k < 3; ++k) {
-      hn::StoreU(hn::Set(d8, core::top_word), d8, strip.lower[k] + at);
-      hn::StoreU(hn::Set(d8, -1), d8, strip.upper[k] + at);
+      hn::StoreU(top, d, words(strip.lower[k] + i));
+      hn::StoreU(none, d, words(strip.upper[k] + i));
     }
-    hn::StoreU(hn::Zero(d8), d8, strip.begins + at);
+    hn::StoreU(hn::Zero(d), d, words(strip.begins + i));
   }
 }
 

@@ -46,8 +46,7 @@ ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
   }
   bodies_[id] = {box, 0, none};
   flags_[id] |= alive;
-  filters_[id] = filter;
-  count_filter(filter, 1);
+  use_filter(id, filter);
   ++count_;
   if (!is_active(id)) ++inactive_;
   touch(id);
@@ -58,7 +57,7 @@ void Objects::remove(ObjectId id) noexcept {
   move(id, dead_box);
   --inactive_;
   --count_;
-  count_filter(filters_[id], static_cast<std::size_t>(-1));
+  drop_filter(id);
   flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~alive);
   removed_.push(id);
 }
@@ -143,10 +142,21 @@ void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
   if (f.is_static) static_ += one;
 }
 
-void Objects::set_filter(ObjectId id, const Filter& filter) noexcept {
-  count_filter(filters_[id], static_cast<std::size_t>(-1));
+void Objects::use_filter(ObjectId id, const Filter& filter) noexcept {
   filters_[id] = filter;
   count_filter(filter, 1);
+  const unsigned below = flags_[id] & ((1u << kind_shift) - 1);
+  flags_[id] = static_cast<std::uint8_t>(unsigned{kinds_.add(filter)} << kind_shift | below);
+}
+
+void Objects::drop_filter(ObjectId id) noexcept {
+  count_filter(filters_[id], static_cast<std::size_t>(-1));
+  kinds_.remove(kind(id));
+}
+
+void Objects::set_filter(ObjectId id, const Filter& filter) noexcept {
+  drop_filter(id);
+  use_filter(id, filter);
   touch(id);
 }
 
@@ -202,6 +212,7 @@ void Objects::copy(const Objects& other) noexcept {
   bodies_.copy(other.bodies_);
   flags_.copy(other.flags_);
   filters_.copy(other.filters_);
+  kinds_ = other.kinds_;
   dirty_.copy(other.dirty_);
   removed_.copy(other.removed_);
   free_.copy(other.free_);

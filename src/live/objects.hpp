@@ -7,6 +7,7 @@
 
 #include "core/bounds.hpp"
 #include "cpu/prefetch.hpp"
+#include "live/filter_kinds.hpp"
 #include "live/list.hpp"
 
 namespace throng::live {
@@ -22,12 +23,6 @@ struct Body {
   std::uint32_t home;        // where Cells keep it
 };
 static_assert(sizeof(Body) == 32);
-
-inline bool allows(const Filter& a, const Filter& b) noexcept {
-  return (a.group & b.mask) != 0 && (b.group & a.mask) != 0 &&
-         (a.owner == -1 || a.owner != b.owner) &&
-         (a.world == -1 || b.world == -1 || a.world == b.world) && !(a.is_static && b.is_static);
-}
 
 class Objects {
  public:
@@ -80,7 +75,9 @@ class Objects {
   bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds_ + static_ != 0; }
   std::size_t in_worlds() const noexcept { return in_worlds_; }  // objects of a world other than -1
   bool may_pair(ObjectId a, ObjectId b) const noexcept {
-    return !has_filters() || allows(filters_[a], filters_[b]);
+    if (!has_filters()) return true;
+    if (!kinds_.allow(kind(a), kind(b))) return false;
+    return !asks_filters() || allows(filters_[a], filters_[b]);
   }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.
   Boxes view() const noexcept;
@@ -111,6 +108,7 @@ class Objects {
   void prefetch(ObjectId id) const noexcept {
     cpu::prefetch(&bodies_[id]);
     cpu::prefetch(&flags_[id]);
+    if (in_worlds_ != 0 || asks_filters()) cpu::prefetch(&filters_[id]);
   }
   void prefetch_flags(std::uint64_t id) const noexcept {
     if (id < limit()) cpu::prefetch(&flags_[id]);
@@ -120,13 +118,23 @@ class Objects {
   void copy(const Objects& other) noexcept;
 
  private:
+  // The bits above are the kind of its filter.
   enum : std::uint8_t { alive = 1, dirty = 2, listed = 4 };
+  static constexpr unsigned kind_shift = 3;
+  std::uint8_t kind(ObjectId id) const noexcept {
+    return static_cast<std::uint8_t>(flags_[id] >> kind_shift);
+  }
+  // Whether kinds do not tell all.
+  bool asks_filters() const noexcept { return owned_ != 0 || kinds_.has_others(); }
+  void use_filter(ObjectId id, const Filter& filter) noexcept;
+  void drop_filter(ObjectId id) noexcept;
   void count_filter(const Filter& filter, std::size_t one) noexcept;
   bool replace(ObjectId id, const char* box, bool were_all_active, std::int64_t& inactive) noexcept;
 
   List<Body> bodies_;
   List<std::uint8_t> flags_;
   List<Filter> filters_;
+  FilterKinds kinds_;
   List<ObjectId> dirty_, removed_, free_;
   std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
   bool dirty_listed_ = true;
