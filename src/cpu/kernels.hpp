@@ -144,6 +144,21 @@ struct Combination {
 };
 constexpr std::uint8_t unknown_kind = 0xff;
 
+// Which worlds some boxes have. World -1, that of all, is the greatest number without a sign and
+// the least with one, so that neither end is it while there is any other.
+struct WorldRange {
+  std::uint32_t least = 0xffffffffu;
+  std::int32_t greatest = -1;
+  std::uint64_t of_all = 0;  // boxes
+
+  bool several() const noexcept { return static_cast<std::int32_t>(least) < greatest; }
+  void add(const WorldRange& other) noexcept {
+    least = other.least < least ? other.least : least;
+    greatest = other.greatest > greatest ? other.greatest : greatest;
+    of_all += other.of_all;
+  }
+};
+
 struct Kernels {
   Isa isa;
   core::SweepCost sweep_cost;
@@ -163,6 +178,8 @@ struct Kernels {
   // several are alike, or unknown_kind; false where one has that.
   bool (*match_kinds)(const FilterTile&, const Combination* known, std::uint32_t known_count,
                       std::uint8_t* kinds);
+  // Adds the worlds of `count` <= filter_tile boxes, readable as a whole tile of the same worlds.
+  void (*read_worlds)(const std::int32_t* worlds, std::uint32_t count, WorldRange&);
   // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
   // Sorts each of `sorted_lists` lists by its seconds; the longest has `rows` pairs at most, a

@@ -39,6 +39,25 @@ inline bool match_kinds(const FilterTile& tile, const Combination* known, std::u
   return hn::AllFalse(d, hn::Eq(missed, nothing));
 }
 
+inline void read_worlds(const std::int32_t* worlds, std::uint32_t count, WorldRange& range) {
+  const hn::ScalableTag<std::int32_t> d;
+  const hn::RebindToUnsigned<decltype(d)> du;
+  constexpr std::uint32_t lanes = static_cast<std::uint32_t>(hn::MaxLanes(d));
+  const auto of_all = hn::Set(d, -1);
+  auto least = hn::Set(du, range.least);
+  auto greatest = hn::Set(d, range.greatest), sum = hn::Zero(d);
+  for (std::uint32_t i = 0; i < filter_tile; i += lanes) {
+    const auto world = hn::LoadU(d, worlds + i);
+    least = hn::Min(least, hn::BitCast(du, world));
+    greatest = hn::Max(greatest, world);
+    sum = hn::Sub(sum, hn::VecFromMask(d, hn::Eq(world, of_all)));
+  }
+  range.least = hn::GetLane(hn::MinOfLanes(du, least));
+  range.greatest = hn::GetLane(hn::MaxOfLanes(d, greatest));
+  range.of_all += static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d, sum)));
+  for (std::uint32_t i = count; i < filter_tile; ++i) range.of_all -= worlds[i] == -1 ? 1 : 0;
+}
+
 }  // namespace throng::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

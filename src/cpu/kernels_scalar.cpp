@@ -114,6 +114,11 @@ bool match_kinds(const FilterTile& tile, const Combination* known, std::uint32_t
   return missed == 0;
 }
 
+void read_worlds(const std::int32_t* worlds, std::uint32_t count, WorldRange& range) {
+  for (std::uint32_t i = 0; i < count; ++i)
+    range.add({static_cast<std::uint32_t>(worlds[i]), worlds[i], worlds[i] == -1 ? 1u : 0u});
+}
+
 void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, Emit& out) {
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const std::uint32_t first = same ? i + 1 : 0;
@@ -132,7 +137,7 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 
 }  // namespace
 
-const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,       word_range, transpose,
-                             sweep,       match_kinds,     all_pairs, nullptr,    nullptr};
+const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,       word_range, transpose, sweep,
+                             match_kinds, read_worlds,     all_pairs, nullptr,    nullptr};
 
 }  // namespace throng::cpu

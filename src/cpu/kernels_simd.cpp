@@ -39,8 +39,8 @@ const Kernels& kernels() {
                                                   : Isa::neon;
   constexpr std::uint32_t pairs_a_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
   static const Kernels table = [] {
-    Kernels all{isa,   sweep_cost,  bin,       word_range, transpose,
-                sweep, match_kinds, all_pairs, nullptr,    nullptr};
+    Kernels all{isa,         sweep_cost,  bin,       word_range, transpose, sweep,
+                match_kinds, read_worlds, all_pairs, nullptr,    nullptr};
     // Of fewer than four pairs a vector digits are faster.
     if constexpr (pairs_a_vector >= 4) {
       all.sort_lists = sort_lists<pairs_a_vector>;

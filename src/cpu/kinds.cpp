@@ -34,34 +34,11 @@ struct Kinds::Task {
   bool grouped = true;  // as it was at the beginning of this reading of all
   std::uint32_t known_count = 0;
   Combination known[most];
-  std::uint32_t least_world = 0xffffffffu;
-  std::int32_t greatest_world = 0;
-  std::uint64_t everywhere = 0;
+  WorldRange worlds;
   alignas(64) std::uint32_t group[filter_tile], mask[filter_tile];
   alignas(64) std::int32_t world[filter_tile];
   alignas(64) std::uint8_t is_static[filter_tile];
-
-  void read_worlds(const Strided<std::int32_t>&, std::size_t begin, std::size_t count) noexcept;
 };
-
-// World -1, that of all, is the greatest without a sign and the least with one.
-void Kinds::Task::read_worlds(const Strided<std::int32_t>& filter, std::size_t begin,
-                              std::size_t count) noexcept {
-  const std::int32_t* const worlds =
-      side_by_side<std::int32_t>(filter, begin, count, nullptr, world);
-  std::uint32_t least = least_world;
-  std::int32_t greatest = greatest_world, differ = 0, all = 0;
-  for (std::size_t i = 0; i < filter_tile; ++i) differ |= worlds[i] ^ worlds[0];
-  for (std::size_t i = 0; i < (differ != 0 ? filter_tile : 1); ++i) {
-    least = std::min(least, static_cast<std::uint32_t>(worlds[i]));
-    greatest = std::max(greatest, worlds[i]);
-  }
-  least_world = least;
-  greatest_world = greatest;
-  if (differ == 0 && worlds[0] != -1) return;
-  for (std::size_t i = 0; i < count; ++i) all += worlds[i] == -1;
-  everywhere += static_cast<std::uint32_t>(all);
-}
 
 // The tile's combinations that are new, and those that other tasks have met. Too many: none counts.
 void Kinds::learn(const FilterTile& tile, const std::uint8_t* kinds, Task& task) noexcept {
@@ -83,7 +60,12 @@ void Kinds::learn(const FilterTile& tile, const std::uint8_t* kinds, Task& task)
 
 void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin, std::size_t count,
                       std::uint8_t* kinds, Task& task) noexcept {
-  if (f.world) task.read_worlds(f.world, begin, count);
+  const Kernels& kernels = *search.kernels;
+  if (f.world) {
+    const std::int32_t* const none = nullptr;
+    kernels.read_worlds(side_by_side(f.world, begin, count, none, task.world),
+                        static_cast<std::uint32_t>(count), task.worlds);
+  }
   if (!kinds) return;
   const Strided<std::uint32_t> none;
   static const Absent absent;
@@ -91,8 +73,8 @@ void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin,
       side_by_side(task.grouped ? f.group : none, begin, count, absent.ones, task.group),
       side_by_side(task.grouped ? f.mask : none, begin, count, absent.ones, task.mask),
       side_by_side(f.is_static, begin, count, absent.zeros, task.is_static)};
-  const auto match = search.kernels->match_kinds;
-  while (!match(tile, task.known, task.known_count, kinds + begin) && task.grouped == grouped())
+  while (!kernels.match_kinds(tile, task.known, task.known_count, kinds + begin) &&
+         task.grouped == grouped())
     learn(tile, kinds + begin, task);
 }
 
@@ -100,9 +82,7 @@ void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin,
 bool Kinds::read_all(Search& search, unsigned task_count) {
   const bool grouped = this->grouped();
   known_count_ = 0;
-  std::uint32_t least_world = 0xffffffffu;
-  greatest_world_ = 0;
-  everywhere_ = 0;
+  worlds_ = {};
   const auto has_kinds = [](const Filters& f) { return f.group || f.mask || f.is_static; };
   const bool kinds_too = has_kinds(search.a->filters) || has_kinds(search.b->filters);
   for (const bool second : {false, true}) {
@@ -120,14 +100,11 @@ bool Kinds::read_all(Search& search, unsigned task_count) {
                     task);
       }
       const std::lock_guard<std::mutex> lock(mutex_);
-      least_world = std::min(least_world, task.least_world);
-      greatest_world_ = std::max(greatest_world_, task.greatest_world);
-      everywhere_ += task.everywhere;
+      worlds_.add(task.worlds);
     };
     run_tasks(*search.executor, task_count, read);
   }
-  several_worlds_ = least_world < static_cast<std::uint32_t>(greatest_world_) &&
-                    search.a->filters.world && search.b->filters.world;
+  several_worlds_ = worlds_.several() && search.a->filters.world && search.b->filters.world;
   return grouped == this->grouped();
 }
 

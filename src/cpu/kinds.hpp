@@ -37,8 +37,8 @@ class Kinds {
   // Whether there are boxes of two worlds, those of all worlds aside, that could meet; the greatest
   // number of a world; and how many boxes are of all.
   bool several_worlds() const noexcept { return several_worlds_; }
-  std::int32_t greatest_world() const noexcept { return greatest_world_; }
-  std::uint64_t everywhere() const noexcept { return everywhere_; }
+  std::int32_t greatest_world() const noexcept { return worlds_.greatest; }
+  std::uint64_t everywhere() const noexcept { return worlds_.of_all; }
   // Whether there are static boxes, and none but these.
   bool some_static() const noexcept { return some_static_; }
   bool all_static() const noexcept { return all_static_; }
@@ -81,8 +81,7 @@ class Kinds {
   bool two_sets_ = false;
   bool several_worlds_ = false, some_static_ = false, all_static_ = false;
   bool forbid_ = false, words_tell_ = false, in_words_ = false;
-  std::int32_t greatest_world_ = 0;
-  std::uint64_t everywhere_ = 0;
+  WorldRange worlds_;
   std::atomic<bool> grouped_ = true;
   std::mutex mutex_;  // of what tasks find out
   std::uint32_t known_count_ = 0;
