@@ -60,23 +60,43 @@ THRONG_INSTANTIATE(CellScale, all_configs);
 // What takes longer: of each algorithm and instruction set one.
 class CellScaleOfMany : public CellScale {};
 
-// Clusters in clusters, for which columns get grids of their own.
+// Clusters in clusters, for which columns get grids of their own; of one layer, of several, and of
+// several worlds.
 TEST_P(CellScaleOfMany, GridsInGrids) {
   static BoxList boxes;
-  static Answer answer;
+  static std::vector<std::uint32_t> group, mask;
+  static std::vector<std::int32_t> world;
+  static Answer answer, of_layers, of_worlds;
   if (boxes.empty()) {
     Random random(4);
+    const std::uint32_t meets[] = {0x3e, 0x3d, 0x3b, 0x37, 0x2f, 0x1f};  // all others
     for (int k = 0; k < (sanitized ? 3000 : 9000); ++k) {
       const Vec3 p = random.point(0, k % 3 == 0 ? 10000.0f : k % 3 == 1 ? 40.0f : 8.0f);
       boxes.push_back(cube(p, random.unit()));
+      const auto layer = static_cast<std::size_t>(random.below(6));
+      group.push_back(1u << layer);
+      mask.push_back(meets[layer]);
+      world.push_back(random.one_in(1000) ? -1 : random.between(0, 1));
     }
+  }
+  Boxes layers = boxes, worlds = boxes;
+  layers.filters.group = {group.data(), group.size()};
+  layers.filters.mask = {mask.data(), mask.size()};
+  worlds.filters.world = {world.data(), world.size()};
+  if (answer.pairs.empty()) {
     answer = reference_pairs(boxes);
+    of_layers = reference_pairs(layers);
+    of_worlds = reference_pairs(worlds);
   }
   for (const float scale : scales) {
     SCOPED_TRACE(scale);
     Finder finder(scaled(scale));
-    const Result result = finder.find(boxes);
+    Result result = finder.find(boxes);
     expect_pairs(result, config(), answer, to_vector(finder.pairs()), boxes.size());
+    result = finder.find(layers);
+    expect_pairs(result, config(), of_layers, to_vector(finder.pairs()), boxes.size());
+    result = finder.find(worlds);
+    expect_pairs(result, config(), of_worlds, to_vector(finder.pairs()), boxes.size());
   }
 }
 
