@@ -1,8 +1,7 @@
-// What filters keep apart, and how: worlds, and static boxes from those that move.
+#include "cpu/apart.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "cpu/grid.hpp"
 
 namespace throng::cpu {
 namespace {
@@ -34,88 +33,104 @@ struct Sample {
   }
 };
 
-}  // namespace
+std::int32_t world_of(const Search& search, bool second, std::uint32_t id) noexcept {
+  return (second ? search.b : search.a)->filters.world[id];
+}
 
+// Those of a sample that are of one world each, sorted by it.
+struct ByWorld {
+  struct One {
+    std::int32_t world;
+    std::uint32_t at;  // in the sample
+  };
+  std::uint32_t count = 0;
+  One one[core::max_sample];
+
+  ByWorld(const Search& search, const Sample& sample) {
+    for (std::uint32_t i = 0; i < sample.count; ++i) {
+      one[count] = {world_of(search, sample.place[i].second, sample.place[i].id), i};
+      count += one[count].world != -1;
+    }
+    std::stable_sort(one, one + count,
+                     [](const One& x, const One& y) { return x.world < y.world; });
+  }
+  // The chance that two boxes are of one world: how much of all boxes the world of a box has.
+  double same() const noexcept {
+    double pairs = 0;
+    for (std::uint32_t i = 1, run = 0; i < count; ++i) {
+      run = one[i].world == one[i - 1].world ? run + 1 : 0;
+      pairs += run;
+    }
+    return pairs / (0.5 * count * (count - 1.0));
+  }
+};
+
+// How far some boxes lie apart, on average.
+struct Distance {
+  double sum[3] = {}, count = 0;
+  void add(const Box& x, const Box& y) noexcept {
+    const float a[3] = {x.lower.x, x.lower.y, x.lower.z}, b[3] = {y.lower.x, y.lower.y, y.lower.z};
+    for (int k = 0; k < 3; ++k) sum[k] += std::min(std::fabs(double{a[k]} - double{b[k]}), 1e30);
+    ++count;
+  }
+};
+
+// Whether boxes of one world lie about as far apart as any two. Else worlds have places of their
+// own, and their columns would be mostly empty. By what is in the sample, and behind it in memory.
+bool in_one_place(const Search& search, const Sample& sample, const ByWorld& worlds) noexcept {
+  constexpr double least_share = 0.25;
+  Distance own, any;
+  for (std::uint32_t i = 0; i + 1 < sample.count; ++i) any.add(sample.box[i], sample.box[i + 1]);
+  for (std::uint32_t i = 0; i < worlds.count; ++i) {
+    const auto& [world, at] = worlds.one[i];
+    if (i != 0 && worlds.one[i - 1].world == world)
+      own.add(sample.box[at], sample.box[worlds.one[i - 1].at]);
+    const auto& [second, id] = sample.place[at];
+    const Boxes& set = second ? *search.b : *search.a;
+    for (const std::uint32_t next : {1u, 7u, 17u}) {
+      if (set.size() - id <= next || world_of(search, second, id + next) != world) continue;
+      const Box box = search.box(set, id + next);
+      if (core::is_active(box)) own.add(sample.box[at], box);
+    }
+  }
+  for (int k = 0; k < 3; ++k)
+    if (own.sum[k] * any.count < least_share * any.sum[k] * own.count) return false;
+  return true;
+}
+
+// The plan of several worlds that lie in one place: each has columns of its own. False where that
+// is no good: worlds of other places, too many of them, or too many boxes that are of all worlds,
+// which every column is shown.
 bool plan_worlds(const Search& search, const Kinds& kinds, core::GridPlan& plan) {
   const std::uint64_t boxes = box_count(search);
   const std::uint64_t worlds = static_cast<std::uint64_t>(kinds.greatest_world()) + 1;
-  // Every column of a world is shown the boxes that are of all.
   if (worlds > boxes || worlds > most_columns || kinds.everywhere() * worlds > boxes) return false;
   const Sample sample(search);
-  const auto world_at = [&](bool second, std::uint32_t id) {
-    return (second ? search.b : search.a)->filters.world[id];
-  };
-  std::uint32_t order[core::max_sample], count = 0;
-  std::int32_t world[core::max_sample];
-  for (std::uint32_t i = 0; i < sample.count; ++i) {
-    world[i] = world_at(sample.place[i].second, sample.place[i].id);
-    order[count] = i;
-    count += world[i] != -1;
-  }
-  if (count < 2) return false;
-
-  // How far boxes of one world lie apart, and any two: those of the sample, and what follows in
-  // memory. Where that is far less, worlds have places of their own, and their columns would be
-  // mostly empty.
-  double own[3] = {}, any[3] = {}, own_count = 0;
-  const auto add = [](double(&to)[3], const Box& x, const Box& y) {
-    const double lower[3] = {x.lower.x, x.lower.y, x.lower.z},
-                 other[3] = {y.lower.x, y.lower.y, y.lower.z};
-    for (int k = 0; k < 3; ++k) to[k] += std::min(std::fabs(lower[k] - other[k]), 1e30);
-  };
-  for (std::uint32_t i = 0; i + 1 < count; ++i)
-    add(any, sample.box[order[i]], sample.box[order[i + 1]]);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const auto [second, id] = sample.place[order[i]];
-    const Boxes& set = second ? *search.b : *search.a;
-    for (const std::uint32_t next : {1u, 7u, 17u}) {
-      if (set.size() - id <= next || world_at(second, id + next) != world[order[i]]) continue;
-      const Box box = search.box(set, id + next);
-      if (!core::is_active(box)) continue;
-      add(own, sample.box[order[i]], box);
-      ++own_count;
-    }
-  }
-  std::sort(order, order + count,
-            [&](std::uint32_t i, std::uint32_t j) { return world[i] < world[j]; });
-  // How many boxes the world of a box has: by the chance that two boxes are of one world.
-  double same = 0;
-  std::uint32_t run = 0;
-  for (std::uint32_t i = 1; i < count; ++i) {
-    run = world[order[i]] == world[order[i - 1]] ? run + 1 : 0;
-    same += run;
-    if (run == 0) continue;
-    add(own, sample.box[order[i]], sample.box[order[i - 1]]);
-    ++own_count;
-  }
-  constexpr double least_share = 0.25;
-  for (int k = 0; k < 3; ++k) {
-    if (own[k] / std::max(own_count, 1.0) < least_share * any[k] / (count - 1) && own_count != 0)
-      return false;
-  }
-  const double pairs = 0.5 * count * (count - 1.0);
-  const double of_one = std::max(static_cast<double>(boxes) / static_cast<double>(worlds),
-                                 static_cast<double>(boxes) * same / pairs);
+  const ByWorld by_world(search, sample);
+  if (by_world.count < 2 || !in_one_place(search, sample, by_world)) return false;
+  const double share = std::max(1 / static_cast<double>(worlds), by_world.same());
+  const auto each = static_cast<std::uint64_t>(share * static_cast<double>(boxes));
   Box box[core::max_sample];
-  for (std::uint32_t i = 0; i < count; ++i) box[i] = sample.box[order[i]];
-  const auto each = static_cast<std::uint64_t>(of_one);
-  const core::Stats stats = core::measure(box, count, each, each);
+  for (std::uint32_t i = 0; i < by_world.count; ++i) box[i] = sample.box[by_world.one[i].at];
+  const core::Stats stats = core::measure(box, by_world.count, each, each);
   // Wider columns where there would be too many.
   for (float wider = 1; wider <= 4; wider *= 2) {
     plan =
         core::plan(stats, search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
     if (plan.map.column_count() * worlds > most_columns) continue;
     plan.worlds = static_cast<std::uint32_t>(worlds);
-    plan.expected_ns *= static_cast<double>(boxes) / of_one;
+    plan.expected_ns /= share;
     plan.reason = "worlds in one place, each with columns of its own";
-    return plan.column_count() <= 2 * boxes + 64;
+    return plan.column_count() <= boxes / 4 + 64;  // each takes some memory
   }
   return false;
 }
 
-// Of what is expected of all boxes, two that are static have the share that comes of their cost
-// alone and that of those that move alone, the roots of which add up where both are mixed. Without
-// them the rest costs about 1.3 times as much, and sorting boxes and more grids some 25 ns a box.
+// Whether static boxes are better made problems of their own than searched with all others and not
+// told of. Of what is expected of all boxes, two that are static have the share that comes of their
+// cost alone and that of those that move alone, the roots of which add up where both are mixed.
+// Without them the rest costs about 1.3 times as much, and sorting boxes and more grids some 25 ns
+// a box.
 bool static_better_apart(const Search& search, const Kinds& kinds, const core::GridPlan& all) {
   if (kinds.all_static()) return true;
   constexpr double dearer = 1.3, apart_ns = 25, enter_ns = 5;
@@ -140,6 +155,37 @@ bool static_better_apart(const Search& search, const Kinds& kinds, const core::G
   const double roots = std::sqrt(comparing[0]) + std::sqrt(comparing[1]);
   const double saved = roots == 0 ? 0 : all.expected_ns * comparing[1] / (roots * roots);
   return dearer * (all.expected_ns - saved) + extra < all.expected_ns;
+}
+
+}  // namespace
+
+bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, unsigned task_count,
+                       Kinds& kinds, core::GridPlan& plan) {
+  search.owners = search.a->filters.owner && search.b->filters.owner;
+  if (!Kinds::needed(*search.a) && !Kinds::needed(*search.b)) {
+    plan = make_plan(search, whole, forced);
+    return true;
+  }
+  kinds.read(search, task_count);
+  if (search.over()) return true;
+  // Worlds: each with columns of its own; or all together, where that costs little, as it does
+  // where they lie apart; or each a problem of its own.
+  constexpr double little_ns = 25;  // a box
+  bool one = !kinds.several_worlds() || forced != Algorithm::all_pairs;
+  bool in_columns = false;
+  if (one) plan = make_plan(search, whole, forced);
+  if (one && kinds.several_worlds()) {
+    core::GridPlan of_worlds;
+    in_columns = plan_worlds(search, kinds, of_worlds) && of_worlds.expected_ns < plan.expected_ns;
+    one = in_columns || plan.expected_ns <= little_ns * static_cast<double>(box_count(search));
+    if (in_columns) plan = of_worlds;
+  }
+  if (one && kinds.some_static()) one = !static_better_apart(search, kinds, plan);
+  search.wide_worlds = one && in_columns;
+  search.any_worlds = one && !in_columns && kinds.several_worlds();
+  kinds.settle(!one);
+  search.kinds = kinds.forbid() ? &kinds : nullptr;
+  return one;
 }
 
 }  // namespace throng::cpu

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "core/profile.hpp"
+#include "cpu/apart.hpp"
 #include "cpu/team.hpp"
 #include "cpu/threads.hpp"
 
@@ -63,48 +64,6 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       ordered_(memory_),
       workers_(memory_) {}
 
-// What the filters say, the plan, and whether there is one problem or several.
-void Engine::read_filters(Call& call) {
-  Search& search = call.search;
-  const auto side = [](const Boxes& b) {
-    return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
-  };
-  call.whole.queries = side(*search.a);
-  call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
-  call.whole.self = !search.two_sets;
-  search.owners = search.a->filters.owner && search.b->filters.owner;
-  const bool has_kinds = Kinds::needed(*search.a) || Kinds::needed(*search.b);
-  if (has_kinds) kinds_.read(search, call.tasks);
-  const bool several_worlds = has_kinds && kinds_.several_worlds();
-  call.partitioned = several_worlds && call.options.algorithm == Algorithm::all_pairs;
-  if (!call.partitioned) {
-    call.plan = make_plan(search, call.whole, call.options.algorithm);
-    if (several_worlds) plan_for_worlds(call);
-    if (!call.partitioned && has_kinds && kinds_.some_static())
-      call.partitioned = static_better_apart(search, kinds_, call.plan);
-  }
-  if (call.partitioned) search.wide_worlds = search.any_worlds = false;
-  if (!has_kinds) return;
-  kinds_.settle(call.partitioned);
-  search.kinds = kinds_.forbid() ? &kinds_ : nullptr;
-}
-
-// Each world with columns of its own; or all together, where that costs little, as it does where
-// worlds lie apart; or each a problem of its own.
-void Engine::plan_for_worlds(Call& call) {
-  Search& search = call.search;
-  constexpr double little_ns = 25;  // a box
-  core::GridPlan apart;
-  if (plan_worlds(search, kinds_, apart) && apart.expected_ns < call.plan.expected_ns) {
-    call.plan = apart;
-    search.wide_worlds = true;
-  } else if (call.plan.expected_ns <= little_ns * static_cast<double>(box_count(search))) {
-    search.any_worlds = true;
-  } else {
-    call.partitioned = true;
-  }
-}
-
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
@@ -112,7 +71,14 @@ void Engine::prepare(Call& call) {
   BinReport report;
   Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
-  read_filters(call);
+  const auto side = [](const Boxes& b) {
+    return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
+  };
+  call.whole.queries = side(*search.a);
+  call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
+  call.whole.self = !search.two_sets;
+  call.partitioned =
+      !plan_with_filters(search, call.whole, call.options.algorithm, call.tasks, kinds_, call.plan);
   Result& r = call.result;
   has_grid_ = false;
   if (call.partitioned) {

@@ -66,8 +66,6 @@ class Engine {
 
  private:
   struct Call;
-  void read_filters(Call&);
-  void plan_for_worlds(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
   void guess_room(Call&, Output&);

@@ -111,14 +111,6 @@ struct Level {
 // Plans from a sample of a problem's boxes.
 core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 
-// The plan of a problem of several worlds that lie in one place: each has columns of its own. False
-// where that is no good: worlds of very different sizes, or places, too many of them, or of boxes
-// that are of all worlds.
-bool plan_worlds(const Search&, const Kinds&, core::GridPlan&);
-// Whether static boxes are better searched apart from those that move (partition.hpp) than with all
-// and only not told of (kinds.hpp). `all`: the plan of all boxes.
-bool static_better_apart(const Search&, const Kinds&, const core::GridPlan& all);
-
 // Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
 void solve_alone(Search&, const Problem&, const core::GridPlan&, Worker&, unsigned depth);
 
