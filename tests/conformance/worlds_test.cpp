@@ -41,6 +41,30 @@ TEST_P(Worlds, HardScenesInOnePlace) {
   }
 }
 
+// Worlds of many columns, finer ones than are planned, and boxes over most of them that meet each
+// other, of one world and of all.
+TEST_P(Worlds, WideAmongMany) {
+  static const BoxList boxes = [] {
+    BoxList all = uniform_boxes(15000, 33);
+    Random random(34);
+    for (int k = 0; k < 40; ++k) {
+      const Vec3 at = random.point(-5, 25);
+      all[random.below(15000)] = {at, {at.x + 28, at.y + 28, at.z + 28}};
+    }
+    return all;
+  }();
+  static const Numbers worlds = dealt_out(boxes.size(), 3, 12, 3000);
+  const Boxes view = in_worlds(boxes, worlds);
+  static const Answer answer = reference_pairs(view);
+  for (const float scale : {1.0f, 0.3f}) {
+    Options finer = options();
+    finer.cell_scale = scale;
+    Finder finder(finer);
+    const Result result = finder.find(view);
+    expect_pairs(result, config(), answer, to_vector(finder.pairs()), boxes.size());
+  }
+}
+
 // The sizes of worlds: all alike, one that has half of all boxes, one box each, numbers with gaps.
 TEST_P(Worlds, OfAnySize) {
   const BoxList boxes = snapped_boxes(3000, 12, 1, 3);
