@@ -100,6 +100,39 @@ TEST_P(CellScaleOfMany, GridsInGrids) {
   }
 }
 
+// Needles, the shorter the nearer to one of some places, for which grids go three deep; of one
+// layer and of several, whose words have room for two.
+TEST_P(CellScaleOfMany, GridsInGridsInGrids) {
+  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
+  static BoxList boxes;
+  static std::vector<std::uint32_t> group, mask;
+  static Answer answer, of_layers;
+  if (boxes.empty()) {
+    Random random(13);
+    std::vector<Vec3> places;
+    for (int k = 0; k < 20; ++k) places.push_back(random.point(0, 1000));
+    for (std::size_t k = 0; k < 30000; ++k) {
+      const float near = random.unit() * random.unit(), length = 500 * near * near;
+      const Vec3 p = random.point(-0.5f, 0.5f), &at = places[k % places.size()];
+      const float size = length * random.in(0.005f, 0.015f);
+      boxes.push_back(cube(
+          {at.x + length * p.x, at.y + 0.01f * length * p.y, at.z + 0.01f * length * p.z}, size));
+      const auto layer = static_cast<std::uint32_t>(random.below(6));
+      group.push_back(1u << layer);
+      mask.push_back(0x3f ^ 1u << layer);
+    }
+    answer = swept_pairs(boxes);
+    for (const Pair& pair : answer.pairs) {
+      if ((group[pair.first] & mask[pair.second]) != 0) of_layers.pairs.push_back(pair);
+    }
+  }
+  Boxes layers = boxes;
+  layers.filters.group = {group.data(), group.size()};
+  layers.filters.mask = {mask.data(), mask.size()};
+  expect_exact(boxes, config(), answer);
+  expect_exact(layers, config(), of_layers);
+}
+
 // The same where boxes lie across the columns that get such a grid, and over much of one.
 TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
