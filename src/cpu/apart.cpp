@@ -19,7 +19,7 @@ struct Sample {
   explicit Sample(const Search& search) {
     const std::uint64_t of_a = search.a->size();
     const std::uint64_t boxes = box_count(search);
-    const std::uint64_t probes = std::min<std::uint64_t>(boxes, core::max_sample);
+    const std::uint64_t probes = std::min<std::uint64_t>(boxes, sample_size(boxes));
     const std::uint64_t gap = probes == 0 ? 0 : boxes / probes;
     for (std::uint64_t i = 0; i < probes; ++i) {
       const std::uint64_t jitter = static_cast<std::uint32_t>(i * 0x9e3779b1u) * gap >> 32;

@@ -108,6 +108,10 @@ struct Level {
   Buffer<std::uint16_t> before;
 };
 
+// Of so many boxes a plan is made.
+constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
+  return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : core::max_sample);
+}
 // Plans from a sample of a problem's boxes.
 core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 

@@ -47,7 +47,7 @@ core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm
     if (forced != Algorithm::grid)
       return core::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
   }
-  const std::uint32_t wanted = boxes < 4096 ? 64 : (boxes < 65536 ? 256 : core::max_sample);
+  const std::uint32_t wanted = sample_size(boxes);
   Box sample[core::max_sample];
   const auto share =
       static_cast<std::uint32_t>(wanted * queries / std::max<std::uint64_t>(boxes, 1));
