@@ -5,7 +5,9 @@
 // i, which goes on while that holds, includes j; j's own window begins after j. Of two strips the
 // box of the lower bucket asks, and of equal buckets the query (cross()). A wide box asks all of a
 // strip that begins before it ends, in each column that it touches, where the home rule picks one;
-// two wide boxes meet in no column and are compared by brute force.
+// two wide boxes meet in no column and are compared by brute force. Worlds that have columns of
+// their own share none. A box of all worlds is wide in each of them, and of those columns another
+// box has the ones of its own world, so that the two have one home, too.
 #include <algorithm>
 #include <cstring>
 

@@ -1,4 +1,5 @@
-// Worlds and static boxes: one problem becomes several, none of which compares what never pairs.
+// Worlds and static boxes where these are better kept apart (apart.hpp): one problem becomes
+// several, none of which compares what never pairs.
 #pragma once
 
 #include <cstdint>

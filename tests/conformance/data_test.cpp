@@ -1,9 +1,12 @@
 // Recorded boxes with known answers, in the folder that THRONG_DATA names.
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
 
 #include "scene/checksum.hpp"
 #include "scene/npy.hpp"
 #include "support/configs.hpp"
+#include "support/random.hpp"
 
 namespace throng::tests {
 namespace {
@@ -46,6 +49,59 @@ TEST_P(Data, HasTheKnownPairs) {
     EXPECT_EQ(result.inactive, 0u);
     if (config.order == Order::canonical) {
       EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
+    }
+  }
+}
+
+// Layers each of which meets all others, static boxes, and worlds: what is left of the known pairs.
+TEST_P(Data, FiltersLeaveTheirPairs) {
+  const char* folder = std::getenv("THRONG_DATA");
+  if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded boxes";
+  const Recording& r = GetParam();
+  const scene::BoxFile file = scene::read_boxes(std::string(folder) + "/" + r.file);
+  const Boxes boxes(file.frame(0), file.count);
+  Random random(r.boxes);
+  std::vector<std::uint32_t> group, mask;
+  std::vector<std::int32_t> world;
+  std::vector<std::uint8_t> is_static;
+  for (std::size_t i = 0; i < file.count; ++i) {
+    group.push_back(1u << random.below(6));
+    mask.push_back(0x3f ^ group.back());
+    world.push_back(random.one_in(5000) ? -1 : random.between(0, 2));
+    is_static.push_back(random.below(10) < 4);
+  }
+  std::vector<Pair> all(r.pairs), pairs(r.pairs);
+  ASSERT_TRUE(Finder().find(boxes, all.data(), all.size()).ok());
+  const auto left = [&](const auto& allowed) {
+    std::vector<Pair> kept;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(kept), allowed);
+    return kept;
+  };
+  struct Case {
+    Boxes boxes;
+    std::vector<Pair> left;
+  };
+  std::vector<Case> cases(3, {boxes, {}});
+  cases[0].boxes.filters.group = {group.data(), group.size()};
+  cases[0].boxes.filters.mask = {mask.data(), mask.size()};
+  cases[0].left = left([&](Pair p) { return (group[p.first] & mask[p.second]) != 0; });
+  cases[1].boxes.filters.is_static = {is_static.data(), is_static.size()};
+  cases[1].left = left([&](Pair p) { return !is_static[p.first] || !is_static[p.second]; });
+  cases[2].boxes.filters.world = {world.data(), world.size()};
+  cases[2].left = left([&](Pair p) {
+    const std::int32_t a = world[p.first], b = world[p.second];
+    return a == b || a == -1 || b == -1;
+  });
+  for (const Config& config : all_configs()) {
+    if (config.algorithm == Algorithm::all_pairs || config.order == Order::canonical) continue;
+    SCOPED_TRACE(config.name());
+    Finder finder(config.options());
+    for (const Case& c : cases) {
+      const Result result = finder.find(c.boxes, pairs.data(), pairs.size());
+      ASSERT_TRUE(result.ok()) << result.message;
+      ASSERT_EQ(result.found, c.left.size());
+      EXPECT_EQ(scene::pair_checksum(pairs.data(), c.left.size()),
+                scene::pair_checksum(c.left.data(), c.left.size()));
     }
   }
 }
