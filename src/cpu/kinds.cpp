@@ -33,7 +33,7 @@ const T* side_by_side(const Strided<T>& filter, std::size_t begin, std::size_t c
 struct Kinds::Task {
   bool grouped = true;  // as it was at the beginning of this reading of all
   std::uint32_t known_count = 0;
-  Combination known[most];
+  Combination known[most] = {};
   WorldRange worlds;
   alignas(64) std::uint32_t group[filter_tile], mask[filter_tile];
   alignas(64) std::int32_t world[filter_tile];

@@ -85,7 +85,7 @@ class Kinds {
   std::atomic<bool> grouped_ = true;
   std::mutex mutex_;  // of what tasks find out
   std::uint32_t known_count_ = 0;
-  Combination known_[most];
+  Combination known_[most] = {};
   std::uint16_t forbidden_[most] = {};  // of a kind those that it may not pair with, a bit each
   std::uint16_t as_query_[most] = {}, as_target_[most] = {};
 };
