@@ -51,8 +51,10 @@ struct ByWorld {
       one[count] = {world_of(search, sample.place[i].second, sample.place[i].id), i};
       count += one[count].world != -1;
     }
-    std::stable_sort(one, one + count,
-                     [](const One& x, const One& y) { return x.world < y.world; });
+    // Not a stable sort, which would allocate.
+    std::sort(one, one + count, [](const One& x, const One& y) {
+      return x.world != y.world ? x.world < y.world : x.at < y.at;
+    });
   }
   // The chance that two boxes are of one world: how much of all boxes the world of a box has.
   double same() const noexcept {

@@ -223,6 +223,45 @@ TEST_P(Guest, AWarmFinderAllocatesNothing) {
   }
 }
 
+// With filters: layers and static boxes, and worlds in one place.
+TEST_P(Guest, FiltersAllocateNothingBeside) {
+  InlineExecutor inline_executor;
+  const Executor executor = inline_executor.view(3);
+  const BoxList boxes = uniform_boxes(20000, 7);
+  const std::size_t n = boxes.size();
+  std::vector<std::uint32_t> group, mask;
+  std::vector<std::int32_t> world;
+  std::vector<std::uint8_t> still;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    group.push_back(1u << i % 5);
+    mask.push_back(i % 5 == 2 ? 3u : 31u);
+    world.push_back(static_cast<std::int32_t>(i % 100));
+    still.push_back(i % 3 == 0);
+  }
+  Boxes layers = boxes, worlds = boxes;
+  layers.filters.group = {group.data(), n};
+  layers.filters.mask = {mask.data(), n};
+  layers.filters.is_static = {still.data(), n};
+  worlds.filters.world = {world.data(), n};
+  for (const Boxes& view : {layers, worlds}) {
+    HiddenResource memory;
+    Options with = options();
+    with.executor = &executor;
+    with.memory = &memory;
+    Finder finder(with);
+    HeapCount::start();
+    const Result first = finder.find(view);
+    EXPECT_EQ(HeapCount::stop(), 0u) << "allocations beside the memory resource";
+    (void)finder.find(view);
+    const std::size_t before = memory.allocations();
+    HeapCount::start();
+    const Result warm = finder.find(view);
+    EXPECT_EQ(HeapCount::stop(), 0u);
+    EXPECT_EQ(memory.allocations(), before);
+    EXPECT_TRUE(first.ok() && warm.ok());
+  }
+}
+
 // Frames of a moving scene, gone through for the second time.
 TEST_P(Guest, AWarmFinderAllocatesNothingForMovingBoxes) {
   InlineExecutor inline_executor;
