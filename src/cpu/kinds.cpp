@@ -10,10 +10,11 @@ namespace {
 
 // What absent filters say of a tile's boxes.
 struct Absent {
-  std::uint32_t ones[filter_tile];
+  std::uint32_t ones[filter_tile] = {};
   std::uint8_t zeros[filter_tile] = {};
-  Absent() { std::fill(ones, ones + filter_tile, 0xffffffffu); }
+  constexpr Absent() { std::fill(ones, ones + filter_tile, 0xffffffffu); }
 };
+constexpr Absent of_absent;
 
 // The values of a tile's boxes side by side: the filter's own where a whole tile of them lies so,
 // else in `room`, the last repeated.
@@ -68,11 +69,10 @@ void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin,
   }
   if (!kinds) return;
   const Strided<std::uint32_t> none;
-  static const Absent absent;
   const FilterTile tile{
-      side_by_side(task.grouped ? f.group : none, begin, count, absent.ones, task.group),
-      side_by_side(task.grouped ? f.mask : none, begin, count, absent.ones, task.mask),
-      side_by_side(f.is_static, begin, count, absent.zeros, task.is_static)};
+      side_by_side(task.grouped ? f.group : none, begin, count, of_absent.ones, task.group),
+      side_by_side(task.grouped ? f.mask : none, begin, count, of_absent.ones, task.mask),
+      side_by_side(f.is_static, begin, count, of_absent.zeros, task.is_static)};
   while (!kernels.match_kinds(tile, task.known, task.known_count, kinds + begin) &&
          task.grouped == grouped())
     learn(tile, kinds + begin, task);
@@ -83,8 +83,7 @@ bool Kinds::read_all(Search& search, unsigned task_count) {
   const bool grouped = this->grouped();
   known_count_ = 0;
   worlds_ = {};
-  const auto has_kinds = [](const Filters& f) { return f.group || f.mask || f.is_static; };
-  const bool kinds_too = has_kinds(search.a->filters) || has_kinds(search.b->filters);
+  const bool kinds_too = tell_kinds(search.a->filters) || tell_kinds(search.b->filters);
   for (const bool second : {false, true}) {
     if (second && !two_sets_) continue;
     const Boxes& boxes = second ? *search.b : *search.a;
@@ -139,30 +138,31 @@ void Kinds::settle(bool static_apart) noexcept {
   // with which it does not pair.
   std::uint16_t rows[bit_count];
   unsigned row_count = 0;
-  in_words_ = true;
+  bool fit = true;
   for (std::uint32_t k = 0; k < known_count_; ++k) {
     as_target_[k] = 0;
     if (forbidden_[k] == 0) continue;
     const auto row = static_cast<unsigned>(std::find(rows, rows + row_count, forbidden_[k]) - rows);
-    in_words_ = in_words_ && row < bit_count;
-    if (!in_words_) break;
+    fit = row < bit_count;
+    if (!fit) break;
     if (row == row_count) rows[row_count++] = forbidden_[k];
     as_target_[k] = static_cast<std::uint16_t>(1u << (first_bit + row));
   }
-  if (!in_words_) {
+  // Else of static alone.
+  if (!fit) {
     for (std::uint32_t k = 0; k < known_count_; ++k)
       as_target_[k] = both_static(known_[k], known_[k]) ? 1u << first_bit : 0;
   }
   unsigned told = 0;
   for (std::uint32_t k = 0; k < known_count_; ++k) {
-    unsigned word = in_words_ ? 0 : as_target_[k];
-    for (std::uint32_t j = 0; j < known_count_ && in_words_; ++j)
+    unsigned word = fit ? 0 : as_target_[k];
+    for (std::uint32_t j = 0; j < known_count_ && fit; ++j)
       word |= (forbidden_[k] >> j & 1) != 0 ? as_target_[j] : 0u;
     as_query_[k] = static_cast<std::uint16_t>(word);
     told |= word;
   }
   words_tell_ = told != 0;
-  in_words_ = in_words_ && grouped();
+  words_tell_all_ = fit && grouped();
 }
 
 }  // namespace throng::cpu

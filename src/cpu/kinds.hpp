@@ -29,8 +29,7 @@ class Kinds {
       : of_{Buffer<std::uint8_t>(memory), Buffer<std::uint8_t>(memory)} {}
 
   static bool needed(const Boxes& boxes) noexcept {
-    const Filters& f = boxes.filters;
-    return f.group || f.mask || f.world || f.is_static;
+    return tell_kinds(boxes.filters) || boxes.filters.world;
   }
   // Reads the filters of the search's set, or sets.
   void read(Search&, unsigned task_count);
@@ -51,7 +50,7 @@ class Kinds {
   // Whether anything is forbidden at all; whether the words below tell some of it, and all of it.
   bool forbid() const noexcept { return forbid_; }
   bool words_tell() const noexcept { return words_tell_; }
-  bool words_tell_all() const noexcept { return in_words_; }
+  bool words_tell_all() const noexcept { return words_tell_all_; }
   // The words of a kind: they have a bit in common where the two may not pair.
   const std::uint16_t* as_query() const noexcept { return as_query_; }
   const std::uint16_t* as_target() const noexcept { return as_target_; }
@@ -71,6 +70,7 @@ class Kinds {
   bool grouped() const noexcept { return grouped_.load(std::memory_order_relaxed); }
 
  private:
+  static bool tell_kinds(const Filters& f) noexcept { return f.group || f.mask || f.is_static; }
   struct Task;
   bool read_all(Search&, unsigned task_count);
   void read_tile(const Search&, const Filters&, std::size_t begin, std::size_t count,
@@ -80,7 +80,7 @@ class Kinds {
   Buffer<std::uint8_t> of_[2];
   bool two_sets_ = false;
   bool several_worlds_ = false, some_static_ = false, all_static_ = false;
-  bool forbid_ = false, words_tell_ = false, in_words_ = false;
+  bool forbid_ = false, words_tell_ = false, words_tell_all_ = false;
   WorldRange worlds_;
   std::atomic<bool> grouped_ = true;
   std::mutex mutex_;  // of what tasks find out
