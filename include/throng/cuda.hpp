@@ -91,7 +91,7 @@ class THRONG_API Finder {
   // was found stands in *report, in device memory; the status is that of putting it there,
   // not_reserved where reserve() was not called for so many boxes (and, under canonical order, for
   // `capacity` pairs). A box with a NaN counts as inactive: see Report::nan_count. Under canonical
-  // order all of `capacity` is sorted, so give no more than is needed.
+  // order all of a `capacity` of more than 3.8 million is sorted, so give no more than is needed.
   Result find_async(const Boxes& boxes, Pair* out, std::size_t capacity, Report* report,
                     Stream stream) noexcept;
   Result find_async(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity, Report* report,

@@ -81,9 +81,11 @@ THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool an
                                            Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates;
   if (!looked_after(t, chosen, s) || (anew && !s.cut[candidate])) return;
+  const std::uint32_t row = t / candidates;
   THRONG_UNROLL(1)
-  for (std::uint32_t c = t / candidates; c < max_size_classes; c += rows)
-    divide_class(candidate, c, s);
+  for (std::uint32_t c = row; c < max_size_classes; c += rows) divide_class(candidate, c, s);
+  // Rows that have one class only.
+  if (!anew && row >= rows - 3) measure_side(candidate, row - (rows - 3), s);
 }
 
 THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::uint32_t c,
@@ -133,17 +135,23 @@ THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool an
   const bool hashed = too_large(sum * group_count(limits.present), s.worlds, limits);
   s.hashed[candidate] = hashed;
   if (anew) return;
+  // y and z too: their numbers must fit a row's hash and offsets.
   bool too_long = false;
-  THRONG_UNROLL(1)
-  for (int k = 0; k < 3; ++k) {  // y and z too: their numbers must fit a row's hash and offsets
-    std::uint32_t cells = s.cells[k][candidate];
-    too_long = too_long || cells > limits.row_cells;
-    if (hashed) cells = cells < limits.row_cells ? cells : limits.row_cells;
-    s.cells[k][candidate] = cells;
-    s.side[k][candidate] = quotient(s.length[k], static_cast<float>(cells));
-  }
+  for (int k = 0; k < 3; ++k) too_long = too_long || s.cells[k][candidate] > limits.row_cells;
   s.cut[candidate] = hashed && too_long;
-  if (hashed && too_long) s.some_cut = true;
+  if (!s.cut[candidate]) return;
+  s.some_cut = true;
+  THRONG_UNROLL(1)
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t cells = s.cells[k][candidate];
+    s.cells[k][candidate] = cells < limits.row_cells ? cells : limits.row_cells;
+    measure_side(candidate, k, s);
+  }
+}
+
+THRONG_HD inline void ClassPlanner::measure_side(std::uint32_t candidate, std::uint32_t axis,
+                                                 Shared& s) noexcept {
+  s.side[axis][candidate] = quotient(s.length[axis], static_cast<float>(s.cells[axis][candidate]));
 }
 
 // A world's table stands beside those of some others; half of them must find room.

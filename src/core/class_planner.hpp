@@ -59,13 +59,15 @@ class ClassPlanner {
   // What is told of a box: extents, the longest of them, the centre.
   static constexpr int values = 7, longest = 3, centres = 4;
 
+  // Of 32 boxes of the sample to 63, and to a multiple of at_once.
+  static constexpr std::uint32_t most_looks = 72;
+
   // Until it is known how the boxes lie.
   struct Early {
     GridSample loaded;          // as looked up
     Reach reaches[threads];     // of all that a thread has seen, many more than the sample
     Reach range[64], fewer[8];  // of eight of these; and of eight of those
     std::uint32_t order[sample_size], active[16];  // active boxes before one of eight; in all eight
-    std::uint32_t rank[values][sample_size];
     std::uint32_t near[2][256];       // pairs by the exponent of their distance; of one world
     std::uint32_t within[2][256];     // the same, up to there
     std::uint32_t near_eight[2][32];  // of eight exponents together
@@ -74,10 +76,11 @@ class ClassPlanner {
   // From there on. What there is of each candidate stands side by side.
   struct Late {
     std::uint64_t before[max_size_classes][candidates];  // cells of a class; then of those before
-    std::uint8_t fit[candidates][68];  // the class of each box looked at; 17 words: of all banks
+    alignas(4) std::uint8_t fit[candidates][76];  // the class of each box looked at; an odd number
+                                                  // of words, so that they lie in all banks
     std::uint8_t used[max_size_classes][candidates];  // classes with boxes; and of these:
     float share[max_size_classes][candidates];
-    float extent[max_size_classes][3][candidates];
+    float across[max_size_classes][3][candidates];  // mean extents, in finest cells
     float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // of each two of them
   };
   struct Shared {
@@ -92,7 +95,7 @@ class ClassPlanner {
     float unit;                                    // at this distance a box has one neighbour
     std::uint32_t which;                           // `near` of all worlds, or of one
     std::uint32_t base;                            // the least exponent that the sample resolves
-    float base_neighbours, shrink;  // neighbours within it; what is left of them at half of it
+    float base_pairs, shrink;       // pairs within it; what is left of them at half of it
     float neighbours[256];          // within 2^(e+1)
     float worlds, most_neighbours;  // about how many
     // The candidates.
@@ -105,7 +108,9 @@ class ClassPlanner {
     bool some_cut;
     alignas(16) float cost[candidates];
     std::uint32_t best;
-    std::uint32_t look_step, looks;  // the boxes for which they are priced
+    std::uint32_t look_step, looks;         // the boxes for which they are priced
+    float a_look;                           // the share of one of these
+    alignas(16) float seen[3][most_looks];  // their extents, no longer than the range
     union {
       Early early;
       Late late;
@@ -120,12 +125,10 @@ class ClassPlanner {
     each([&](std::uint32_t t) { gather(t, s, limits); });
     each([&](std::uint32_t t) { compact(t, s, limits); });
     if (s.count != 0) {
-      each([&](std::uint32_t t) { rank(t, s), pair_up(t, s, limits); });
-      each([&](std::uint32_t t) { scatter(t, s, limits); });
+      each([&](std::uint32_t t) { sort(t, s), pair_up(t, s, limits); });
+      each([&](std::uint32_t t) { add_within(t, s, limits); });
       each([&](std::uint32_t t) { summarise(t, s, limits); });
-      each([&](std::uint32_t t) {
-        if (t == 0) resolve(s, limits);
-      });
+      each([&](std::uint32_t t) { resolve(t, s, limits); });
       each([&](std::uint32_t t) { spread(t, s); });
       // Candidates are compared at a scale of 1: else a size would be chosen that undoes the scale.
       // Code that runs once takes longer to be loaded than to run, so there is one copy of it.
@@ -147,9 +150,7 @@ class ClassPlanner {
         each([&](std::uint32_t t) {
           if (t < candidates) add_up(t, s);
         });
-        each([&](std::uint32_t t) {
-          if (t < candidates) choose(t, s);
-        });
+        each([&](std::uint32_t t) { choose(t, s); });
         if (limits.cell_scale == 1) break;
       }
     }
@@ -201,6 +202,14 @@ class ClassPlanner {
     return {{at[0], at[1], at[2], at[3]}};
 #endif
   }
+  // Four bytes, the first the lowest.
+  THRONG_HD static std::uint32_t load_bytes(const std::uint8_t* at) noexcept {
+#if defined(__CUDA_ARCH__)
+    return *reinterpret_cast<const std::uint32_t*>(at);
+#else
+    return at[0] | at[1] << 8 | at[2] << 16 | static_cast<std::uint32_t>(at[3]) << 24;
+#endif
+  }
   // float(1 << shift)
   THRONG_HD static float times(std::uint32_t shift) noexcept { return power_of_two(127 + shift); }
   THRONG_HD static std::uint32_t bits_of(std::uint32_t mask) noexcept {
@@ -217,11 +226,12 @@ class ClassPlanner {
   THRONG_HD static bool takes_part(const Early& e, std::uint32_t j) noexcept;
   THRONG_HD static void gather(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void compact(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
-  THRONG_HD static void rank(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void sort(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void pair_up(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
-  THRONG_HD static void scatter(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void add_within(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void summarise(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
-  THRONG_HD static void resolve(Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void resolve(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static float base_neighbours(const Shared& s) noexcept;
   THRONG_HD static float neighbours_within(const Shared& s, std::uint32_t exponent) noexcept;
   THRONG_HD static void spread(std::uint32_t t, Shared& s) noexcept;
 
@@ -238,6 +248,8 @@ class ClassPlanner {
   THRONG_HD static std::uint32_t cells_of(std::uint32_t finest, std::uint32_t shift) noexcept;
   THRONG_HD static void divide(std::uint32_t t, bool chosen, bool anew, Shared& s) noexcept;
   THRONG_HD static void divide_class(std::uint32_t candidate, std::uint32_t c, Shared& s) noexcept;
+  THRONG_HD static void measure_side(std::uint32_t candidate, std::uint32_t axis,
+                                     Shared& s) noexcept;
   THRONG_HD static void finish(std::uint32_t t, bool chosen, bool anew, Shared& s,
                                const GridLimits& limits) noexcept;
   THRONG_HD static bool too_large(std::uint64_t all, float worlds,
@@ -247,7 +259,7 @@ class ClassPlanner {
 
   // What a box is expected to cost, rows looked up and candidates compared:
   // core/class_price-inl.hpp.
-  static constexpr std::uint32_t at_once = 4;
+  static constexpr std::uint32_t at_once = 8;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void average(std::uint32_t t, Shared& s) noexcept;
@@ -255,7 +267,7 @@ class ClassPlanner {
   THRONG_HD static float price_of(std::uint32_t candidate, std::uint32_t from, std::uint32_t to,
                                   const Shared& s, const GridLimits& limits) noexcept;
   THRONG_HD static void add_up(std::uint32_t candidate, Shared& s) noexcept;
-  THRONG_HD static void choose(std::uint32_t candidate, Shared& s) noexcept;
+  THRONG_HD static void choose(std::uint32_t t, Shared& s) noexcept;
 };
 
 }  // namespace throng::core

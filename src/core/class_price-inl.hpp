@@ -14,64 +14,84 @@
 
 namespace throng::core {
 
-// The classes of some boxes of the sample.
+// The classes of some boxes of the sample: of each the first that it fits. A thread takes its boxes
+// from class to class together.
 THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
+  constexpr std::uint32_t together = 4;
   float side[3];
   for (int k = 0; k < 3; ++k) side[k] = s.side[k][candidate];
   const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
+  std::uint32_t used = 0;
   // Those beyond the last, up to as many as are averaged at once, are of no class.
   THRONG_UNROLL(1)
-  for (std::uint32_t look = row; look < count + at_once - 1; look += rows) {
-    if (look >= count) {
-      s.late.fit[candidate][look] = max_size_classes;
-      continue;
+  for (std::uint32_t first = row; first < count + at_once - 1; first += together * rows) {
+    float e[together][3];
+    std::uint32_t c[together];
+    THRONG_UNROLL(together)
+    for (std::uint32_t q = 0; q < together; ++q) {
+      const std::uint32_t look = first + q * rows < count ? first + q * rows : 0;
+      for (int k = 0; k < 3; ++k) e[q][k] = s.value[k][look * step];
+      c[q] = 0;
     }
-    float e[3];
-    for (int k = 0; k < 3; ++k) e[k] = s.value[k][look * step];
-    std::uint32_t c = 0;
+    bool more = true;
     THRONG_UNROLL(1)
-    for (; c < last; ++c) {
-      const std::uint32_t shifts = s.shift[c][candidate];
-      if (e[0] <= side[0] * times(shifts & 0xff) && e[1] <= side[1] * times(shifts >> 8 & 0xff) &&
-          e[2] <= side[2] * times(shifts >> 16))
-        break;
+    for (std::uint32_t k = 0; k < last && more; ++k) {
+      const std::uint32_t shifts = s.shift[k][candidate];
+      const float most[3] = {side[0] * times(shifts & 0xff), side[1] * times(shifts >> 8 & 0xff),
+                             side[2] * times(shifts >> 16)};
+      more = false;
+      THRONG_UNROLL(together)
+      for (std::uint32_t q = 0; q < together; ++q) {
+        const bool fits = (e[q][0] <= most[0]) & (e[q][1] <= most[1]) & (e[q][2] <= most[2]);
+        const bool on = (c[q] == k) & !fits;
+        c[q] += on;
+        more |= on;
+      }
     }
-    s.late.fit[candidate][look] = static_cast<std::uint8_t>(c);
-    THRONG_SET(s.used[candidate], 1u << c);
+    THRONG_UNROLL(together)
+    for (std::uint32_t q = 0; q < together; ++q) {
+      const std::uint32_t look = first + q * rows;
+      const bool none = look >= count;
+      if (look < count + at_once - 1)
+        s.late.fit[candidate][look] = static_cast<std::uint8_t>(none ? max_size_classes : c[q]);
+      used |= none ? 0 : 1u << c[q];
+    }
   }
+  if (used != 0) THRONG_SET(s.used[candidate], used);
 }
 
 // The share and the mean extents of each class that has boxes; these are numbered.
 THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
-  const std::uint32_t used = s.used[candidate], step = s.look_step, count = s.looks;
+  const std::uint32_t used = s.used[candidate], count = s.looks;
   // Axes of classes: along each the share is found anew.
   THRONG_UNROLL(1)
   for (std::uint32_t item = row; item < 3 * max_size_classes; item += rows) {
     const std::uint32_t c = item / 3, k = item % 3;
     if (!(used >> c & 1)) continue;
-    const float length = s.length[k];
     float share = 0, sum = 0;
     std::uint32_t first = 0;
     // Adding nothing instead of a branch: the loads of some boxes are under way together.
     THRONG_UNROLL(1)
     do {
-      THRONG_UNROLL(at_once)
-      for (std::uint32_t q = 0; q < at_once; ++q) {
-        const std::uint32_t look = first + q;
-        const bool own = s.late.fit[candidate][look] == c;
-        const std::uint32_t at = look * step < sample_size ? look * step : sample_size - 1;
-        const float extent = lesser(s.value[k][at], length);
-        share += own ? 1.0f : 0.0f;
-        sum += own ? extent : 0.0f;
+      THRONG_UNROLL(at_once / 4)
+      for (std::uint32_t four = first; four < first + at_once; four += 4) {
+        const std::uint32_t fits = load_bytes(&s.late.fit[candidate][four]);
+        const Four extents = load_four(&s.seen[k][four]);
+        THRONG_UNROLL(4)
+        for (std::uint32_t q = 0; q < 4; ++q) {
+          const bool own = (fits >> 8 * q & 0xff) == c;
+          share += own ? 1.0f : 0.0f;
+          sum += own ? extents.value[q] : 0.0f;
+        }
       }
       first += at_once;
     } while (first < count);
     const std::uint32_t number = bits_of(used & ((1u << c) - 1));
-    s.late.extent[number][k][candidate] = quotient(sum, share);
+    s.late.across[number][k][candidate] = quotient(sum, share * s.side[k][candidate]);
     if (k != 0) continue;
     s.late.used[number][candidate] = static_cast<std::uint8_t>(c);
     s.late.share[number][candidate] = share;
@@ -94,7 +114,7 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
                                               std::uint32_t to, const Shared& s,
                                               const GridLimits& limits) noexcept {
   const std::uint32_t shifts = s.shift[s.late.used[to][candidate]][candidate];
-  const float share = s.late.share[from][candidate], taken = static_cast<float>(s.looks);
+  const float share = s.late.share[from][candidate];
   const float boxes = static_cast<float>(limits.boxes);
   const bool hashed = s.hashed[candidate];
   float width[3] = {}, least = 0, looked_up = 1, cells = 1;
@@ -102,32 +122,27 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
   THRONG_UNROLL(1)
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t shift = shifts >> 8 * k & 0xff;
-    const float large = s.side[k][candidate] * times(shift);
-    const float extent = s.late.extent[from][k][candidate];
+    const float cell = times(shift), extent = s.late.across[from][k][candidate];  // in finest cells
     const std::uint32_t there = shifts == one_cell ? 1 : cells_of(s.cells[k][candidate], shift);
-    const float across = lesser(quotient(extent, large) + 2, static_cast<float>(there));
+    const float across = lesser(extent * power_of_two(127 - shift) + 2, static_cast<float>(there));
     if (k > 0) looked_up *= across;
     cells *= across;
-    const float wide = lesser(extent + 2 * large, s.length[k]);
+    const float wide = lesser(s.side[k][candidate] * (extent + 2 * cell), s.length[k]);
     least = k == 0 || wide < least ? wide : least;
     width[0] = width[1];
     width[1] = width[2];
     width[2] = wide;
   }
+  const float inverse = quotient(1, least);
   float compared = neighbours(s, 0.5f * least);
-  THRONG_UNROLL(1)
-  for (int k = 0; k < 3; ++k) {
-    compared *= quotient(width[0], least);
-    width[0] = width[1];
-    width[1] = width[2];
-  }
-  compared = 1 + quotient(lesser(compared, s.most_neighbours) * s.late.share[to][candidate], taken);
+  for (int k = 0; k < 3; ++k) compared *= width[k] * inverse;
+  compared = 1 + lesser(compared, s.most_neighbours) * s.late.share[to][candidate] * s.a_look;
   float one = compared + looked_up * row_cost;
   if (hashed)
     one = compared * hash_compare_cost + looked_up * hash_row_cost +
           quotient(cells * hash_cell_cost * boxes, static_cast<float>(limits.table_cells));
   one += class_cost;
-  return quotient((from == to ? 0.5f : 1.0f) * one * share, taken);
+  return (from == to ? 0.5f : 1.0f) * one * share * s.a_look;
 }
 
 // Each class with itself and those after it.
@@ -153,19 +168,31 @@ THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) n
   s.cost[candidate] = sum;
 }
 
-// The first of the cheapest.
-THRONG_HD inline void ClassPlanner::choose(std::uint32_t candidate, Shared& s) noexcept {
-  const float own = s.cost[candidate];
-  std::uint32_t before = 0;
-  THRONG_UNROLL(2)
-  for (std::uint32_t k = 0; k < candidates; k += 4) {
-    const Four others = load_four(s.cost + k);
-    for (std::uint32_t q = 0; q < 4; ++q) {
-      const float other = others.value[q];
-      before += (other < own) | ((k + q < candidate) & (other == own));
-    }
+// The first of the cheapest, by the bits of the costs, whose order is the same.
+THRONG_HD inline void ClassPlanner::choose(std::uint32_t t, Shared& s) noexcept {
+#if defined(__CUDA_ARCH__)
+  static_assert(candidates > 32 && candidates <= 64);
+  if (t >= 32) return;
+  constexpr std::uint32_t none = ~0u;
+  const std::uint32_t own = std::bit_cast<std::uint32_t>(s.cost[t]);
+  const std::uint32_t other =
+      t + 32 < candidates ? std::bit_cast<std::uint32_t>(s.cost[t + 32]) : none;
+  std::uint32_t least = own < other ? own : other;
+  for (int half = 16; half > 0; half /= 2) {
+    const std::uint32_t there = __shfl_xor_sync(~0u, least, half);
+    least = there < least ? there : least;
   }
-  if (before == 0) s.best = candidate;
+  const unsigned first = __ballot_sync(~0u, own == least);
+  const unsigned second = __ballot_sync(~0u, other == least);
+  if (t == 0)
+    s.best = first != 0 ? __ffs(static_cast<int>(first)) - 1 : 31 + __ffs(static_cast<int>(second));
+#else
+  if (t != 0) return;
+  const auto bits = [&](std::uint32_t k) { return std::bit_cast<std::uint32_t>(s.cost[k]); };
+  s.best = 0;
+  for (std::uint32_t k = 1; k < candidates; ++k)
+    if (bits(k) < bits(s.best)) s.best = k;
+#endif
 }
 
 }  // namespace throng::core

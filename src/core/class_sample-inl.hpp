@@ -1,6 +1,8 @@
 // How the boxes of the sample lie. Included by core/class_planner.hpp alone.
 #pragma once
 
+#include <algorithm>
+
 #include "core/bounds.hpp"
 #include "core/class_planner.hpp"
 
@@ -58,9 +60,6 @@ THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
   }
   e.near[t / 256][t % 256] = 0;
   if (t < 2) e.least[t] = 254;
-  THRONG_UNROLL(1)
-  for (std::uint32_t k = t; k < values * sample_size; k += threads)
-    e.rank[k / sample_size][k % sample_size] = 0;
 }
 
 // The active boxes together, in their order, and what is told of each; the others behind them.
@@ -95,73 +94,98 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   if (t < 8 * (limits.has_worlds ? 9 : 6)) join_member(t / 8, e.range + t % 8, 8, e.fewer[t % 8]);
 }
 
-// Some threads a box: how many of a part of the boxes come before it, by each value. The threads of
-// a warp look at the same box at once, and 32 boxes are both a warp's own and a part: but for one
-// part, its own boxes all come before those of the part, or all after.
-THRONG_HD inline void ClassPlanner::rank(std::uint32_t t, Shared& s) noexcept {
-  const std::uint32_t own = t % sample_size, part = t / sample_size, warp = own / 32;
-  static_assert(parts * 32 == sample_size);
-  if (own >= s.count) return;
-  THRONG_UNROLL(1)
-  for (int k = 0; k < values; ++k) {
-    const float value = s.value[k][own], above = -next_down(-value);
-    std::uint32_t before = 0;
-    // Signs of differences are counted, which takes a device half as long as comparing.
-    const auto count = [&](const auto& bound) {
-      THRONG_UNROLL(4)
-      for (std::uint32_t first = 0; first < 32; first += 4) {
-        const Four four = load_four(&s.value[k][32 * part + first]);
-        for (std::uint32_t q = 0; q < 4; ++q)
-          before += std::bit_cast<std::uint32_t>(four.value[q] - bound(first + q)) >> 31;
+// A warp sorts one of the values: a thread has four that stand together, and those whose places
+// differ in one bit are exchanged if they stand in the wrong order (a bitonic sort).
+THRONG_HD inline void ClassPlanner::sort(std::uint32_t t, Shared& s) noexcept {
+  static_assert(32 * values <= threads / 2);
+  const std::uint32_t k = t / 32;
+  if (k >= values) return;
+  float* const to = k < centres ? s.extent[k] : s.centre[k - centres];
+#if defined(__CUDA_ARCH__)
+  static_assert(sample_size == 128);
+  const std::uint32_t lane = t % 32;
+  Four own = load_four(s.value[k] + 4 * lane);
+  const auto order = [](float& a, float& b, bool rising) {
+    const float low = fminf(a, b), high = fmaxf(a, b);
+    a = rising ? low : high;
+    b = rising ? high : low;
+  };
+  THRONG_UNROLL(7)
+  for (std::uint32_t size = 2; size <= sample_size; size *= 2) {
+    // Half of all runs of `size` rise, and half fall.
+    THRONG_UNROLL(5)
+    for (std::uint32_t far = size / 8; far > 0; far /= 2) {
+      const bool low = ((lane & far) == 0) == ((4 * lane & size) == 0);
+      for (float& v : own.value) {
+        const float other = __shfl_xor_sync(~0u, v, static_cast<int>(far));
+        v = low ? fminf(v, other) : fmaxf(v, other);
       }
-    };
-    // Of equal values that of the earlier box comes first.
-    const float other = part < warp ? above : value;
-    if (part == warp)
-      count([&](std::uint32_t j) { return j < own % 32 ? above : value; });
-    else
-      count([&](std::uint32_t) { return other; });
-    THRONG_ADD(s.early.rank[k][own], before);
+    }
+    const bool rising = (4 * lane & size) == 0;
+    if (size == 2) {
+      order(own.value[0], own.value[1], true);
+      order(own.value[2], own.value[3], false);
+      continue;
+    }
+    order(own.value[0], own.value[2], rising);
+    order(own.value[1], own.value[3], rising);
+    order(own.value[0], own.value[1], rising);
+    order(own.value[2], own.value[3], rising);
   }
+  for (std::uint32_t q = 0; q < 4; ++q) to[4 * lane + q] = own.value[q];
+#else
+  if (t % 32 != 0) return;
+  std::copy_n(s.value[k], sample_size, to);
+  std::sort(to, to + sample_size);
+#endif
 }
 
 // How near the boxes are to each other: each looks at those that follow, up to half of all, with
 // the first after the last.
 THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
+  // Others sort meanwhile.
+  constexpr std::uint32_t apart = threads / 2 / sample_size;
   const std::uint32_t n = s.count, own = t % sample_size;
-  if (own >= n) return;
+  if (t < threads / 2 || own >= n) return;
   float centre[3];
   for (int k = 0; k < 3; ++k) centre[k] = s.value[centres + k][own];
   const std::int32_t world = s.world[own];
+  constexpr std::uint32_t together = 4;
   THRONG_UNROLL(1)
-  for (std::uint32_t after = t / sample_size + 1; after <= n / 2; after += parts) {
-    if (2 * after == n && own >= after) continue;  // the other one has looked
-    const std::uint32_t j = own + after < n ? own + after : own + after - n;
-    // Without signs, so that they compare as integers do.
-    std::uint32_t distance = 0;
-    for (int k = 0; k < 3; ++k) {
-      const float along = s.value[centres + k][j] - centre[k];
-      const std::uint32_t bits = std::bit_cast<std::uint32_t>(along) & 0x7fffffff;
-      distance = distance > bits ? distance : bits;
+  for (std::uint32_t first = t / sample_size % apart + 1; first <= n / 2;
+       first += together * apart) {
+    std::uint32_t at[together], distance[together];
+    THRONG_UNROLL(together)
+    for (std::uint32_t q = 0; q < together; ++q) {
+      const std::uint32_t after = first + q * apart;
+      at[q] = own + after < n ? own + after : own + after - n;
+      // Without signs, so that they compare as integers do.
+      distance[q] = 0;
+      for (int k = 0; k < 3; ++k) {
+        const float along = s.value[centres + k][at[q]] - centre[k];
+        const std::uint32_t bits = std::bit_cast<std::uint32_t>(along) & 0x7fffffff;
+        distance[q] = distance[q] > bits ? distance[q] : bits;
+      }
     }
-    THRONG_ADD(s.early.near[0][distance >> 23], 1u);
-    if (!limits.has_worlds) continue;
-    const std::int32_t w = s.world[j];
-    if (world == w || world < 0 || w < 0) THRONG_ADD(s.early.near[1][distance >> 23], 1u);
+    THRONG_UNROLL(together)
+    for (std::uint32_t q = 0; q < together; ++q) {
+      const std::uint32_t after = first + q * apart;
+      // Of two half a circle apart the other one has looked.
+      if (after > n / 2 || (2 * after == n && own >= after)) continue;
+      THRONG_ADD(s.early.near[0][distance[q] >> 23], 1u);
+      if (!limits.has_worlds) continue;
+      const std::int32_t w = s.world[at[q]];
+      if (world == w || world < 0 || w < 0) THRONG_ADD(s.early.near[1][distance[q] >> 23], 1u);
+    }
   }
 }
 
-// Sorted values, and how many pairs lie within a distance: counted up to there from the first of
-// eight exponents.
-THRONG_HD inline void ClassPlanner::scatter(std::uint32_t t, Shared& s,
-                                            const GridLimits& limits) noexcept {
+// How many pairs lie within a distance: counted up to there from the first of eight exponents.
+THRONG_HD inline void ClassPlanner::add_within(std::uint32_t t, Shared& s,
+                                               const GridLimits& limits) noexcept {
   Early& e = s.early;
-  const std::uint32_t own = t % sample_size;
   if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.fewer, 1, s.range);
-  THRONG_UNROLL(1)
-  for (std::uint32_t k = t / sample_size; k < values && own < s.count; k += parts)
-    (k < centres ? s.extent[k] : s.centre[k - centres])[e.rank[k][own]] = s.value[k][own];
   if (t < threads - 64) return;
   const std::uint32_t which = t / 32 % 2, eight = t % 32;
   std::uint32_t sum = 0;
@@ -180,7 +204,7 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   Early& e = s.early;
   const std::uint32_t which = t / 256, exponent = t % 256;
   std::uint32_t sum = e.within[which][exponent];
-  THRONG_UNROLL(4)
+  THRONG_UNROLL(32)
   for (std::uint32_t k = 0; k < 32; ++k) sum += k < exponent / 8 ? e.near_eight[which][k] : 0;
   e.within[which][exponent] = sum;
   // The least distance within which the sample has some pairs: one thread finds it.
@@ -199,13 +223,26 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   s.length[t] = greater(high - low + 2 * missed, 1e-30f);
 }
 
-// How the boxes crowd.
-THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits) noexcept {
+// How the boxes crowd: one thread tells how many there are, another how they thin out.
+THRONG_HD inline void ClassPlanner::resolve(std::uint32_t t, Shared& s,
+                                            const GridLimits& limits) noexcept {
+  if (t != 0 && t != 32) return;
   const Early& e = s.early;
-  const float n = static_cast<float>(s.count), pairs = greater(0.5f * n * (n - 1), 1);
   const float same_world = static_cast<float>(e.within[1][255]);
   // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
   const bool enough = same_world >= 32;
+  const std::uint32_t which = enough ? 1 : 0;
+  if (t == 32) {
+    // Below the least distance that the sample resolves, growth is carried on.
+    s.base = e.least[which];
+    const auto sum = static_cast<float>(e.within[which][s.base]);
+    s.base_pairs = sum;
+    const float growth =
+        sum > 0 ? quotient(static_cast<float>(e.within[which][s.base + 1]), sum) : 8;
+    s.shrink = quotient(1, lesser(8, greater(2, growth)));
+    return;
+  }
+  const float n = static_cast<float>(s.count), pairs = greater(0.5f * n * (n - 1), 1);
   const float boxes = static_cast<float>(limits.boxes);
   s.worlds = 1;
   if (limits.has_worlds) {
@@ -217,19 +254,15 @@ THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits)
     s.worlds = greater(1, enough ? quotient(pairs, same_world) : lesser(numbered, apart));
   }
   s.most_neighbours = quotient(boxes, s.worlds);
-  s.which = enough ? 1 : 0;
+  s.scale = quotient(quotient(boxes, pairs), enough ? 1 : s.worlds);
+  s.which = which;
   s.best = 0;
   s.look_step = s.count > 32 ? s.count / 32 : 1;
   const std::uint32_t some = s.count + s.look_step - 1;  // the step is 1, 2, 3 or 4
   s.looks = s.look_step == 3 ? some / 3 : some >> s.look_step / 2;
-  s.base = e.least[s.which];
-  s.scale = quotient(quotient(boxes, pairs), enough ? 1 : s.worlds);
-  // Below the least distance that the sample resolves, growth is carried on.
-  const auto sum = static_cast<float>(e.within[s.which][s.base]);
-  s.base_neighbours = sum > 0 ? s.scale * sum : 1;
-  const float growth =
-      sum > 0 ? quotient(static_cast<float>(e.within[s.which][s.base + 1]), sum) : 8;
-  s.shrink = quotient(1, lesser(8, greater(2, growth)));
+}
+THRONG_HD inline float ClassPlanner::base_neighbours(const Shared& s) noexcept {
+  return s.base_pairs > 0 ? s.scale * s.base_pairs : 1;
 }
 
 // How many other boxes of its world have their centre within 2^(exponent+1) of a box's, along every
@@ -237,18 +270,27 @@ THRONG_HD inline void ClassPlanner::resolve(Shared& s, const GridLimits& limits)
 THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
                                                        std::uint32_t exponent) noexcept {
   if (exponent >= s.base) return s.scale * static_cast<float>(s.early.within[s.which][exponent]);
-  float count = s.base_neighbours;
+  float count = base_neighbours(s);
   THRONG_UNROLL(1)
   for (std::uint32_t k = exponent; k < s.base && count > 1e-9f; ++k) count *= s.shrink;
   return count;
 }
 
-// For all distances, and where there is one.
+// For all distances, and where there is one; and the extents of the boxes that are looked at.
 THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept {
+  if (t == 257) s.a_look = quotient(1, static_cast<float>(s.looks));
+  if (t >= 320) {
+    THRONG_UNROLL(1)
+    for (std::uint32_t k = t - 320; k < 3 * most_looks; k += threads - 320) {
+      const std::uint32_t axis = k / most_looks, look = k % most_looks;
+      const std::uint32_t at = look < s.looks ? look * s.look_step : 0;
+      s.seen[axis][look] = lesser(s.value[axis][at], s.length[axis]);
+    }
+  }
   if (t > 256) return;
   std::uint32_t exponent = t;
   if (t == 256) {
-    float reach = s.base_neighbours;
+    float reach = base_neighbours(s);
     exponent = s.base;
     THRONG_UNROLL(1)
     for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;

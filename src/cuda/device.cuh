@@ -10,10 +10,12 @@
 #include <cub/device/device_scan.cuh>
 
 #include "cuda/cell_order.cuh"
+#include "cuda/cell_sums.cuh"
 #include "cuda/check.hpp"
 #include "cuda/gather.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/mailbox.cuh"
+#include "cuda/pair_order.cuh"
 #include "cuda/search.cuh"
 #include "cuda/upload.hpp"
 #include "cuda/worlds.cuh"
@@ -23,11 +25,12 @@
 namespace throng::cuda {
 
 // The phases of a function object by one block, with a barrier after each. The others leave zeros
-// meanwhile: `count` times 16 bytes.
+// meanwhile, if that is wanted: `count` times 16 bytes.
 template <class F>
 __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std::uint64_t count) {
   __shared__ typename F::Shared shared;
   if (blockIdx.x > 0) {
+    if (!f.wanted()) return;
     const std::uint64_t step = std::uint64_t{gridDim.x - 1} * F::threads;
     for (std::uint64_t k = std::uint64_t{blockIdx.x - 1} * F::threads + threadIdx.x; k < count;
          k += step)
@@ -41,8 +44,10 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std:
 }
 
 class Device {
+  using Order = pipeline::PairOrder<pipeline::DeviceOrder>;
   // Of brute force, some milliseconds' worth.
   static constexpr std::uint64_t walks_between_looks = std::uint64_t{1} << 24;
+  static constexpr std::size_t order_bytes = sizeof(OrderMemory<Order>::Asked);
 
  public:
   // What launches need to know of the GPU. Failure: no_device.
@@ -52,6 +57,16 @@ class Device {
     check(cudaFuncSetAttribute(run_place_buckets<pipeline::PlaceBuckets>,
                                cudaFuncAttributeMaxDynamicSharedMemorySize,
                                pipeline::Buckets::most_cells * sizeof(std::uint32_t)));
+    int room = 0, together = 0;
+    check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
+    check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
+    if (!together || static_cast<std::size_t>(room) < order_bytes) return;
+    check(cudaFuncSetAttribute(run_pair_order<Order>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                               order_bytes));
+    int blocks = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_order<Order>,
+                                                        order_threads, order_bytes));
+    order_blocks_ = static_cast<unsigned>(blocks * processors_);
   }
 
   ~Device() {
@@ -121,12 +136,13 @@ class Device {
     check(cub::DeviceScan::ExclusiveSum(nullptr, bytes, none, none, count));
     return bytes;
   }
-  // For as many keys again, and the sort's own scratch.
+  // For as many keys again, and the sort's own scratch; no less than for fewer.
   static std::size_t sort_bytes(std::size_t count) {
     std::size_t bytes = 0;
     cub::DoubleBuffer<std::uint64_t> none;
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
-    return keys_bytes(count) + bytes;
+    const std::size_t few = count < Order::most_pairs ? count : Order::most_pairs;
+    return std::max(keys_bytes(count) + bytes, Order::bytes(few));
   }
 
   static constexpr std::uint32_t sorted_above = THRONG_GPU_SORTED_ABOVE;
@@ -154,6 +170,17 @@ class Device {
   void use_scratch(void* p, std::size_t bytes) noexcept {
     scratch_ = p;
     scratch_bytes_ = bytes;
+  }
+  static std::size_t sums_bytes(std::size_t cells) noexcept {
+    return CellSums::pieces(cells) * sizeof(std::uint64_t);
+  }
+  // Table and words are carved in multiples of 256 bytes.
+  void sum_up(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
+              std::uint64_t* words) const {
+    run_cell_sums<<<static_cast<unsigned>(CellSums::pieces(cells)), CellSums::threads, 0,
+                    stream_>>>(wanted, reinterpret_cast<uint4*>(table),
+                               static_cast<std::uint32_t>((cells + 3) / 4), words);
+    check(cudaGetLastError());
   }
   void scan(std::uint32_t* values, std::size_t count) const {
     std::size_t bytes = scratch_bytes_;
@@ -194,6 +221,15 @@ class Device {
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
     const auto shape = pipeline::PairKeys::of(in);
+    if (order_blocks_ != 0 && count <= Order::most_pairs) {
+      Order order{pairs, out, report, std::min(capacity, count), shape};
+      order.carve(count, room);
+      void* arguments[] = {&order};
+      check(cudaLaunchCooperativeKernel(run_pair_order<Order>,
+                                        count <= Order::few ? 1 : order_blocks_, order_threads,
+                                        arguments, order_bytes, stream_));
+      return;
+    }
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
     launch(count, pipeline::PackPairs{pairs, keys, report, capacity, shape});
     cub::DoubleBuffer<std::uint64_t> buffers(keys, static_cast<std::uint64_t*>(room));
@@ -304,6 +340,7 @@ class Device {
   }
   const Memory& memory_;
   int device_ = 0, processors_ = 1;
+  unsigned order_blocks_ = 0;  // as many as there can be at once; 0: pairs are not ordered so
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;

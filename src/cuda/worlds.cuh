@@ -4,88 +4,155 @@
 #include <cstdint>
 
 #include "cuda/search.cuh"
+#include "cuda/warp.cuh"
+#include "pipeline/rough_boxes.hpp"
 #include "pipeline/worlds.hpp"
 
 namespace throng::cuda {
 
-// 32 boxes in shared memory, as halves of records. All lanes of a warp read the same one at once.
-struct WarpBoxes {
-  float4 lower[32], upper[32];
+// The range of a warp's boxes, two a lane; all lanes together.
+__device__ inline pipeline::RoughRange range_of(const Box& a, const Box& b) {
+  // As integers that are ordered as they are.
+  const auto ordered = [](float x) {
+    const int bits = __float_as_int(x);
+    return bits ^ (bits >> 31 & 0x7fffffff);
+  };
+  const auto number = [](int bits) { return __int_as_float(bits ^ (bits >> 31 & 0x7fffffff)); };
+  // What is no number, of a box that takes no part, is passed over.
+  const auto least = [&](float x, float y) {
+    return warp_least(ordered(fminf(fminf(x, y), 3e38f)));
+  };
+  const auto most = [&](float x, float y) {
+    return warp_most(ordered(fmaxf(fmaxf(x, y), -3e38f)));
+  };
+  pipeline::RoughRange range;
+  range.span(0, number(least(a.lower.x, b.lower.x)), number(most(a.upper.x, b.upper.x)));
+  range.span(1, number(least(a.lower.y, b.lower.y)), number(most(a.upper.y, b.upper.y)));
+  range.span(2, number(least(a.lower.z, b.lower.z)), number(most(a.upper.z, b.upper.z)));
+  return range;
+}
 
-  __device__ void put(unsigned at, const Box& b) {
-    lower[at] = {b.lower.x, b.lower.y, b.lower.z, 0};
-    upper[at] = {b.upper.x, b.upper.y, b.upper.z, 0};
+// Bits for the boxes k lanes further on, k = 1 .. 16, round in a circle, that may overlap a lane's;
+// so each two of 32 meet once, but for those half a circle apart.
+__device__ inline unsigned may_meet_in_circle(const pipeline::RoughBox& own) {
+  const unsigned lane = threadIdx.x % 32;
+  unsigned bits = 0;
+#pragma unroll
+  for (unsigned k = 1; k <= 16; ++k) {
+    const pipeline::RoughBox other = {__shfl_sync(~0u, own.lower, lane + k),
+                                      __shfl_sync(~0u, own.upper, lane + k)};
+    if (!apart(own, other)) bits |= 1u << k;
   }
-  // A bit for each that overlaps a box.
-  __device__ unsigned meet(const Box& own) const {
-    unsigned bits = 0;
-#pragma unroll 8
-    for (unsigned k = 0; k < 32; ++k) {
-      const float4 low = lower[k], high = upper[k];
-      const Box other = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
-      bits |= (core::overlaps(own, other) ? 1u : 0u) << k;
-    }
-    return bits;
+  return bits;
+}
+// Which of them are of the same world, those half a circle apart once.
+__device__ inline unsigned same_in_circle(std::int32_t world) {
+  const unsigned lane = threadIdx.x % 32, same = __match_any_sync(~0u, world);
+  return __funnelshift_r(same, same, lane) & (lane < 16 ? 0x1fffe : 0xfffe);
+}
+// A bit for each of 32 in shared memory, which all lanes read one after another, two at a time.
+__device__ inline unsigned may_meet(const pipeline::RoughBox& own, const uint4* others) {
+  unsigned bits = 0;
+#pragma unroll
+  for (unsigned k = 0; k < 16; ++k) {
+    const uint4 two = others[k];
+    if (!apart(own, {two.x, two.y})) bits |= 1u << 2 * k;
+    if (!apart(own, {two.z, two.w})) bits |= 2u << 2 * k;
+  }
+  return bits;
+}
+
+template <class Search>
+struct WorldsCheck {
+  const Search& search;
+  __device__ bool operator()(std::uint32_t i, std::uint32_t j) const {
+    return core::overlaps(search.box(i), search.box(j)) &&
+           (!search.selects() || search.allows(i, j));
   }
 };
 
-// A lane has one box, a warp 32 side by side. It goes through these, and through those that follow
-// as long as they are of the last one's world, 32 at a time; then through those of all worlds.
+// A lane has two boxes, a warp 64 side by side: 32, and 32 that follow. It goes through these, and
+// through those that follow as long as they are of the last one's world, 32 at a time; then through
+// those of all worlds. Boxes are compared as they are rounded, and what is found so is checked
+// later, by all lanes.
 template <class Search>
-__global__ void __launch_bounds__(block_threads, 3)
+__global__ void __launch_bounds__(block_threads, 4)
     run_worlds(Search search, pipeline::PairSink sink) {
-  __shared__ Pair stages[block_threads / 32][WarpStage::room];
-  __shared__ WarpBoxes others[block_threads / 32];
+  constexpr unsigned warps = block_threads / 32;
+  using Stage = WarpStage<WorldsCheck<Search>>;
+  __shared__ Pair stages[warps][Stage::room];
+  __shared__ uint4 others[warps][16];
   const auto count = static_cast<std::uint32_t>(search.count());
   if (count == 0) return;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-  const unsigned later = lane < 31 ? ~0u << (lane + 1) : 0;
-  WarpStage stage(stages[warp], sink, lane);
+  Stage stage(stages[warp], sink, lane, {search});
   std::uint64_t comparisons = 0;
-  const bool selects = search.selects();
   const std::uint32_t of_all = search.told->everywhere;
-  for (std::uint64_t first = (std::uint64_t{blockIdx.x} * block_threads + threadIdx.x) / 32 * 32;
-       first < count; first += std::uint64_t{gridDim.x} * block_threads) {
-    std::uint32_t base = static_cast<std::uint32_t>(first);
+  constexpr std::int32_t none = -2;  // no world has this number
+  const auto world_of = [&](std::uint32_t i) { return i < count ? search.in.world(i) : none; };
+  const auto box_of = [&](std::uint32_t i) { return search.box(i < count ? i : count - 1); };
+  // Box i with those whose bits are set: k-th after `base`, counted from a lane on in a circle.
+  const auto tell = [&](std::uint32_t i, std::uint32_t base, unsigned from, unsigned bits) {
+    while (__any_sync(~0u, bits != 0)) {
+      const auto k = static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
+      const std::uint32_t j = base + ((from + k) & 31);
+      stage.add(bits != 0, {i < j ? i : j, i < j ? j : i});
+      bits &= bits - 1;
+    }
+  };
+  // Neighbours change places each time: of two that share a world the first has more to do.
+  const std::uint64_t own_place = std::uint64_t{blockIdx.x} * warps + warp;
+  for (std::uint64_t round = 0, places = std::uint64_t{gridDim.x} * warps;
+       round * places * 64 < count; ++round) {
+    const std::uint64_t place = round * places + (own_place ^ (round & 1));
+    if (place * 64 >= count) continue;
+    std::uint32_t base = static_cast<std::uint32_t>(place) * 64;
     const std::uint32_t i = base + lane;
-    const bool mine = i < count;
-    // No world has this number.
-    constexpr std::int32_t none = -2;
-    const std::int32_t world = mine ? search.in.world(i) : none;
-    const std::int32_t last = __shfl_sync(~0u, world, 31);
-    const Box own = search.box(mine ? i : count - 1);
-    Box other = own;
-    unsigned wanted = __match_any_sync(~0u, world) & later;
-    for (bool of_worlds = true;;) {
-      wanted = mine ? wanted : 0;
+    const std::int32_t worlds[2] = {world_of(i), world_of(i + 32)};
+    const Box own[2] = {box_of(i), box_of(i + 32)};
+    const pipeline::RoughRange range = range_of(own[0], own[1]);
+    const pipeline::RoughBox rough[2] = {range.round(own[0]), range.round(own[1])};
+#pragma unroll
+    for (int k = 0; k < 2; ++k) {
+      const unsigned same = same_in_circle(worlds[k]);  // all lanes together
+      const unsigned wanted = worlds[k] != none ? same : 0;
       comparisons += static_cast<unsigned>(__popc(wanted));
-      if (__any_sync(~0u, wanted != 0)) {
-        others[warp].put(lane, other);
+      tell(i + 32 * k, base + 32 * k, lane, may_meet_in_circle(rough[k]) & wanted);
+    }
+    // The second half is what the first goes through next; what comes then, both.
+    std::int32_t last = __shfl_sync(~0u, worlds[0], 31);
+    unsigned there = __ballot_sync(~0u, worlds[1] == last && last != none);
+    pipeline::RoughBox other = rough[1];
+    base += 32;
+    for (bool both = false, of_worlds = true;; both = true) {
+      unsigned wanted[2] = {worlds[0] == last ? there : 0, both && worlds[1] == last ? there : 0};
+      if (!of_worlds) {
+#pragma unroll
+        for (int k = 0; k < 2; ++k) wanted[k] = worlds[k] >= 0 ? there : 0;
+      }
+      if (__any_sync(~0u, (wanted[0] | wanted[1]) != 0)) {
         __syncwarp();
-        unsigned bits = others[warp].meet(own) & wanted;
-        while (__any_sync(~0u, bits != 0)) {
-          const std::uint32_t j = base + static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
-          const bool hit = bits != 0 && (!selects || search.allows(i, j));
-          stage.add(hit, hit ? search.in.pair(i, j) : Pair{});
-          bits &= bits - 1;
+        reinterpret_cast<uint2*>(others[warp])[lane] = {other.lower, other.upper};
+        __syncwarp();
+#pragma unroll
+        for (int k = 0; k < 2; ++k) {
+          if (!__any_sync(~0u, wanted[k] != 0)) continue;
+          comparisons += static_cast<unsigned>(__popc(wanted[k]));
+          tell(i + 32 * k, base, 0, may_meet(rough[k], others[warp]) & wanted[k]);
         }
-        __syncwarp();
       }
       if (!of_worlds) break;
       base += 32;
       const std::uint32_t j = base + lane;
-      const unsigned same =
-          last == none ? 0 : __ballot_sync(~0u, j < count && search.in.world(j) == last);
-      if (same != 0) {
-        wanted = world == last ? same : 0;
-        other = search.box(j < count ? j : count - 1);
-        continue;
+      last = __shfl_sync(~0u, worlds[1], 31);
+      there = __ballot_sync(~0u, last != none && world_of(j) == last);
+      if (there == 0) {
+        if (of_all == 0) break;
+        of_worlds = false;
+        base = 0;
+        there = of_all < 32 ? (1u << of_all) - 1 : ~0u;
       }
-      if (of_all == 0) break;
-      of_worlds = false;
-      base = 0;
-      wanted = world >= 0 ? (of_all < 32 ? (1u << of_all) - 1 : ~0u) : 0;
-      other = search.box(lane < of_all ? lane : 0);
+      other = range.round(box_of(of_worlds ? j : lane < of_all ? lane : 0));
     }
   }
   finish(stage, comparisons, sink);

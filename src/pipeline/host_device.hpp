@@ -14,6 +14,7 @@
 #include <throng/options.hpp>
 
 #include "pipeline/failure.hpp"
+#include "pipeline/host_pair_order.hpp"
 #include "pipeline/order.hpp"
 #include "pipeline/pipeline.hpp"
 
@@ -91,6 +92,11 @@ class HostDevice {
       values[i] = sum;
       sum += value;
     }
+  }
+  static std::size_t sums_bytes(std::size_t) noexcept { return 0; }
+  void sum_up(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
+              std::uint64_t*) const noexcept {
+    if (!wanted || *wanted != 0) scan(table, cells);
   }
 
   // So few that the tests go both ways.
@@ -209,12 +215,22 @@ class HostDevice {
     });
   }
   static std::size_t sort_bytes(std::size_t count) noexcept {
-    return count * sizeof(std::uint64_t);
+    using Order = PairOrder<HostOrder>;
+    if (count <= Order::most_pairs) return Order::bytes(count);
+    return std::max(count * sizeof(std::uint64_t), Order::bytes(Order::most_pairs));
   }
-  void sort(const Pair* pairs, void* room, std::size_t, Pair* out, std::uint64_t capacity,
+  void sort(Pair* pairs, void* room, std::size_t, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const Input& in) const {
     if (count == 0) return;
     const PairKeys shape = PairKeys::of(in);
+    if (count <= PairOrder<HostOrder>::most_pairs) {
+      PairOrder<HostOrder> order{pairs, out, report, std::min(capacity, count), shape};
+      order.carve(count, room);
+      return order_pairs(order, [&](std::uint64_t n, const auto& body) {
+        share_out(n, 1,
+                  [&](std::uint64_t k, std::uint64_t) { body(static_cast<std::uint32_t>(k)); });
+      });
+    }
     auto* keys = static_cast<std::uint64_t*>(room);
     launch(count, PackPairs{pairs, keys, report, capacity, shape});
     // No bit above those is looked at, as by a radix sort.
@@ -283,7 +299,7 @@ class HostDevice {
           comparisons += last - first;
           for (std::uint32_t i = first; i < last; ++i) {
             const Record c = load(search.records + i);
-            if (lane.look.meets(c) && lane.look.allows(c, row)) tell(lane.look.pair(c));
+            if (lane.look.accepts(c, row)) tell(search.pair(lane.look.box().id, c));
           }
         }
         lane.held = 0;

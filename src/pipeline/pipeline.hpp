@@ -7,7 +7,8 @@
 //   plan(PlanGrid, p, bytes)
 //                           the phases of core::ClassPlanner, by one block; and zeros there
 //   clear(p, bytes)         zeros
-//   scan(values, count)     exclusive sums, in place
+//   sum_up(wanted, table, cells, sums)
+//                           exclusive sums, in place, unless *wanted is there and 0
 //   sort_cells(keys, values, room, count, begin, end)
 //                           by those bits of the keys, each with its value; tells where they are
 //   place(count, PlaceBuckets)
@@ -15,12 +16,13 @@
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
 //   mark(stage)             the end of a stage, for whoever measures
 //   sorted_above            more boxes than so many are sorted by cell
-//   scan_bytes(count), sort_cells_bytes(count)
-//                           scratch that these take of so many
+//   sums_bytes(cells), sort_cells_bytes(count)
+//                           scratch that these take of so many; the first cleared, as the table
 // and each of these sees what those before it wrote.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -64,9 +66,10 @@ struct PlanGrid {
   using Shared = core::ClassPlanner::Shared;
   static constexpr std::uint32_t threads = core::ClassPlanner::threads;
 
+  THRONG_HD bool wanted() const noexcept { return in.wants_grid(); }
   template <class Each>
   THRONG_HD void operator()(Shared& s, const Each& each) const noexcept {
-    if (!in.wants_grid()) {
+    if (!wanted()) {
       each([&](std::uint32_t t) {
         if (t == 0) *grid = core::ClassGrid{};
       });
@@ -98,7 +101,10 @@ struct PlanGrid {
       THRONG_UNROLL(at_once)
       for (std::uint32_t k = 0; k < at_once; ++k)
         at[k] = look(keeper * looks + first + k, keepers * looks, t % core::ClassPlanner::parts);
-      if (packed) {
+      if (packed && !in.two_sets) {
+        THRONG_UNROLL(at_once)
+        for (std::uint32_t k = 0; k < at_once; ++k) boxes[k] = in.sets[0].packed_box(at[k]);
+      } else if (packed) {
         THRONG_UNROLL(at_once)
         for (std::uint32_t k = 0; k < at_once; ++k)
           boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
@@ -147,13 +153,11 @@ struct PlanGrid {
     }
   }
 
+  // Of an active box.
   THRONG_HD static void include(const Box& b, Box& all) noexcept {
-    all.lower.x = b.lower.x < all.lower.x ? b.lower.x : all.lower.x;
-    all.lower.y = b.lower.y < all.lower.y ? b.lower.y : all.lower.y;
-    all.lower.z = b.lower.z < all.lower.z ? b.lower.z : all.lower.z;
-    all.upper.x = b.upper.x > all.upper.x ? b.upper.x : all.upper.x;
-    all.upper.y = b.upper.y > all.upper.y ? b.upper.y : all.upper.y;
-    all.upper.z = b.upper.z > all.upper.z ? b.upper.z : all.upper.z;
+    all.lower.x = fminf(all.lower.x, b.lower.x), all.upper.x = fmaxf(all.upper.x, b.upper.x);
+    all.lower.y = fminf(all.lower.y, b.lower.y), all.upper.y = fmaxf(all.upper.y, b.upper.y);
+    all.lower.z = fminf(all.lower.z, b.lower.z), all.upper.z = fmaxf(all.upper.z, b.upper.z);
   }
   // So many behind somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes
   // that come in regular series would be taken for all alike. There is a box, and the parts have 32
@@ -175,11 +179,13 @@ struct Workspace {
   Report* report = nullptr;
   core::ClassGrid* grid = nullptr;
   WorldsTold* worlds = nullptr;
-  std::uint32_t *occupied = nullptr, *table = nullptr;
+  std::uint32_t* occupied = nullptr;
+  std::uint64_t* sums = nullptr;  // scratch, before the table, with which it is cleared
+  std::uint32_t* table = nullptr;
   Place* places = nullptr;                         // of boxes that are not sorted
   std::uint32_t *cells = nullptr, *ids = nullptr;  // of those that are, with room for as many again
   Record* records = nullptr;
-  char* scratch = nullptr;  // of the device's scan and sort
+  char* scratch = nullptr;  // of the device's sort
   std::size_t scratch_bytes = 0;
 
   static constexpr std::size_t occupied_count = occupied_flags;
@@ -200,6 +206,7 @@ struct Workspace {
     take(worlds, 1);
     take(occupied, occupied_count);
     take(grid, 1);
+    take(sums, Device::sums_bytes(scanned(table_cells)) / sizeof *sums);
     take(table, scanned(table_cells));
     take(places, sorted ? 0 : count);
     take(cells, sorted ? std::size_t{2} * count : 0);
@@ -207,8 +214,7 @@ struct Workspace {
     take(records, count);
     // Fewer boxes than there is room for may need places.
     if (sorted) places = reinterpret_cast<Place*>(cells);
-    scratch_bytes = Device::scan_bytes(scanned(table_cells));
-    if (sorted) scratch_bytes = std::max(scratch_bytes, Device::sort_cells_bytes(count));
+    scratch_bytes = sorted ? Device::sort_cells_bytes(count) : 0;
     take(scratch, scratch_bytes);
     return at;
   }
@@ -225,6 +231,7 @@ struct Workspace {
 
 // The counts of all cells, of the row beyond them and of the one that counts all have numbers of 32
 // bits, and so have the boxes of both sets together, which are counted there.
+static_assert(Workspace::row_cells <= 1u << GridSearch::row_bits / 2);
 static_assert(max_pipeline_boxes * 9 / 4 + 1024 + Workspace::row_cells + 1 <= 0xffffffffu);
 
 template <class Device>
@@ -263,14 +270,16 @@ class Pipeline {
       in.grid_wanted = &w.worlds->grid_wanted;
     }
     const bool sorted = in.count > Device::sorted_above;
-    device_.plan(PlanGrid{in, limits, w.grid, w.occupied, w.report}, w.table,
-                 sorted ? 0 : scanned * sizeof *w.table);
+    const auto* const begin = reinterpret_cast<const char*>(w.sums);
+    const auto* const end = reinterpret_cast<const char*>(w.table + scanned);
+    device_.plan(PlanGrid{in, limits, w.grid, w.occupied, w.report}, w.sums,
+                 sorted ? 0 : static_cast<std::size_t>(end - begin));
     device_.mark(Stage::plan);
     if (sorted) {
       sort_by_cell(in, w, Buckets::of(scanned));
     } else {
       device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
-      device_.scan(w.table, scanned);
+      device_.sum_up(in.grid_wanted, w.table, scanned, w.sums);
       const PlaceBoxes place{in,        w.table,  w.places,
                              w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
       device_.launch(std::uint64_t{2} * in.count, place);

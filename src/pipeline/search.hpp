@@ -51,10 +51,45 @@ struct GridSearchOf {
   }
   static constexpr std::uint32_t most_targets = 8 * core::max_size_classes;
 
-  // Records from `begin` to `end`. `row`: which one it is.
+  // Records from `begin` to `end`. `row`: which one it is, where they are `mixed` (Look).
   struct Range {
     std::uint32_t begin, end, row;
   };
+  // Rows of a hashed grid, of which each axis has at most 2^13; and what stands for all.
+  static constexpr int row_bits = 26;
+  static constexpr std::uint32_t all_rows = 1u << row_bits;
+  THRONG_HD static std::uint32_t row_of(std::int32_t y, std::int32_t z) noexcept {
+    return (static_cast<std::uint32_t>(y) | static_cast<std::uint32_t>(z) << row_bits / 2) &
+           (all_rows - 1);
+  }
+
+  // Whether a box that overlaps, found in a row of a target, makes a pair that is to be told.
+  template <bool mixed>
+  THRONG_HD bool allows(const core::ClassGrid& cells, std::uint32_t own, const Record& c,
+                        std::uint32_t target_then, std::uint32_t row) const noexcept {
+    if constexpr (Around)
+      if ((states[c.id] & mask_bits) != wanted_bits) return false;
+    if (!Plain && !in.allowed(own, c.id)) return false;
+    // Others may be stored in the same place as those of the target.
+    if (mixed && (cells.hashed || row == all_rows) && !is_home_in(cells, c, target_then, row))
+      return false;
+    return Plain || range.holds(pair(own, c).first);
+  }
+  THRONG_HD Pair pair(std::uint32_t own, const Record& c) const noexcept {
+    if constexpr (Plain) return own < c.id ? Pair{own, c.id} : Pair{c.id, own};
+    return in.pair(own, c.id);
+  }
+  // In one row each x has a place of its own.
+  THRONG_HD bool is_home_in(const core::ClassGrid& cells, const Record& c,
+                            std::uint32_t target_then, std::uint32_t row) const noexcept {
+    const core::CellSpan span = core::cells_of(cells, c.box());
+    const std::uint32_t size_class = core::class_of(cells, span);
+    const core::SizeClass& k = cells.classes[size_class];
+    const std::uint32_t group = Plain ? 0 : core::pack_group(cells.present, in.group_bits(c.id));
+    return target_then == target(group, size_class) &&
+           (row == all_rows ||
+            row == row_of(span.lower[1] >> k.shift[1], span.lower[2] >> k.shift[2]));
+  }
 
   // One box that looks, a target after another, and in each a row of cells after another. What is
   // found is of the present target: whoever keeps ranges tests their records before the next aim()
@@ -111,13 +146,12 @@ struct GridSearchOf {
 
     // The next row.
     THRONG_HD Range row() noexcept {
-      if (whole_) return {0, s_.report->active, 0};
+      if (whole_) return {0, s_.report->active, all_rows};
       const std::uint32_t row =
           mixed ? core::row_start(cells_, part_, y_, z_) : core::dense_row_start(part_, y_, z_);
       const Range found{
           own_row_ ? index_ + 1 : s_.start[row + static_cast<std::uint32_t>(x_first_)],
-          s_.start[row + static_cast<std::uint32_t>(x_last_) + 1],
-          static_cast<std::uint32_t>(y_) | static_cast<std::uint32_t>(z_) << 16};
+          s_.start[row + static_cast<std::uint32_t>(x_last_) + 1], row_of(y_, z_)};
       own_row_ = false;
       if (y_++ == y_last_) {
         y_ = y_first_;
@@ -126,41 +160,17 @@ struct GridSearchOf {
       return found;
     }
 
-    // Whether this candidate overlaps.
-    THRONG_HD bool meets(const Record& c) const noexcept {
-      return core::overlaps(box_.box(), c.box());
-    }
-    // Whether one that does makes a pair that is to be told.
-    THRONG_HD bool allows(const Record& c, std::uint32_t row) const noexcept {
-      if constexpr (Around)
-        if ((s_.states[c.id] & s_.mask_bits) != s_.wanted_bits) return false;
-      if (!Plain && !s_.in.allowed(box_.id, c.id)) return false;
-      if (shares() && !is_home_in(c, row)) return false;
-      return Plain || s_.range.holds(pair(c).first);
-    }
-    THRONG_HD Pair pair(const Record& c) const noexcept {
-      if constexpr (Plain) return box_.id < c.id ? Pair{box_.id, c.id} : Pair{c.id, box_.id};
-      return s_.in.pair(box_.id, c.id);
+    THRONG_HD const Record& box() const noexcept { return box_; }
+
+    // Whether this candidate overlaps, and makes a pair that is to be told.
+    THRONG_HD bool accepts(const Record& c, std::uint32_t row) const noexcept {
+      return core::overlaps(box_.box(), c.box()) &&
+             s_.template allows<mixed>(cells_, box_.id, c, target_, row);
     }
 
    private:
     THRONG_HD static std::uint64_t rows(std::int32_t y, std::int32_t z) noexcept {
       return static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(z);
-    }
-
-    // Whether others may be stored in the same place as those of the target.
-    THRONG_HD bool shares() const noexcept { return mixed && (cells_.hashed || whole_); }
-
-    // In one row each x has a place of its own.
-    THRONG_HD bool is_home_in(const Record& c, std::uint32_t row) const noexcept {
-      const core::CellSpan span = core::cells_of(cells_, c.box());
-      const std::uint32_t size_class = core::class_of(cells_, span);
-      const core::SizeClass& k = cells_.classes[size_class];
-      const std::uint32_t group =
-          Plain ? 0 : core::pack_group(cells_.present, s_.in.group_bits(c.id));
-      return target_ == GridSearchOf::target(group, size_class) &&
-             (whole_ || row == (static_cast<std::uint32_t>(span.lower[1] >> k.shift[1]) |
-                                static_cast<std::uint32_t>(span.lower[2] >> k.shift[2]) << 16));
     }
 
     const GridSearchOf& s_;
@@ -188,8 +198,8 @@ struct GridSearchOf {
     THRONG_HD bool step(Pair& pair) noexcept {
       ++comparisons_;
       const Record c = load(s_.records + range_.begin++);
-      const bool hit = look_.meets(c) && look_.allows(c, range_.row);
-      if (hit) pair = look_.pair(c);
+      const bool hit = look_.accepts(c, range_.row);
+      if (hit) pair = s_.pair(look_.box().id, c);
       advance();
       return hit;
     }

@@ -103,16 +103,20 @@ struct LookAtWorlds {
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
+    const bool last = i + 1 == in.count;
+    // All that is looked up is on its way at once.
+    const auto world_after = [&](std::uint32_t boxes) {
+      return in.world(in.count - i > boxes ? i + boxes : in.count - 1);
+    };
+    constexpr std::uint32_t few = WorldSearch::most_everywhere, many = WorldSearch::most_in_world;
+    const std::int32_t world = in.world(i), next = world_after(1);
+    const std::int32_t after_few = world_after(few), after_many = world_after(many);
     Box box;
     bool nan;
-    tell_bad_world(in, *report, i);
     if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
-    const std::int32_t world = in.world(i);
-    const bool last = i + 1 == in.count;
-    const std::int32_t next = last ? world : in.world(i + 1);
-    const std::uint32_t most =
-        world < 0 ? WorldSearch::most_everywhere : WorldSearch::most_in_world;
-    const bool too_many = in.count - i > most && in.world(i + most) == world;
+    tell_bad_world(in, *report, i);
+    const bool too_many = world < 0 ? in.count - i > few && after_few == world
+                                    : in.count - i > many && after_many == world;
     if (next < world || too_many) raise(&told->grid_wanted);
     if (world < 0 && (last || next >= 0)) fetch_max(&told->everywhere, i + 1);
   }

@@ -37,6 +37,32 @@ TEST_P(GpuFind, ManyBoxes) {
   }
 }
 
+// Boxes that overlap thousands of others, and one that overlaps all: the pairs of one first index
+// are more than a block takes at once.
+TEST_P(GpuFind, VeryManyPairsOfOne) {
+  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "would take long";
+  static const auto cases = [] {
+    std::vector<std::pair<BoxList, Answer>> all;
+    for (const std::size_t at : {std::size_t{0}, std::size_t{3000}}) {
+      BoxList list = uniform_boxes(100000, 8);
+      const Box around{{-1, -1, -1}, {100, 100, 100}};
+      for (std::size_t k = 0; k < 20; ++k) {
+        list[at + 5 * k] = around;
+        list[at + 5 * k].upper.x = static_cast<float>(k);
+      }
+      list[at + 7] = around;
+      all.emplace_back(list, swept_pairs(list));
+    }
+    return all;
+  }();
+  cuda::Finder finder(options());
+  for (const auto& [list, answer] : cases) {
+    SCOPED_TRACE(answer.pairs.size());
+    const OnDevice<Box> boxes(list);
+    expect_answer(finder, view(boxes), nullptr, answer);
+  }
+}
+
 // A Finder that goes from few boxes to many and back, none, and one.
 TEST_P(GpuFind, AnySizeInAnyOrder) {
   cuda::Finder finder(options());
@@ -214,6 +240,10 @@ TEST_P(GpuFind, SmallWorldsOneByOne) {
     }
   }
   for (std::size_t i = 40; i < list.size(); i += 61) std::swap(list[i].lower, list[i].upper);
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  list[300] = {{-inf, -inf, -inf}, {inf, inf, inf}};
+  for (std::size_t i = 500; i < list.size(); i += 97)
+    (i % 2 ? list[i].lower.y = -inf : list[i].upper.z = inf);
   std::vector<std::uint8_t> still;
   for (std::size_t i = 0; i < list.size(); ++i) still.push_back(r.one_in(3));
   const OnDevice<Box> boxes(list);
@@ -250,6 +280,23 @@ TEST_P(GpuFind, Margin) {
       const OnDevice<Box> boxes(list);
       expect_answer(finder, view(boxes), nullptr, reference_pairs(list, margin));
     }
+  }
+}
+
+// Both make the same plan, and so go through the same candidates; worlds are not searched alike.
+TEST_P(GpuFind, ComparesWhatTheHostCompares) {
+  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "there is no plan";
+  cuda::Finder finder(options());
+  Options emulated = options();
+  emulated.backend = Backend::emulated;
+  Finder on_host(emulated);
+  const PairRoom room(500000);
+  for (const HardScene& scene : hard_scenes(1500)) {
+    const OnDevice<Box> boxes(scene.boxes);
+    const Result want = on_host.find(scene.boxes);
+    const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+    EXPECT_EQ(r.found, want.found) << scene.name;
+    EXPECT_EQ(r.comparisons, want.comparisons) << scene.name;
   }
 }
 

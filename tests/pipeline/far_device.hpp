@@ -28,6 +28,7 @@ class FarDevice : public HostDevice {
   static constexpr std::size_t staging_bytes = piece * sizeof(Pair);
 
   static std::size_t scan_bytes(std::size_t count) { return 300 + count / 100; }
+  static std::size_t sums_bytes(std::size_t cells) { return cells / 256 * 8; }
   // A radix sort needs more than its keys.
   static std::size_t sort_bytes(std::size_t count) {
     return count == 0 ? 0 : HostDevice::sort_bytes(count) + 1000 + count / 64;
@@ -75,6 +76,11 @@ class FarDevice : public HostDevice {
   void clear(void* p, std::size_t bytes) {
     ++puts;
     HostDevice::clear(p, bytes);
+  }
+  template <class... Args>
+  void sum_up(const Args&... args) {
+    ++puts;
+    HostDevice::sum_up(args...);
   }
   void scan(std::uint32_t* values, std::size_t count) {
     ++puts;

@@ -58,19 +58,23 @@ TEST(PairKeys, SortedWhereTheyFit) {
   device.begin(cpu::default_executor(), 3);
   constexpr Pair untouched{77, 77};
   for (const Input& in : all_inputs()) {
-    for (const std::size_t found : {0, 1, 100, 5000}) {
-      std::vector<Pair> pairs, want;
-      for (std::size_t k = 0; k < found; ++k)
-        pairs.push_back({random.below(in.first_count), random.below(seconds_of(in))});
-      want = pairs;
+    for (const std::size_t most : {0, 1, 100, 5000, 30000}) {
+      std::vector<Pair> want;
+      for (std::size_t k = 0; k < most; ++k)
+        want.push_back({random.below(in.first_count), random.below(seconds_of(in))});
       std::sort(want.begin(), want.end());
+      want.erase(std::unique(want.begin(), want.end()), want.end());
+      std::vector<Pair> pairs = want;
+      const std::size_t found = pairs.size();
+      for (std::size_t k = found; k > 1; --k)
+        std::swap(pairs[k - 1], pairs[random.below(static_cast<std::uint32_t>(k))]);
       Report report;
       report.found = found;
       for (const std::size_t capacity : {found, found + 1, 3 * found + 500}) {
         // What stands past the last pair is anything.
         std::vector<Pair> there = pairs, out(capacity + 1, untouched);
         there.resize(capacity, Pair{0, 0});
-        std::vector<std::uint64_t> room(capacity);
+        std::vector<std::uint64_t> room(HostDevice::sort_bytes(capacity) / 8 + 1);
         device.sort(there.data(), room.data(), HostDevice::sort_bytes(capacity), out.data(),
                     capacity, capacity, &report, in);
         EXPECT_TRUE(std::equal(want.begin(), want.end(), out.begin()));
@@ -78,7 +82,7 @@ TEST(PairKeys, SortedWhereTheyFit) {
       }
       if (found == 0) continue;
       std::vector<Pair> out(found, untouched);
-      std::vector<std::uint64_t> room(found);
+      std::vector<std::uint64_t> room(HostDevice::sort_bytes(found - 1) / 8 + 1);
       device.sort(pairs.data(), room.data(), HostDevice::sort_bytes(found - 1), out.data(),
                   found - 1, found - 1, &report, in);
       for (const Pair& p : out) EXPECT_EQ(p, untouched) << "written though they did not fit";

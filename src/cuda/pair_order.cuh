@@ -1,0 +1,184 @@
+// What blocks do together to bring pairs into canonical order (pipeline/pair_order.hpp): one
+// kernel, whose blocks are all there at once and wait for one another.
+#pragma once
+
+#include <cooperative_groups.h>
+
+#include <cstdint>
+#include <cub/block/block_scan.cuh>
+#include <utility>
+
+#include "pipeline/pair_order.hpp"
+
+namespace throng::cuda {
+
+constexpr unsigned order_threads = 512;
+
+// A block's fast memory.
+template <class Order>
+struct OrderMemory {
+  // Asked for at the launch: 80 KiB, of which two fit in a processor's 228, and one in 99.
+  struct Asked {
+    alignas(16) pipeline::PairWord placed[Order::block_pairs];
+    alignas(16) std::uint32_t counts[Order::bins];  // of buckets, and of bins
+  };
+  using Places = cub::BlockScan<typename Order::Place, order_threads, cub::BLOCK_SCAN_WARP_SCANS>;
+  using Counts = cub::BlockScan<std::uint32_t, order_threads, cub::BLOCK_SCAN_WARP_SCANS>;
+  union {
+    typename Places::TempStorage places;
+    typename Counts::TempStorage sums;
+  };
+  std::uint32_t most;  // pairs of a bucket, or of a bin
+};
+
+// Makes of the bins' counts where each begins; memory.most: what the greatest has, where it is more
+// than a run.
+template <class Order>
+__device__ void scan_bins(std::uint32_t* counts, OrderMemory<Order>& memory) {
+  constexpr unsigned each = Order::bins / order_threads;
+  static_assert(each % 4 == 0);
+  auto* const four = reinterpret_cast<uint4*>(counts) + threadIdx.x * (each / 4);
+  std::uint32_t sum = 0, most = 0;
+  for (unsigned k = 0; k < each / 4; ++k) {
+    const uint4 c = four[k];
+    sum += c.x + c.y + c.z + c.w;
+    most = max(most, max(max(c.x, c.y), max(c.z, c.w)));
+  }
+  if (most > Order::run_pairs) atomicMax(&memory.most, most);
+  typename OrderMemory<Order>::Counts(memory.sums).ExclusiveSum(sum, sum);
+  for (unsigned k = 0; k < each / 4; ++k) {
+    const uint4 c = four[k];
+    four[k] = {sum, sum + c.x, sum + c.x + c.y, sum + c.x + c.y + c.z};
+    sum = four[k].w + c.w;
+  }
+}
+
+// All threads of a block, which have waited for one another since its memory was last used, and
+// have at the end.
+template <class Order>
+__device__ void sort_task(const Order& order, const typename Order::Shape& shape,
+                          const typename Order::Task& task, typename OrderMemory<Order>::Asked& own,
+                          OrderMemory<Order>& memory) {
+  using pipeline::PairWord;
+  const unsigned t = threadIdx.x;
+  const std::uint32_t count = task.last() - task.first;
+  auto* const zeros = reinterpret_cast<uint4*>(own.counts);
+  for (unsigned k = t; k < Order::bins / 4; k += order_threads) zeros[k] = {0, 0, 0, 0};
+  if (t == 0) memory.most = 0;
+  __syncthreads();
+  order.count_bins(shape, task, t, order_threads, own.counts);
+  __syncthreads();
+  scan_bins<Order>(own.counts, memory);
+  __syncthreads();
+  order.place(shape, task, t, order_threads, own.counts, own.placed);
+  __syncthreads();
+  const std::uint32_t most = memory.most;
+  PairWord* from = own.placed;
+  PairWord* to = order.words + task.first;
+  for (std::uint32_t i = t; i < count; i += order_threads) {
+    const std::uint32_t at = order.ranked(shape, from, own.counts, i);
+    if (most > Order::run_pairs)
+      to[at] = from[i];
+    else
+      order.deliver(task, at, from[i]);
+  }
+  for (std::uint32_t width = Order::run_pairs; width < most; width *= 4) {
+    __syncthreads();
+    std::swap(from, to);
+    for (std::uint32_t i = t; i < count; i += order_threads) {
+      const std::uint32_t at = order.merged(shape, from, own.counts, i, width);
+      if (4 * width < most)
+        to[at] = from[i];
+      else
+        order.deliver(task, at, from[i]);
+    }
+  }
+  __syncthreads();
+}
+
+// From each block's counts where its pairs go, and the tasks: how many of either kind there are.
+template <class Order>
+__device__ typename Order::Place scan_buckets(const Order& order, std::uint32_t buckets,
+                                              std::uint32_t* counts, OrderMemory<Order>& memory) {
+  using Place = typename Order::Place;
+  Place sum{};
+  for (unsigned first = 0; first < buckets; first += order_threads) {
+    const unsigned bucket = first + threadIdx.x;
+    const std::uint32_t pairs = bucket < buckets ? order.totals[bucket] : 0;
+    Place at, all;
+    typename OrderMemory<Order>::Places(memory.places).ExclusiveSum(Order::size(pairs), at, all);
+    at = sum + at;
+    sum = sum + all;
+    if (bucket < buckets) {
+      counts[bucket] += at.pairs;
+      if (bucket % gridDim.x == blockIdx.x) order.tell(pairs, at);
+      if (pairs > Order::block_pairs) atomicMax(&memory.most, pairs);
+    }
+    __syncthreads();
+  }
+  return sum;
+}
+
+// Into buckets, with all blocks; tells how many pairs and tasks there are, and in memory.most what
+// the greatest bucket has, where it is more than a block takes.
+template <class Order>
+__device__ typename Order::Place part(const Order& order, const typename Order::Shape& shape,
+                                      std::uint32_t found, std::uint32_t* counts,
+                                      OrderMemory<Order>& memory) {
+  const auto grid = cooperative_groups::this_grid();
+  const unsigned t = threadIdx.x;
+  const std::uint32_t thread = blockIdx.x * order_threads + t, threads = gridDim.x * order_threads;
+  for (std::uint32_t k = thread; k < shape.buckets; k += threads) order.totals[k] = 0;
+  auto cleared = grid.barrier_arrive();
+  for (unsigned k = t; k < shape.buckets; k += order_threads) counts[k] = 0;
+  __syncthreads();
+  order.count(shape, found, thread, threads, counts);
+  grid.barrier_wait(std::move(cleared));
+  for (unsigned k = t; k < shape.buckets; k += order_threads) order.reserve(k, counts);
+  grid.sync();
+  const typename Order::Place all = scan_buckets(order, shape.buckets, counts, memory);
+  order.scatter(shape, found, thread, threads, counts);
+  grid.sync();
+  return all;
+}
+
+template <class Order>
+__global__ void __launch_bounds__(order_threads, 2) run_pair_order(Order order) {
+  extern __shared__ uint4 order_memory[];
+  __shared__ OrderMemory<Order> memory;
+  auto& own = reinterpret_cast<typename OrderMemory<Order>::Asked&>(order_memory);
+  const unsigned t = threadIdx.x;
+  const std::uint32_t found = order.found();
+  if (found == 0) return;
+  const typename Order::Shape shape = order.shape(found);
+  const bool alone = shape.buckets == 1;
+  typename Order::Place all{found, 1, 0};
+  if (t == 0) memory.most = 0;
+  if (alone) {
+    if (blockIdx.x > 0) return;
+    for (std::uint32_t i = t; i < found; i += order_threads)
+      order.words[i] = pipeline::load(order.pairs + i);
+    __syncthreads();
+  } else {
+    all = part(order, shape, found, own.counts, memory);
+  }
+  // All blocks know the same greatest bucket, and so wait as often.
+  const std::uint32_t passes = Order::passes(memory.most);
+  __syncthreads();
+  for (std::uint32_t k = blockIdx.x; k < all.large + all.small; k += gridDim.x) {
+    typename Order::Task task{0, found, 0};
+    if (!alone) task = k < all.large ? order.large[k] : order.small[k - all.large];
+    sort_task(order, shape, task, own, memory);
+  }
+  constexpr std::uint32_t pieces = Order::block_pairs / order_threads;
+  for (std::uint32_t pass = 0; pass < passes; ++pass) {
+    cooperative_groups::this_grid().sync();
+    for (std::uint32_t k = blockIdx.x; k < all.large * pieces; k += gridDim.x) {
+      const typename Order::Task task = order.large[k / pieces];
+      const std::uint32_t i = task.first + k % pieces * order_threads + t;
+      if (i < task.last()) order.merge(task, i, pass, passes);
+    }
+  }
+}
+
+}  // namespace throng::cuda

@@ -1,0 +1,238 @@
+// Pairs into canonical order where they are some millions at most, by blocks of threads that have
+// fast memory of their own. The numbers that pairs may have (PairKeys) are cut into buckets of as
+// many numbers each, some thousand pairs in most. All blocks count how many fall into each bucket
+// and bring them there; then a block takes a bucket, brings it into the order of finer bins, and
+// ranks each pair among the few of its bin. A bin of many, and a bucket of more than a block takes,
+// is cut into runs, which are ordered each by itself and then merged, four at a time: whatever the
+// pairs are, the cost is that of so many merges, and nothing but their number asks for memory.
+//
+// All pairs are different. Each phase below is what one thread does, of `step` that begin at 0, 1,
+// .. step-1; between phases all wait for all: of a block, or of the grid where it says so.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "pipeline/atomic.hpp"
+#include "pipeline/order.hpp"
+#include "pipeline/pair_words.hpp"
+
+namespace throng::pipeline {
+
+// Sizes fit for a GPU of which two blocks share a processor.
+struct DeviceOrder {
+  static constexpr std::uint32_t block_pairs = 8192;  // that a block takes at once
+  static constexpr std::uint32_t bins = 4096;         // of a bucket; as many buckets there may be
+  static constexpr std::uint32_t run = 64;            // pairs that are ranked by comparing all
+  static constexpr std::uint32_t few = 4096;          // pairs that a block sorts by itself
+  // Pairs a bucket on average: at first more buckets are better, until each block has its own. One
+  // of the least first indices has twice as many, and chance adds some.
+  static constexpr std::uint32_t least_buckets = 128, least_each = 1024, most_each = 3712;
+  static constexpr std::uint32_t most_buckets = 2048;
+};
+
+template <class Sizes>
+struct PairOrder {
+  // Of more pairs buckets would be too large, or too many for a block to count in its memory, and a
+  // radix sort takes them: its passes, which cost some 9 us each even for few, are full by then.
+  static constexpr std::uint32_t most_pairs = Sizes::most_buckets / 2 * Sizes::most_each;
+  static constexpr std::uint32_t block_pairs = Sizes::block_pairs, bins = Sizes::bins;
+  static constexpr std::uint32_t run_pairs = Sizes::run, few = Sizes::few;
+  static_assert(Sizes::most_buckets <= bins && few <= block_pairs);
+  static_assert(std::has_single_bit(bins) && std::has_single_bit(block_pairs));
+  static_assert(std::has_single_bit(run_pairs));
+
+  // What a block takes: a bucket, or of one that is too large the pairs from `first` on.
+  struct Task {
+    std::uint32_t begin, end, first;
+
+    THRONG_HD bool large() const noexcept { return end - begin > block_pairs; }
+    THRONG_HD std::uint32_t last() const noexcept {
+      return end - first > block_pairs ? first + block_pairs : end;
+    }
+  };
+  // How many pairs and tasks of either kind there are before a bucket's.
+  struct Place {
+    std::uint32_t pairs, small, large;
+
+    THRONG_HD friend Place operator+(const Place& a, const Place& b) noexcept {
+      return {a.pairs + b.pairs, a.small + b.small, a.large + b.large};
+    }
+  };
+  // How pairs are parted into buckets, and those of a bucket into bins.
+  struct Shape {
+    PairKeys keys;
+    std::uint32_t buckets;
+    int bits, bin_bits;  // of a bucket's numbers, and of a bin's
+
+    THRONG_HD std::uint64_t key(PairWord word) const noexcept {
+      return (word >> 32) * keys.seconds + static_cast<std::uint32_t>(word);
+    }
+    THRONG_HD std::uint32_t bucket(PairWord word) const noexcept {
+      return static_cast<std::uint32_t>(key(word) >> bits);
+    }
+    THRONG_HD std::uint32_t bin(PairWord word) const noexcept {
+      const std::uint64_t within = key(word) & ((std::uint64_t{1} << bits) - 1);
+      return static_cast<std::uint32_t>(within >> bin_bits);
+    }
+  };
+
+  Pair* pairs;  // lost: room for as many words
+  Pair* out;    // may be the same memory
+  const Report* report;
+  std::uint64_t capacity;
+  PairKeys keys;
+  // See carve().
+  PairWord* words = nullptr;
+  std::uint32_t* totals = nullptr;          // of each bucket
+  Task *small = nullptr, *large = nullptr;  // large: chunks of buckets that are too large
+
+  // Sets where in `memory` these lie; tells the bytes for `count` pairs.
+  std::size_t carve(std::size_t count, void* memory) noexcept {
+    auto* at = static_cast<char*>(memory);
+    std::size_t bytes = 0;
+    const auto take = [&](auto*& p, std::size_t n) {
+      if (at) p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(at + bytes);
+      bytes += n * sizeof *p;
+    };
+    take(words, count);
+    take(totals, Sizes::most_buckets);
+    take(small, Sizes::most_buckets);
+    take(large, 2 * (count / block_pairs));
+    return bytes;
+  }
+  static std::size_t bytes(std::size_t count) noexcept { return PairOrder{}.carve(count, nullptr); }
+
+  // None where nothing is to be done.
+  THRONG_HD std::uint32_t found() const noexcept {
+    return report->found <= capacity ? static_cast<std::uint32_t>(report->found) : 0;
+  }
+  THRONG_HD Shape shape(std::uint32_t found) const noexcept {
+    Shape s{keys, 1, width_of(keys.none()), 0};
+    if (found > few) {
+      std::uint32_t each = found / Sizes::least_buckets;
+      if (each < Sizes::least_each) each = Sizes::least_each;
+      if (each > Sizes::most_each) each = Sizes::most_each;
+      // Between found / each buckets and twice as many.
+      s.bits = width_of((keys.none() / (found / each)) | 1) - 1;
+      s.buckets = static_cast<std::uint32_t>((keys.none() - 1) >> s.bits) + 1;
+    }
+    const int more = s.bits - (width_of(bins) - 1);
+    s.bin_bits = more > 0 ? more : 0;
+    return s;
+  }
+
+  // ---- the grid: into buckets ------------------------------------------------------------------
+
+  // `counts`: the block's own, cleared.
+  THRONG_HD void count(const Shape& s, std::uint32_t found, std::uint32_t begin, std::uint32_t step,
+                       std::uint32_t* counts) const noexcept {
+    each_word(
+        pairs, begin, found, step,
+        [&](PairWord word) { return fetch_add(counts + s.bucket(word), 1u); },
+        [](PairWord, std::uint32_t) {});
+  }
+  // Makes of a block's count where its pairs go within the bucket. The grid waits before this, for
+  // totals are cleared, and after.
+  THRONG_HD void reserve(std::uint32_t bucket, std::uint32_t* counts) const noexcept {
+    if (counts[bucket] != 0) counts[bucket] = fetch_add(totals + bucket, counts[bucket]);
+  }
+  // What a bucket adds to the place of the next.
+  THRONG_HD static Place size(std::uint32_t total) noexcept {
+    const std::uint32_t chunks = (total + block_pairs - 1) / block_pairs;
+    return {total, chunks == 1, chunks > 1 ? chunks : 0};
+  }
+  // One thread for each bucket.
+  THRONG_HD void tell(std::uint32_t total, const Place& at) const noexcept {
+    const Task task{at.pairs, at.pairs + total, at.pairs};
+    const Place own = size(total);
+    if (own.small) small[at.small] = task;
+    for (std::uint32_t k = 0; k < own.large; ++k)
+      large[at.large + k] = {task.begin, task.end, task.begin + k * block_pairs};
+  }
+  // As count(); `next`: where the block's next pair of each bucket goes. The grid waits after this.
+  THRONG_HD void scatter(const Shape& s, std::uint32_t found, std::uint32_t begin,
+                         std::uint32_t step, std::uint32_t* next) const noexcept {
+    each_word(
+        pairs, begin, found, step,
+        [&](PairWord word) { return fetch_add(next + s.bucket(word), 1u); },
+        [&](PairWord word, std::uint32_t to) { words[to] = word; });
+  }
+
+  // ---- a block: a task's pairs -----------------------------------------------------------------
+
+  THRONG_HD void count_bins(const Shape& s, const Task& task, std::uint32_t begin,
+                            std::uint32_t step, std::uint32_t* counts) const noexcept {
+    each_word(
+        words + task.first, begin, task.last() - task.first, step,
+        [&](PairWord word) { return fetch_add(counts + s.bin(word), 1u); },
+        [](PairWord, std::uint32_t) {});
+  }
+  // Into the block's memory, by bins: `next` has where each begins, and then where it ends.
+  THRONG_HD void place(const Shape& s, const Task& task, std::uint32_t begin, std::uint32_t step,
+                       std::uint32_t* next, PairWord* placed) const noexcept {
+    each_word(
+        words + task.first, begin, task.last() - task.first, step,
+        [&](PairWord word) { return fetch_add(next + s.bin(word), 1u); },
+        [&](PairWord word, std::uint32_t to) { placed[to] = word; });
+  }
+  // The place of the i-th once runs are in order, of which a bin of few is one.
+  THRONG_HD static std::uint32_t ranked(const Shape& s, const PairWord* placed,
+                                        const std::uint32_t* ends, std::uint32_t i) noexcept {
+    const PairWord word = placed[i];
+    const std::uint32_t bin = s.bin(word), begin = bin ? ends[bin - 1] : 0, end = ends[bin];
+    const std::uint32_t run = begin + (i - begin) / run_pairs * run_pairs;
+    const std::uint32_t run_end = end - run > run_pairs ? run + run_pairs : end;
+    std::uint32_t less = 0;
+    for (std::uint32_t k = run; k < run_end; ++k) less += placed[k] < word;
+    return run + less;
+  }
+  // And once each four runs of `width` in a bin are merged into one.
+  THRONG_HD static std::uint32_t merged(const Shape& s, const PairWord* from,
+                                        const std::uint32_t* ends, std::uint32_t i,
+                                        std::uint32_t width) noexcept {
+    const std::uint32_t bin = s.bin(from[i]);
+    return pipeline::merged(from, bin ? ends[bin - 1] : 0, ends[bin], i, width);
+  }
+  // A task's pairs go out, or where its bucket is too large to where they are merged from.
+  THRONG_HD void deliver(const Task& task, std::uint32_t i, PairWord word) const noexcept {
+    if (task.large())
+      spare()[task.first + i] = word;
+    else
+      store(out + task.first + i, word);
+  }
+
+  // ---- the grid: buckets that are too large ----------------------------------------------------
+
+  // Passes of a largest bucket of so many pairs; the last is from words, as `out` may be `pairs`.
+  THRONG_HD static std::uint32_t passes(std::uint32_t most) noexcept {
+    std::uint32_t n = 0;
+    for (std::uint64_t width = block_pairs; width < most; width *= 4) ++n;
+    return n + n % 2;
+  }
+  // The i-th of all pairs, of a large task's bucket; the grid waits after each pass.
+  THRONG_HD void merge(const Task& task, std::uint32_t i, std::uint32_t pass,
+                       std::uint32_t all) const noexcept {
+    const PairWord* from = pass % 2 ? words : spare();
+    const std::uint32_t to =
+        pipeline::merged(from, task.begin, task.end, i, block_pairs << 2 * pass);
+    if (pass + 1 == all)
+      store(out + to, from[i]);
+    else
+      (pass % 2 ? spare() : words)[to] = from[i];
+  }
+
+ private:
+  THRONG_HD PairWord* spare() const noexcept { return reinterpret_cast<PairWord*>(pairs); }
+  THRONG_HD static int width_of(std::uint64_t value) noexcept {
+#if defined(__CUDA_ARCH__)
+    return 64 - __clzll(static_cast<long long>(value));
+#else
+    return static_cast<int>(std::bit_width(value));
+#endif
+  }
+};
+
+}  // namespace throng::pipeline

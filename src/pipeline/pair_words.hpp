@@ -1,0 +1,88 @@
+// Pairs as numbers that sort as they do: how they are loaded and stored, taken several at once, and
+// merged where runs of them are in order.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "core/hd.hpp"
+
+namespace throng::pipeline {
+
+// A pair as a number that sorts as it does.
+using PairWord = std::uint64_t;
+
+THRONG_HD inline PairWord load(const PairWord* at) noexcept { return *at; }
+// Of our own memory, which starts at a multiple of 8 bytes.
+THRONG_HD inline PairWord load(const Pair* at) noexcept {
+#if defined(__CUDA_ARCH__)
+  const uint2 pair = *reinterpret_cast<const uint2*>(at);
+  return PairWord{pair.x} << 32 | pair.y;
+#else
+  return PairWord{at->first} << 32 | at->second;
+#endif
+}
+// The caller's memory may start at a multiple of 4.
+THRONG_HD inline void store(Pair* at, PairWord word) noexcept {
+  const auto first = static_cast<std::uint32_t>(word >> 32);
+  const auto second = static_cast<std::uint32_t>(word);
+#if defined(__CUDA_ARCH__)
+  if (reinterpret_cast<std::uintptr_t>(at) % sizeof(Pair) == 0)
+    *reinterpret_cast<uint2*>(at) = {first, second};
+  else
+#endif
+    *at = {first, second};
+}
+
+// put(word, take(word)) for each of one thread; several are under way together.
+template <class From, class Take, class Put>
+THRONG_HD void each_word(const From* from, std::uint32_t begin, std::uint32_t end,
+                         std::uint32_t step, const Take& take, const Put& put) noexcept {
+  constexpr std::uint32_t at_once = 4;
+  THRONG_UNROLL(1)
+  for (std::uint32_t first = begin; first < end; first += at_once * step) {
+    PairWord word[at_once] = {};
+    std::uint32_t to[at_once] = {};
+    THRONG_UNROLL(at_once)
+    for (std::uint32_t k = 0; k < at_once; ++k)
+      if (first + k * step < end) word[k] = load(from + first + k * step);
+    THRONG_UNROLL(at_once)
+    for (std::uint32_t k = 0; k < at_once; ++k)
+      if (first + k * step < end) to[k] = take(word[k]);
+    THRONG_UNROLL(at_once)
+    for (std::uint32_t k = 0; k < at_once; ++k)
+      if (first + k * step < end) put(word[k], to[k]);
+  }
+}
+
+// Runs of `width`, a power of two, begin one behind the other in [begin, end): where the i-th goes
+// once each four are merged into one. How many are less is looked up in the three others together.
+THRONG_HD inline std::uint32_t merged(const PairWord* from, std::uint32_t begin, std::uint32_t end,
+                                      std::uint32_t i, std::uint32_t width) noexcept {
+  const PairWord word = from[i];
+  const std::uint32_t own = (i - begin) / width % 4;
+  const std::uint32_t four = i - (i - begin) % width - own * width;
+  std::uint32_t to = i - own * width;
+  std::uint32_t firsts[3], sizes[3], less[3] = {};
+  THRONG_UNROLL(3)
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t skipped = (k + (k >= own)) * width;
+    const std::uint32_t rest = end - four > skipped ? end - four - skipped : 0;
+    firsts[k] = four + skipped;
+    sizes[k] = rest < width ? rest : width;
+  }
+  THRONG_UNROLL(1)
+  for (std::uint32_t step = width; step > 0; step /= 2) {
+    THRONG_UNROLL(3)
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t next = less[k] + step;
+      if (next <= sizes[k] && from[firsts[k] + next - 1] < word) less[k] = next;
+    }
+  }
+  THRONG_UNROLL(3)
+  for (std::uint32_t k = 0; k < 3; ++k) to += less[k];
+  return to;
+}
+
+}  // namespace throng::pipeline

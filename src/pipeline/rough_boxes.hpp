@@ -1,0 +1,58 @@
+// Boxes rounded to 64 bits each, for a first test of many against many: what is apart there is
+// apart.
+//
+// Per axis one function maps a float to a step of a range, 0 .. last:
+//   q(x) = int(min(max((x - origin) * scale, 0), last)),   scale >= 0, what is not a number is 0.
+// It is non-decreasing in x for every float but NaN: subtraction, multiplication, min, max and
+// truncation are, and where a product of 0 and infinity is not a number either all are (scale 0),
+// or only that of x = origin (scale infinite), which is the least that is above 0. So q(a.lower) >
+// q(b.upper) implies a.lower > b.upper, whatever the range; equal steps tell nothing.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/types.hpp>
+
+#include "core/hd.hpp"
+
+namespace throng::pipeline {
+
+// The steps of three axes in a word, ten, ten and nine bits, each with a bit above that is a guard:
+// in the first word it is 0, in the second 1.
+struct RoughBox {
+  std::uint32_t lower, upper;
+  static constexpr std::uint32_t guards = 1u << 10 | 1u << 21 | 1u << 31;
+};
+
+// A step of an upper end, less one of a lower end: the guard is left where it is not below 0.
+THRONG_HD constexpr bool apart(const RoughBox& a, const RoughBox& b) noexcept {
+  return (~((a.upper - b.lower) & (b.upper - a.lower)) & RoughBox::guards) != 0;
+}
+
+// The range of an axis that is cut into steps; beyond it all is as at its ends.
+struct RoughRange {
+  float origin[3], scale[3];
+
+  THRONG_HD static constexpr float last(int axis) noexcept { return axis < 2 ? 1023.0f : 511.0f; }
+  THRONG_HD void span(int axis, float low, float high) noexcept {
+    origin[axis] = low;
+#if defined(__CUDA_ARCH__)
+    scale[axis] = __fdividef(last(axis), high - low);  // what it is does not matter
+#else
+    scale[axis] = last(axis) / (high - low);
+#endif
+  }
+  THRONG_HD std::uint32_t step(int axis, float x) const noexcept {
+    float t = (x - origin[axis]) * scale[axis];
+    t = t > 0.0f ? t : 0.0f;
+    t = t < last(axis) ? t : last(axis);
+    return static_cast<std::uint32_t>(t);
+  }
+  THRONG_HD RoughBox round(const Box& b) const noexcept {
+    return {step(0, b.lower.x) | step(1, b.lower.y) << 11 | step(2, b.lower.z) << 22,
+            step(0, b.upper.x) | step(1, b.upper.y) << 11 | step(2, b.upper.z) << 22 |
+                RoughBox::guards};
+  }
+};
+
+}  // namespace throng::pipeline
