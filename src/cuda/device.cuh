@@ -44,10 +44,10 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std:
 }
 
 class Device {
-  using Order = pipeline::PairOrder<pipeline::DeviceOrder>;
+  using Sorter = pipeline::PairOrder<pipeline::DeviceOrder>;
   // Of brute force, some milliseconds' worth.
   static constexpr std::uint64_t walks_between_looks = std::uint64_t{1} << 24;
-  static constexpr std::size_t order_bytes = sizeof(OrderMemory<Order>::Asked);
+  static constexpr std::size_t order_bytes = sizeof(OrderMemory<Sorter>::Asked);
 
  public:
   // What launches need to know of the GPU. Failure: no_device.
@@ -61,10 +61,10 @@ class Device {
     check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
     check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
     if (!together || static_cast<std::size_t>(room) < order_bytes) return;
-    check(cudaFuncSetAttribute(run_pair_order<Order>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+    check(cudaFuncSetAttribute(run_pair_order<Sorter>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                order_bytes));
     int blocks = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_order<Order>,
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_order<Sorter>,
                                                         order_threads, order_bytes));
     order_blocks_ = static_cast<unsigned>(blocks * processors_);
   }
@@ -141,8 +141,8 @@ class Device {
     std::size_t bytes = 0;
     cub::DoubleBuffer<std::uint64_t> none;
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
-    const std::size_t few = count < Order::most_pairs ? count : Order::most_pairs;
-    return std::max(keys_bytes(count) + bytes, Order::bytes(few));
+    const std::size_t few = count < Sorter::most_pairs ? count : Sorter::most_pairs;
+    return std::max(keys_bytes(count) + bytes, Sorter::bytes(few));
   }
 
   static constexpr std::uint32_t sorted_above = THRONG_GPU_SORTED_ABOVE;
@@ -221,12 +221,12 @@ class Device {
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
     const auto shape = pipeline::PairKeys::of(in);
-    if (order_blocks_ != 0 && count <= Order::most_pairs) {
-      Order order{pairs, out, report, std::min(capacity, count), shape};
+    if (order_blocks_ != 0 && count <= Sorter::most_pairs) {
+      Sorter order{pairs, out, report, std::min(capacity, count), shape};
       order.carve(count, room);
       void* arguments[] = {&order};
-      check(cudaLaunchCooperativeKernel(run_pair_order<Order>,
-                                        count <= Order::few ? 1 : order_blocks_, order_threads,
+      check(cudaLaunchCooperativeKernel(run_pair_order<Sorter>,
+                                        count <= Sorter::few ? 1 : order_blocks_, order_threads,
                                         arguments, order_bytes, stream_));
       return;
     }
