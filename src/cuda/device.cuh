@@ -54,15 +54,11 @@ class Device {
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
-    check(cudaFuncSetAttribute(run_place_buckets<pipeline::PlaceBuckets>,
-                               cudaFuncAttributeMaxDynamicSharedMemorySize,
-                               pipeline::Buckets::most_cells * sizeof(std::uint32_t)));
     int room = 0, together = 0;
     check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
     check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
     if (!together || static_cast<std::size_t>(room) < order_bytes) return;
-    check(cudaFuncSetAttribute(run_pair_order<Sorter>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                               order_bytes));
+    allow_memory(run_pair_order<Sorter>, order_bytes);
     int blocks = 0;
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_order<Sorter>,
                                                         order_threads, order_bytes));
@@ -162,8 +158,10 @@ class Device {
     return {of_keys.Current(), of_values.Current()};
   }
   void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
-    run_place_buckets<<<f.buckets.count(), bucket_threads,
-                        f.buckets.cells() * sizeof(std::uint32_t), stream_>>>(f, count);
+    const auto kernel = run_place_buckets<pipeline::PlaceBuckets>;
+    const std::size_t bytes = f.buckets.cells() * sizeof(std::uint32_t);
+    allow_memory(kernel, bytes);
+    kernel<<<f.buckets.count(), bucket_threads, bytes, stream_>>>(f, count);
     check(cudaGetLastError());
   }
 
@@ -225,10 +223,12 @@ class Device {
       Sorter order{pairs, out, report, std::min(capacity, count), shape};
       order.carve(count, room);
       void* arguments[] = {&order};
-      check(cudaLaunchCooperativeKernel(run_pair_order<Sorter>,
-                                        count <= Sorter::few ? 1 : order_blocks_, order_threads,
-                                        arguments, order_bytes, stream_));
-      return;
+      allow_memory(run_pair_order<Sorter>, order_bytes);
+      const cudaError_t told = cudaLaunchCooperativeKernel(
+          run_pair_order<Sorter>, count <= Sorter::few ? 1 : order_blocks_, order_threads,
+          arguments, order_bytes, stream_);
+      if (told != cudaErrorCooperativeLaunchTooLarge) return check(told);
+      (void)cudaGetLastError();  // there are fewer processors than the device tells
     }
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
     launch(count, pipeline::PackPairs{pairs, keys, report, capacity, shape});
@@ -318,6 +318,13 @@ class Device {
   }
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
     return blocks_for(count, each, processors_);
+  }
+  // Fast memory that is asked for at a launch, more than a kernel has otherwise. It is told beside
+  // the launch: each translation unit has kernels of its own.
+  template <class Kernel>
+  static void allow_memory(Kernel* kernel, std::size_t bytes) {
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                               static_cast<int>(bytes)));
   }
   // Blocks of block_threads that a processor holds at once.
   template <class Kernel>

@@ -88,6 +88,7 @@ class WarpStage {
       const uint2 pair = get(stage_ + 8 * (some ? k + lane() : k));
       const bool hit = some && check_(pair.x, pair.y);
       const unsigned hits = __ballot_sync(~0u, hit);
+      __syncwarp();  // all have read
       if (hit) put(stage_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
       kept += __popc(hits);
     }

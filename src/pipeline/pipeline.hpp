@@ -72,6 +72,7 @@ struct PlanGrid {
     if (!wanted()) {
       each([&](std::uint32_t t) {
         if (t == 0) *grid = core::ClassGrid{};
+        if (t < occupied_flags) occupied[t] = 0;
       });
       return;
     }
