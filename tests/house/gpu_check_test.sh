@@ -106,6 +106,25 @@ sound_programs
 program throng-paper 'echo failed; exit 3'
 expect 1 'FAILED: status 3' "${steps[@]}"
 
+# A suite of the door by itself; and all of them side by side, each by a process of its own.
+sound_programs
+expect 0 '1 of 1 checks ran' door/GpuLive
+expect 2 "no step 'check/all'" check/all
+tool ''
+together() { "${check}_together" --bin "$bin" --out "$out" --limit 100 > "$folder/said" 2>&1; }
+rm -rf "$out"
+together || { cat "$folder/said" && exit 1; }
+grep -q 'all that ran and must hold does' "$folder/said"
+grep -q 'door: GpuFaults  *ok' "$folder/said"
+grep -q 'racecheck cuda_test  *ok' "$folder/said"
+[ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 7 ]
+[ "$(find "$out" -type f | wc -l)" -le 8 ]
+program lattice_test "$listing; echo '[  FAILED  ] one'; exit 1"
+if together; then echo "what fails beside others is not told" && exit 1; fi
+grep -q 'failed: 1-lattices' "$folder/said"
+rm "$folder/tools/compute-sanitizer"
+cases=$((cases + 2))
+
 # Ranks, where an MPI is: here one that runs the program once.
 sound_programs
 printf '#!/usr/bin/env bash\nwhile [[ "$1" == -* ]]; do shift 2; done\nexec "$@"\n' > "$folder/tools/mpirun"
