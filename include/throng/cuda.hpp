@@ -92,6 +92,8 @@ class THRONG_API Finder {
   // not_reserved where reserve() was not called for so many boxes (and, under canonical order, for
   // `capacity` pairs). A box with a NaN counts as inactive: see Report::nan_count. Under canonical
   // order all of a `capacity` of more than 3.8 million is sorted, so give no more than is needed.
+  // Up to there one kernel orders the pairs, which begins when it has the whole GPU: it waits for
+  // kernels beside it to end, and a kernel that in turn waits for it keeps both from ending.
   Result find_async(const Boxes& boxes, Pair* out, std::size_t capacity, Report* report,
                     Stream stream) noexcept;
   Result find_async(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity, Report* report,
