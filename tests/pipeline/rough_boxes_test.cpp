@@ -49,8 +49,10 @@ TEST(RoughBoxes, OrderIsKept) {
     for (int axis = 0; axis < 3; ++axis)
       for (const float a : values) {
         EXPECT_LE(range.step(axis, a), static_cast<std::uint32_t>(RoughRange::last(axis)));
-        for (const float b : values)
-          if (a <= b) EXPECT_LE(range.step(axis, a), range.step(axis, b)) << a << ' ' << b;
+        for (const float b : values) {
+          if (!(a <= b)) continue;
+          EXPECT_LE(range.step(axis, a), range.step(axis, b)) << a << ' ' << b;
+        }
       }
   EXPECT_EQ(range_of(-7, 7).step(0, std::nanf("")), 0u);
 }
