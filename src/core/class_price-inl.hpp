@@ -39,12 +39,12 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
     THRONG_UNROLL(1)
     for (std::uint32_t k = 0; k < last && more; ++k) {
       const std::uint32_t shifts = s.shift[k][candidate];
-      const float most[3] = {side[0] * times(shifts & 0xff), side[1] * times(shifts >> 8 & 0xff),
-                             side[2] * times(shifts >> 16)};
+      const float bound[3] = {side[0] * times(shifts & 0xff), side[1] * times(shifts >> 8 & 0xff),
+                              side[2] * times(shifts >> 16)};
       more = false;
       THRONG_UNROLL(together)
       for (std::uint32_t q = 0; q < together; ++q) {
-        const bool fits = (e[q][0] <= most[0]) & (e[q][1] <= most[1]) & (e[q][2] <= most[2]);
+        const bool fits = (e[q][0] <= bound[0]) & (e[q][1] <= bound[1]) & (e[q][2] <= bound[2]);
         const bool on = (c[q] == k) & !fits;
         c[q] += on;
         more |= on;
