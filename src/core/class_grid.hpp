@@ -27,6 +27,7 @@
 #include <throng/types.hpp>
 
 #include "core/hd.hpp"
+#include "core/quantise.hpp"
 
 namespace throng::core {
 
@@ -67,10 +68,7 @@ struct CellSpan {
 };
 
 THRONG_HD inline std::int32_t cell_of(const ClassGrid& grid, int axis, float x) noexcept {
-  float t = (x - grid.origin[axis]) * grid.scale[axis];
-  t = t > 0.0f ? t : 0.0f;
-  t = t < grid.last[axis] ? t : grid.last[axis];
-  return static_cast<std::int32_t>(t);
+  return index_of(x, grid.origin[axis], grid.scale[axis], grid.last[axis]);
 }
 
 THRONG_HD inline CellSpan cells_of(const ClassGrid& grid, const Box& b) noexcept {

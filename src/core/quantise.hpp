@@ -58,11 +58,15 @@ THRONG_HD constexpr float largest_index(std::uint32_t columns) noexcept {
   return static_cast<float>(top / ulp * ulp);
 }
 
-THRONG_HD inline std::int32_t quantise(const Quantiser& map, int axis, float x) noexcept {
-  float t = (x - map.origin[axis]) * map.scale[axis];
+// The map of one axis; `last` below 2^31. What is not a number becomes 0.
+THRONG_HD inline std::int32_t index_of(float x, float origin, float scale, float last) noexcept {
+  float t = (x - origin) * scale;
   t = t > 0.0f ? t : 0.0f;
-  t = t < map.max[axis] ? t : map.max[axis];
+  t = t < last ? t : last;
   return static_cast<std::int32_t>(t);
+}
+THRONG_HD inline std::int32_t quantise(const Quantiser& map, int axis, float x) noexcept {
+  return index_of(x, map.origin[axis], map.scale[axis], map.max[axis]);
 }
 
 THRONG_HD constexpr std::int32_t column_of(std::int32_t index) noexcept {

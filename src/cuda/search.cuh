@@ -26,7 +26,6 @@ __device__ inline uint2 get(std::uint32_t at) {
   asm volatile("ld.shared.v2.u32 {%0, %1}, [%2];" : "=r"(v.x), "=r"(v.y) : "r"(at) : "memory");
   return v;
 }
-
 __device__ inline float4 get_four(std::uint32_t at) {
   float4 v;
   asm volatile("ld.shared.v4.f32 {%0, %1, %2, %3}, [%4];"
@@ -179,7 +178,6 @@ struct WarpCandidates {
   static_assert(32 * at_once <= room);
   // Where all lanes together have so many of at_once each, each goes through its own.
   static constexpr unsigned nearly_all = 208;
-  static constexpr int row_bits = 27;  // a row, or all of them
   float4 lower[32], upper[32];
   uint2 items[room];
 };
@@ -202,7 +200,8 @@ template <bool mixed, class Search>
 __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count,
                             WarpCandidates& kept, WarpStage<>& stage, std::uint64_t& comparisons) {
-  constexpr int row_bits = WarpCandidates::row_bits;
+  constexpr int row_bits = Search::row_bits + 1;  // a row, or all of them; the rest is a lane
+  static_assert(row_bits + 5 <= 32);
   constexpr std::uint32_t row_mask = (1u << row_bits) - 1;
   const unsigned lane = threadIdx.x % 32;
   const std::uint32_t items = shared_address(kept.items), boxes = shared_address(kept.lower);
@@ -262,7 +261,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
         }
         const std::uint32_t own = mixed ? boxes + (item.y >> row_bits) * 16 : item.y;
         const pipeline::Record c = pipeline::load(search.records + item.x);
-        const float4 low = get_four(own), high = get_four(own + 512);
+        const float4 low = get_four(own), high = get_four(own + sizeof kept.lower);
         const std::uint32_t id = __float_as_uint(low.w);
         bool hit =
             live & core::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());

@@ -264,7 +264,6 @@ class Pipeline {
     limits.has_worlds = in.has_worlds;
     limits.cell_scale = in.cell_scale;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
-    device_.use_scratch(w.scratch, w.scratch_bytes);
     if (by_worlds(in)) {
       device_.launch(1, BeginWorlds{w.worlds, w.report});
       device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report});
@@ -322,6 +321,7 @@ class Pipeline {
   void sort_by_cell(const Input& in, const Workspace& w, const Buckets& buckets) const {
     device_.launch(in.count,
                    NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.outside()});
+    device_.use_scratch(w.scratch, w.scratch_bytes);
     const ByBucket sorted =
         device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sorted_end());
     device_.place(in.count, PlaceBuckets{in, buckets, sorted.keys, sorted.values, w.table,

@@ -1,7 +1,7 @@
 // Boxes rounded to 64 bits each, for a first test of many against many: what is apart there is
 // apart.
 //
-// Per axis one function maps a float to a step of a range, 0 .. last:
+// Per axis one function maps a float to a step of a range, 0 .. last, as in core/quantise.hpp:
 //   q(x) = int(min(max((x - origin) * scale, 0), last)),   scale >= 0, what is not a number is 0.
 // It is non-decreasing in x for every float but NaN: subtraction, multiplication, min, max and
 // truncation are, and where a product of 0 and infinity is not a number either all are (scale 0),
@@ -14,6 +14,7 @@
 #include <throng/types.hpp>
 
 #include "core/hd.hpp"
+#include "core/quantise.hpp"
 
 namespace throng::pipeline {
 
@@ -43,10 +44,7 @@ struct RoughRange {
 #endif
   }
   THRONG_HD std::uint32_t step(int axis, float x) const noexcept {
-    float t = (x - origin[axis]) * scale[axis];
-    t = t > 0.0f ? t : 0.0f;
-    t = t < last(axis) ? t : last(axis);
-    return static_cast<std::uint32_t>(t);
+    return static_cast<std::uint32_t>(core::index_of(x, origin[axis], scale[axis], last(axis)));
   }
   THRONG_HD RoughBox round(const Box& b) const noexcept {
     return {step(0, b.lower.x) | step(1, b.lower.y) << 11 | step(2, b.lower.z) << 22,

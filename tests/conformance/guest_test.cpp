@@ -66,7 +66,20 @@ const std::vector<GuestScene>& guest_scenes() {
   return scenes;
 }
 
-class Guest : public Conformance {};
+class Guest : public Conformance {
+ protected:
+  // As a guest's: on the caller's thread, in the caller's memory if there is one.
+  Options guest_options(std::pmr::memory_resource* memory = nullptr) const {
+    Options with = options();
+    with.executor = &executor_;
+    if (memory) with.memory = memory;
+    return with;
+  }
+
+ private:
+  InlineExecutor inline_executor_;
+  const Executor executor_ = inline_executor_.view(3);
+};
 
 std::vector<Config> guest_configs() {
   std::vector<Config> configs;
@@ -166,14 +179,10 @@ TEST_P(Guest, FillsTheOutputWhoeverDoesTheWork) {
 }
 
 TEST_P(Guest, AllBytesComeFromTheResource) {
-  InlineExecutor inline_executor;
-  const Executor executor = inline_executor.view(3);
   for (const auto& [boxes, answer] : guest_scenes()) {
     HiddenResource memory;
     {
-      Options with = options();
-      with.executor = &executor;
-      with.memory = &memory;
+      const Options with = guest_options(&memory);
       Finder finder(with);
       HeapCount::start();
       const Result result = finder.find(boxes);
@@ -188,11 +197,8 @@ TEST_P(Guest, AllBytesComeFromTheResource) {
 }
 
 TEST_P(Guest, AWarmFinderAllocatesNothing) {
-  InlineExecutor inline_executor;
-  const Executor executor = inline_executor.view(3);
   for (const auto& [boxes, answer] : guest_scenes()) {
-    Options with = options();
-    with.executor = &executor;
+    const Options with = guest_options();
     Finder finder(with);
     std::vector<Pair> buffer(answer.pairs.size());
     const auto none = [](const Pair*, std::size_t) { return true; };
@@ -225,8 +231,6 @@ TEST_P(Guest, AWarmFinderAllocatesNothing) {
 
 // With filters: layers and static boxes, and worlds in one place.
 TEST_P(Guest, FiltersAllocateNothingBeside) {
-  InlineExecutor inline_executor;
-  const Executor executor = inline_executor.view(3);
   const BoxList boxes = uniform_boxes(20000, 7);
   const std::size_t n = boxes.size();
   std::vector<std::uint32_t> group, mask;
@@ -245,9 +249,7 @@ TEST_P(Guest, FiltersAllocateNothingBeside) {
   worlds.filters.world = {world.data(), n};
   for (const Boxes& view : {layers, worlds}) {
     HiddenResource memory;
-    Options with = options();
-    with.executor = &executor;
-    with.memory = &memory;
+    const Options with = guest_options(&memory);
     Finder finder(with);
     HeapCount::start();
     const Result first = finder.find(view);
@@ -264,8 +266,6 @@ TEST_P(Guest, FiltersAllocateNothingBeside) {
 
 // Frames of a moving scene, gone through for the second time.
 TEST_P(Guest, AWarmFinderAllocatesNothingForMovingBoxes) {
-  InlineExecutor inline_executor;
-  const Executor executor = inline_executor.view(3);
   std::vector<BoxList> frames;
   Random random(6);
   for (int f = 0; f < 4; ++f) {
@@ -275,8 +275,7 @@ TEST_P(Guest, AWarmFinderAllocatesNothingForMovingBoxes) {
       box = cube(box.lower.x + step.x, box.lower.y + step.y, box.lower.z + step.z, 1);
     }
   }
-  Options with = options();
-  with.executor = &executor;
+  const Options with = guest_options();
   Finder finder(with);
   for (const BoxList& frame : frames) (void)finder.find(frame);
   HeapCount::start();
@@ -308,15 +307,11 @@ TEST_P(Guest, AWarmFinderTakesNothingFromItsResource) {
 // Memory that runs dry at every possible place: told, nothing lost, nothing leaked, and the Finder
 // works again when there is memory.
 TEST_P(Guest, OutOfMemoryIsTold) {
-  InlineExecutor inline_executor;
-  const Executor executor = inline_executor.view(3);
   const BoxList boxes = huge_among_small(4000, 2);
   const Answer answer = swept_pairs(boxes);
   CountingResource memory;
   {
-    Options with = options();
-    with.executor = &executor;
-    with.memory = &memory;
+    const Options with = guest_options(&memory);
     std::size_t needed = 0;
     {
       Finder finder(with);
