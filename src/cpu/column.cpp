@@ -40,6 +40,9 @@ std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept
 // sides together that need not be so: nothing here adds them up in 32 bits.
 static_assert(max_box_count + strip_padding + 63 <= 0xffffffffu);
 
+// What follows the last record: as long as can be along each axis.
+constexpr Record no_record{{0, 0, 0}, {core::top_word, core::top_word, core::top_word}, 0};
+
 // One worker's way through columns.
 class ColumnSearch {
  public:
@@ -69,7 +72,7 @@ class ColumnSearch {
   void set_buckets(Range words, std::uint32_t wanted, Strip& strip) const;
   std::uint32_t* count(const Raw& raw, StripSpace& room, const Strip& strip) const;
   bool crowded(const Strip& a, const std::uint32_t* in_a, const std::uint32_t* in_b) const;
-  void arrange(const Raw& raw, unsigned side, std::uint32_t* end, StripSpace& room, Strip& strip);
+  void arrange(const Raw& raw, unsigned side, std::uint32_t* start, StripSpace& room, Strip& strip);
   void fill(Strip& strip, unsigned side, StripSpace& room) const;
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
@@ -129,6 +132,7 @@ std::uint32_t* ColumnSearch::count(const Raw& raw, StripSpace& room, const Strip
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
   std::uint32_t* in = room.buckets.room(strip.bucket_count + 1);
+  std::uint32_t* rank = room.ranks.room(raw.records);
   std::memset(in, 0, strip.bucket_count * sizeof *in);
   const Segment* segments = level_.segments.data() + raw.first_segment;
   const auto ask = [](const Segment& segment) {
@@ -140,7 +144,7 @@ std::uint32_t* ColumnSearch::count(const Raw& raw, StripSpace& room, const Strip
     if (s + 1 < raw.segment_count) ask(segments[s + 1]);
     const Record* r = segments[s].records;
     const Record* const last = r + segments[s].count;
-    for (; r != last; ++r) ++in[(r->lower[axis] >> shift) - first_bucket];
+    for (; r != last; ++r) *rank++ = in[(r->lower[axis] >> shift) - first_bucket]++;
   }
   return in;
 }
@@ -156,23 +160,26 @@ bool ColumnSearch::crowded(const Strip& a, const std::uint32_t* in_a,
 }
 
 // A counting sort by bucket; `end` holds the counts.
-void ColumnSearch::arrange(const Raw& raw, unsigned side, std::uint32_t* end, StripSpace& room,
+void ColumnSearch::arrange(const Raw& raw, unsigned side, std::uint32_t* start, StripSpace& room,
                            Strip& strip) {
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
   const Segment* segments = level_.segments.data() + raw.first_segment;
+  const std::uint32_t bucket_count = strip.bucket_count;
   std::uint32_t sum = 0;
-  for (std::uint32_t k = 0; k < strip.bucket_count; ++k) {
-    const std::uint32_t count = end[k];
-    end[k] = sum;
+  for (std::uint32_t k = 0; k < bucket_count; ++k) {
+    const std::uint32_t count = start[k];
+    start[k] = sum;
     sum += count;
   }
-  Record* sorted = room.sorted.room(strip.count + strip_padding);
+  start[bucket_count] = sum;
+  const Record** order = room.order.room(strip.count + record_padding);
+  const std::uint32_t* rank = room.ranks.data();
   for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
     const Record* r = segments[s].records;
     const Record* const last = r + segments[s].count;
     const auto place = [&](const Record& record) {
-      sorted[end[(record.lower[axis] >> shift) - first_bucket]++] = record;
+      order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
     };
     for (; last - r >= LookAhead::records_a_step; r += LookAhead::records_a_step) {
       ahead_.step();
@@ -180,8 +187,8 @@ void ColumnSearch::arrange(const Raw& raw, unsigned side, std::uint32_t* end, St
     }
     for (; r != last; ++r) place(*r);
   }
-  strip.bucket_end = end;
-  strip.record = sorted;
+  strip.bucket_end = start + 1;
+  strip.record = order;
   strip.axis = axis;
   fill(strip, side, room);
 }
@@ -191,6 +198,7 @@ void ColumnSearch::arrange(const Raw& raw, unsigned side, std::uint32_t* end, St
 void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
   const Kinds* const kinds = search_.kinds && search_.kinds->words_tell() ? search_.kinds : nullptr;
   room.lay_out(strip, kinds != nullptr);
+  std::fill_n(room.order.data() + strip.count, record_padding, &no_record);
   search_.kernels->transpose(strip);
   strip.framed = problem_.frame || kinds;
   if (problem_.frame) {
@@ -235,7 +243,8 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   const std::int32_t at[3] = {static_cast<std::int32_t>(here / map.stride[0]),
                               static_cast<std::int32_t>(here / map.stride[1] % map.columns[1]),
                               static_cast<std::int32_t>(here % map.columns[2])};
-  Record* clipped = level_.wide_strip.sorted.room(wide_count + strip_padding);
+  Record* clipped = level_.clipped.room(wide_count);
+  const Record** order = level_.wide_strip.order.room(wide_count + record_padding);
   Strip strip;
   for (std::uint32_t i = 0; i < wide_count; ++i) {
     const Spanning& s = space_.wide_[side][i];
@@ -244,7 +253,8 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
       touches &= core::column_of(s.lower[k]) <= at[k] && at[k] <= core::column_of(s.upper[k]);
     }
     if (!touches) continue;
-    Record& r = clipped[strip.count++];
+    Record& r = clipped[strip.count];
+    order[strip.count++] = &r;
     for (int k = 0; k < 3; ++k) {
       r.lower[k] = core::lower_word(s.lower[k], at[k]);
       r.upper[k] = core::upper_word(s.upper[k], at[k]);
@@ -252,7 +262,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
     r.id = s.id;
   }
   if (strip.count == 0) return;
-  strip.record = clipped;
+  strip.record = order;
   strip.axis = plan_.sweep_axis;
   fill(strip, side, level_.wide_strip);
   std::uint32_t* starts = level_.starts.room(strip.count + strip_padding);

@@ -41,6 +41,7 @@ Level::Level(Memory& memory) noexcept
     : query_strip(memory),
       target_strip(memory),
       wide_strip(memory),
+      clipped(memory),
       segments(memory),
       starts(memory),
       space(memory),
@@ -52,6 +53,7 @@ void Level::match(const Level& other) {
   query_strip.match(other.query_strip);
   target_strip.match(other.target_strip);
   wide_strip.match(other.wide_strip);
+  clipped.match(other.clipped);
   segments.match(other.segments);
   starts.match(other.starts);
   space.match(other.space);

@@ -99,6 +99,7 @@ struct Level {
   void match(const Level& other);
 
   StripSpace query_strip, target_strip, wide_strip;
+  Buffer<Record> clipped;  // of wide_strip
   Buffer<Segment> segments;
   std::uint32_t segment_count = 0;
   Buffer<std::uint32_t> starts;

@@ -70,6 +70,7 @@ struct BinTarget {
 // array a word, axis 0 being the sweep axis. The arrays are readable `strip_padding` beyond
 // `count`, where no box matches.
 constexpr std::uint32_t strip_padding = 128;
+constexpr std::uint32_t record_padding = 32;
 struct Strip {
   std::uint32_t count = 0;
   std::uint32_t shift = 0;  // bucket = (word >> shift) - first_bucket
@@ -82,8 +83,9 @@ struct Strip {
   std::int16_t* begins = nullptr;
   std::int16_t* asks = nullptr;
   std::uint32_t* id = nullptr;
-  const Record* record = nullptr;  // the same boxes as records, their axes as in space
-  std::uint32_t axis = 0;          // the sweep axis in space
+  // The same boxes as records, their axes as in space; `record_padding` more are readable.
+  const Record* const* record = nullptr;
+  std::uint32_t axis = 0;  // the sweep axis in space
   const std::uint32_t* bucket_end = nullptr;
   // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip
   // none ends before another begins that lies before it in the order.

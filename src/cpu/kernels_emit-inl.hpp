@@ -150,11 +150,15 @@ struct Hits {
   std::uint64_t place[room + 1], met[room + 1];
   std::size_t count = 0;
 
-  // Without a branch: what is empty is overwritten.
+  // Without a branch: what is empty is overwritten. A loop counts in `end`, a variable of its own,
+  // as what is written here might else be thought to change the count.
+  HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits, std::size_t& end) {
+    place[end] = query | target << 32;
+    met[end] = bits;
+    end += bits != 0;
+  }
   HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits) {
-    place[count] = query | target << 32;
-    met[count] = bits;
-    count += bits != 0;
+    add(query, target, bits, count);
   }
   std::size_t query(std::size_t h) const { return place[h] & 0xffffffffu; }
   std::size_t target(std::size_t h) const { return place[h] >> 32; }

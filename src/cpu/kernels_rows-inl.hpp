@@ -122,7 +122,8 @@ class RowByRow {
     return strip_.bucket_end[std::min(strip_.bucket_of(upper), strip_.bucket_count - 1)];
   }
   template <bool ordered, bool corner>
-  void compare(const Strip& s, const Row& queries, std::size_t i, std::size_t t);
+  void compare(const Strip& s, const Row& queries, std::size_t i, std::size_t t,
+               std::size_t& hits_end);
   void defer(V16 l0, V16 l1, V16 l2, V16 l3, std::size_t i, std::size_t t);
   template <Sure sure>
   void write(Hits& hits);
@@ -170,7 +171,7 @@ HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, s
 template <Orientation orientation>
 template <bool ordered, bool corner>
 HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& queries, std::size_t i,
-                                               std::size_t t) {
+                                               std::size_t t, std::size_t& hits_end) {
   const D16 d;
   const auto least = [&](std::size_t k) HWY_ATTR {
     const V16 l = queries.least<ordered>(s, t + 2 * k);
@@ -187,8 +188,8 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
   const __m512i closest =
       _mm512_min_epu16(_mm512_min_epu16(l0.raw, l1.raw), _mm512_min_epu16(l2.raw, l3.raw));
   const bool ties = _mm512_testn_epi16_mask(closest, closest) != 0;
-  hits_.add(i, t, _mm512_kunpackd(met(l1, 1), met(l0, 0)));
-  hits_.add(i, t + 4, _mm512_kunpackd(met(l3, 3), met(l2, 2)));
+  hits_.add(i, t, _mm512_kunpackd(met(l1, 1), met(l0, 0)), hits_end);
+  hits_.add(i, t + 4, _mm512_kunpackd(met(l3, 3), met(l2, 2)), hits_end);
 #else
   const hn::Repartition<std::int8_t, D16> d8;
   const hn::Repartition<std::uint8_t, D16> du8;
@@ -202,10 +203,14 @@ HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& querie
   const bool ties = !hn::AllFalse(du8, hn::Eq(closest, hn::Zero(du8)));
   const auto met = [&](auto v)
                        HWY_ATTR { return std::uint64_t{bits_of(d8, hn::Gt(v, hn::Zero(d8)))}; };
-  hits_.add(i, t, met(low) | met(high) << 2 * word_lanes);
+  hits_.add(i, t, met(low) | met(high) << 2 * word_lanes, hits_end);
 #endif
   if (HWY_UNLIKELY(ties)) defer(l0, l1, l2, l3, i, t);
-  if (HWY_UNLIKELY(hits_.count >= Hits::room - 1)) write<Sure::yes>(hits_);
+  if (HWY_UNLIKELY(hits_end >= Hits::room - 1)) {
+    hits_.count = hits_end;
+    write<Sure::yes>(hits_);
+    hits_end = 0;
+  }
 }
 
 template <Orientation orientation>
@@ -218,10 +223,11 @@ HWY_NOINLINE void RowByRow<orientation>::run(std::uint32_t i, std::uint32_t bloc
   const std::uint32_t stop = end_of(hn::GetLane(hn::MaxOfLanes(d, queries.upper0)));
   std::uint32_t t = i + 1;
   const std::uint32_t corner = std::min(stop, i + row_queries);
-  for (; t < corner; t += row_targets) compare<ordered, true>(s, queries, i, t);
+  std::size_t hits_end = hits_.count;
+  for (; t < corner; t += row_targets) compare<ordered, true>(s, queries, i, t, hits_end);
   while (t < stop) {
     const std::uint32_t pause = std::min(stop, t + patience);
-    for (; t < pause; t += row_targets) compare<ordered, false>(s, queries, i, t);
+    for (; t < pause; t += row_targets) compare<ordered, false>(s, queries, i, t, hits_end);
     if (t >= stop) break;
     const auto bucket = static_cast<std::int16_t>(s.lower[0][t] & -(1 << s.shift));
     std::uint32_t going = bits_of(d, hn::Not(hn::Gt(hn::Set(d, bucket), queries.upper0)));
@@ -232,6 +238,7 @@ HWY_NOINLINE void RowByRow<orientation>::run(std::uint32_t i, std::uint32_t bloc
     }
     break;
   }
+  hits_.count = hits_end;
   vectors_ += (t - i - 1) / 2;
 }
 

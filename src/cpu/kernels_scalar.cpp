@@ -50,17 +50,17 @@ void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
 }
 
 void transpose(Strip& strip) {
-  const Record* sorted = strip.record;
+  const Record* const* sorted = strip.record;
   const std::uint32_t axes[3] = {strip.axis, (strip.axis + 1) % 3, (strip.axis + 2) % 3};
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     int begins = 0;
     for (int k = 0; k < 3; ++k) {
-      strip.lower[k][i] = static_cast<std::int16_t>(sorted[i].lower[axes[k]]);
-      strip.upper[k][i] = static_cast<std::int16_t>(sorted[i].upper[axes[k]]);
-      if (sorted[i].lower[k] == 0) begins |= 1 << k;
+      strip.lower[k][i] = static_cast<std::int16_t>(sorted[i]->lower[axes[k]]);
+      strip.upper[k][i] = static_cast<std::int16_t>(sorted[i]->upper[axes[k]]);
+      if (sorted[i]->lower[k] == 0) begins |= 1 << k;
     }
     strip.begins[i] = static_cast<std::int16_t>(begins);
-    strip.id[i] = sorted[i].id;
+    strip.id[i] = sorted[i]->id;
   }
 }
 

@@ -62,9 +62,9 @@ struct Sides {
 // `l`: the least difference of each; `ties`: that some may be tied. Ties of pairs at home elsewhere
 // may count, too.
 template <bool ordered>
-HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t,
-                                       VSide (&l)[side_steps], bool& ties) {
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
   const DSide d;
+  VSide l[side_steps];
   const hn::Repartition<std::uint16_t, DSide> du;
   for (std::size_t k = 0; k < side_steps; ++k) l[k] = q.least<ordered>(s, t + k);
   const auto met = [&](std::size_t k) HWY_ATTR {
@@ -81,9 +81,9 @@ HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size
 using D8 = hn::Repartition<std::int8_t, DSide>;
 
 template <bool ordered>
-HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t,
-                                       VSide (&l)[side_steps], bool& ties) {
+HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
   const DSide d;
+  VSide l[side_steps];
   const D8 d8;
   const hn::Repartition<std::uint8_t, DSide> du8;
   for (std::size_t k = 0; k < side_steps; ++k) {
@@ -119,7 +119,8 @@ class SideBySide {
   // Queries go on together while that takes at most so many steps for each of them that does.
   static constexpr std::size_t patience = 32;
 
-  void defer(VSide l0, VSide l1, VSide l2, VSide l3, std::size_t first, std::size_t at);
+  template <bool ordered>
+  void defer(std::size_t first, std::size_t at);
   template <Sure sure>
   void write(Hits& hits);
 
@@ -132,15 +133,16 @@ class SideBySide {
 // Equal words: the pairs that the floats must decide. The differences come in registers: an array
 // of them would be stored at each step, tied or not.
 template <Orientation orientation>
-HWY_NOINLINE void SideBySide<orientation>::defer(VSide l0, VSide l1, VSide l2, VSide l3,
-                                                 std::size_t first, std::size_t at) {
+template <bool ordered>
+HWY_NOINLINE void SideBySide<orientation>::defer(std::size_t first, std::size_t at) {
   const DSide d;
-  const VSide asks = hn::LoadU(d, strip_.asks + first);
-  const auto tied = [&](VSide l, std::size_t k) HWY_ATTR {
-    const auto home = hn::Eq(hn::And(asks, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
+  const Sides q(strip_, first);
+  const auto tied = [&](std::size_t k) HWY_ATTR {
+    const auto home = hn::Eq(hn::And(q.asks, hn::LoadU(d, strip_.begins + at + k)), hn::Zero(d));
+    const VSide l = q.least<ordered>(strip_, at + k);
     return std::uint64_t{bits_of(d, hn::And(home, hn::Eq(l, hn::Zero(d))))} << k * side_lanes;
   };
-  ties_.add(first, at, tied(l0, 0) | tied(l1, 1) | tied(l2, 2) | tied(l3, 3));
+  ties_.add(first, at, tied(0) | tied(1) | tied(2) | tied(3));
   if (ties_.count == Hits::room) write<Sure::no>(ties_);
 }
 
@@ -152,16 +154,20 @@ HWY_NOINLINE void SideBySide<orientation>::run(std::uint32_t begin, std::uint32_
   const Strip s = strip_;
   const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << s.shift)));
   const std::size_t count = s.count;
+  std::size_t hits_end = hits_.count;
   for (std::size_t i = begin; i < end; i += side_lanes) {
     const Sides queries(s, i);
     std::size_t at = i + 1;
     for (;;) {
-      VSide l[side_steps];
       bool ties;
-      const std::uint64_t met = compare_sides<ordered>(queries, s, at, l, ties);
-      if (HWY_UNLIKELY(ties)) defer(l[0], l[1], l[2], l[3], i, at);
-      hits_.add(i, at, met);
-      if (HWY_UNLIKELY(hits_.count == Hits::room)) write<Sure::yes>(hits_);
+      const std::uint64_t met = compare_sides<ordered>(queries, s, at, ties);
+      if (HWY_UNLIKELY(ties)) defer<ordered>(i, at);
+      hits_.add(i, at, met, hits_end);
+      if (HWY_UNLIKELY(hits_end == Hits::room)) {
+        hits_.count = hits_end;
+        write<Sure::yes>(hits_);
+        hits_end = 0;
+      }
       at += side_steps;
       if (at >= count) break;
       const auto over =
@@ -180,6 +186,7 @@ HWY_NOINLINE void SideBySide<orientation>::run(std::uint32_t begin, std::uint32_
     }
     vectors_ += at - i - 1;
   }
+  hits_.count = hits_end;
 }
 
 template <Orientation orientation>

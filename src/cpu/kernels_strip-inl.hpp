@@ -50,9 +50,9 @@ inline void word_range(const Record* records, std::uint32_t count, std::uint32_t
 
 // Vector k of a group of records: in block b of 128 bits the record b * 8 + k.
 template <class D>
-HWY_INLINE hn::Vec<D> load_blocks(D d, const Record* r) {
+HWY_INLINE hn::Vec<D> load_blocks(D d, const Record* const* r) {
   if constexpr (hn::MaxLanes(D()) == 8) {
-    return hn::LoadU(d, reinterpret_cast<const std::uint16_t*>(r));
+    return hn::LoadU(d, reinterpret_cast<const std::uint16_t*>(*r));
   } else {
     const hn::Half<D> dh;
     return hn::Combine(d, load_blocks(dh, r + hn::MaxLanes(D()) / 2), load_blocks(dh, r));
@@ -67,7 +67,7 @@ inline void transpose(Strip& strip) {
   const auto words = [](std::int16_t* array) { return reinterpret_cast<std::uint16_t*>(array); };
   V shortest = hn::Set(d, core::top_word);
   for (std::uint32_t i = 0; i < strip.count; i += lanes) {
-    const Record* r = strip.record + i;
+    const Record* const* r = strip.record + i;
     const auto v0 = load_blocks(d, r), v1 = load_blocks(d, r + 1), v2 = load_blocks(d, r + 2),
                v3 = load_blocks(d, r + 3), v4 = load_blocks(d, r + 4), v5 = load_blocks(d, r + 5),
                v6 = load_blocks(d, r + 6), v7 = load_blocks(d, r + 7);
@@ -95,7 +95,6 @@ inline void transpose(Strip& strip) {
     hn::StoreU(begins, d, words(strip.begins + i));
     hn::StoreInterleaved2(hn::InterleaveLower(d, b6, b7), hn::InterleaveUpper(d, b6, b7), d,
                           reinterpret_cast<std::uint16_t*>(strip.id + i));
-    // What follows the last record is whatever was there before: it can only shorten.
     shortest = hn::Min(shortest, hn::Sub(upper[axes[0]], lower[axes[0]]));
   }
   std::uint16_t lengths[lanes];

@@ -22,7 +22,8 @@ void StripSpace::lay_out(Strip& strip, bool with_kinds) {
 }
 
 void StripSpace::match(const StripSpace& other) {
-  sorted.match(other.sorted);
+  order.match(other.order);
+  ranks.match(other.ranks);
   words.match(other.words);
   ids.match(other.ids);
   buckets.match(other.buckets);

@@ -13,13 +13,14 @@ namespace throng::cpu {
 class StripSpace {
  public:
   explicit StripSpace(Memory& memory) noexcept
-      : sorted(memory), words(memory), ids(memory), buckets(memory) {}
+      : order(memory), ranks(memory), words(memory), ids(memory), buckets(memory) {}
   // Points the arrays of `strip` at room for strip.count boxes; with_kinds: what a box asks as a
   // query is not what it tells as a target.
   void lay_out(Strip& strip, bool with_kinds);
   void match(const StripSpace& other);
 
-  Buffer<Record> sorted;
+  Buffer<const Record*> order;
+  Buffer<std::uint32_t> ranks;
   Buffer<std::int16_t> words;
   Buffer<std::uint32_t> ids;
   Buffer<std::uint32_t> buckets;
