@@ -149,6 +149,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
   const double foretold = static_cast<double>(expected) * plan.replicas * sizeof(Record);
   if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * foretold)
     expected = 0;
+  raised_by_[1] = problem.raised ? search.second_base : 0;
   for (;;) {
     prepare(plan, expected, task_count);
     std::mutex merge;
@@ -219,8 +220,8 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
         count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
       if (task.place) places_of(boxes.filters.world, at, count, plan.map.column_count(), places);
       if (packed && at < safe) {
-        bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr, at,
-                    count, index, plan.map, worker, report);
+        bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr,
+                    at + raised_by_[index], count, index, plan.map, worker, report);
         continue;
       }
       for (std::uint32_t i = 0; i < count; ++i) {
@@ -235,7 +236,8 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
         std::memcpy(tile + 6 * i, &box, sizeof box);
       }
       bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
-                  names ? names + at : nullptr, at, count, index, plan.map, worker, report);
+                  names ? names + at : nullptr, at + raised_by_[index], count, index, plan.map,
+                  worker, report);
     }
   }
 }
@@ -277,7 +279,7 @@ void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t strid
     if (core::is_active(box)) {
       enter_spanning(map, task, side, box, task.whole[i], task.place ? task.place[i] : 0);
     } else {
-      report.add_inactive(task.whole[i].id, core::has_nan(box), side == 1);
+      report.add_inactive(task.whole[i].id - raised_by_[side], core::has_nan(box), side == 1);
     }
   }
 }

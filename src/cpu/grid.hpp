@@ -90,6 +90,7 @@ class GridSpace {
   Buffer<Spanning> wide_[2];
   Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
+  std::uint32_t raised_by_[2] = {0, 0};  // what labels of a side were, see Problem
   std::mutex wide_mutex_;
 };
 

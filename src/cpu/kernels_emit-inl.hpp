@@ -75,10 +75,11 @@ HWY_INLINE void store_interleaved(V32 first, V32 second, int count, std::uint32_
 
 // Pairs of queries and targets, lane by lane: the first `count`, and maybe more.
 template <Orientation orientation>
-HWY_INLINE void store_pairs(V32 query, V32 target, int count, Pair* out) {
+HWY_INLINE void store_pairs(V32 query, V32 target, V32 second_base, int count, Pair* out) {
   std::uint32_t* to = reinterpret_cast<std::uint32_t*>(out);
   if constexpr (orientation == Orientation::unordered) {
-    store_interleaved(hn::Min(query, target), hn::Max(query, target), count, to);
+    const V32 second = hn::Sub(hn::Max(query, target), second_base);
+    store_interleaved(hn::Min(query, target), second, count, to);
   } else if constexpr (orientation == Orientation::query_first) {
     store_interleaved(query, target, count, to);
   } else {
@@ -93,13 +94,14 @@ enum class Sure : bool { no, yes };
 template <Orientation orientation, Sure sure = Sure::yes>
 class PairWriter {
  public:
-  explicit PairWriter(Emit& out) : out_(out), cursor_(end()), limit_(limit()) {}
+  explicit PairWriter(Emit& out)
+      : out_(out), cursor_(end()), limit_(limit()), base_(hn::Set(D32(), out.second_base)) {}
   ~PairWriter() { end() = cursor_; }
   PairWriter(const PairWriter&) = delete;
   PairWriter& operator=(const PairWriter&) = delete;
 
   HWY_INLINE void put(V32 query, V32 target, int count) {
-    store_pairs<orientation>(query, target, count, cursor_);
+    store_pairs<orientation>(query, target, base_, count, cursor_);
     cursor_ += count;
     if constexpr (sure == Sure::yes) {
       const char* const later = reinterpret_cast<const char*>(cursor_) + ahead_bytes;
@@ -123,6 +125,7 @@ class PairWriter {
   Emit& out_;
   Pair* cursor_;
   Pair* limit_;
+  V32 base_;
 };
 
 #if HWY_TARGET == HWY_AVX3_DL

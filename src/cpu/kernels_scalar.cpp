@@ -80,7 +80,7 @@ void sweep(const Sweep& args, Emit& out) {
         tie |= (tl == qu) | (ql == tu);
       }
       if (!overlap) continue;
-      const Pair pair = make_pair(args.orientation, q.id[i], t.id[j]);
+      const Pair pair = make_pair(args.orientation, q.id[i], t.id[j], out.second_base);
       if (tie) {
         *out.maybe_cursor++ = pair;
         if (out.maybe_cursor > out.maybe_limit) out.flush_maybe(&out);

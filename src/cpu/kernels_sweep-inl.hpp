@@ -161,7 +161,8 @@ HWY_NOINLINE void StripSweep<orientation>::defer(const Query& query, std::uint32
                                                  std::uint32_t bits) {
   for (; bits != 0; bits &= bits - 1) {
     const std::uint32_t lane = static_cast<std::uint32_t>(std::countr_zero(bits));
-    *out_.maybe_cursor++ = make_pair(orientation, query.id, targets_.id[at + lane]);
+    *out_.maybe_cursor++ =
+        make_pair(orientation, query.id, targets_.id[at + lane], out_.second_base);
   }
   if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
 }

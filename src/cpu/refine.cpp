@@ -43,10 +43,11 @@ double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& 
   return cost(windows / count) + tie_ns * ties / count;
 }
 
-// Labels the boxes of a strip from `first` on, as the inner search will know them.
-void label(const Strip& strip, std::uint32_t first, Level& inner) {
-  std::copy(strip.id, strip.id + strip.count, inner.ids.data() + first);
+// Labels the boxes of a strip from `first` on, as the inner search will know them. `raised_by`: see
+// Problem.
+void label(const Strip& strip, std::uint32_t raised_by, std::uint32_t first, Level& inner) {
   for (std::uint32_t i = 0; i < strip.count; ++i) {
+    inner.ids[first + i] = strip.id[i] - raised_by;
     inner.labels[first + i] = first + i;
     // Three bits a grid, the inner one's lowest; those of kinds come anew.
     const int before = strip.begins[i] & ((1 << Kinds::first_bit) - 1);
@@ -71,8 +72,8 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   inner.ids.room(boxes);
   inner.labels.room(boxes);
   inner.before.room(boxes);
-  label(a, 0, inner);
-  label(b, a.count, inner);
+  label(a, 0, 0, inner);
+  label(b, problem.raised ? search.second_base : 0, a.count, inner);
   const Frame frame{inner.ids.data(), inner.before.data()};
   const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
     return Side{view, inner.ids.data() + first, count, inner.labels.data() + first};

@@ -9,8 +9,22 @@
 
 namespace throng::cpu {
 
+namespace {
+
+std::size_t row_of(std::uint32_t count) { return (count + strip_padding + 63) / 64 * 64; }
+
+}  // namespace
+
+void StripSpace::reserve(std::uint32_t count, bool with_kinds) {
+  order.room(count + record_padding);
+  ranks.room(count);
+  buckets.room(count + 1);
+  words.room((with_kinds ? 8 : 7) * row_of(count));
+  ids.room(row_of(count));
+}
+
 void StripSpace::lay_out(Strip& strip, bool with_kinds) {
-  const std::size_t row = (strip.count + strip_padding + 63) / 64 * 64;
+  const std::size_t row = row_of(strip.count);
   std::int16_t* w = words.room((with_kinds ? 8 : 7) * row);
   for (int k = 0; k < 3; ++k) {
     strip.lower[k] = w + 2 * k * row;
@@ -62,6 +76,7 @@ void Worker::begin(Search& search) {
   search_ = &search;
   frame_ = nullptr;
   comparisons = 0;
+  second_base = search.second_base;
   sure_.room(staging_pairs + emit_slack, true);
   stage();
   gap_ = room_ = Room{};

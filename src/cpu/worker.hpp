@@ -17,6 +17,8 @@ class StripSpace {
   // Points the arrays of `strip` at room for strip.count boxes; with_kinds: what a box asks as a
   // query is not what it tells as a target.
   void lay_out(Strip& strip, bool with_kinds);
+  // Room for so many boxes, whatever is made of them.
+  void reserve(std::uint32_t count, bool with_kinds);
   void match(const StripSpace& other);
 
   Buffer<const Record*> order;

@@ -1,0 +1,115 @@
+// Finding: a grid's columns by turns, and what is in none of them.
+#include <algorithm>
+
+#include "cpu/all_pairs.hpp"
+#include "cpu/column.hpp"
+#include "cpu/foretell.hpp"
+#include "cpu/threads.hpp"
+
+namespace throng::cpu {
+
+std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
+  std::uint32_t count = 0;
+  std::uintptr_t block = block_of(tail);
+  std::uintptr_t end = tail;
+  while (block) {
+    const std::uintptr_t first = block + sizeof(Block);
+    out[count++] = {reinterpret_cast<const Record*>(first),
+                    static_cast<std::uint32_t>((end - first) / sizeof(Record))};
+    block = reinterpret_cast<const Block*>(block)->previous;
+    end = block + block_bytes_;
+  }
+  return count;
+}
+
+void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
+                     Worker* const* team, unsigned task_count, unsigned depth) {
+  const std::uint32_t* order = nullptr;
+  if (task_count > 1 && columns_ > task_count) order = densest_first();
+  // Long columns first, whoever comes; else to each task its own.
+  Ranges ranges(columns_, order ? 1 : task_count);
+  const auto column_at = [&](std::uint64_t i) {
+    const auto at = static_cast<std::uint32_t>(i);
+    return order ? order[at] : at;
+  };
+  auto task = [&](unsigned t) {
+    search.guarded([&] {
+      ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
+      for (std::uint64_t i, next; ranges.take(t, i) && !search.over();) {
+        const bool known = ranges.peek(t, next);
+        columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
+      }
+    });
+  };
+  run_tasks(*search.executor, task_count, task);
+  if (search.over()) return;
+  search.guarded([&] { find_wide(search, problem, *team[0]); });
+}
+
+std::size_t GridSpace::foretell(Search& search, const Problem& problem, const core::GridPlan& plan,
+                                Worker& worker) {
+  count_records();
+  ColumnSearch columns(search, problem, plan, *this, worker, 0);
+  return cpu::foretell(
+      search, worker, columns_, [this](std::uint32_t c) { return sizes_[c]; },
+      [&](std::uint32_t c) { columns.run(c, LookAhead::no_column); });
+}
+
+// Records of each column, and of all.
+std::uint64_t GridSpace::count_records() {
+  std::uint32_t* sizes = sizes_.room(columns_);
+  std::uint64_t total = 0;
+  for (std::uint32_t c = 0; c < columns_; ++c) {
+    std::uint64_t size = 0;
+    for (unsigned chain = 0; chain < 2 * tasks_; ++chain) {
+      const std::uintptr_t tail = tails_[std::size_t{chain} * columns_ + c];
+      if (tail == 0) continue;
+      const std::uintptr_t block = block_of(tail);
+      size += reinterpret_cast<const Block*>(block)->before + (tail - block) / sizeof(Record);
+    }
+    sizes[c] = static_cast<std::uint32_t>(std::min<std::uint64_t>(size, 0xffffffffu));
+    total += sizes[c];
+  }
+  return total;
+}
+
+// Long columns first, so that none is left for the end; where all are alike, as they lie.
+const std::uint32_t* GridSpace::densest_first() {
+  const std::uint64_t total = count_records();
+  const std::uint32_t* sizes = sizes_.data();
+  const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
+  if (most < 2 * (total / columns_ + 1)) return nullptr;
+  std::uint32_t* order = order_.room(columns_);
+  for (std::uint32_t c = 0; c < columns_; ++c) order[c] = c;
+  std::sort(order, order + columns_,
+            [sizes](std::uint32_t x, std::uint32_t y) { return sizes[x] > sizes[y]; });
+  return order;
+}
+
+// Pairs of two wide boxes: those that no column saw.
+void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker) {
+  if ((wide_count_[0] | wide_count_[1]) == 0) return;
+  for (unsigned side = 0; side < 2; ++side) {
+    const std::uint32_t count = wide_count_[side];
+    std::uint32_t* ids = wide_ids_[side].room(count + 1);
+    std::uint32_t* labels = wide_labels_[side].room(count + 1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      labels[i] = wide_[side][i].id - raised_by_[side];
+      ids[i] = problem.frame ? problem.frame->ids[labels[i]] : labels[i];
+    }
+  }
+  Problem wide = problem;
+  wide.raised = false;
+  wide.queries = {problem.queries.boxes, wide_ids_[0].data(), wide_count_[0],
+                  wide_labels_[0].data()};
+  wide.targets = {problem.targets.boxes, wide_ids_[1].data(), wide_count_[1],
+                  wide_labels_[1].data()};
+  Worker* const team[] = {&worker};
+  BinReport ignored;
+  worker.set_frame(problem.frame);
+  load_all_pairs(search, wide, team, ignored);
+  find_all_pairs(search, wide, team, 1);
+  worker.set_frame(nullptr);
+}
+
+}  // namespace throng::cpu

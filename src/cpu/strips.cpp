@@ -1,0 +1,188 @@
+// A column's boxes made strips: sorted along the sweep axis by counting, and turned into arrays.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "cpu/column.hpp"
+
+namespace throng::cpu {
+namespace {
+
+// What follows the last record: as long as can be along each axis.
+constexpr Record no_record{{0, 0, 0}, {core::top_word, core::top_word, core::top_word}, 0};
+
+}  // namespace
+
+ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
+  const std::uint32_t first = side == 0 ? 0 : static_cast<std::uint32_t>(level_.segment_count);
+  std::uint32_t segments = first, records = 0;
+  for (unsigned t = 0; t < space_.tasks_; ++t) {
+    const std::uintptr_t tail = space_.tails(t, side)[column];
+    if (tail == 0) continue;
+    const auto* block = reinterpret_cast<const GridSpace::Block*>(space_.block_of(tail));
+    const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
+    // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
+    level_.segments.grow(segments + blocks + space_.tasks_, segments);
+    const std::uint32_t added = space_.chain(tail, level_.segments.data() + segments);
+    for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;
+    segments += added;
+  }
+  level_.segment_count = segments;
+  return {first, segments - first, records};
+}
+
+// The words at which boxes begin.
+ColumnSearch::Range ColumnSearch::words(std::span<const Part> parts) const {
+  Range range{core::top_word, 0};
+  for (const Part& part : parts) {
+    for (const Raw& raw : part.raw) {
+      for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+        const Segment& segment = level_.segments[raw.first_segment + s];
+        search_.kernels->word_range(segment.records, segment.count, plan_.sweep_axis, &range.least,
+                                    &range.most);
+      }
+    }
+  }
+  return range;
+}
+
+// About one or two boxes a bucket, were they spread evenly.
+void ColumnSearch::set_buckets(Range words, std::uint32_t wanted, Strip& strip) const {
+  std::uint32_t shift = 0;
+  while ((words.most >> shift) - (words.least >> shift) >= wanted) ++shift;
+  strip.shift = shift;
+  strip.first_bucket = words.least >> shift;
+  strip.bucket_count = (words.most >> shift) - (words.least >> shift) + 1;
+}
+
+// How many boxes begin in each bucket; of each box, how many that were counted before it.
+void ColumnSearch::count(Part& part) const {
+  const std::uint32_t axis = plan_.sweep_axis;
+  const std::uint32_t shift = part.strip.shift, first_bucket = part.strip.first_bucket;
+  std::uint32_t* const in = part.room.buckets.room(part.strip.bucket_count + 1);
+  std::uint32_t* rank = part.room.ranks.room(part.strip.count);
+  std::memset(in, 0, part.strip.bucket_count * sizeof *in);
+  const auto ask = [](const Segment& segment) {
+    for (std::uint32_t k = 0; k < segment.count; k += 64 / sizeof(Record))
+      prefetch_to_read(segment.records + k);
+  };
+  for (const Raw& raw : part.raw) {
+    const Segment* segments = level_.segments.data() + raw.first_segment;
+    if (raw.segment_count != 0) ask(segments[0]);
+    for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+      if (s + 1 < raw.segment_count) ask(segments[s + 1]);
+      const Record* r = segments[s].records;
+      const Record* const last = r + segments[s].count;
+      for (; r != last; ++r) *rank++ = in[(r->lower[axis] >> shift) - first_bucket]++;
+    }
+  }
+}
+
+// Whether half of the buckets or more lie before or behind all boxes.
+bool ColumnSearch::crowded(std::span<const Part> parts) const {
+  const auto taken = [&](std::uint32_t k) {
+    return std::any_of(parts.begin(), parts.end(),
+                       [k](const Part& part) { return part.room.buckets.data()[k] != 0; });
+  };
+  const std::uint32_t bucket_count = parts.front().strip.bucket_count;
+  std::uint32_t first = 0, end = bucket_count;
+  while (first < end && !taken(first)) ++first;
+  while (end > first && !taken(end - 1)) --end;
+  return 2 * (end - first) <= bucket_count;
+}
+
+// The boxes in order of their buckets. Where each goes is known from its rank alone, so that none
+// waits for the one before it to have gone there.
+void ColumnSearch::arrange(Part& part) {
+  Strip& strip = part.strip;
+  const std::uint32_t axis = plan_.sweep_axis;
+  const std::uint32_t shift = strip.shift, first_bucket = strip.first_bucket;
+  const std::uint32_t bucket_count = strip.bucket_count;
+  std::uint32_t* const start = part.room.buckets.data();
+  std::uint32_t sum = 0;
+  for (std::uint32_t k = 0; k < bucket_count; ++k) sum += std::exchange(start[k], sum);
+  start[bucket_count] = sum;
+  const Record** const order = part.room.order.room(strip.count + record_padding);
+  const std::uint32_t* rank = part.room.ranks.data();
+  const auto place = [&](const Record& record) {
+    order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
+  };
+  for (const Raw& raw : part.raw) {
+    const Segment* segments = level_.segments.data() + raw.first_segment;
+    for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
+      const Record* r = segments[s].records;
+      const Record* const last = r + segments[s].count;
+      for (; last - r >= LookAhead::records_a_step; r += LookAhead::records_a_step) {
+        ahead_.step();
+        for (std::uint32_t k = 0; k < LookAhead::records_a_step; ++k) place(r[k]);
+      }
+      for (; r != last; ++r) place(*r);
+    }
+  }
+  strip.bucket_end = start + 1;
+  strip.record = order;
+  strip.axis = axis;
+  fill(strip, part.side, part.room);
+}
+
+// Counting sorts into the same buckets. Over all words that there are, and where boxes have few of
+// these, over those: which a plan of crowded boxes expects, and what else comes to light in
+// counting.
+void ColumnSearch::sort(std::span<Part> parts) {
+  std::uint32_t wanted = 1;
+  for (Part& part : parts) {
+    for (const Raw& raw : part.raw) part.strip.count += raw.records;
+    wanted = std::max(wanted, part.strip.count);
+  }
+  constexpr Range all{0, core::top_word};
+  for (Range range = plan_.crowded ? words(parts) : all;; range = words(parts)) {
+    for (Part& part : parts) {
+      set_buckets(range, wanted, part.strip);
+      count(part);
+    }
+    if (plan_.crowded || range.most - range.least != core::top_word || !crowded(parts)) break;
+  }
+  for (Part& part : parts) arrange(part);
+}
+
+// A strip's arrays from its records; within a frame the boxes' own ids, and what the frame knows of
+// where they begin; and what their kinds forbid.
+void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
+  const Kinds* const kinds = words_of_kinds();
+  room.lay_out(strip, kinds != nullptr);
+  std::fill_n(room.order.data() + strip.count, record_padding, &no_record);
+  search_.kernels->transpose(strip);
+  strip.framed = problem_.frame || kinds || mixed_;
+  if (problem_.frame) {
+    for (std::uint32_t i = 0; i < strip.count; ++i) {
+      const std::uint32_t label = strip.id[i];
+      strip.id[i] = problem_.frame->ids[label];
+      strip.begins[i] = static_cast<std::int16_t>(strip.begins[i] | problem_.frame->before[label]);
+    }
+  }
+  const Strip s = strip;  // of our own: what is written might else be thought to change it
+  const std::uint32_t base = problem_.raised ? search_.second_base : 0;
+  if (mixed_) {
+    for (std::uint32_t i = 0; i < s.count; ++i)
+      s.begins[i] = static_cast<std::int16_t>(s.begins[i] | (s.id[i] < base ? 1 : 2) << side_bit);
+  }
+  if (!kinds) return;
+  const std::uint16_t* const as_query = kinds->as_query();
+  const std::uint16_t* const as_target = kinds->as_target();
+  const auto add_kinds = [&](auto kind_of) {
+    for (std::uint32_t i = 0; i < s.count; ++i) {
+      const std::uint32_t k = kind_of(s.id[i]), begins = static_cast<std::uint16_t>(s.begins[i]);
+      s.asks[i] = static_cast<std::int16_t>(begins | as_query[k]);
+      s.begins[i] = static_cast<std::int16_t>(begins | as_target[k]);
+    }
+  };
+  if (problem_.raised) {
+    add_kinds([base, first = kinds->of(false), second = kinds->of(true)](std::uint32_t id) {
+      return id < base ? first[id] : second[id - base];
+    });
+  } else {
+    add_kinds([kind = kinds->of(side == 1)](std::uint32_t id) { return kind[id]; });
+  }
+}
+
+}  // namespace throng::cpu
