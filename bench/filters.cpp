@@ -1,6 +1,7 @@
 // What filters cost: searches of the same boxes without any and with those that engines have, in
-// turn, and worlds apart and in one place; objects that live, with filters and without. CSV on
-// standard output: medians, and the share of the time without filters (of worlds: apart).
+// turn, as two sets, and worlds apart and in one place; objects that live, with filters and
+// without. CSV on standard output: medians, and the share of the time without filters (of worlds:
+// apart).
 #include <throng/throng.hpp>
 
 #include <cmath>
@@ -32,6 +33,7 @@ struct Filtered {
   std::vector<std::uint32_t> group, mask;
   std::vector<std::int32_t> owner, world;
   std::vector<std::uint8_t> is_static;
+  std::size_t first = 0;  // boxes of the first of two sets, which the others are searched with
 
   Boxes view() const {
     Boxes v = boxes;
@@ -71,7 +73,7 @@ std::vector<Filtered> filtered(const std::vector<Box>& boxes) {
   const std::size_t n = boxes.size();
   std::vector<Filtered> cases;
   const auto add = [&](const char* name) -> Filtered& {
-    cases.push_back({name, boxes, {}, {}, {}, {}, {}});
+    cases.push_back({name, boxes, {}, {}, {}, {}, {}, 0});
     return cases.back();
   };
   add("none");
@@ -95,6 +97,9 @@ std::vector<Filtered> filtered(const std::vector<Box>& boxes) {
   Filtered& owners = add("an owner for every four");
   for (std::size_t i = 0; i < n; ++i) owners.owner.push_back(static_cast<std::int32_t>(i / 4));
   add("one world").world.assign(n, 0);
+  add("two halves").first = n / 2;
+  add("a tenth and the rest").first = n / 10;
+  add("a hundredth and the rest").first = n / 100;
   return cases;
 }
 
@@ -104,7 +109,8 @@ std::vector<Filtered> worlds(std::size_t count, std::size_t each) {
   const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
   const float side = std::cbrt(2 * static_cast<float>(each));
   const auto row = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
-  Filtered apart{"apart", {}, {}, {}, {}, {}, {}}, place{"in one place", {}, {}, {}, {}, {}, {}};
+  Filtered apart{"apart", {}, {}, {}, {}, {}, {}, 0};
+  Filtered place{"in one place", {}, {}, {}, {}, {}, {}, 0};
   for (std::size_t i = 0; i < count * each; ++i) {
     const std::size_t w = i / each;
     const Vec3 v{unit() * side, unit() * side, unit() * side};
@@ -147,8 +153,13 @@ void search(const std::string& scene, const std::vector<Filtered>& cases, unsign
   for (int round = -2; round < rounds; ++round) {
     for (std::size_t k = 0; k < cases.size(); ++k) {
       const Boxes view = cases[k].view();
+      const Box* const boxes = cases[k].boxes.data();
+      const std::size_t first = cases[k].first;
       Result result;
-      const double time = ms([&] { result = finders[k].find(view); });
+      const double time = ms([&] {
+        result = first == 0 ? finders[k].find(view)
+                            : finders[k].find({boxes, first}, {boxes + first, view.size() - first});
+      });
       must(result);
       pairs[k] = result.found;
       if (round >= 0) times[k].push_back(time);
@@ -166,6 +177,7 @@ void live(const std::string& scene, const std::vector<Filtered>& cases, double s
   Wander wander(cases[0].boxes, share);
   std::vector<std::unique_ptr<BroadPhase>> all;
   for (const Filtered& c : cases) {
+    if (c.first != 0) continue;  // they come last
     all.push_back(std::make_unique<BroadPhase>(o));
     must(all.back()->add(c.view(), nullptr));
     must(all.back()->update());
@@ -173,13 +185,13 @@ void live(const std::string& scene, const std::vector<Filtered>& cases, double s
   std::vector<std::vector<double>> times(cases.size());
   for (int f = -2; f < frames; ++f) {
     const Moves moves = wander.next();
-    for (std::size_t k = 0; k < cases.size(); ++k) {
+    for (std::size_t k = 0; k < all.size(); ++k) {
       const double time = ms([&] { follow(*all[k], moves); });
       if (f >= 0) times[k].push_back(time);
     }
   }
   const double without = median(times[0]);
-  for (std::size_t k = 0; k < cases.size(); ++k) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
     tell(scene, cases[k], share == 1 ? "all move" : "1 % moves", threads, median(times[k]), without,
          all[k]->pairs().size());
   }

@@ -119,7 +119,11 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   ahead_.aim(space_, next);
   const bool has_targets = problem_.targets.count != 0;
   const Raw sides[2] = {collect(column, 0), has_targets ? collect(column, 1) : Raw{0, 0, 0}};
-  if ((sides[0].records | sides[1].records) == 0) return;  // their sum may be 2^32
+  // Who is there to meet whom: of two sides often one alone. Wide boxes are in no column.
+  const bool queries = sides[0].records != 0, targets = sides[1].records != 0;
+  const bool any_query = queries || space_.wide_count_[0] != 0;
+  const bool any_target = targets || space_.wide_count_[1] != 0;
+  if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
   if (problem_.raised) {
     // Which way columns go depends on those before: each has room for either.
     const std::uint32_t both = sides[0].records + sides[1].records;
