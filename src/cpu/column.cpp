@@ -118,7 +118,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   level_.segment_count = 0;
   ahead_.aim(space_, next);
   const bool has_targets = problem_.targets.count != 0;
-  const Raw sides[2] = {collect(column, 0), has_targets ? collect(column, 1) : Raw{0, 0, 0}};
+  Raw sides[2] = {collect(column, 0), has_targets ? collect(column, 1) : Raw{0, 0, 0}};
   // Who is there to meet whom: of two sides often one alone. Wide boxes are in no column.
   const bool queries = sides[0].records != 0, targets = sides[1].records != 0;
   const bool any_query = queries || space_.wide_count_[0] != 0;
@@ -131,6 +131,12 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
       space->reserve(both, words_of_kinds() != nullptr);
     level_.starts.room(both + strip_padding);
     if (sweep_mixed(column, sides)) return;
+  }
+  for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
+    // A wide box of the few may meet any.
+    Raw &one = sides[few], &other = sides[1 - few];
+    if (space_.wide_count_[few] == 0 && one.records < other.records / most_uneven)
+      other = thin_out(other, one);
   }
   Part parts[2] = {{{sides, 1}, 0, level_.query_strip}, {{sides + 1, 1}, 1, level_.target_strip}};
   sort({parts, has_targets ? 2u : 1u});

@@ -43,6 +43,7 @@ class ColumnSearch {
     std::uint32_t first_segment, segment_count, records;
   };
   Raw collect(std::uint32_t column, unsigned side);
+  Raw thin_out(const Raw& many, const Raw& few);
   // A strip to be, of the boxes of one side or of both.
   struct Part {
     std::span<const Raw> raw;

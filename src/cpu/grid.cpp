@@ -42,6 +42,7 @@ Level::Level(Memory& memory) noexcept
       target_strip(memory),
       wide_strip(memory),
       clipped(memory),
+      near_few(memory),
       segments(memory),
       starts(memory),
       space(memory),
@@ -54,6 +55,7 @@ void Level::match(const Level& other) {
   target_strip.match(other.target_strip);
   wide_strip.match(other.wide_strip);
   clipped.match(other.clipped);
+  near_few.match(other.near_few);
   segments.match(other.segments);
   starts.match(other.starts);
   space.match(other.space);

@@ -100,7 +100,8 @@ struct Level {
   void match(const Level& other);
 
   StripSpace query_strip, target_strip, wide_strip;
-  Buffer<Record> clipped;  // of wide_strip
+  Buffer<Record> clipped;   // of wide_strip
+  Buffer<Record> near_few;  // of a column where one side has few boxes, the other's that are near
   Buffer<Segment> segments;
   std::uint32_t segment_count = 0;
   Buffer<std::uint32_t> starts;

@@ -31,6 +31,46 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   return {first, segments - first, records};
 }
 
+// Of many boxes those that reach a stretch of the sweep axis that some of a few reach, too; they
+// are copied, in order. Where some tell that most would be, all as they lie.
+ColumnSearch::Raw ColumnSearch::thin_out(const Raw& many, const Raw& few) {
+  constexpr unsigned stretch_bits = 6;
+  constexpr std::uint32_t stretches = (core::top_word >> stretch_bits) + 1, told_by = 64;
+  const std::uint32_t axis = plan_.sweep_axis;
+  std::uint16_t reached_before[stretches + 1] = {};
+  const auto first_of = [axis](const Record& r) { return r.lower[axis] >> stretch_bits; };
+  const auto last_of = [axis](const Record& r) { return r.upper[axis] >> stretch_bits; };
+  const auto near = [&](const Record& r) {
+    return reached_before[last_of(r) + 1] != reached_before[first_of(r)];
+  };
+  const auto segments = [&](const Raw& raw) {
+    return std::span<const Segment>(level_.segments.data() + raw.first_segment, raw.segment_count);
+  };
+  for (const auto [records, count] : segments(few)) {
+    for (const Record* r = records; r != records + count; ++r)
+      std::fill(reached_before + first_of(*r) + 1, reached_before + last_of(*r) + 2, 1);
+  }
+  for (std::uint32_t k = 0; k < stretches; ++k)
+    reached_before[k + 1] = static_cast<std::uint16_t>(reached_before[k + 1] + reached_before[k]);
+  const Segment first = segments(many).back();
+  const auto told = std::min(told_by, first.count);
+  if (std::count_if(first.records, first.records + told, near) > told / 2) return many;
+
+  Record* const kept = level_.near_few.room(many.records + 1);
+  std::uint32_t count = 0, seen = 0;
+  for (const Segment& segment : segments(many)) {
+    for (const Record* r = segment.records; r != segment.records + segment.count; ++r) {
+      if (seen++ % LookAhead::records_a_step == 0) ahead_.step();
+      kept[count] = *r;
+      count += near(*r);
+    }
+  }
+  const auto at = static_cast<std::uint32_t>(level_.segment_count);
+  level_.segments.grow(at + 1, at)[at] = {kept, count};
+  level_.segment_count = at + 1;
+  return {at, 1, count};
+}
+
 // The words at which boxes begin.
 ColumnSearch::Range ColumnSearch::words(std::span<const Part> parts) const {
   Range range{core::top_word, 0};

@@ -1,0 +1,104 @@
+// Two sets, of as many boxes each and of a few against many: hard scenes parted, also by filters.
+#include <algorithm>
+#include <limits>
+
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+class TwoSets : public Conformance {};
+
+// The boxes of a scene, of which the first `first` are a set, and the others the other one.
+struct Parted {
+  std::string name;
+  BoxList boxes;
+  std::size_t first;
+
+  Boxes one() const { return {boxes.data(), first}; }
+  Boxes other() const { return {boxes.data() + first, boxes.size() - first}; }
+};
+
+// In any order, so that both sets lie everywhere.
+void shuffle(BoxList& boxes, std::uint64_t seed) {
+  Random random(seed);
+  for (std::size_t i = boxes.size() - 1; i > 0; --i) {
+    std::swap(boxes[i], boxes[random.below(static_cast<std::uint32_t>(i + 1))]);
+  }
+}
+
+const std::vector<Parted>& parted_scenes() {
+  static std::vector<Parted> all;
+  if (!all.empty()) return all;
+  const int n = sanitized ? 600 : 1500;
+  std::vector<HardScene> scenes = hard_scenes(n);
+  scenes.push_back({"many", uniform_boxes(4 * n, 8)});
+  for (HardScene& scene : scenes) {
+    shuffle(scene.boxes, scene.boxes.size());
+    const std::size_t size = scene.boxes.size();
+    for (const std::size_t part : {2u, 9u, 60u, 400u}) {
+      const std::size_t first = std::max<std::size_t>(1, size / part);
+      all.push_back({scene.name + ", 1 in " + std::to_string(part), scene.boxes, first});
+      if (part != 2) {
+        all.push_back(
+            {scene.name + ", all but 1 in " + std::to_string(part), scene.boxes, size - first});
+      }
+    }
+  }
+  return all;
+}
+
+TEST_P(TwoSets, HardScenesParted) {
+  static std::vector<Answer> answers;  // the same in every configuration
+  std::size_t next = 0;
+  for (const Parted& scene : parted_scenes()) {
+    SCOPED_TRACE(scene.name);
+    if (answers.size() == next) answers.push_back(reference_pairs(scene.one(), scene.other()));
+    expect_exact(scene.one(), scene.other(), config(), answers[next++]);
+  }
+}
+
+// Static boxes, and layers that each meet others: told by bits beside those of the sets.
+TEST_P(TwoSets, HardScenesPartedWithFilters) {
+  static std::vector<Answer> answers;
+  static std::vector<std::uint8_t> still;
+  static std::vector<std::uint32_t> group, mask;
+  for (std::uint32_t i = static_cast<std::uint32_t>(still.size()); i < 8000; ++i) {
+    still.push_back(i % 3 == 0);
+    group.push_back(1u << i % 5);
+    mask.push_back(i % 5 == 2 ? 3u : 29u);
+  }
+  std::size_t next = 0;
+  for (const Parted& scene : parted_scenes()) {
+    SCOPED_TRACE(scene.name);
+    ASSERT_LE(scene.boxes.size(), still.size());
+    Boxes one = scene.one(), other = scene.other();
+    const auto hang = [](Boxes& boxes, std::size_t from) {
+      boxes.filters.is_static = {still.data() + from, boxes.size()};
+      boxes.filters.group = {group.data() + from, boxes.size()};
+      boxes.filters.mask = {mask.data() + from, boxes.size()};
+    };
+    hang(one, 0);
+    hang(other, scene.first);
+    if (answers.size() == next) answers.push_back(reference_pairs(one, other));
+    expect_exact(one, other, config(), answers[next++]);
+  }
+}
+
+// What is no box is counted in its own set, by its own number there.
+TEST_P(TwoSets, TheFirstInvalidBoxOfTheSecondSet) {
+  BoxList one = uniform_boxes(700, 3), other = uniform_boxes(900, 4);
+  other[613].upper.y = std::numeric_limits<float>::quiet_NaN();
+  other[790].lower.x = std::numeric_limits<float>::quiet_NaN();
+  Finder finder(options());
+  const Result result = finder.find(one, other);
+  EXPECT_EQ(result.status, Status::nan_box);
+  EXPECT_EQ(result.first_invalid, 613u);
+  EXPECT_EQ(result.invalid_count, 2u);
+}
+
+THRONG_INSTANTIATE(TwoSets, all_configs);
+
+}  // namespace
+}  // namespace throng::tests
