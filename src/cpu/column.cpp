@@ -8,6 +8,11 @@
 // two wide boxes meet in no column and are compared by brute force. Worlds that have columns of
 // their own share none. A box of all worlds is wide in each of them, and of those columns another
 // box has the ones of its own world, so that the two have one home, too.
+//
+// Two sets may lie in one strip, whose boxes meet as those of one set do; such as are of one set
+// have a bit in common, as those have that are at home elsewhere, and are not told of. And where
+// one set has few boxes in a column, those of the other that are far from all of these are left out
+// (thin_out()).
 #include "cpu/column.hpp"
 
 #include <algorithm>

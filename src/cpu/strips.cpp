@@ -31,8 +31,9 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   return {first, segments - first, records};
 }
 
-// Of many boxes those that reach a stretch of the sweep axis that some of a few reach, too; they
-// are copied, in order. Where some tell that most would be, all as they lie.
+// Of many boxes those that reach a stretch of the sweep axis that some of a few reach, too: two
+// that overlap have a word in common there, so a stretch. They are copied, in order. Where some
+// tell that most would be, all as they lie.
 ColumnSearch::Raw ColumnSearch::thin_out(const Raw& many, const Raw& few) {
   constexpr unsigned stretch_bits = 6;
   constexpr std::uint32_t stretches = (core::top_word >> stretch_bits) + 1, told_by = 64;
