@@ -99,7 +99,8 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
 // nothing is told, where the sides are to be compared with each other.
 bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const Raw> sides) {
   const auto [least, most] = std::minmax(sides[0].records, sides[1].records);
-  if (least < most / most_uneven) return false;
+  // Without vectors what is compared within a set costs more than it saves.
+  if (least < most / most_uneven || search_.kernels->isa == Isa::scalar) return false;
   if (passed_ < pass_by_) {
     ++passed_;
     return false;
