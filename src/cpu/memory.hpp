@@ -88,7 +88,7 @@ class Buffer {
     if (other.capacity_ > capacity_) room(other.capacity_, true);
   }
   void release() noexcept {
-    if (data_) memory_->give(data_, capacity_ * sizeof(T), 64);
+    if (data_) memory_->give(data_, capacity_ * value_bytes, 64);
     data_ = nullptr;
     capacity_ = 0;
   }
@@ -100,15 +100,17 @@ class Buffer {
   T* data() const noexcept { return data_; }
   T& operator[](std::size_t i) const noexcept { return data_[i]; }
   std::size_t capacity() const noexcept { return capacity_; }
-  std::size_t bytes() const noexcept { return capacity_ * sizeof(T); }
+  std::size_t bytes() const noexcept { return capacity_ * value_bytes; }
 
  private:
+  // NOLINTNEXTLINE(bugprone-sizeof-expression): of a pointer, where that is what it holds
+  static constexpr std::size_t value_bytes = sizeof(T);
   // A count of pairs may be as high as 2^64 - 2^33: their bytes have no number then, and there is
   // no such memory. `want` is wrapped if it is below what it was made from.
   static std::size_t bytes_of(std::size_t want, std::size_t count) {
-    constexpr std::size_t most = static_cast<std::size_t>(-1) / sizeof(T);
+    constexpr std::size_t most = static_cast<std::size_t>(-1) / value_bytes;
     if (want < count || want > most) throw NoMemory{static_cast<std::size_t>(-1)};
-    return want * sizeof(T);
+    return want * value_bytes;
   }
 
   Memory* memory_;
