@@ -27,6 +27,7 @@ namespace {
 // lie in a window: those of a set are compared with one another, too.
 constexpr std::uint32_t most_uneven = 32;
 constexpr double longest_mixed_window = 64;
+constexpr std::uint64_t most_mixed = 65536;  // boxes, as room is reserved for them twice
 constexpr std::uint32_t most_passed = 31;  // columns that are not looked at, where none was of use
 
 // How many places behind the first of some boxes in a row the last of their windows ends; the mean
@@ -130,11 +131,11 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   const bool any_query = queries || space_.wide_count_[0] != 0;
   const bool any_target = targets || space_.wide_count_[1] != 0;
   if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
-  if (problem_.raised) {
+  const std::uint64_t both = std::uint64_t{sides[0].records} + sides[1].records;
+  if (problem_.raised && both <= most_mixed) {
     // Which way columns go depends on those before: each has room for either.
-    const std::uint32_t both = sides[0].records + sides[1].records;
     for (StripSpace* space : {&level_.query_strip, &level_.target_strip})
-      space->reserve(both, words_of_kinds() != nullptr);
+      space->reserve(static_cast<std::uint32_t>(both), words_of_kinds() != nullptr);
     level_.starts.room(both + strip_padding);
     if (sweep_mixed(column, sides)) return;
   }
