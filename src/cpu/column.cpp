@@ -132,7 +132,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   const bool any_target = targets || space_.wide_count_[1] != 0;
   if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
   const std::uint64_t both = std::uint64_t{sides[0].records} + sides[1].records;
-  if (problem_.raised && both <= most_mixed) {
+  if (problem_.raised_by != 0 && both <= most_mixed) {
     // Which way columns go depends on those before: each has room for either.
     for (StripSpace* space : {&level_.query_strip, &level_.target_strip})
       space->reserve(static_cast<std::uint32_t>(both), words_of_kinds() != nullptr);

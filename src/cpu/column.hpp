@@ -43,6 +43,9 @@ class ColumnSearch {
     std::uint32_t first_segment, segment_count, records;
   };
   Raw collect(std::uint32_t column, unsigned side);
+  std::span<const Segment> segments(const Raw& raw) const {
+    return {level_.segments.data() + raw.first_segment, raw.segment_count};
+  }
   Raw thin_out(const Raw& many, const Raw& few);
   // A strip to be, of the boxes of one side or of both.
   struct Part {
@@ -71,10 +74,10 @@ class ColumnSearch {
   }
   // Of raised labels the lesser one is a query's.
   Orientation forward() const {
-    return problem_.raised ? Orientation::unordered : search_.forward();
+    return problem_.raised_by ? Orientation::unordered : search_.forward();
   }
   Orientation backward() const {
-    return problem_.raised ? Orientation::unordered : search_.backward();
+    return problem_.raised_by ? Orientation::unordered : search_.backward();
   }
 
   Search& search_;

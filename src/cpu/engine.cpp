@@ -77,8 +77,8 @@ void Engine::prepare(Call& call) {
   call.whole.queries = side(*search.a);
   call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
   call.whole.self = !search.two_sets;
-  call.whole.raised = search.two_sets && box_count(search) <= max_box_count;
-  search.second_base = call.whole.raised ? call.whole.queries.count : 0;
+  if (search.two_sets && box_count(search) <= max_box_count)
+    call.whole.raised_by = search.second_base = call.whole.queries.count;
   call.partitioned =
       !plan_with_filters(search, call.whole, call.options.algorithm, call.tasks, kinds_, call.plan);
   Result& r = call.result;

@@ -151,7 +151,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
   const double foretold = static_cast<double>(expected) * plan.replicas * sizeof(Record);
   if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * foretold)
     expected = 0;
-  raised_by_[1] = problem.raised ? search.second_base : 0;
+  raised_by_[1] = problem.raised_by;
   for (;;) {
     prepare(plan, expected, task_count);
     std::mutex merge;

@@ -99,7 +99,6 @@ void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker
     }
   }
   Problem wide = problem;
-  wide.raised = false;
   wide.queries = {problem.queries.boxes, wide_ids_[0].data(), wide_count_[0],
                   wide_labels_[0].data()};
   wide.targets = {problem.targets.boxes, wide_ids_[1].data(), wide_count_[1],

@@ -59,8 +59,7 @@ struct Sides {
 
 #if HWY_TARGET == HWY_AVX3_DL
 // The pairs that queries make with `side_steps` targets from `t` on, a bit for each step and query.
-// `l`: the least difference of each; `ties`: that some may be tied. Ties of pairs at home elsewhere
-// may count, too.
+// `ties`: that some may be tied. Ties of pairs at home elsewhere may count, too.
 template <bool ordered>
 HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
   const DSide d;
@@ -130,8 +129,8 @@ class SideBySide {
   Hits hits_, ties_;
 };
 
-// Equal words: the pairs that the floats must decide. The differences come in registers: an array
-// of them would be stored at each step, tied or not.
+// Equal words: the pairs that the floats must decide. The differences are found again: an array of
+// them would be stored at each step, tied or not.
 template <Orientation orientation>
 template <bool ordered>
 HWY_NOINLINE void SideBySide<orientation>::defer(std::size_t first, std::size_t at) {

@@ -48,14 +48,17 @@ inline void word_range(const Record* records, std::uint32_t count, std::uint32_t
   *most = high;
 }
 
-// Vector k of a group of records: in block b of 128 bits the record b * 8 + k.
-template <class D>
-HWY_INLINE hn::Vec<D> load_blocks(D d, const Record* const* r) {
-  if constexpr (hn::MaxLanes(D()) == 8) {
-    return hn::LoadU(d, reinterpret_cast<const std::uint16_t*>(*r));
+// A vector of records: in block b of 128 bits the record b * step.
+template <std::size_t step, class D>
+HWY_INLINE hn::Vec<D> load_records(D d, const Record* const* r) {
+  using T = hn::TFromD<D>;
+  constexpr std::size_t records = hn::MaxLanes(D()) * sizeof(T) / sizeof(Record);
+  if constexpr (records == 1) {
+    return hn::LoadU(d, reinterpret_cast<const T*>(*r));
   } else {
     const hn::Half<D> dh;
-    return hn::Combine(d, load_blocks(dh, r + hn::MaxLanes(D()) / 2), load_blocks(dh, r));
+    return hn::Combine(d, load_records<step>(dh, r + records / 2 * step),
+                       load_records<step>(dh, r));
   }
 }
 
@@ -68,9 +71,9 @@ inline void transpose(Strip& strip) {
   V shortest = hn::Set(d, core::top_word);
   for (std::uint32_t i = 0; i < strip.count; i += lanes) {
     const Record* const* r = strip.record + i;
-    const auto v0 = load_blocks(d, r), v1 = load_blocks(d, r + 1), v2 = load_blocks(d, r + 2),
-               v3 = load_blocks(d, r + 3), v4 = load_blocks(d, r + 4), v5 = load_blocks(d, r + 5),
-               v6 = load_blocks(d, r + 6), v7 = load_blocks(d, r + 7);
+    const auto v = [&](std::uint32_t k) HWY_ATTR { return load_records<8>(d, r + k); };
+    const auto v0 = v(0), v1 = v(1), v2 = v(2), v3 = v(3), v4 = v(4), v5 = v(5), v6 = v(6),
+               v7 = v(7);
     // Three rounds of interleaving transpose 8 x 8 words in each block.
     const auto a0 = hn::InterleaveLower(d, v0, v4), a1 = hn::InterleaveLower(d, v1, v5),
                a2 = hn::InterleaveLower(d, v2, v6), a3 = hn::InterleaveLower(d, v3, v7),

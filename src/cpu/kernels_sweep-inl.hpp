@@ -19,6 +19,7 @@
 #include "cpu/kernels_emit-inl.hpp"
 #include "cpu/kernels_rows-inl.hpp"
 #include "cpu/kernels_sides-inl.hpp"
+#include "cpu/kernels_strip-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -106,17 +107,6 @@ HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
 #endif
 }
 
-// A vector of records.
-template <class D>
-HWY_INLINE hn::Vec<D> load_records(D d, const Record* const* r) {
-  if constexpr (hn::MaxLanes(D()) == 16) {
-    return hn::LoadU(d, reinterpret_cast<const std::uint8_t*>(*r));
-  } else {
-    const hn::Half<D> dh;
-    return hn::Combine(d, load_records(dh, r + hn::MaxLanes(D()) / 32), load_records(dh, r));
-  }
-}
-
 // The queries whose windows are open, which are in order, and those that share a vector of records
 // with them: made of these by a shuffle of bytes for each half.
 template <Orientation orientation>
@@ -136,7 +126,7 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
     if (windows_[o].query < taken) continue;
     const std::uint32_t q = windows_[o].query / group * group;
     taken = q + group;
-    const auto records = load_records(d, queries_.record + begin_ + q);
+    const auto records = load_records<1>(d, queries_.record + begin_ + q);
     const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
     // A bit for each lower word of 0, added up and put into both halves of the last word.
     const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));

@@ -73,7 +73,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   inner.labels.room(boxes);
   inner.before.room(boxes);
   label(a, 0, 0, inner);
-  label(b, problem.raised ? search.second_base : 0, a.count, inner);
+  label(b, problem.raised_by, a.count, inner);
   const Frame frame{inner.ids.data(), inner.before.data()};
   const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
     return Side{view, inner.ids.data() + first, count, inner.labels.data() + first};

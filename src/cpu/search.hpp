@@ -44,8 +44,8 @@ struct Problem {
   Side queries, targets;
   bool self = true;
   const Frame* frame = nullptr;
-  // A grid raises the labels of targets by Search::second_base, so that no two boxes have the same.
-  bool raised = false;
+  // A grid raises the labels of targets by this; where it is not 0, no two boxes have the same.
+  std::uint32_t raised_by = 0;
 };
 inline std::uint64_t box_count(const Problem& p) noexcept {
   return std::uint64_t{p.queries.count} + p.targets.count;
@@ -87,7 +87,7 @@ struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
   const Boxes* b = nullptr;  // a itself where there is one set
   bool two_sets = false;
-  std::uint32_t second_base = 0;  // see Problem
+  std::uint32_t second_base = 0;  // see Emit
   float margin = 0;
   float cell_scale = 1;
   bool flat = false;             // all boxes are 2-D

@@ -44,9 +44,6 @@ ColumnSearch::Raw ColumnSearch::thin_out(const Raw& many, const Raw& few) {
   const auto near = [&](const Record& r) {
     return reached_before[last_of(r) + 1] != reached_before[first_of(r)];
   };
-  const auto segments = [&](const Raw& raw) {
-    return std::span<const Segment>(level_.segments.data() + raw.first_segment, raw.segment_count);
-  };
   for (const auto [records, count] : segments(few)) {
     for (const Record* r = records; r != records + count; ++r)
       std::fill(reached_before + first_of(*r) + 1, reached_before + last_of(*r) + 2, 1);
@@ -77,8 +74,7 @@ ColumnSearch::Range ColumnSearch::words(std::span<const Part> parts) const {
   Range range{core::top_word, 0};
   for (const Part& part : parts) {
     for (const Raw& raw : part.raw) {
-      for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
-        const Segment& segment = level_.segments[raw.first_segment + s];
+      for (const Segment& segment : segments(raw)) {
         search_.kernels->word_range(segment.records, segment.count, plan_.sweep_axis, &range.least,
                                     &range.most);
       }
@@ -108,12 +104,12 @@ void ColumnSearch::count(Part& part) const {
       prefetch_to_read(segment.records + k);
   };
   for (const Raw& raw : part.raw) {
-    const Segment* segments = level_.segments.data() + raw.first_segment;
-    if (raw.segment_count != 0) ask(segments[0]);
-    for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
-      if (s + 1 < raw.segment_count) ask(segments[s + 1]);
-      const Record* r = segments[s].records;
-      const Record* const last = r + segments[s].count;
+    const std::span<const Segment> all = segments(raw);
+    if (!all.empty()) ask(all[0]);
+    for (std::size_t s = 0; s < all.size(); ++s) {
+      if (s + 1 < all.size()) ask(all[s + 1]);
+      const Record* r = all[s].records;
+      const Record* const last = r + all[s].count;
       for (; r != last; ++r) *rank++ = in[(r->lower[axis] >> shift) - first_bucket]++;
     }
   }
@@ -149,10 +145,9 @@ void ColumnSearch::arrange(Part& part) {
     order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
   };
   for (const Raw& raw : part.raw) {
-    const Segment* segments = level_.segments.data() + raw.first_segment;
-    for (std::uint32_t s = 0; s < raw.segment_count; ++s) {
-      const Record* r = segments[s].records;
-      const Record* const last = r + segments[s].count;
+    for (const Segment& segment : segments(raw)) {
+      const Record* r = segment.records;
+      const Record* const last = r + segment.count;
       for (; last - r >= LookAhead::records_a_step; r += LookAhead::records_a_step) {
         ahead_.step();
         for (std::uint32_t k = 0; k < LookAhead::records_a_step; ++k) place(r[k]);
@@ -202,7 +197,7 @@ void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
     }
   }
   const Strip s = strip;  // of our own: what is written might else be thought to change it
-  const std::uint32_t base = problem_.raised ? search_.second_base : 0;
+  const std::uint32_t base = problem_.raised_by;
   if (mixed_) {
     for (std::uint32_t i = 0; i < s.count; ++i)
       s.begins[i] = static_cast<std::int16_t>(s.begins[i] | (s.id[i] < base ? 1 : 2) << side_bit);
@@ -217,7 +212,7 @@ void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
       s.begins[i] = static_cast<std::int16_t>(begins | as_target[k]);
     }
   };
-  if (problem_.raised) {
+  if (base != 0) {
     add_kinds([base, first = kinds->of(false), second = kinds->of(true)](std::uint32_t id) {
       return id < base ? first[id] : second[id - base];
     });

@@ -20,14 +20,6 @@ struct Parted {
   Boxes other() const { return {boxes.data() + first, boxes.size() - first}; }
 };
 
-// In any order, so that both sets lie everywhere.
-void shuffle(BoxList& boxes, std::uint64_t seed) {
-  Random random(seed);
-  for (std::size_t i = boxes.size() - 1; i > 0; --i) {
-    std::swap(boxes[i], boxes[random.below(static_cast<std::uint32_t>(i + 1))]);
-  }
-}
-
 const std::vector<Parted>& parted_scenes() {
   static std::vector<Parted> all;
   if (!all.empty()) return all;
@@ -35,8 +27,9 @@ const std::vector<Parted>& parted_scenes() {
   std::vector<HardScene> scenes = hard_scenes(n);
   scenes.push_back({"many", uniform_boxes(4 * n, 8)});
   for (HardScene& scene : scenes) {
-    shuffle(scene.boxes, scene.boxes.size());
     const std::size_t size = scene.boxes.size();
+    Random random(size);
+    shuffle(scene.boxes, random);  // so that both sets lie everywhere
     for (const std::size_t part : {2u, 9u, 60u, 400u}) {
       const std::size_t first = std::max<std::size_t>(1, size / part);
       all.push_back({scene.name + ", 1 in " + std::to_string(part), scene.boxes, first});
