@@ -51,6 +51,7 @@ class Engine {
   const core::GridPlan* whole_plan() const noexcept {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
+  const GridSpace& grid() const noexcept { return grid_; }
   // tell(what, bytes) of each part of what is held.
   template <class Tell>
   void tell_memory(const Tell& tell) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/planner.hpp"
+#include "cpu/prefetch.hpp"
 #include "cpu/search.hpp"
 #include "cpu/threads.hpp"
 #include "cpu/worker.hpp"
@@ -42,6 +43,7 @@ class GridSpace {
 
  private:
   friend class ColumnSearch;
+  friend class GridLook;
   friend class LookAhead;
   struct Block {              // a block's first 16 bytes
     std::uintptr_t previous;  // address of the column's block before this, or 0
@@ -75,6 +77,22 @@ class GridSpace {
   }
   // The blocks of a chain that has some, the last first; how many there were.
   std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
+  // f(record) for all of the first side that are in a column.
+  template <class F>
+  void each_record(std::uint32_t column, F&& f) const {
+    for (unsigned t = 0; t < tasks_; ++t) {
+      std::uintptr_t end = tails(t, 0)[column];
+      std::uintptr_t block = end ? block_of(end) : 0;
+      while (block) {
+        const std::uintptr_t previous = reinterpret_cast<const Block*>(block)->previous;
+        prefetch_to_stream(reinterpret_cast<const void*>(previous ? previous : block));
+        for (std::uintptr_t at = block + sizeof(Block); at != end; at += sizeof(Record))
+          f(*reinterpret_cast<const Record*>(at));
+        block = previous;
+        end = previous + block_bytes_;
+      }
+    }
+  }
 
   std::uint32_t columns_ = 0;
   unsigned tasks_ = 0;

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include <throng/broad_phase.hpp>
 
 #include "cpu/each_task.hpp"
+#include "cpu/grid_look.hpp"
 #include "cpu/sink.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
@@ -24,6 +26,22 @@ Touch touch(const Sweep& sweep, const Box& box) noexcept;
 // A box that holds where the sweep is from time a to b, and reaches a little further.
 Box cover(const Sweep& sweep, double a, double b) noexcept;
 
+// Columns in which all objects are but those that changed since, which are listed.
+struct Columns {
+  cpu::GridLook look;
+  const List<ObjectId>& changed;
+};
+// Where questions look for objects: in cells, in which all are where they belong, or in columns; and
+// where they have neither, or columns do not pay, at all objects.
+struct Ground {
+  const Cells* cells = nullptr;
+  std::optional<Columns> columns = {};
+
+  // What a question costs without cells, in ns.
+  double cost(const Objects& objects, const Box& box) const noexcept;
+  double cost(const Objects& objects, const Sweep& sweep) const noexcept;
+};
+
 class Queries {
  public:
   explicit Queries(cpu::Memory& memory) noexcept;
@@ -32,13 +50,12 @@ class Queries {
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
 
-  // By the cells, in which all objects are where they belong, or null: then all objects are gone
-  // through. Throw cpu::NoMemory. Once *stop is true the questions that are left are not asked.
-  void find_overlaps(const Objects& objects, const Cells* cells, const Boxes& boxes,
+  // Throw cpu::NoMemory. Once *stop is true the questions that are left are not asked.
+  void find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
-  void find_hits(const Objects& objects, const Cells* cells, const Sweep* sweeps, std::size_t count,
-                 SweepHits which, const Filters& filters, const Executor& executor, unsigned tasks,
-                 const std::atomic<bool>* stop);
+  void find_hits(const Objects& objects, const Ground& ground, const Sweep* sweeps,
+                 std::size_t count, SweepHits which, const Filters& filters,
+                 const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
 
  private:
   struct Look;

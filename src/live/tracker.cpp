@@ -31,10 +31,11 @@ constexpr std::size_t settle_ahead = 32;
 // Below so many objects that changed a second thread does not pay; each takes some at once.
 constexpr std::size_t threads_search_from = 400, search_step = 64;
 
-// Of questions that are asked without cells: finding the overlaps of many boxes with all objects,
-// an object; of one box or sweep, by going through them, an object.
-constexpr double search_object_ns = 8, look_ns = 1.6;
+// Finding the overlaps of many boxes with all objects as those of two sets, an object.
+constexpr double search_object_ns = 8;
 constexpr double no_limit = 1e300;
+// Where more than one in so many objects has changed since columns were made, they are no help.
+constexpr std::size_t most_listed = 32;
 
 // Below so many objects a second thread does not pay for moving them.
 constexpr std::size_t threads_move_from = 20000;
@@ -56,6 +57,15 @@ Pair* grow_list(void* list, std::size_t count) {
   } catch (const cpu::NoMemory&) {
     return nullptr;
   }
+}
+
+// What so many questions cost, by what some of them do: cost(i).
+template <class Cost>
+double cost_of(std::size_t count, const Cost& cost) noexcept {
+  const std::size_t priced = std::min<std::size_t>(count, 16);
+  double sum = 0;
+  for (std::size_t k = 0; k < priced; ++k) sum += cost(count * k / priced);
+  return priced == 0 ? 0 : sum / static_cast<double>(priced) * static_cast<double>(count);
 }
 
 unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
@@ -135,6 +145,7 @@ void Tracker::update(const Options& options, Result& r) {
 
 void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
   if (few_changed(options, tasks)) {
+    columned_ = false;
     r.plan.reason = "few objects changed: only around them was searched";
     search_around(options, tasks, r);
   } else {
@@ -268,54 +279,65 @@ void Tracker::learn(double compared) noexcept {
   }
 }
 
-void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
+// Pairs in canonical order, as a Finder finds them.
+Result Tracker::find_into(List<Pair>& found, const Boxes& a, const Boxes* b, float margin,
+                          const Options& options) {
   Options all = options;
   all.order = Order::canonical;
   all.nan = NanPolicy::inactive;
   all.algorithm = Algorithm::automatic;
-  all.margin = objects_.margin();
+  all.margin = margin;
   all.memory_cap_bytes = 0;
-  cpu::Output output{found_.data(), found_.capacity(), grow_list, &found_};
+  found.clear();
+  columned_ = false;
+  cpu::Output output{found.data(), found.capacity(), grow_list, &found};
+  const Result r = engine_.find(a, b, all, &output, nullptr);
+  if (r.ok()) found.resize(static_cast<std::size_t>(r.found));
+  return r;
+}
+
+void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   linked_ = placed_ = false;
   asked_before_ = std::exchange(asked_, 0);
-  r = engine_.find(objects_.view(), nullptr, all, &output, nullptr);
+  r = find_into(found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
-  pairs_.commit_sorted(output.data, static_cast<std::size_t>(r.found), objects_.limit(),
-                       executor_of(options), tasks);
+  pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), executor_of(options), tasks);
+  columned_ = engine_.whole_plan() != nullptr;
 }
 
 // Questions come one at a time, too: once those that went without cells have cost what cells do,
 // cells are made; and at once where those before all pairs were last found anew cost as much. So
 // less than three times is paid what the better choices would have cost.
-void Tracker::asked(double ns_an_object, const Options& options) {
-  asked_ += ns_an_object;
-  if (!placed_ && std::max(asked_, asked_before_) > cell_ns) make_cells(options);
+void Tracker::asked(double ns, const Options& options) {
+  asked_ += ns;
+  const double cells = cell_ns * static_cast<double>(objects_.count());
+  if (!placed_ && std::max(asked_, asked_before_) > cells) make_cells(options);
   if (placed_) settle_cells(options, no_limit);
+}
+
+std::optional<Columns> Tracker::columns() noexcept {
+  if (!columned_ || objects_.dirty_count() > objects_.count() / most_listed) return std::nullopt;
+  return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
+}
+Ground Tracker::ground() noexcept {
+  if (placed_) return {&cells_, std::nullopt};
+  return {nullptr, columns()};
 }
 
 void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
   THRONG_RANGE("find overlaps");
-  const auto count = static_cast<double>(boxes.size());
-  const auto objects = static_cast<double>(objects_.count());
-  const bool few = count * search_ns < objects * search_object_ns;
-  const double look = count * look_ns;
-  if (few) asked(std::min(look, search_object_ns), options);
-  if (few && (placed_ || look < search_object_ns)) {
-    queries_.find_overlaps(objects_, placed_ ? &cells_ : nullptr, boxes, executor_of(options),
-                           task_count(options), options.stop);
+  const double all = search_object_ns * static_cast<double>(objects_.count());
+  const bool few = search_ns * static_cast<double>(boxes.size()) < all;
+  const Ground now{nullptr, columns()};
+  const double cost =
+      few ? cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); }) : all;
+  if (few) asked(std::min(cost, all), options);
+  if (few && (placed_ || cost < all)) {
+    queries_.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options),
+                           options.stop);
   } else {
-    Options all = options;
-    all.order = Order::canonical;
-    all.nan = NanPolicy::inactive;
-    all.algorithm = Algorithm::automatic;
-    all.margin = 0;
-    all.memory_cap_bytes = 0;
-    List<Pair>& found = queries_.overlaps();
-    found.clear();
-    cpu::Output output{found.data(), found.capacity(), grow_list, &found};
     const Boxes view = objects_.view();
-    r = engine_.find(boxes, &view, all, &output, nullptr);
-    if (r.ok()) found.resize(static_cast<std::size_t>(r.found));
+    r = find_into(queries_.overlaps(), boxes, &view, 0, options);
     r.inactive = 0;
   }
   queries_.forget_hits();  // it may have been found there
@@ -325,9 +347,10 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
 void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                         const Filters& filters, const Options& options) {
   THRONG_RANGE("find hits");
-  asked(static_cast<double>(count) * look_ns, options);
-  queries_.find_hits(objects_, placed_ ? &cells_ : nullptr, sweeps, count, which, filters,
-                     executor_of(options), task_count(options), options.stop);
+  const Ground now{nullptr, columns()};
+  asked(cost_of(count, [&](std::size_t i) { return now.cost(objects_, sweeps[i]); }), options);
+  queries_.find_hits(objects_, ground(), sweeps, count, which, filters, executor_of(options),
+                     task_count(options), options.stop);
 }
 
 void Tracker::reserve_for(const Tracker& other) {
@@ -340,6 +363,7 @@ void Tracker::copy(const Tracker& other) noexcept {
   objects_.copy(other.objects_);
   pairs_.copy(other.pairs_);
   cells_.copy(other.cells_);
+  columned_ = false;
   placed_ = other.placed_;
   linked_ = other.linked_;
   regret_ = other.regret_;

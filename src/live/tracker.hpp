@@ -3,7 +3,7 @@
 // Few changed: each of them is compared with the pairs it had and with the boxes around it, which
 // Cells find. Many changed: all pairs are found anew, as a Finder does, and merged with those there
 // were. After the latter the cells are stale; making them anew is put off until what they would
-// have saved since is as much as that costs.
+// have saved since is as much as that costs. Questions have the columns in which pairs were found.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,11 @@ class Tracker {
   void catch_up(const Options& options, unsigned tasks, Result& result);
   bool few_changed(const Options& options, unsigned tasks);
   void make_cells(const Options& options);
-  void asked(double ns_an_object, const Options& options);
+  std::optional<Columns> columns() noexcept;
+  Ground ground() noexcept;
+  Result find_into(List<Pair>& found, const Boxes& a, const Boxes* b, float margin,
+                   const Options& options);
+  void asked(double ns, const Options& options);
   bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
@@ -63,10 +67,11 @@ class Tracker {
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  bool placed_ = false;  // cells are kept
-  bool linked_ = false;  // and linked pairs, too
+  bool placed_ = false;    // cells are kept
+  bool linked_ = false;    // and linked pairs, too
+  bool columned_ = false;  // the engine's columns hold all but what has changed since
   double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
-  // What questions would cost without cells, ns an object: since all pairs were last found anew,
+  // What questions would cost without cells, ns: since all pairs were last found anew,
   // and from the time before that.
   double asked_ = 0, asked_before_ = 0;
   // What a box is compared with in a search around an object that changed: before the first, and

@@ -1,0 +1,159 @@
+// A grid's columns once its pairs are found, asked for the boxes around a region: they stay as they
+// were binned until the next search.
+//
+// Why no box is lost: a region and a box that overlap share a column on every axis, and in each
+// column that both touch neither's lower word is above the other's upper one (core/quantise.hpp).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+
+#include "core/planner.hpp"
+#include "cpu/grid.hpp"
+#include "cpu/sse2.hpp"
+
+namespace throng::cpu {
+
+class GridLook {
+ public:
+  // Of the grid's last search, which was of one set without worlds of their own, by this plan.
+  GridLook(const GridSpace& space, const core::GridPlan& plan) noexcept
+      : space_(space), plan_(plan) {}
+
+  // f(id) for every box that overlaps the region, which is a box; for some others; and for some
+  // several times. What f throws comes through.
+  template <class F>
+  void each(const Box& region, F&& f) const;
+
+  // How many columns a region touches.
+  std::uint64_t columns_in(const Box& region) const noexcept;
+  // How many columns lie between two points along the axis along which they are furthest apart.
+  std::uint32_t columns_between(const Vec3& a, const Vec3& b) const noexcept;
+  // What each() takes where a region touches so many columns, in ns; only ratios matter.
+  double cost(std::uint64_t columns) const noexcept {
+    return record_ns * space_.wide_count_[0] +
+           static_cast<double>(columns) * (column_ns + record_ns * records_a_column());
+  }
+
+ private:
+  static constexpr double column_ns = 60, record_ns = 0.6;
+  double records_a_column() const noexcept {
+    return static_cast<double>(space_.record_bound()) / space_.columns_;
+  }
+  // The quantised ends of a region.
+  struct Reach {
+    std::int32_t lower[3], upper[3];
+  };
+  Reach reach(const Box& region) const noexcept;
+
+  // Which records of a column a region may overlap.
+  class Words {
+   public:
+    Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept;
+    bool overlap(const Record& record) const noexcept;
+
+   private:
+#if defined(THRONG_SSE2)
+    __m128i turned_, most_;
+#else
+    std::int32_t lower_[3], upper_[3];
+#endif
+  };
+
+  const GridSpace& space_;
+  const core::GridPlan& plan_;
+};
+
+#if defined(THRONG_SSE2)
+
+// Upper words and the region's lower ones with all bits turned, so that one comparison asks of all
+// six whether it is above what it may be at most.
+inline GridLook::Words::Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept {
+  std::int16_t turned[8] = {0, 0, 0, -1, -1, -1, 0, 0}, most[8] = {};
+  for (int k = 0; k < 3; ++k) {
+    most[k] = static_cast<std::int16_t>(core::upper_word(reach.upper[k], column[k]));
+    most[3 + k] = static_cast<std::int16_t>(~core::lower_word(reach.lower[k], column[k]));
+  }
+  turned_ = _mm_loadu_si128(reinterpret_cast<const __m128i*>(turned));
+  most_ = _mm_loadu_si128(reinterpret_cast<const __m128i*>(most));
+}
+
+inline bool GridLook::Words::overlap(const Record& record) const noexcept {
+  const __m128i words = _mm_load_si128(reinterpret_cast<const __m128i*>(&record));
+  const __m128i above = _mm_cmpgt_epi16(_mm_xor_si128(words, turned_), most_);
+  return (_mm_movemask_epi8(above) & 0xfff) == 0;
+}
+
+#else
+
+inline GridLook::Words::Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept {
+  for (int k = 0; k < 3; ++k) {
+    lower_[k] = core::lower_word(reach.lower[k], column[k]);
+    upper_[k] = core::upper_word(reach.upper[k], column[k]);
+  }
+}
+
+inline bool GridLook::Words::overlap(const Record& record) const noexcept {
+  bool apart = false;
+  for (int k = 0; k < 3; ++k)
+    apart |= record.lower[k] > upper_[k] || record.upper[k] < lower_[k];
+  return !apart;
+}
+
+#endif
+
+inline GridLook::Reach GridLook::reach(const Box& region) const noexcept {
+  const float lower[3] = {region.lower.x, region.lower.y, region.lower.z};
+  const float upper[3] = {region.upper.x, region.upper.y, region.upper.z};
+  Reach r;
+  for (int k = 0; k < 3; ++k) {
+    r.lower[k] = core::quantise(plan_.map, k, lower[k]);
+    r.upper[k] = core::quantise(plan_.map, k, upper[k]);
+  }
+  return r;
+}
+
+inline std::uint64_t GridLook::columns_in(const Box& region) const noexcept {
+  const Reach r = reach(region);
+  std::uint64_t count = 1;
+  for (int k = 0; k < 3; ++k)
+    count *= static_cast<std::uint64_t>(core::column_of(r.upper[k]) - core::column_of(r.lower[k]) + 1);
+  return count;
+}
+
+inline std::uint32_t GridLook::columns_between(const Vec3& a, const Vec3& b) const noexcept {
+  const Reach r = reach({a, b});
+  std::int32_t most = 0;
+  for (int k = 0; k < 3; ++k)
+    most = std::max(most, std::abs(core::column_of(r.upper[k]) - core::column_of(r.lower[k])));
+  return static_cast<std::uint32_t>(most);
+}
+
+template <class F>
+void GridLook::each(const Box& region, F&& f) const {
+  const Reach r = reach(region);
+  std::int32_t c[3];
+  const auto first = [&](int k) { return core::column_of(r.lower[k]); };
+  const auto last = [&](int k) { return core::column_of(r.upper[k]); };
+  for (c[0] = first(0); c[0] <= last(0); ++c[0]) {
+    for (c[1] = first(1); c[1] <= last(1); ++c[1]) {
+      for (c[2] = first(2); c[2] <= last(2); ++c[2]) {
+        std::uint32_t column = 0;
+        for (int k = 0; k < 3; ++k) column += static_cast<std::uint32_t>(c[k]) * plan_.map.stride[k];
+        const Words words(r, c);
+        space_.each_record(column, [&](const Record& record) {
+          if (words.overlap(record)) f(record.id);
+        });
+      }
+    }
+  }
+  for (std::uint32_t i = 0; i < space_.wide_count_[0]; ++i) {
+    const Spanning& box = space_.wide_[0][i];
+    bool apart = false;
+    for (int k = 0; k < 3; ++k) apart |= box.lower[k] > r.upper[k] || box.upper[k] < r.lower[k];
+    if (!apart) f(box.id);
+  }
+}
+
+}  // namespace throng::cpu
