@@ -37,7 +37,7 @@ class GridLook {
   }
 
  private:
-  static constexpr double column_ns = 60, record_ns = 0.6;
+  static constexpr double column_ns = 60, record_ns = 1;
   double records_a_column() const noexcept {
     return static_cast<double>(space_.record_bound()) / space_.columns_;
   }
@@ -96,8 +96,7 @@ inline GridLook::Words::Words(const Reach& reach, const std::int32_t (&column)[3
 
 inline bool GridLook::Words::overlap(const Record& record) const noexcept {
   bool apart = false;
-  for (int k = 0; k < 3; ++k)
-    apart |= record.lower[k] > upper_[k] || record.upper[k] < lower_[k];
+  for (int k = 0; k < 3; ++k) apart |= record.lower[k] > upper_[k] || record.upper[k] < lower_[k];
   return !apart;
 }
 
@@ -118,7 +117,8 @@ inline std::uint64_t GridLook::columns_in(const Box& region) const noexcept {
   const Reach r = reach(region);
   std::uint64_t count = 1;
   for (int k = 0; k < 3; ++k)
-    count *= static_cast<std::uint64_t>(core::column_of(r.upper[k]) - core::column_of(r.lower[k]) + 1);
+    count *=
+        static_cast<std::uint64_t>(core::column_of(r.upper[k]) - core::column_of(r.lower[k]) + 1);
   return count;
 }
 
@@ -140,7 +140,8 @@ void GridLook::each(const Box& region, F&& f) const {
     for (c[1] = first(1); c[1] <= last(1); ++c[1]) {
       for (c[2] = first(2); c[2] <= last(2); ++c[2]) {
         std::uint32_t column = 0;
-        for (int k = 0; k < 3; ++k) column += static_cast<std::uint32_t>(c[k]) * plan_.map.stride[k];
+        for (int k = 0; k < 3; ++k)
+          column += static_cast<std::uint32_t>(c[k]) * plan_.map.stride[k];
         const Words words(r, c);
         space_.each_record(column, [&](const Record& record) {
           if (words.overlap(record)) f(record.id);

@@ -31,8 +31,8 @@ struct Columns {
   cpu::GridLook look;
   const List<ObjectId>& changed;
 };
-// Where questions look for objects: in cells, in which all are where they belong, or in columns; and
-// where they have neither, or columns do not pay, at all objects.
+// Where questions look for objects: in cells, in which all are where they belong, or in columns;
+// and where they have neither, or columns do not pay, at all objects.
 struct Ground {
   const Cells* cells = nullptr;
   std::optional<Columns> columns = {};

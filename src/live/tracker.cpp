@@ -31,8 +31,9 @@ constexpr std::size_t settle_ahead = 32;
 // Below so many objects that changed a second thread does not pay; each takes some at once.
 constexpr std::size_t threads_search_from = 400, search_step = 64;
 
-// Finding the overlaps of many boxes with all objects as those of two sets, an object.
-constexpr double search_object_ns = 8;
+// Finding the overlaps of many boxes with all objects as those of two sets, an object; a question
+// that has cells.
+constexpr double search_object_ns = 8, question_ns = 1500;
 constexpr double no_limit = 1e300;
 // Where more than one in so many objects has changed since columns were made, they are no help.
 constexpr std::size_t most_listed = 32;
@@ -305,11 +306,11 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   columned_ = engine_.whole_plan() != nullptr;
 }
 
-// Questions come one at a time, too: once those that went without cells have cost what cells do,
-// cells are made; and at once where those before all pairs were last found anew cost as much. So
-// less than three times is paid what the better choices would have cost.
-void Tracker::asked(double ns, const Options& options) {
-  asked_ += ns;
+// Questions come one at a time, too: once cells would have saved those that went without what they
+// cost, cells are made; and at once where they would have saved as much of those before all pairs
+// were last found anew. So less than three times is paid what the better choices would have cost.
+void Tracker::asked(std::size_t count, double ns, const Options& options) {
+  asked_ += std::max(0.0, ns - question_ns * static_cast<double>(count));
   const double cells = cell_ns * static_cast<double>(objects_.count());
   if (!placed_ && std::max(asked_, asked_before_) > cells) make_cells(options);
   if (placed_) settle_cells(options, no_limit);
@@ -330,8 +331,9 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
   const Ground now{nullptr, columns()};
   const double cost =
-      few ? cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); }) : all;
-  if (few) asked(std::min(cost, all), options);
+      few ? cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); })
+          : all;
+  if (few) asked(boxes.size(), std::min(cost, all), options);
   if (few && (placed_ || cost < all)) {
     queries_.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options),
                            options.stop);
@@ -348,7 +350,8 @@ void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                         const Filters& filters, const Options& options) {
   THRONG_RANGE("find hits");
   const Ground now{nullptr, columns()};
-  asked(cost_of(count, [&](std::size_t i) { return now.cost(objects_, sweeps[i]); }), options);
+  const double cost = cost_of(count, [&](std::size_t i) { return now.cost(objects_, sweeps[i]); });
+  asked(count, cost, options);
   queries_.find_hits(objects_, ground(), sweeps, count, which, filters, executor_of(options),
                      task_count(options), options.stop);
 }

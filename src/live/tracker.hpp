@@ -54,7 +54,7 @@ class Tracker {
   Ground ground() noexcept;
   Result find_into(List<Pair>& found, const Boxes& a, const Boxes* b, float margin,
                    const Options& options);
-  void asked(double ns, const Options& options);
+  void asked(std::size_t count, double ns, const Options& options);
   bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
@@ -70,8 +70,8 @@ class Tracker {
   bool placed_ = false;    // cells are kept
   bool linked_ = false;    // and linked pairs, too
   bool columned_ = false;  // the engine's columns hold all but what has changed since
-  double regret_ = 0;    // ns that cells would have saved, or better cells than those there are
-  // What questions would cost without cells, ns: since all pairs were last found anew,
+  double regret_ = 0;      // ns that cells would have saved, or better cells than those there are
+  // What cells would have saved questions, ns: since all pairs were last found anew,
   // and from the time before that.
   double asked_ = 0, asked_before_ = 0;
   // What a box is compared with in a search around an object that changed: before the first, and

@@ -84,6 +84,61 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
 }
 
+// After an update in which most have moved questions look into the columns in which it found its
+// pairs, and at what has changed since. A copy has none; nor are there any once many boxes have been
+// searched in that memory, or few objects have moved.
+void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
+  Options options;
+  options.threads = seed % 2 ? 1 : 3;
+  options.margin = margin;
+  const float side = 26;
+  Actor actor(options, seed, side);
+  actor.in_worlds = false;  // whose columns are their own
+  ASSERT_TRUE(actor.add(2000, filtered));
+  const auto ask = [&](Actor& asked, const char* when) {
+    SCOPED_TRACE(when);
+    for (int k = 0; k < 4; ++k) {
+      ASSERT_TRUE(same_overlaps(asked, 2, filtered));
+      std::vector<Sweep> sweeps;
+      for (int i = 0; i < 2; ++i) {
+        sweeps.push_back(any_sweep(asked, side));
+        const Vec3 at = sweeps.back().box.lower;
+        if (k % 2) sweeps.back().box = {at, {at.x + 0.5f, at.y + 0.5f, at.z + 0.5f}};
+      }
+      const std::vector<Filter> filters(2, filtered ? asked.any_filter() : Filter{});
+      ASSERT_TRUE(same_hits(asked.broad_phase, asked.model, sweeps, filters));
+    }
+  };
+  for (int step = 0; step < 3; ++step) {
+    ASSERT_TRUE(actor.move(2000));
+    ASSERT_TRUE(actor.update());
+    ask(actor, "all moved");
+    Actor copy = actor;
+    ask(copy, "a copy");
+    ASSERT_TRUE(actor.move(30));
+    ask(actor, "some moved");
+    ASSERT_TRUE(actor.remove(10));
+    ASSERT_TRUE(actor.add(15, filtered));
+    ask(actor, "some removed and added");
+    if (step == 1) {
+      ASSERT_TRUE(same_overlaps(actor, 300, filtered));
+      ask(actor, "many asked");
+    }
+    ASSERT_TRUE(actor.move(100));
+    ask(actor, "more moved");
+    ASSERT_TRUE(actor.update());
+    ask(actor, "some moved and told");
+    ASSERT_TRUE(actor.move(3));
+    ASSERT_TRUE(actor.update());
+    ask(actor, "few moved and told");
+  }
+}
+TEST(BroadPhaseQuery, AfterAllMoved) {
+  for (std::uint64_t seed = 0; seed < 2; ++seed) ask_after_all_moved(seed, 0, false);
+}
+TEST(BroadPhaseQuery, AfterAllMovedWithFilters) { ask_after_all_moved(2, 0, true); }
+TEST(BroadPhaseQuery, AfterAllMovedWithAMargin) { ask_after_all_moved(3, 0.25f, false); }
+
 // Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
 TEST(BroadPhaseQuery, ALongerRod) {
   const auto rod = [](float x, float y, float z, float length) {
