@@ -85,8 +85,8 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
 }
 
 // After an update in which most have moved questions look into the columns in which it found its
-// pairs, and at what has changed since. A copy has none; nor are there any once many boxes have been
-// searched in that memory, or few objects have moved.
+// pairs, and at what has changed since. A copy has none; nor are there any once many boxes have
+// been searched in that memory, or few objects have moved.
 void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
   Options options;
   options.threads = seed % 2 ? 1 : 3;

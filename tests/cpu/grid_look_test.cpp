@@ -1,4 +1,5 @@
-// A grid's columns asked for what is around a region: all that overlaps it is told, and little else.
+// A grid's columns asked for what is around a region: all that overlaps it is told, and little
+// else.
 #include "cpu/grid_look.hpp"
 
 #include <gtest/gtest.h>
@@ -119,7 +120,8 @@ TEST(GridLook, BoxesThatSpanManyColumns) {
   BoxList boxes = tests::uniform_boxes(20'000, 3);
   Vec3 end = {0, 0, 0};
   for (const Box& box : boxes)
-    end = {std::max(end.x, box.upper.x), std::max(end.y, box.upper.y), std::max(end.z, box.upper.z)};
+    end = {std::max(end.x, box.upper.x), std::max(end.y, box.upper.y),
+           std::max(end.z, box.upper.z)};
   boxes.push_back({{0, 0, 0}, end});
   boxes.push_back({{1, 1, 1}, {end.x, end.y / 2, end.z}});
   boxes.push_back({{1, 1, 1}, {end.x / 2, end.y, end.z / 2}});
