@@ -70,6 +70,48 @@ TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
   EXPECT_EQ(plain(b.pairs()), crowd.pairs());
 }
 
+// Cells that questions want and that there is no memory for: those after them do without, and not
+// by the columns of an update that is long past.
+TEST(BroadPhaseMemory, QuestionsRunOut) {
+  FailingResource memory;
+  Options options;
+  options.memory = &memory;
+  options.threads = 1;
+  Actor actor(options, 8, 24);
+  ASSERT_TRUE(actor.add(1500, false));
+  ASSERT_TRUE(actor.move(1500));
+  ASSERT_TRUE(actor.update());
+  Result r;
+  for (int k = 0; k < 60 || !searched_around(r); ++k) {
+    ASSERT_LT(k, 400);
+    for (const ObjectId id : actor.some_ids(20)) {
+      Box& box = actor.model.at(id).box;
+      box = actor.moved(box);
+      ASSERT_EQ(actor.broad_phase.move(id, box), Status::ok);
+    }
+    r = actor.broad_phase.update();
+    ASSERT_TRUE(r.ok());
+  }
+  const auto ask = [&] {
+    for (int k = 0; k < 30; ++k) {
+      const BoxList boxes = {cube(actor.random.point(0, 22), 2)};
+      ASSERT_TRUE(same_overlaps(actor.broad_phase, actor.model, boxes, {}, false)) << k;
+    }
+  };
+  const Box region = cube(5, 5, 5, 2);
+  for (int k = 0; r.ok(); ++k) {
+    ASSERT_LT(k, 400);
+    ask();
+    ASSERT_TRUE(actor.broad_phase.update().ok());
+    ASSERT_TRUE(actor.add(20, false));
+    memory.fail(0, true);
+    r = actor.broad_phase.find_overlaps(Boxes(&region, 1));
+    memory.calm();
+  }
+  EXPECT_EQ(r.status, Status::out_of_memory);
+  ask();
+}
+
 TEST(BroadPhaseMemory, CopiesRunOutToo) {
   Actor actor({}, 5, 10);
   ASSERT_TRUE(actor.add(400, true));

@@ -112,6 +112,16 @@ void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
   for (int step = 0; step < 3; ++step) {
     ASSERT_TRUE(actor.move(2000));
     ASSERT_TRUE(actor.update());
+    const BroadPhase saved = actor.broad_phase;
+    const Model model = actor.model;
+    if (step == 2) {
+      ASSERT_TRUE(actor.move(2000));
+      ASSERT_TRUE(actor.update());
+      actor.broad_phase = saved;
+      actor.model = model;
+      ask(actor, "rolled back");
+      continue;
+    }
     ask(actor, "all moved");
     Actor copy = actor;
     ask(copy, "a copy");
