@@ -173,7 +173,7 @@ TEST_F(Pairs, memory_cap_finds_the_same) {
   const auto values = read_pairs("pairs.npy");
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (std::size_t k = 0; k < values.size(); k += 2) pairs.emplace_back(values[k], values[k + 1]);
-  EXPECT_EQ(checksum(pairs), free.at("checksum"));
+  EXPECT_EQ(free.at("checksum"), checksum(pairs));
   refuses({"pairs", at("p.npy"), "--memory", "100"}, {"p.npy", "bytes"});
 }
 
