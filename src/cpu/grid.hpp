@@ -69,7 +69,7 @@ class GridSpace {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
   }
   std::uint64_t count_records();
-  const std::uint32_t* densest_first();
+  const std::uint32_t* densest_first(std::uint32_t& count);
   void find_wide(Search&, const Problem&, Worker&);
   // The block that a chain's tail lies in; not of a chain that has none.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {

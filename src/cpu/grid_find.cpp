@@ -24,10 +24,12 @@ std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept
 
 void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
                      Worker* const* team, unsigned task_count, unsigned depth) {
+  std::uint32_t count = columns_;
   const std::uint32_t* order = nullptr;
-  if (task_count > 1 && columns_ > task_count) order = densest_first();
-  // Long columns first, whoever comes; else to each task its own.
-  Ranges ranges(columns_, order ? 1 : task_count);
+  if (task_count > 1 && columns_ > task_count) order = densest_first(count);
+  // Long columns first, whoever comes, each of whom takes the next before it goes through this one,
+  // so that it knows what to ask ahead for; else to each task its own.
+  Ranges ranges(count, order ? 1 : task_count);
   const auto column_at = [&](std::uint64_t i) {
     const auto at = static_cast<std::uint32_t>(i);
     return order ? order[at] : at;
@@ -35,9 +37,11 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   auto task = [&](unsigned t) {
     search.guarded([&] {
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
-      for (std::uint64_t i, next; ranges.take(t, i) && !search.over();) {
-        const bool known = ranges.peek(t, next);
+      std::uint64_t i, next;
+      for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
+        const bool known = order ? ranges.take(t, next) : ranges.peek(t, next);
         columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
+        any = order ? known : ranges.take(t, next);
       }
     });
   };
@@ -73,15 +77,20 @@ std::uint64_t GridSpace::count_records() {
   return total;
 }
 
-// Long columns first, so that none is left for the end; where all are alike, as they lie.
-const std::uint32_t* GridSpace::densest_first() {
+// Long columns first, so that none is left for the end, and none that is empty; how many these are.
+// Where all are alike, null: as they lie.
+const std::uint32_t* GridSpace::densest_first(std::uint32_t& count) {
   const std::uint64_t total = count_records();
   const std::uint32_t* sizes = sizes_.data();
   const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
   if (most < 2 * (total / columns_ + 1)) return nullptr;
   std::uint32_t* order = order_.room(columns_);
-  for (std::uint32_t c = 0; c < columns_; ++c) order[c] = c;
-  std::sort(order, order + columns_,
+  count = 0;
+  for (std::uint32_t c = 0; c < columns_; ++c) {
+    order[count] = c;
+    count += sizes[c] != 0;
+  }
+  std::sort(order, order + count,
             [sizes](std::uint32_t x, std::uint32_t y) { return sizes[x] > sizes[y]; });
   return order;
 }
