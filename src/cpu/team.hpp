@@ -40,7 +40,7 @@ class Team {
     unsigned count;
     void (*task)(void*, unsigned);
     void* context;
-    std::atomic<unsigned> next{0};
+    alignas(64) std::atomic<unsigned> next{0};
     void work() noexcept;
   };
   static constexpr unsigned over = ~0u;
@@ -51,12 +51,13 @@ class Team {
 
   Executor executor_;
   std::atomic<bool> led_{false};
-  // How many phases there have been, or `over`; the one that is open; and how many helpers are in.
-  // A helper counts itself in before it looks for the phase, and the leader closes the phase before
-  // it looks whether any is in: so one of the two sees the other.
-  std::atomic<unsigned> opened_{0};
+  // How many phases there have been, or `over`; the one that is open; and how many helpers are in:
+  // two lines, as the leader writes one and helpers the other. A helper counts itself in before it
+  // looks for the phase, and the leader closes the phase before it looks whether any is in: so one
+  // of the two sees the other.
+  alignas(64) std::atomic<unsigned> opened_{0};
   std::atomic<Phase*> phase_{nullptr};
-  std::atomic<unsigned> inside_{0};
+  alignas(64) std::atomic<unsigned> inside_{0};
 };
 
 }  // namespace throng::cpu
