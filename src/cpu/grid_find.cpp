@@ -37,7 +37,7 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   auto task = [&](unsigned t) {
     search.guarded([&] {
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
-      std::uint64_t i, next;
+      std::uint64_t i = 0, next = 0;
       for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
         const bool known = order ? ranges.take(t, next) : ranges.peek(t, next);
         columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
