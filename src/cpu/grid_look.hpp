@@ -42,15 +42,15 @@ class GridLook {
     return static_cast<double>(space_.record_bound()) / space_.columns_;
   }
   // The quantised ends of a region.
-  struct Reach {
+  struct Ends {
     std::int32_t lower[3], upper[3];
   };
-  Reach reach(const Box& region) const noexcept;
+  Ends ends_of(const Box& region) const noexcept;
 
   // Which records of a column a region may overlap.
   class Words {
    public:
-    Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept;
+    Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept;
     bool overlap(const Record& record) const noexcept;
 
    private:
@@ -69,7 +69,7 @@ class GridLook {
 
 // Upper words and the region's lower ones with all bits turned, so that one comparison asks of all
 // six whether it is above what it may be at most.
-inline GridLook::Words::Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept {
+inline GridLook::Words::Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept {
   std::int16_t turned[8] = {0, 0, 0, -1, -1, -1, 0, 0}, most[8] = {};
   for (int k = 0; k < 3; ++k) {
     most[k] = static_cast<std::int16_t>(core::upper_word(reach.upper[k], column[k]));
@@ -87,7 +87,7 @@ inline bool GridLook::Words::overlap(const Record& record) const noexcept {
 
 #else
 
-inline GridLook::Words::Words(const Reach& reach, const std::int32_t (&column)[3]) noexcept {
+inline GridLook::Words::Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept {
   for (int k = 0; k < 3; ++k) {
     lower_[k] = core::lower_word(reach.lower[k], column[k]);
     upper_[k] = core::upper_word(reach.upper[k], column[k]);
@@ -102,10 +102,10 @@ inline bool GridLook::Words::overlap(const Record& record) const noexcept {
 
 #endif
 
-inline GridLook::Reach GridLook::reach(const Box& region) const noexcept {
+inline GridLook::Ends GridLook::ends_of(const Box& region) const noexcept {
   const float lower[3] = {region.lower.x, region.lower.y, region.lower.z};
   const float upper[3] = {region.upper.x, region.upper.y, region.upper.z};
-  Reach r;
+  Ends r;
   for (int k = 0; k < 3; ++k) {
     r.lower[k] = core::quantise(plan_.map, k, lower[k]);
     r.upper[k] = core::quantise(plan_.map, k, upper[k]);
@@ -114,7 +114,7 @@ inline GridLook::Reach GridLook::reach(const Box& region) const noexcept {
 }
 
 inline std::uint64_t GridLook::columns_in(const Box& region) const noexcept {
-  const Reach r = reach(region);
+  const Ends r = ends_of(region);
   std::uint64_t count = 1;
   for (int k = 0; k < 3; ++k)
     count *=
@@ -123,7 +123,7 @@ inline std::uint64_t GridLook::columns_in(const Box& region) const noexcept {
 }
 
 inline std::uint32_t GridLook::columns_between(const Vec3& a, const Vec3& b) const noexcept {
-  const Reach r = reach({a, b});
+  const Ends r = ends_of({a, b});
   std::int32_t most = 0;
   for (int k = 0; k < 3; ++k)
     most = std::max(most, std::abs(core::column_of(r.upper[k]) - core::column_of(r.lower[k])));
@@ -132,7 +132,7 @@ inline std::uint32_t GridLook::columns_between(const Vec3& a, const Vec3& b) con
 
 template <class F>
 void GridLook::each(const Box& region, F&& f) const {
-  const Reach r = reach(region);
+  const Ends r = ends_of(region);
   std::int32_t c[3];
   const auto first = [&](int k) { return core::column_of(r.lower[k]); };
   const auto last = [&](int k) { return core::column_of(r.upper[k]); };
