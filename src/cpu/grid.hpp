@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <span>
 
 #include "core/planner.hpp"
 #include "cpu/prefetch.hpp"
@@ -69,28 +70,34 @@ class GridSpace {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
   }
   std::uint64_t count_records();
-  const std::uint32_t* densest_first(std::uint32_t& count);
+  std::span<const std::uint32_t> densest_first();
   void find_wide(Search&, const Problem&, Worker&);
   // The block that a chain's tail lies in; not of a chain that has none.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
     return (tail - 1) & ~(block_bytes_ - 1);
   }
-  // The blocks of a chain that has some, the last first; how many there were.
-  std::uint32_t chain(std::uintptr_t tail, Segment* out) const noexcept;
+  // f(segment) for each block of a chain, the last first.
+  template <class F>
+  void each_segment(std::uintptr_t tail, F&& f) const {
+    std::uintptr_t block = tail ? block_of(tail) : 0;
+    std::uintptr_t end = tail;
+    while (block) {
+      const std::uintptr_t previous = reinterpret_cast<const Block*>(block)->previous;
+      prefetch_to_stream(reinterpret_cast<const void*>(previous ? previous : block));
+      const std::uintptr_t first = block + sizeof(Block);
+      f(Segment{reinterpret_cast<const Record*>(first),
+                static_cast<std::uint32_t>((end - first) / sizeof(Record))});
+      block = previous;
+      end = block + block_bytes_;
+    }
+  }
   // f(record) for all of the first side that are in a column.
   template <class F>
   void each_record(std::uint32_t column, F&& f) const {
     for (unsigned t = 0; t < tasks_; ++t) {
-      std::uintptr_t end = tails(t, 0)[column];
-      std::uintptr_t block = end ? block_of(end) : 0;
-      while (block) {
-        const std::uintptr_t previous = reinterpret_cast<const Block*>(block)->previous;
-        prefetch_to_stream(reinterpret_cast<const void*>(previous ? previous : block));
-        for (std::uintptr_t at = block + sizeof(Block); at != end; at += sizeof(Record))
-          f(*reinterpret_cast<const Record*>(at));
-        block = previous;
-        end = previous + block_bytes_;
-      }
+      each_segment(tails(t, 0)[column], [&](const Segment& segment) {
+        for (std::uint32_t i = 0; i < segment.count; ++i) f(segment.records[i]);
+      });
     }
   }
 

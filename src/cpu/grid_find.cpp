@@ -8,40 +8,26 @@
 
 namespace throng::cpu {
 
-std::uint32_t GridSpace::chain(std::uintptr_t tail, Segment* out) const noexcept {
-  std::uint32_t count = 0;
-  std::uintptr_t block = block_of(tail);
-  std::uintptr_t end = tail;
-  while (block) {
-    const std::uintptr_t first = block + sizeof(Block);
-    out[count++] = {reinterpret_cast<const Record*>(first),
-                    static_cast<std::uint32_t>((end - first) / sizeof(Record))};
-    block = reinterpret_cast<const Block*>(block)->previous;
-    end = block + block_bytes_;
-  }
-  return count;
-}
-
 void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
                      Worker* const* team, unsigned task_count, unsigned depth) {
-  std::uint32_t count = columns_;
-  const std::uint32_t* order = nullptr;
-  if (task_count > 1 && columns_ > task_count) order = densest_first(count);
+  std::span<const std::uint32_t> order;
+  if (task_count > 1 && columns_ > task_count) order = densest_first();
+  const bool even = order.empty();
   // Long columns first, whoever comes, each of whom takes the next before it goes through this one,
   // so that it knows what to ask ahead for; else to each task its own.
-  Ranges ranges(count, order ? 1 : task_count);
+  Ranges ranges(even ? columns_ : order.size(), even ? task_count : 1);
   const auto column_at = [&](std::uint64_t i) {
     const auto at = static_cast<std::uint32_t>(i);
-    return order ? order[at] : at;
+    return even ? at : order[at];
   };
   auto task = [&](unsigned t) {
     search.guarded([&] {
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
       std::uint64_t i = 0, next = 0;
       for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
-        const bool known = order ? ranges.take(t, next) : ranges.peek(t, next);
+        const bool known = even ? ranges.peek(t, next) : ranges.take(t, next);
         columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
-        any = order ? known : ranges.take(t, next);
+        any = even ? ranges.take(t, next) : known;
       }
     });
   };
@@ -77,22 +63,22 @@ std::uint64_t GridSpace::count_records() {
   return total;
 }
 
-// Long columns first, so that none is left for the end, and none that is empty; how many these are.
-// Where all are alike, null: as they lie.
-const std::uint32_t* GridSpace::densest_first(std::uint32_t& count) {
+// Long columns first, so that none is left for the end, and none that is empty. Where all are alike
+// none: as they lie.
+std::span<const std::uint32_t> GridSpace::densest_first() {
   const std::uint64_t total = count_records();
   const std::uint32_t* sizes = sizes_.data();
   const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
-  if (most < 2 * (total / columns_ + 1)) return nullptr;
+  if (most < 2 * (total / columns_ + 1)) return {};
   std::uint32_t* order = order_.room(columns_);
-  count = 0;
+  std::size_t count = 0;
   for (std::uint32_t c = 0; c < columns_; ++c) {
     order[count] = c;
     count += sizes[c] != 0;
   }
   std::sort(order, order + count,
             [sizes](std::uint32_t x, std::uint32_t y) { return sizes[x] > sizes[y]; });
-  return order;
+  return {order, count};
 }
 
 // Pairs of two wide boxes: those that no column saw.

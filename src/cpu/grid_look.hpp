@@ -50,7 +50,7 @@ class GridLook {
   // Which records of a column a region may overlap.
   class Words {
    public:
-    Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept;
+    Words(const Ends& ends, const std::int32_t (&column)[3]) noexcept;
     bool overlap(const Record& record) const noexcept;
 
    private:
@@ -69,11 +69,11 @@ class GridLook {
 
 // Upper words and the region's lower ones with all bits turned, so that one comparison asks of all
 // six whether it is above what it may be at most.
-inline GridLook::Words::Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept {
+inline GridLook::Words::Words(const Ends& ends, const std::int32_t (&column)[3]) noexcept {
   std::int16_t turned[8] = {0, 0, 0, -1, -1, -1, 0, 0}, most[8] = {};
   for (int k = 0; k < 3; ++k) {
-    most[k] = static_cast<std::int16_t>(core::upper_word(reach.upper[k], column[k]));
-    most[3 + k] = static_cast<std::int16_t>(~core::lower_word(reach.lower[k], column[k]));
+    most[k] = static_cast<std::int16_t>(core::upper_word(ends.upper[k], column[k]));
+    most[3 + k] = static_cast<std::int16_t>(~core::lower_word(ends.lower[k], column[k]));
   }
   turned_ = _mm_loadu_si128(reinterpret_cast<const __m128i*>(turned));
   most_ = _mm_loadu_si128(reinterpret_cast<const __m128i*>(most));
@@ -87,10 +87,10 @@ inline bool GridLook::Words::overlap(const Record& record) const noexcept {
 
 #else
 
-inline GridLook::Words::Words(const Ends& reach, const std::int32_t (&column)[3]) noexcept {
+inline GridLook::Words::Words(const Ends& ends, const std::int32_t (&column)[3]) noexcept {
   for (int k = 0; k < 3; ++k) {
-    lower_[k] = core::lower_word(reach.lower[k], column[k]);
-    upper_[k] = core::upper_word(reach.upper[k], column[k]);
+    lower_[k] = core::lower_word(ends.lower[k], column[k]);
+    upper_[k] = core::upper_word(ends.upper[k], column[k]);
   }
 }
 

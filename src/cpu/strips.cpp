@@ -23,9 +23,10 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
     // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
     level_.segments.grow(segments + blocks + space_.tasks_, segments);
-    const std::uint32_t added = space_.chain(tail, level_.segments.data() + segments);
-    for (std::uint32_t i = 0; i < added; ++i) records += level_.segments[segments + i].count;
-    segments += added;
+    space_.each_segment(tail, [&](const Segment& segment) {
+      level_.segments[segments++] = segment;
+      records += segment.count;
+    });
   }
   level_.segment_count = segments;
   return {first, segments - first, records};

@@ -67,9 +67,8 @@ double least_cost(const Objects& objects, const std::optional<Columns>& columns,
   return columns ? std::min(all, cost_of(*columns, question)) : all;
 }
 template <class Question>
-bool pay(const std::optional<Columns>& columns, const Objects& objects,
-         const Question& question) noexcept {
-  return columns && cost_of(*columns, question) < cost_of_all(objects);
+bool columns_pay(const Ground& ground, const Objects& objects, const Question& question) noexcept {
+  return ground.cost(objects, question) < cost_of_all(objects);
 }
 
 // Which objects questions may find.
@@ -224,7 +223,7 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
     };
     if (cells) {
       cells->search(box, look.worlds, look.reach, meet);
-    } else if (pay(ground.columns, objects, box)) {
+    } else if (columns_pay(ground, objects, box)) {
       ground.columns->look.each(box, meet);
       for (const ObjectId id : ground.columns->changed) meet(id);
     } else {
@@ -244,7 +243,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
   const Allowed allowed(objects, filters);
   // How much of its time a piece of a sweep is; 0: all objects are gone through.
   const auto piece_of = [&](const Sweep& s) {
-    if (!cells) return pay(ground.columns, objects, s) ? 1 / pieces(*ground.columns, s) : 0.0;
+    if (!cells) return columns_pay(ground, objects, s) ? 1 / pieces(*ground.columns, s) : 0.0;
     const double length =
         std::max({std::fabs(double{s.by.x}), std::fabs(double{s.by.y}), std::fabs(double{s.by.z})});
     const double pieces = cells->units(length) / piece_units;
