@@ -59,7 +59,9 @@ class ColumnSearch {
   };
   Range words(std::span<const Part> parts) const;
   void set_buckets(Range words, std::uint32_t wanted, Strip& strip) const;
-  void count(Part& part) const;
+  template <class F>
+  void each_record(const Segment& segment, const F& f);
+  void count(Part& part);
   bool crowded(std::span<const Part> parts) const;
   void arrange(Part& part);
   void sort(std::span<Part> parts);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 
+#include "cpu/sse2.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -13,6 +14,8 @@ namespace {
 // A box in more columns than this is kept apart and swept over each of them; see column.cpp.
 constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
+// A task's buffers, of all columns.
+constexpr std::size_t bin_buffer_bytes = std::size_t{1} << 20;
 // Room for a tile's places, read on to the end of a vector.
 constexpr std::uint32_t place_room = bin_tile + 16;
 
@@ -99,7 +102,8 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
     header.before = reinterpret_cast<const Block*>(header.previous)->before +
                     space.block_bytes_ / sizeof(Record) - 1;
   }
-  std::memcpy(reinterpret_cast<void*>(block), &header, sizeof header);
+  std::memcpy(task.buffers ? task.buffer(column) : reinterpret_cast<char*>(block), &header,
+              sizeof header);
   return block + sizeof(Block);
 }
 
@@ -118,7 +122,20 @@ std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
   return 0;
 }
 
-void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned task_count) {
+// How long buffers are, in bits: the longer, the less often one is full, which no processor
+// guesses; but those of all columns are to stay in the second level of cache. 0: there are none.
+unsigned GridSpace::choose_buffers(const Search& search, double records) const noexcept {
+  constexpr unsigned least = 6, most = 8;
+  if (search.kernels->isa == Isa::scalar || search.memory->cap()) return 0;
+  if (records * sizeof(Record) < static_cast<double>(search.stream_from)) return 0;
+  for (unsigned bits = most; bits >= least; --bits) {
+    if (std::size_t{columns_} << bits <= bin_buffer_bytes && block_bytes_ >> bits != 0) return bits;
+  }
+  return 0;
+}
+
+void GridSpace::prepare(const Search& search, const core::GridPlan& plan, std::size_t boxes,
+                        unsigned task_count) {
   columns_ = plan.column_count();
   tasks_ = task_count;
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
@@ -132,6 +149,7 @@ void GridSpace::prepare(const core::GridPlan& plan, std::size_t boxes, unsigned 
   const std::size_t blocks =
       static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
       std::min(chains, boxes) + 2 * block_batch * task_count + 1;
+  buffer_bits_ = choose_buffers(search, records);
   char* base = pool_.room((blocks + 1) * block_bytes_, true);
   pool_begin_ = (reinterpret_cast<std::uintptr_t>(base) + block_bytes_ - 1) & ~(block_bytes_ - 1);
   pool_blocks_ =
@@ -153,7 +171,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
     expected = 0;
   raised_by_[1] = problem.raised_by;
   for (;;) {
-    prepare(plan, expected, task_count);
+    prepare(search, plan, expected, task_count);
     std::mutex merge;
     BinReport total;
     Shares shares[2] = {{problem.queries.count, task_count, bin_tile},
@@ -201,6 +219,9 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   const std::uintptr_t dummy =
       reinterpret_cast<std::uintptr_t>(worker.dummy_block.room(2 * block_bytes_, true));
   task.dummy = (dummy + block_bytes_ - 1) & ~(block_bytes_ - 1);
+  task.buffer_bits = buffer_bits_;
+  task.buffers = nullptr;
+  if (buffer_bits_ != 0) task.buffers = worker.bin_buffers.room(bin_buffer_bytes, true);
 
   const Boxes& boxes = *side.boxes;
   // The kernels read whole groups and a little beyond: where boxes lie apart, and up to the last
@@ -242,6 +263,18 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
                   worker, report);
     }
   }
+  if (task.buffers) {
+    for (std::uint32_t column = 0; column < columns_; ++column) empty_buffer(task, column);
+    streams_done();
+  }
+}
+
+// The last records of a column go to their place.
+inline void GridSpace::empty_buffer(const BinTask& task, std::uint32_t column) {
+  const std::uintptr_t end = task.tail[column];
+  if (end == 0) return;
+  const std::size_t bytes = ((end - 1) & task.buffer_mask()) + 1;
+  std::memcpy(reinterpret_cast<void*>(end - bytes), task.buffer(column), bytes);
 }
 
 // A record in two words, so that its parts are changed in registers: narrow stores would hold up
@@ -263,8 +296,11 @@ struct RecordWords {
 static_assert(sizeof(RecordWords) == sizeof(Record));
 
 inline void GridSpace::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
+  if (task.buffers && (task.tail[column] & task.buffer_mask()) == 0) empty_buffer(task, column);
   const std::uintptr_t to = task.room(column);
-  std::memcpy(reinterpret_cast<void*>(to), &r, sizeof r);
+  char* const written =
+      task.buffers ? task.buffer(column) + (to & task.buffer_mask()) : reinterpret_cast<char*>(to);
+  std::memcpy(written, &r, sizeof r);
   task.tail[column] = to + sizeof r;
 }
 

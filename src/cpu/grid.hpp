@@ -57,7 +57,9 @@ class GridSpace {
   // Some blocks in a row, of the task's own part first; 0 where the pool is short.
   std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
-  void prepare(const core::GridPlan&, std::size_t boxes, unsigned task_count);
+  void prepare(const Search&, const core::GridPlan&, std::size_t boxes, unsigned task_count);
+  unsigned choose_buffers(const Search&, double records) const noexcept;
+  static void empty_buffer(const BinTask&, std::uint32_t column);
   void bin_side(Search&, const Side&, unsigned side, const core::GridPlan&, Worker&, unsigned task,
                 Shares&, BinReport&);
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
@@ -104,6 +106,7 @@ class GridSpace {
   std::uint32_t columns_ = 0;
   unsigned tasks_ = 0;
   std::uintptr_t block_bytes_ = 0;
+  unsigned buffer_bits_ = 0;  // see choose_buffers()
   std::uintptr_t pool_begin_ = 0;
   std::size_t pool_blocks_ = 0;
   std::size_t used_blocks_ = 0;  // that were asked for, had there been so many

@@ -54,6 +54,17 @@ struct BinTarget {
     return next_block(this, column);
   }
 
+  // Where given, a column's last records wait in a buffer of its own, 1 << buffer_bits bytes, and
+  // go to their place in memory together once it is full: written past the caches, which have no
+  // room for what is read again only after all else was written. A block is a multiple of a buffer.
+  char* buffers = nullptr;
+  unsigned buffer_bits = 0;
+
+  std::uintptr_t buffer_mask() const { return (std::uintptr_t{1} << buffer_bits) - 1; }
+  char* buffer(std::uint32_t column) const {
+    return buffers + (std::size_t{column} << buffer_bits);
+  }
+
   // Of each box of a tile, added to its column's number: where its world's columns begin; or
   // beyond_next, and it is left to the caller. Null: 0. Readable as boxes are, a vector's worth.
   const std::uint32_t* place = nullptr;

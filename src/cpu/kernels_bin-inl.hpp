@@ -131,8 +131,38 @@ struct Copies {
 };
 inline constexpr Copies copies;
 
+// A column's full buffer, if there is one, goes to its place. Where its next record goes.
+HWY_NOINLINE std::uintptr_t next_buffer(BinTarget& out, std::uint32_t column) {
+  const hn::ScalableTag<std::uint8_t> d;
+  if (const std::uintptr_t end = out.tail[column]) {
+    const std::size_t bytes = out.buffer_mask() + 1;
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(out.buffer(column));
+    auto* const to = reinterpret_cast<std::uint8_t*>(end - bytes);
+    for (std::size_t k = 0; k < bytes; k += hn::MaxLanes(d))
+      hn::Stream(hn::Load(d, from + k), d, to + k);
+  }
+  return out.room(column);
+}
+
+// Writes a column's next record, and tells where that is; what follows it is the caller's to say.
+template <bool buffered>
+HWY_INLINE std::uintptr_t put(BinTarget& out, std::uint32_t column, Words record) {
+  if constexpr (!buffered) {
+    const std::uintptr_t at = out.room(column);
+    store_record(at, record);
+    return at;
+  } else {
+    std::uintptr_t at = out.tail[column];
+    if (HWY_UNLIKELY((at & out.buffer_mask()) == 0)) at = next_buffer(out, column);
+    store_record(reinterpret_cast<std::uintptr_t>(out.buffer(column)) + (at & out.buffer_mask()),
+                 record);
+    return at;
+  }
+}
+
 // Enters boxes that touch a second column along some axes into the others. All copies are listed
 // before the first is made, so that there is no branch to guess wrong for each box.
+template <bool buffered>
 HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* several,
                           std::uint32_t count, BinTarget& out) {
   const hn::FixedTag<std::uint16_t, 8> d;
@@ -159,9 +189,7 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* sever
     const Words record =
         hn::Or(hn::AndNot(words_of(word_masks.lower[part]), load_record(out.whole + i)),
                words_of(word_masks.upper[others]));
-    const std::uintptr_t tail = out.room(column);
-    store_record(tail, record);
-    out.tail[column] = tail + sizeof(Record);
+    out.tail[column] = put<buffered>(out, column, record) + sizeof(Record);
   }
 }
 
@@ -172,6 +200,27 @@ using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 // there; sooner, it may be gone again by then. docs/experiments.md tells what both are worth.
 constexpr std::size_t ahead_bytes = 3072;
 constexpr std::size_t records_ahead = 3;
+
+// Every box is copied to where its first column's next record goes; one that is left to the caller
+// stays invisible there.
+template <bool buffered>
+HWY_INLINE void enter(const core::Quantiser& map, const std::uint32_t* several,
+                      std::uint32_t several_count, std::uint32_t count, BinTarget& out) {
+  std::uintptr_t* const tails = out.tail;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t number = out.number[i];
+    // Not so in a buffer, where it might be the first after a full one that has gone.
+    if (buffered && (number & beyond_next) != 0) continue;
+    // Of any box the low bits are a column of the grid: no branch to guess wrong.
+    const std::uint32_t column = number & (most_columns - 1);
+    const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
+    const std::uintptr_t tail =
+        put<buffered>(out, column, hn::Or(load_record(out.whole + i), words_of(raised)));
+    if constexpr (!buffered) prefetch_to_own(reinterpret_cast<const Record*>(tail) + records_ahead);
+    tails[column] = tail + sizeof(Record) * ((number & beyond_next) == 0);
+  }
+  copy_on<buffered>(map, several, several_count, out);
+}
 
 inline void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
                 const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
@@ -286,20 +335,10 @@ inline void bin(const core::Quantiser& map, const char* boxes, std::size_t strid
     for (std::uint32_t i = 0; i < count; ++i) out.whole[i].id = ids[i];
   }
 
-  // Every box is copied to where its first column's next record goes; one that is left to the
-  // caller stays invisible there.
-  std::uintptr_t* const tails = out.tail;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t number = out.number[i];
-    // Of any box the low bits are a column of the grid: no branch to guess wrong.
-    const std::uint32_t column = number & (most_columns - 1);
-    const std::uintptr_t tail = out.room(column);
-    const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
-    store_record(tail, hn::Or(load_record(out.whole + i), words_of(raised)));
-    prefetch_to_own(reinterpret_cast<const Record*>(tail) + records_ahead);
-    tails[column] = tail + sizeof(Record) * ((number & beyond_next) == 0);
-  }
-  copy_on(map, several, several_count, out);
+  if (out.buffers)
+    enter<true>(map, several, several_count, count, out);
+  else
+    enter<false>(map, several, several_count, count, out);
 }
 
 }  // namespace throng::cpu::HWY_NAMESPACE

@@ -82,6 +82,9 @@ struct BinReport {
   }
 };
 
+// Records of so many bytes leave the last level of cache before they are read again: see BinTarget.
+constexpr std::size_t usual_stream_from = std::size_t{64} << 20;
+
 // What all workers of a call share.
 struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
@@ -96,6 +99,7 @@ struct Search {
   // Boxes of two worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;
   const Kernels* kernels = nullptr;
+  std::size_t stream_from = usual_stream_from;
   const Executor* executor = nullptr;
   Memory* memory = nullptr;
   Sink* sink = nullptr;

@@ -5,3 +5,14 @@
 #include <emmintrin.h>
 #define THRONG_SSE2 1
 #endif
+
+namespace throng::cpu {
+
+// What was written past the caches is seen before what is written from now on.
+inline void streams_done() noexcept {
+#if defined(THRONG_SSE2)
+  _mm_sfence();
+#endif
+}
+
+}  // namespace throng::cpu

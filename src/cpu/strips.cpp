@@ -93,8 +93,22 @@ void ColumnSearch::set_buckets(Range words, std::uint32_t wanted, Strip& strip) 
   strip.bucket_count = (words.most >> shift) - (words.least >> shift) + 1;
 }
 
+// f(record) for each of a segment. A column is gone through twice, and each time half of the lines
+// of the next one are asked for, as few can be under way at once.
+template <class F>
+void ColumnSearch::each_record(const Segment& segment, const F& f) {
+  constexpr std::uint32_t a_step = 2 * LookAhead::records_a_step;
+  const Record* r = segment.records;
+  const Record* const last = r + segment.count;
+  for (; last - r >= a_step; r += a_step) {
+    ahead_.step();
+    for (std::uint32_t k = 0; k < a_step; ++k) f(r[k]);
+  }
+  for (; r != last; ++r) f(*r);
+}
+
 // How many boxes begin in each bucket; of each box, how many that were counted before it.
-void ColumnSearch::count(Part& part) const {
+void ColumnSearch::count(Part& part) {
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = part.strip.shift, first_bucket = part.strip.first_bucket;
   std::uint32_t* const in = part.room.buckets.room(part.strip.bucket_count + 1);
@@ -109,9 +123,9 @@ void ColumnSearch::count(Part& part) const {
     if (!all.empty()) ask(all[0]);
     for (std::size_t s = 0; s < all.size(); ++s) {
       if (s + 1 < all.size()) ask(all[s + 1]);
-      const Record* r = all[s].records;
-      const Record* const last = r + all[s].count;
-      for (; r != last; ++r) *rank++ = in[(r->lower[axis] >> shift) - first_bucket]++;
+      each_record(all[s], [&](const Record& r) {
+        *rank++ = in[(r.lower[axis] >> shift) - first_bucket]++;
+      });
     }
   }
 }
@@ -142,18 +156,11 @@ void ColumnSearch::arrange(Part& part) {
   start[bucket_count] = sum;
   const Record** const order = part.room.order.room(strip.count + record_padding);
   const std::uint32_t* rank = part.room.ranks.data();
-  const auto place = [&](const Record& record) {
-    order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
-  };
   for (const Raw& raw : part.raw) {
     for (const Segment& segment : segments(raw)) {
-      const Record* r = segment.records;
-      const Record* const last = r + segment.count;
-      for (; last - r >= LookAhead::records_a_step; r += LookAhead::records_a_step) {
-        ahead_.step();
-        for (std::uint32_t k = 0; k < LookAhead::records_a_step; ++k) place(r[k]);
-      }
-      for (; r != last; ++r) place(*r);
+      each_record(segment, [&](const Record& record) {
+        order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
+      });
     }
   }
   strip.bucket_end = start + 1;

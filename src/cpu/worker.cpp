@@ -45,6 +45,7 @@ void StripSpace::match(const StripSpace& other) {
 
 Worker::Worker(Memory& memory) noexcept
     : dummy_block(memory),
+      bin_buffers(memory),
       query_floats(memory),
       target_floats(memory),
       memory_(&memory),
@@ -65,6 +66,7 @@ Level& Worker::level(unsigned depth) {
 
 void Worker::match(const Worker& other) {
   dummy_block.match(other.dummy_block);
+  bin_buffers.match(other.bin_buffers);
   query_floats.match(other.query_floats);
   target_floats.match(other.target_floats);
   for (unsigned depth = 0; depth < max_depth; ++depth) {

@@ -71,7 +71,7 @@ class Worker : public Emit {
   void match(const Worker& other);
 
   BinTask bin;
-  Buffer<char> dummy_block;
+  Buffer<char> dummy_block, bin_buffers;
   FloatSpace query_floats, target_floats;
 
  private:

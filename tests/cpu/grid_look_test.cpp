@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cpu/each_task.hpp"
-#include "cpu/threads.hpp"
+#include "cpu/searched_grid.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/random.hpp"
 
@@ -25,35 +24,11 @@ using tests::Random;
 class Grid {
  public:
   Grid(const BoxList& boxes, unsigned tasks, float cell_scale = 1)
-      : view_(boxes), grid_(memory_), workers_(memory_) {
-    Search search;
-    search.a = search.b = &view_;
-    search.kernels = find_kernels(Isa::automatic);
-    search.executor = &default_executor();
-    search.memory = &memory_;
-    search.cell_scale = cell_scale;
-    Problem whole;
-    whole.queries = {&view_, nullptr, static_cast<std::uint32_t>(boxes.size())};
-    whole.targets = {&view_, nullptr, 0};
-    plan_ = make_plan(search, whole, Algorithm::grid);
-    Worker* const* const team = workers_.make(tasks);
-    for (unsigned t = 0; t < tasks; ++t) team[t]->begin(search);
-    BinReport report;
-    grid_.bin(search, whole, plan_, team, tasks, report);
-    BufferSink sink(nullptr, 0, nullptr, 0);
-    search.sink = &sink;
-    for (unsigned t = 0; t < tasks; ++t) team[t]->begin(search);
-    grid_.find(search, whole, plan_, team, tasks, 0);
-    EXPECT_FALSE(search.failed());
-  }
-  GridLook look() const { return {grid_, plan_}; }
+      : searched_(boxes, SearchedGrid::How{tasks, cell_scale}) {}
+  GridLook look() const { return {searched_.grid(), searched_.plan()}; }
 
  private:
-  Memory memory_{std::pmr::new_delete_resource(), 0};
-  Boxes view_;
-  GridSpace grid_;
-  EachTask<Worker> workers_;
-  core::GridPlan plan_;
+  SearchedGrid searched_;
 };
 
 struct Sum {
