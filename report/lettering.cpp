@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 
@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "report/colour.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::report {
 namespace {
@@ -109,16 +110,29 @@ void write_png(const std::string& path, Image image, const PictureStyle& style, 
   legend(pen.get(), words, image, style, lowest, highest);
   cairo_surface_flush(surface.get());
 
-  const std::string temporary = path + ".part";
+  scene::OutputFile file(path);
+  struct Target {
+    scene::OutputFile& file;
+    std::exception_ptr failure;
+  } target{file, nullptr};
+  const auto write = [](void* to, const unsigned char* bytes, unsigned count) noexcept {
+    Target& at = *static_cast<Target*>(to);
+    try {
+      at.file.write(bytes, count);
+    } catch (...) {  // which C code must not see
+      at.failure = std::current_exception();
+      return CAIRO_STATUS_WRITE_ERROR;
+    }
+    return CAIRO_STATUS_SUCCESS;
+  };
   cairo_status_t status = cairo_status(pen.get());
   if (status == CAIRO_STATUS_SUCCESS)
-    status = cairo_surface_write_to_png(surface.get(), temporary.c_str());
-  if (status != CAIRO_STATUS_SUCCESS || std::rename(temporary.c_str(), path.c_str()) != 0) {
-    std::remove(temporary.c_str());
-    throw std::runtime_error("cannot write the picture '" + path + "': " +
-                             (status != CAIRO_STATUS_SUCCESS ? cairo_status_to_string(status)
-                                                             : "it cannot be put under that name"));
-  }
+    status = cairo_surface_write_to_png_stream(surface.get(), write, &target);
+  if (target.failure) std::rethrow_exception(target.failure);
+  if (status != CAIRO_STATUS_SUCCESS)
+    throw std::runtime_error("cannot draw the picture '" + path +
+                             "': " + cairo_status_to_string(status));
+  file.commit();
 }
 
 }  // namespace throng::report

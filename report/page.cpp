@@ -1,13 +1,9 @@
 #include "report/page.hpp"
 
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <stdexcept>
-#include <system_error>
 
 #include "report/format.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::report {
 namespace {
@@ -67,23 +63,9 @@ std::string Page::html() const {
 }
 
 void write_text(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".part";
-  const auto fail = [&](const char* what, int error) {
-    std::remove(temporary.c_str());
-    throw std::runtime_error("cannot " + std::string(what) + " '" + path +
-                             "': " + std::strerror(error));
-  };
-  // A device or a pipe is written as it is: it must not be replaced by a file.
-  std::error_code ignored;
-  const auto status = std::filesystem::status(path, ignored);
-  const bool in_place =
-      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
-  std::FILE* file = std::fopen(in_place ? path.c_str() : temporary.c_str(), "wb");
-  if (!file) fail("open", errno);
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const int error = errno;
-  if (std::fclose(file) != 0 || !written) fail("write", written ? errno : error);
-  if (!in_place && std::rename(temporary.c_str(), path.c_str()) != 0) fail("write", errno);
+  scene::OutputFile file(path);
+  file.write(text.data(), text.size());
+  file.commit();
 }
 
 }  // namespace throng::report

@@ -29,8 +29,8 @@ class Page {
   std::string title_, body_, links_;
 };
 
-// Writes `text` under a temporary name beside `path` and renames it when it is complete. Throws
-// std::runtime_error that names the file and what went wrong; nothing is left behind then.
+// The file appears under its name when it is complete. Throws std::runtime_error that names the
+// file and what went wrong; nothing is left behind then.
 void write_text(const std::string& path, const std::string& text);
 
 }  // namespace throng::report

@@ -133,8 +133,8 @@ class WorldWriter {
   std::unique_ptr<OutputFile> file_;
 };
 
-// Pairs in blocks, as many as come: the count goes into the header at the end, so the target must
-// not be a pipe.
+// Pairs in blocks, as many as come: the count goes into the header at the end, so a pipe is
+// refused.
 class PairWriter {
  public:
   explicit PairWriter(const std::string& path);

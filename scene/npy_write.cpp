@@ -89,6 +89,10 @@ void WorldWriter::write(const std::int32_t* values, std::size_t count) {
 void WorldWriter::finish() { file_->commit(); }
 
 PairWriter::PairWriter(const std::string& path) : file_(std::make_unique<OutputFile>(path)) {
+  if (!file_->can_seek()) {
+    throw_file_error(path, "a pipe",
+                     "a file: how many pairs there are stands at its beginning, and is known last");
+  }
   header_bytes_ = write_header(*file_, native_descr('u', 4), {0, 2});
 }
 

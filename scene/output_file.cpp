@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kBufferBytes = 1 << 18;
 constexpr int kAttempts = 16;
+constexpr int kMostLinks = 40;
 
 // A name that no other thread or process is likely to choose; opening it exclusively makes sure.
 std::string temporary_name(const std::string& target) {
@@ -32,22 +33,40 @@ std::string temporary_name(const std::string& target) {
   return target + suffix;
 }
 
+// Where a path leads: to rename over a link would replace the link, and /dev/stdout is one. A link
+// may lead to nothing yet.
+std::string followed(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path at = path;
+  for (int links = 0; fs::is_symlink(fs::symlink_status(at, error)); ++links) {
+    const fs::path to = fs::read_symlink(at, error);
+    if (error || links == kMostLinks)
+      throw_file_error(path, error ? error.message() : "links that lead in a circle",
+                       "a file that can be written");
+    at = at.parent_path() / to;
+  }
+  return at.string();
+}
+
+// Of what is there and no regular file: a device or a pipe has nothing to rename over it.
+bool is_written_in_place(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) throw_file_error(path, "a directory", "a file to write");
+  return fs::exists(status) && !fs::is_regular_file(status);
+}
+
 }  // namespace
 
-OutputFile::OutputFile(const std::string& path) : name_(path), target_(path) {
-  namespace fs = std::filesystem;
+OutputFile::OutputFile(const std::string& path) : name_(path) {
   if (path.empty()) throw_file_error("(no name)", "an empty file name", "a file to write");
-  std::error_code error;
-  // To rename over a link would replace the link, and /dev/stdout is one.
-  if (fs::is_symlink(fs::symlink_status(path, error))) {
-    const fs::path real = fs::canonical(path, error);
-    if (!error) target_ = real.string();
-  }
-  const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) throw_file_error(name_, "a directory", "a file to write");
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    file_ = std::fopen(path.c_str(), "wb");  // a device or a pipe: nothing to rename over it
+  if (is_written_in_place(path)) {
+    file_ = std::fopen(path.c_str(), "wb");
     if (!file_) fail(errno);
+  } else {
+    target_ = followed(path);
   }
   for (int attempt = 0; !file_; ++attempt) {
     temporary_ = temporary_name(target_);
@@ -62,6 +81,10 @@ OutputFile::OutputFile(const std::string& path) : name_(path), target_(path) {
 }
 
 OutputFile::~OutputFile() { discard(); }
+
+void OutputFile::probe(const std::string& path) {
+  if (path.empty() || !is_written_in_place(path)) OutputFile file(path);
+}
 
 void OutputFile::fail(int error) {
   discard();
@@ -96,6 +119,13 @@ void OutputFile::seek(std::uint64_t offset) {
   at_ = offset;
 }
 
+bool OutputFile::can_seek() const noexcept { return file_ && seek_to(file_, at_); }
+
+void OutputFile::flush() {
+  errno = 0;
+  if (std::fflush(file_) != 0) fail(errno);
+}
+
 void OutputFile::cut(std::uint64_t offset) {
   seek(offset);
   end_ = offset;
@@ -103,8 +133,7 @@ void OutputFile::cut(std::uint64_t offset) {
 
 void OutputFile::commit() {
   if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
-  errno = 0;
-  if (std::fflush(file_) != 0) fail(errno);
+  flush();
   errno = 0;
   std::FILE* file = file_;
   file_ = nullptr;  // closed even where closing fails

@@ -22,11 +22,10 @@ std::uint64_t fold_of(const SweepHitList& hits) noexcept {
   return sum;
 }
 
-// Of a question, which may then have left out some of what it was asked.
-bool stopped(const Options& options, Result& r) noexcept {
-  if (!options.stop || !options.stop->load()) return false;
+// Of a question, which then may have left out some of what it was asked.
+bool stopped(Result& r) noexcept {
+  if (r.status != Status::stopped) return false;
   r.found = r.written = 0;
-  r.status = Status::stopped;
   return true;
 }
 
@@ -41,7 +40,7 @@ Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
     log.begin(Operation::find_overlaps, 1);
     log.boxes(boxes);
     tracker.find_overlaps(boxes, options_, r);
-    if (stopped(options_, r))
+    if (stopped(r))
       tracker.queries().overlaps().clear();
     else if (log)
       log.told(pair_checksum(overlaps().data(), overlaps().size()));
@@ -76,9 +75,8 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
     log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
     log.sweeps(sweeps, count);
     log.boxes(boxes);
-    tracker.find_hits(sweeps, count, which, filters, options_);
-    r.found = r.written = tracker.queries().hits().size();
-    if (stopped(options_, r))
+    tracker.find_hits(sweeps, count, which, filters, options_, r);
+    if (stopped(r))
       tracker.queries().forget_hits();
     else if (log)
       log.told(fold_of(hits()));

@@ -143,14 +143,15 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   const unsigned threads = options.threads ? options.threads : executor.concurrency;
   r.plan.isa = kernels->isa;
   r.plan.threads = n < threads_pay_from ? 1 : std::max(threads, 1u);
+  cpu::Stop stop(options.stop);
   if (n != 0) {
     const cpu::BodyReport report =
-        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads, options.stop);
+        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads, stop);
     r.first_invalid = report.first_invalid;
     r.invalid_count = report.invalid_count;
   }
   r.written = n;
-  if (options.stop && options.stop->load()) {
+  if (stop()) {
     r.written = r.first_invalid = r.invalid_count = 0;
     r.status = Status::stopped;
   } else if (r.invalid_count != 0) {

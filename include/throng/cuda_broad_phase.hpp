@@ -25,10 +25,12 @@ namespace throng::cuda {
 // not change what is told. 0: whatever moves has all candidates found anew.
 //
 // Ids, boxes and filters are given in device memory, on a stream, and each call waits for it once
-// or a few times. A call that is refused or runs out of memory changes nothing, but see
-// update(boxes). One thread at a time; one GPU, that which is current at its first call. What it
-// holds is given back on the stream of its last call. Result::found of a call on objects is how
-// many there are then, of update() how many pairs live.
+// or a few times, to learn how it went. What it then puts may still run: whoever goes on, reads
+// what is told, or writes what was given, does so on that stream, or waits for it. A call that is
+// refused or runs out of memory changes nothing, but see update(boxes). One thread at a time; one
+// GPU, that which is current at its first call. What it holds is given back on the stream of its
+// last call. Result::found of a call on objects is how many there are then, of update() how many
+// pairs live.
 //
 // Of Options these hold here: nan, margin, algorithm and cell_scale. At most 1.8e9 ids, and 2^32 -
 // 2 pairs that begin or end in one update.

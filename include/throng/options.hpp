@@ -77,6 +77,7 @@ THRONG_API const char* to_string(Status) noexcept;
 
 // Where work runs. `run` calls task(context, i) once for every i in 0..count-1, in any order and on
 // any threads, and returns when all have returned. A call with count 1 may run on the caller.
+// `run` throws nothing: what would leave a search ends the program.
 // A search on the CPU calls it once: a task stays until the search is over, and between
 // phases it spins, then yields. None waits for a task that has not begun.
 struct Executor {

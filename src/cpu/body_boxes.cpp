@@ -115,8 +115,7 @@ static_assert(chunk % BodyBlock::size == 0);
 }  // namespace
 
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks,
-                        const std::atomic<bool>* stop) noexcept {
+                        const Executor& executor, unsigned tasks, Stop& stop) noexcept {
   const PlaceBlock place = find_place_block(isa, job.rotation.data, job.displacement.data);
   const PlaceBlock unrotated = find_place_block(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
@@ -125,7 +124,7 @@ BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa
   std::atomic<std::uint64_t> first{count}, invalid{0};
   auto body = [&](unsigned) {
     Task task(job, place, unrotated);
-    for (std::uint64_t k; turns.take(k) && !(stop && stop->load(std::memory_order_relaxed));) {
+    for (std::uint64_t k; turns.take(k) && !stop();) {
       const std::size_t begin = static_cast<std::size_t>(k) * chunk;
       const std::size_t end = std::min(count, begin + chunk);
       for (std::size_t i = begin; i < end; i += BodyBlock::size)

@@ -1,13 +1,13 @@
 // Boxes of bodies on the CPU: blocks of bodies as vectors, shared out among threads.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
 #include <throng/options.hpp>
 
 #include "core/update_boxes.hpp"
+#include "cpu/stop.hpp"
 
 namespace throng::cpu {
 
@@ -17,10 +17,9 @@ struct BodyReport {
 
 // Box by box what `job` says, of bodies 0 .. count-1, by so many tasks; by the very same
 // arithmetic. An instruction set that is not here does as well as another: the bits are the same.
-// Once *stop is true some boxes stay as they were.
+// Once `stop` is true some boxes stay as they were.
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks,
-                        const std::atomic<bool>* stop) noexcept;
+                        const Executor& executor, unsigned tasks, Stop& stop) noexcept;
 
 // A block of bodies with box shapes, an array a coordinate.
 struct BodyBlock {

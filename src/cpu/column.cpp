@@ -142,8 +142,10 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
     // A wide box of the few may meet any.
     Raw &one = sides[few], &other = sides[1 - few];
-    if (space_.wide_count_[few] == 0 && one.records < other.records / most_uneven)
+    if (space_.wide_count_[few] == 0 && one.records < other.records / most_uneven) {
       other = thin_out(other, one);
+      break;  // what is left may be fewer still: there is room for one side's
+    }
   }
   Part parts[2] = {{{sides, 1}, 0, level_.query_strip}, {{sides + 1, 1}, 1, level_.target_strip}};
   sort({parts, has_targets ? 2u : 1u});

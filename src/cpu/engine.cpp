@@ -208,8 +208,12 @@ void Engine::find_into(Call& call, Output& output) {
 // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
 void Engine::find_in_order(Call& call, Output& output) {
   Output own{unordered_.data(), unordered_.capacity(),
-             [](void* room, std::size_t count) {
-               return room_for_pairs(*static_cast<Buffer<Pair>*>(room), count);
+             [](void* room, std::size_t count) -> Pair* {
+               try {
+                 return room_for_pairs(*static_cast<Buffer<Pair>*>(room), count);
+               } catch (const NoMemory&) {
+                 return nullptr;
+               }
              },
              &unordered_};
   find_into(call, own);
@@ -376,7 +380,8 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
     if (r.status == Status::memory_cap_too_small) {
       r.bytes_needed = std::max(search.bytes(), enough_bytes(call));
     }
-    r.found = r.written = 0;
+    r.found = 0;
+    if (!consumer) r.written = 0;  // what a consumer was handed it has
   }
   r.times.total_ms = total.lap();
   return r;

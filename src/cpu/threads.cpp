@@ -24,10 +24,12 @@ unsigned hardware_threads() noexcept {
 void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
   // Whoever is called takes the next task. So where oneTBB throws, for want of memory or of
   // threads, the caller does what is left, and each is done once. Tasks themselves throw nothing.
+  // Isolated: a consumer that waits for tasks of its own is not given one of this search, which
+  // may not return before the consumer does.
   std::atomic<unsigned> next{0};
   const auto take = [&] {
     const unsigned i = next.fetch_add(1, std::memory_order_relaxed);
-    if (i < count) task(context, i);
+    if (i < count) tbb::this_task_arena::isolate([&] { task(context, i); });
     return i < count;
   };
   try {

@@ -21,7 +21,8 @@ class Gpu final : public Engine {
   explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
   ~Gpu() override {
     if (!own_) return;
-    device().begin(nullptr, false);  // memory is given back on a stream that still is
+    (void)cudaStreamSynchronize(own_);  // a consumer that stopped may have left a copy under way
+    device().begin(nullptr, false);     // memory is given back on a stream that still is
     (void)cudaStreamDestroy(own_);
   }
 

@@ -76,6 +76,7 @@ class Device {
   // What follows is for this stream; `measure`: with an event after each stage. Once *stop is true,
   // Failure: stopped, soon; the stream is waited for now and then to see to that.
   void begin(cudaStream_t stream, bool measure, const std::atomic<bool>* stop = nullptr) {
+    (void)cudaGetLastError();  // what the caller left behind is no failure of this call
     stream_ = stream;
     measuring_ = measure;
     stop_ = stop;
@@ -160,7 +161,8 @@ class Device {
   void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
     const auto kernel = run_place_buckets<pipeline::PlaceBuckets>;
     const std::size_t bytes = f.buckets.cells() * sizeof(std::uint32_t);
-    allow_memory(kernel, bytes);
+    // As much as any call: what is allowed is one for all threads of the process.
+    allow_memory(kernel, pipeline::Buckets::most_cells * sizeof(std::uint32_t));
     kernel<<<f.buckets.count(), bucket_threads, bytes, stream_>>>(f, count);
     check(cudaGetLastError());
   }

@@ -65,6 +65,7 @@ class GpuScene final : public Scene {
     const auto& theirs = static_cast<const GpuScene&>(other);
     if (theirs.ordinal() != ordinal())
       throw Failure{Status::bad_option, 0, "is of another GPU than the copy", "the BroadPhase"};
+    check(cudaDeviceSynchronize());  // the other's last call may run still, on a stream of its own
     scene_.copy(theirs.scene_);
     check(cudaStreamSynchronize(stream));  // the other may end after this
   }

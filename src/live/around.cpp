@@ -32,8 +32,7 @@ void Around::match(const Around& other) {
   seen_.match(other.seen_);
 }
 
-void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
-                    const std::atomic<bool>* stop) {
+void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, cpu::Stop& stop) {
   const Objects& objects = scene.objects;
   Cells::Reach reaches[ahead];
   PairSet::Walk walks[edges_ahead];
@@ -55,7 +54,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
       edges_ahead - 1, 3 + 3 * std::uint64_t{scene.pairs.count()} / (objects.count() + 1));
   ObjectId hits[Cells::most_hits + 1];
   for (std::size_t i = 0; i < count; ++i) {
-    if (stop && stop->load(std::memory_order_relaxed)) return;
+    if (stop()) return;
     if (const std::size_t soon = i + ahead / 2; soon < count) {
       if (objects.body(ids[soon]).home != none) scene.cells.prefetch_chains(reaches[soon % ahead]);
     }

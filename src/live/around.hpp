@@ -2,9 +2,9 @@
 // tasks share what they only read.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
+#include "cpu/stop.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
@@ -25,11 +25,10 @@ class Around {
   };
   // Forgets what was found.
   void start() noexcept;
-  // Searches around the objects of a list, all of which changed, until *stop; adds to what was
+  // Searches around the objects of a list, all of which changed, until `stop`; adds to what was
   // found. Of two objects that both changed, the one with the lower id tells of their pair. Throws
   // cpu::NoMemory.
-  void search(const Scene& scene, const ObjectId* ids, std::size_t count,
-              const std::atomic<bool>* stop);
+  void search(const Scene& scene, const ObjectId* ids, std::size_t count, cpu::Stop& stop);
 
   // Begun: without slots.
   const List<LivePair>& begun() const noexcept { return begun_; }

@@ -169,7 +169,7 @@ struct Queries::Look {
 // once.
 template <class Prepare, class Ask>
 void Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-                  const std::atomic<bool>* stop, Prepare&& prepare, Ask&& ask) {
+                  cpu::Stop& stop, Prepare&& prepare, Ask&& ask) {
   hits_.clear();
   tasks = count < threads_ask_from ? 1 : tasks;
   found_.make(tasks);
@@ -180,7 +180,7 @@ void Queries::run(std::size_t count, std::size_t limit, const Executor& executor
     const std::size_t first = count * t / tasks, end = count * (t + 1) / tasks;
     for (std::size_t i = first; i < std::min(first + ahead, end); ++i) prepare(i, looks[i % ahead]);
     for (std::size_t i = first; i < end; ++i) {
-      if (stop && stop->load(std::memory_order_relaxed)) break;
+      if (stop()) break;
       const std::size_t before = found.size();
       ask(i, looks[i % ahead], found);
       if (i + ahead < end) prepare(i + ahead, looks[i % ahead]);
@@ -200,8 +200,7 @@ void Queries::run(std::size_t count, std::size_t limit, const Executor& executor
 }
 
 void Queries::find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
-                            const Executor& executor, unsigned tasks,
-                            const std::atomic<bool>* stop) {
+                            const Executor& executor, unsigned tasks, cpu::Stop& stop) {
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, boxes.filters);
   const auto prepare = [&](std::size_t i, Look& look) {
@@ -238,7 +237,7 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
 
 void Queries::find_hits(const Objects& objects, const Ground& ground, const Sweep* sweeps,
                         std::size_t count, SweepHits which, const Filters& filters,
-                        const Executor& executor, unsigned tasks, const std::atomic<bool>* stop) {
+                        const Executor& executor, unsigned tasks, cpu::Stop& stop) {
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, filters);
   // How much of its time a piece of a sweep is; 0: all objects are gone through.

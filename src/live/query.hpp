@@ -1,7 +1,6 @@
 // Questions to the objects: what overlaps a box, what is in a box's way.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <optional>
 
@@ -10,6 +9,7 @@
 #include "cpu/each_task.hpp"
 #include "cpu/grid_look.hpp"
 #include "cpu/sink.hpp"
+#include "cpu/stop.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
@@ -50,18 +50,18 @@ class Queries {
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
 
-  // Throw cpu::NoMemory. Once *stop is true the questions that are left are not asked.
+  // Throw cpu::NoMemory. Once `stop` is true the questions that are left are not asked.
   void find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
-                     const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
+                     const Executor& executor, unsigned tasks, cpu::Stop& stop);
   void find_hits(const Objects& objects, const Ground& ground, const Sweep* sweeps,
                  std::size_t count, SweepHits which, const Filters& filters,
-                 const Executor& executor, unsigned tasks, const std::atomic<bool>* stop);
+                 const Executor& executor, unsigned tasks, cpu::Stop& stop);
 
  private:
   struct Look;
   template <class Prepare, class Ask>
   void run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-           const std::atomic<bool>* stop, Prepare&& prepare, Ask&& ask);
+           cpu::Stop& stop, Prepare&& prepare, Ask&& ask);
 
   cpu::EachTask<List<SweepHit>> found_;
   List<Pair> overlaps_;

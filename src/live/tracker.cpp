@@ -243,12 +243,13 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   around_.make(tasks);
   for (unsigned t = 0; t < tasks; ++t) around_[t].start();
   const Around::Scene scene{objects_, pairs_, cells_};
+  cpu::Stop stop(options.stop);
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
   cpu::run_tasks_or_throw(executor_of(options), tasks, [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);)
-      around_[t].search(scene, dirty.data() + begin, end - begin, options.stop);
+      around_[t].search(scene, dirty.data() + begin, end - begin, stop);
   });
-  if (options.stop && options.stop->load(std::memory_order_relaxed)) {
+  if (stop()) {
     r.status = Status::stopped;
     return;
   }
@@ -334,9 +335,10 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
       few ? cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); })
           : all;
   if (few) asked(boxes.size(), std::min(cost, all), options);
+  cpu::Stop stop(options.stop);
   if (few && (placed_ || cost < all)) {
     queries_.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options),
-                           options.stop);
+                           stop);
   } else {
     const Boxes view = objects_.view();
     r = find_into(queries_.overlaps(), boxes, &view, 0, options);
@@ -344,16 +346,20 @@ void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& 
   }
   queries_.forget_hits();  // it may have been found there
   r.found = r.written = queries_.overlaps().size();
+  if (stop()) r.status = Status::stopped;
 }
 
 void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
-                        const Filters& filters, const Options& options) {
+                        const Filters& filters, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
   const Ground now{nullptr, columns()};
   const double cost = cost_of(count, [&](std::size_t i) { return now.cost(objects_, sweeps[i]); });
   asked(count, cost, options);
+  cpu::Stop stop(options.stop);
   queries_.find_hits(objects_, ground(), sweeps, count, which, filters, executor_of(options),
-                     task_count(options), options.stop);
+                     task_count(options), stop);
+  r.found = r.written = queries_.hits().size();
+  if (stop()) r.status = Status::stopped;
 }
 
 void Tracker::reserve_for(const Tracker& other) {

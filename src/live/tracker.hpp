@@ -40,7 +40,7 @@ class Tracker {
   // Questions; see query.hpp. Throw cpu::NoMemory.
   void find_overlaps(const Boxes& boxes, const Options& options, Result& result);
   void find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
-                 const Options& options);
+                 const Options& options, Result& result);
   Queries& queries() noexcept { return queries_; }
 
   void reserve_for(const Tracker& other);

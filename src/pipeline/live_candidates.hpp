@@ -57,6 +57,15 @@ class CandidateFinder {
     const std::uint64_t leavers = seen.leavers.found, strays = seen.strays.found;
     many_left_ = leavers > most;
     if (many_left_ || strays > room_of(strays_)) return false;
+    // A call that was refused may have moved the filters since.
+    Set& filters = grid_of_.sets[0];
+    const auto where_now = [](auto& column, const auto* now) {
+      if (column) column.data = reinterpret_cast<const char*>(now);
+    };
+    where_now(filters.group, live.group);
+    where_now(filters.mask, live.mask);
+    where_now(filters.owner, live.owner);
+    where_now(filters.is_static, live.is_static);
     GridSearchOf<Looking::around> around{grid_of_,
                                          workspace_of_.grid,
                                          workspace_of_.table,

@@ -4,6 +4,12 @@
 #include <mutex>
 #include <stdexcept>
 
+#if defined(THRONG_TESTS_TBB)
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
 #include "support/configs.hpp"
 #include "support/counting.hpp"
 #include "support/hard_boxes.hpp"
@@ -226,6 +232,31 @@ TEST_P(Consume, MorePairsThanMemory) {
   EXPECT_LE(counted.peak(), needed);
 }
 
+// Pairs that a consumer was handed before memory ran short are told of.
+TEST(ConsumeUnderACap, WhatWasHandedOutIsTold) {
+  // Some columns have many more boxes than others.
+  BoxList boxes;
+  Random random(7);
+  for (int i = 0; i < 60'000; ++i) boxes.push_back(cube(random.point(0, 1), 0.03f));
+  for (int i = 0; i < 40'000; ++i) boxes.push_back(cube(random.point(0.95f, 1), 0.001f));
+  std::size_t told = 0;
+  for (std::size_t cap = 4'000'000; cap < 9'000'000; cap += 100'000) {
+    Options options;
+    options.threads = 1;
+    options.memory_cap_bytes = cap;
+    Finder finder(options);
+    std::uint64_t handed = 0;
+    const Result r = finder.consume(boxes, [&](const Pair*, std::size_t count) {
+      handed += count;
+      return true;
+    });
+    EXPECT_EQ(r.written, handed) << "cap " << cap;
+    EXPECT_EQ(r.found, r.ok() ? handed : 0) << "cap " << cap;
+    told += !r.ok() && handed != 0;
+  }
+  EXPECT_GT(told, 0u) << "never halfway";
+}
+
 TEST_P(Consume, InvalidInputReachesNoConsumer) {
   BoxList boxes = identical_boxes(50, 1);
   boxes[20].lower.x = std::numeric_limits<float>::quiet_NaN();
@@ -238,6 +269,43 @@ TEST_P(Consume, InvalidInputReachesNoConsumer) {
 }
 
 THRONG_INSTANTIATE(Consume, all_configs);
+
+#if defined(THRONG_TESTS_TBB)
+// A consumer that waits for tasks of its own, on the threads that also search: it is given none of
+// the search around it, which would wait for the consumer.
+TEST(ConsumeOnTheSameThreads, TasksAndSearchesOfItsOwn) {
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism, 4);
+  tbb::task_arena arena(4);
+  const BoxList boxes = uniform_boxes(20'000, 5), others = uniform_boxes(7'000, 6);
+  const std::size_t wanted = reference_pairs(others).pairs.size();
+  for (const bool concurrent : {false, true}) {
+    Options options;
+    options.threads = 4;
+    options.concurrent_consumer = concurrent;
+    std::atomic<std::size_t> pairs{0};
+    std::atomic<bool> wrong{false};
+    std::uint64_t found = 0;
+    arena.execute([&] {
+      Finder finder(options);
+      for (int k = 0; k < 40; ++k) {
+        const Result r = finder.consume(boxes, [&](const Pair*, std::size_t count) {
+          tbb::parallel_for(std::size_t{0}, count, [&](std::size_t) { ++pairs; });
+          if (k % 4 != 0) return true;
+          std::vector<Pair> own;
+          Options inner;
+          inner.threads = 4;
+          if (!find_pairs(others, own, inner).ok() || own.size() != wanted) wrong = true;
+          return true;
+        });
+        found += r.found;
+      }
+    });
+    EXPECT_GT(found, 0u);
+    EXPECT_EQ(pairs, found);
+    EXPECT_FALSE(wrong);
+  }
+}
+#endif
 
 }  // namespace
 }  // namespace throng::tests

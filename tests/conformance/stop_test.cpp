@@ -157,5 +157,90 @@ TEST(StopBroadPhase, ChangesNothing) {
   EXPECT_EQ(live.find_overlaps(Boxes(&all.box, 1)).found, boxes.size());
 }
 
+// Threads that find they are to stop, and none that is told so afterwards.
+struct TakenBack {
+  std::atomic<bool> stop{false};
+  bool disturbs = false;
+  const Executor executor{
+      4,
+      [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+        auto& my = *static_cast<TakenBack*>(self);
+        my.stop = my.disturbs;
+        for (unsigned i = 0; i < count; ++i) task(context, i);
+        my.stop = false;
+      },
+      this};
+
+  Options options() const {
+    Options o;
+    o.stop = &stop;
+    o.executor = &executor;
+    o.threads = 4;
+    return o;
+  }
+};
+
+// What broke off does not pass for whole.
+TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
+  const BoxList boxes = uniform_boxes(8000, 3);
+  BoxList away = boxes;
+  for (std::size_t i = 0; i < 450; ++i) away[i].lower.x += 100, away[i].upper.x += 100;
+  const std::uint64_t pairs[] = {reference_pairs(boxes).pairs.size(),
+                                 reference_pairs(away).pairs.size()};
+  TakenBack threads;
+  BroadPhase live(threads.options());
+  std::vector<ObjectId> ids(boxes.size());
+  ASSERT_TRUE(live.add(boxes, ids.data()).ok());
+  ASSERT_TRUE(live.update().ok());
+  std::size_t stopped = 0;
+  for (std::size_t frame = 1; frame < 60; ++frame) {
+    const BoxList& now = frame % 2 ? away : boxes;
+    ASSERT_TRUE(live.move(ids.data(), Boxes(now.data(), 450)).ok());
+    threads.disturbs = true;
+    const Result r = live.update();
+    threads.disturbs = false;
+    stopped += r.status == Status::stopped;
+    if (r.status == Status::stopped) {
+      ASSERT_TRUE(live.update().ok());
+    }
+    ASSERT_EQ(live.pair_count(), pairs[frame % 2]) << "frame " << frame;
+  }
+  EXPECT_EQ(stopped, 59u);
+
+  std::vector<Sweep> sweeps;
+  for (std::size_t i = 0; i < 600; ++i) sweeps.push_back({boxes[i], {1, 1, 1}});
+  for (const std::size_t count : {100u, 600u}) {
+    const Boxes asked(boxes.data(), count);
+    threads.disturbs = false;
+    ASSERT_TRUE(live.find_overlaps(asked).ok());
+    EXPECT_GT(live.overlaps().size(), count / 4);
+    threads.disturbs = true;
+    expect_stopped(live.find_overlaps(asked));
+    EXPECT_TRUE(live.overlaps().empty());
+    expect_stopped(live.find_hits(sweeps.data(), count));
+    EXPECT_TRUE(live.hits().empty());
+  }
+}
+
+TEST(StopThatIsTakenBack, OfASearchAndOfBodies) {
+  const BoxList boxes = uniform_boxes(20'000, 4);
+  TakenBack threads;
+  threads.disturbs = true;
+  Finder finder(threads.options());
+  expect_stopped(finder.find(boxes));
+
+  const std::vector<Transform> transforms(20'000, Transform{{1, 2, 3}, {0, 0, 0, 1}});
+  const Shape ball = Shape::sphere(1);
+  const Bodies bodies(transforms.data(), transforms.size(), &ball, 1);
+  std::vector<Box> placed(bodies.size());
+  UpdateOptions o;
+  o.stop = &threads.stop;
+  o.executor = &threads.executor;
+  o.threads = 4;
+  expect_stopped(update_boxes(bodies, placed.data(), o));
+  threads.disturbs = false;
+  EXPECT_TRUE(update_boxes(bodies, placed.data(), o).ok());
+}
+
 }  // namespace
 }  // namespace throng::tests

@@ -52,6 +52,26 @@ TEST_P(TwoSets, HardScenesParted) {
   }
 }
 
+// Two sets that lie apart along the axis that is swept, but for a few boxes of the one: of many
+// boxes few are near the other set's, and of these in turn few are near those that are left.
+TEST_P(TwoSets, ThatMeetInFewPlaces) {
+  static BoxList few, many;
+  static Answer answers[2];
+  if (few.empty()) {
+    Random random(9);
+    const auto along = [&](float at) {
+      return Box{{at, 0, 0}, {at + random.in(0, 2.5e-3f), 1, 1}};
+    };
+    for (int i = 0; i < 300; ++i) few.push_back(along(1.5e-3f * static_cast<float>(i)));
+    for (int i = 0; i < 10'000; ++i) many.push_back(along(0.55f + 4.5e-5f * static_cast<float>(i)));
+    many[0] = few[7];
+    answers[0] = reference_pairs(few, many);
+    answers[1] = reference_pairs(many, few);
+  }
+  expect_exact(few, many, config(), answers[0]);
+  expect_exact(many, few, config(), answers[1]);
+}
+
 // Static boxes, and layers that each meet others: told by bits beside those of the sets.
 TEST_P(TwoSets, HardScenesPartedWithFilters) {
   static std::vector<Answer> answers;

@@ -2,6 +2,7 @@
 // objects and pairs, and where it runs out nothing has changed.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <string>
 
 #include "pipeline/live_actor.hpp"
@@ -214,6 +215,62 @@ TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
                 memory, [&] { return Seen(copy); }, [&] { return copy.copy_from(m); }),
             3u);
   EXPECT_TRUE(Seen(copy) == Seen(m));
+}
+
+// What is given back is zeros from then on.
+class Zeroing : public FailingResource {
+  void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override {
+    std::memset(memory, 0, bytes);
+    FailingResource::do_deallocate(memory, bytes, alignment);
+  }
+};
+
+// Objects that were refused may have moved the filters of the others.
+TEST(LiveScene, FewLeaveTheirBoxesAfterARefusal) {
+  Zeroing memory;
+  Options options;
+  options.algorithm = Algorithm::grid;
+  BoxList boxes;
+  for (int i = 0; i < 400; ++i) {
+    boxes.push_back(cube(static_cast<float>(i % 10), static_cast<float>(i / 10 % 10),
+                         static_cast<float>(i / 100), 0.9f));
+  }
+  BoxList more = boxes;
+  more.insert(more.end(), boxes.begin(), boxes.end());
+  const std::vector<std::uint32_t> group(800, 1), mask(800, 0xffffffffu);
+  const auto with_filters = [&](const BoxList& list) {
+    Boxes view = list;
+    view.filters.group = {group.data(), list.size(), 4};
+    view.filters.mask = {mask.data(), list.size(), 4};
+    return view;
+  };
+  std::size_t refused = 0;
+  for (std::size_t allowed = 0; allowed < 10; ++allowed) {
+    LiveMachine m(options, 0.3f, &memory), plain({}, 0);
+    for (LiveMachine* machine : {&m, &plain}) {
+      ASSERT_TRUE(machine->add(with_filters(boxes), nullptr).ok());
+      ASSERT_TRUE(machine->update().ok());
+    }
+    memory.fail(allowed, false);
+    const bool grown = m.add(with_filters(more), nullptr).ok();
+    memory.calm();
+    if (grown) break;
+    ++refused;
+    BoxList moved;
+    std::vector<ObjectId> ids;
+    for (ObjectId id = 0; id < 185; id += 37) {
+      ids.push_back(id);
+      moved.push_back(boxes[id]);
+      moved.back().lower.x += 1.5f, moved.back().upper.x += 1.5f;
+    }
+    for (LiveMachine* machine : {&m, &plain}) {
+      ASSERT_TRUE(machine->move(ids.data(), moved).ok());
+      ASSERT_TRUE(machine->update().ok());
+    }
+    EXPECT_EQ(std::string(m.last_reason()).find("few boxes left"), 0u) << m.last_reason();
+    EXPECT_TRUE(same_bytes(m.pairs(), plain.pairs())) << "refused after " << allowed;
+  }
+  EXPECT_GT(refused, 4u);
 }
 
 // Warm updates take nothing, and memory is so much an object and a candidate.
