@@ -50,10 +50,9 @@ class Consumer {
   void* context_;
 };
 
-// One Finder serves one call at a time, so it must not be called by a consumer of its own; different
-// Finders are independent. A Finder that has seen a scene of a size allocates nothing for the next
-// of that size.
-// Every call reports through Result::status and never throws of its own.
+// One Finder serves one call at a time, so it must not be called by a consumer of its own;
+// different Finders are independent. A Finder that has seen a scene of a size allocates nothing for
+// the next of that size. Every call reports through Result::status and never throws of its own.
 class THRONG_API Finder {
  public:
   Finder() noexcept = default;
