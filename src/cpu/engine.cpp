@@ -381,7 +381,8 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
       r.bytes_needed = std::max(search.bytes(), enough_bytes(call));
     }
     r.found = 0;
-    if (!consumer) r.written = 0;  // what a consumer was handed it has
+    // What a consumer was handed before memory ran short it has.
+    if (!consumer || r.status == Status::stopped) r.written = 0;
   }
   r.times.total_ms = total.lap();
   return r;
