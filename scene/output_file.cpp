@@ -82,10 +82,6 @@ OutputFile::OutputFile(const std::string& path) : name_(path) {
 
 OutputFile::~OutputFile() { discard(); }
 
-void OutputFile::probe(const std::string& path) {
-  if (path.empty() || !is_written_in_place(path)) OutputFile file(path);
-}
-
 void OutputFile::fail(int error) {
   discard();
   throw_file_error(name_, error ? std::strerror(error) : "an unknown error",
@@ -121,11 +117,6 @@ void OutputFile::seek(std::uint64_t offset) {
 
 bool OutputFile::can_seek() const noexcept { return file_ && seek_to(file_, at_); }
 
-void OutputFile::flush() {
-  errno = 0;
-  if (std::fflush(file_) != 0) fail(errno);
-}
-
 void OutputFile::cut(std::uint64_t offset) {
   seek(offset);
   end_ = offset;
@@ -133,7 +124,8 @@ void OutputFile::cut(std::uint64_t offset) {
 
 void OutputFile::commit() {
   if (!file_) throw_file_error(name_, "a file that is closed already", "a file being written");
-  flush();
+  errno = 0;
+  if (std::fflush(file_) != 0) fail(errno);
   errno = 0;
   std::FILE* file = file_;
   file_ = nullptr;  // closed even where closing fails

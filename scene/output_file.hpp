@@ -16,15 +16,7 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  // FileError where a file of this name could not be begun: to be told before the work, not after
-  // it. Nothing is left, and a device or a pipe is not opened.
-  static void probe(const std::string& path);
-  // The name under which it stands until commit(); empty where it is written in place.
-  const std::string& temporary() const noexcept { return temporary_; }
-
   void write(const void* data, std::size_t bytes);
-  // Out of the buffers, so that others who open temporary() see it.
-  void flush();
   // Where the next write goes: back, to write a header again. A pipe has no way back.
   void seek(std::uint64_t offset);
   bool can_seek() const noexcept;

@@ -187,11 +187,7 @@ struct FinderAccess {
 
   // In the finder's own memory.
   static Pair* room(void* finder, std::size_t count) noexcept {
-    try {
-      return cpu::room_for_pairs(static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
-    } catch (...) {
-      return nullptr;
-    }
+    return cpu::room_for_pairs(&static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
   }
 
   static Explanation explain(Finder& finder, const Boxes& a, const Boxes* b) {

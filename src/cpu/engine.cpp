@@ -207,15 +207,7 @@ void Engine::find_into(Call& call, Output& output) {
 
 // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
 void Engine::find_in_order(Call& call, Output& output) {
-  Output own{unordered_.data(), unordered_.capacity(),
-             [](void* room, std::size_t count) -> Pair* {
-               try {
-                 return room_for_pairs(*static_cast<Buffer<Pair>*>(room), count);
-               } catch (const NoMemory&) {
-                 return nullptr;
-               }
-             },
-             &unordered_};
+  Output own{unordered_.data(), unordered_.capacity(), room_for_pairs, &unordered_};
   find_into(call, own);
   Result& r = call.result;
   if (call.search.failed()) return;

@@ -26,9 +26,15 @@ constexpr std::size_t few_pairs = std::size_t{1} << 16;
 constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexcept {
   return count + count / (capacity == 0 ? 64 : 8) + 512;
 }
-inline Pair* room_for_pairs(Buffer<Pair>& room, std::size_t count) {
-  if (count <= room.capacity()) return room.data();
-  return room.room(with_spare(count, room.capacity()), true);
+// Of an Output that grows in a buffer: null where there is no memory.
+inline Pair* room_for_pairs(void* buffer, std::size_t count) noexcept {
+  auto& room = *static_cast<Buffer<Pair>*>(buffer);
+  try {
+    return count <= room.capacity() ? room.data()
+                                    : room.room(with_spare(count, room.capacity()), true);
+  } catch (...) {
+    return nullptr;
+  }
 }
 
 using core::Output;
