@@ -34,8 +34,8 @@ typedef enum throng_status {
   THRONG_BUFFER_TOO_SMALL, /* `found` is exact: raise the capacity to it */
   THRONG_STOPPED,          /* the consumer returned 0 */
   THRONG_NAN_BOX,          /* see first_invalid, invalid_count */
-  THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is odd */
-  THRONG_BAD_FILTER,       /* its stride is odd, or a world is below -1 */
+  THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is no multiple of 4 */
+  THRONG_BAD_FILTER,       /* its stride does not fit its type, or a world is below -1 */
   THRONG_BAD_OPTION,       /* also: options that throng_options_init has not seen */
   THRONG_TOO_MANY_BOXES,   /* more than 2^32 - 2^16 in one set */
   THRONG_OUT_OF_MEMORY,    /* see bytes_needed */
