@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 
 #include "cpu/kernels.hpp"
 
@@ -171,14 +172,32 @@ bool valid_cell_scale(float scale, Result& r) noexcept {
   return refuse(r, Status::bad_option);
 }
 
+// THRONG_ISA names none that is to be had here.
+void say_forced_isa(Result& r) noexcept {
+  char here[64] = "auto";
+  std::size_t length = 4;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (!cpu::find_kernels(isa)) continue;
+    length += static_cast<std::size_t>(
+        std::snprintf(here + length, sizeof here - length, ", %s", to_string(isa)));
+  }
+  const char* const name = std::getenv("THRONG_ISA");
+  say(r,
+      "the environment variable THRONG_ISA is '%.40s', which is no instruction set to be had here; "
+      "unset it, or set it to one of: %s",
+      name ? name : "", here);
+}
+
 }  // namespace
 
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
   if (kernels) return kernels;
-  const bool named = isa == Isa::automatic;
-  say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
-      named ? "named" : to_string(isa), named ? "THRONG_ISA" : option);
+  if (isa == Isa::automatic)
+    say_forced_isa(r);
+  else
+    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto", to_string(isa),
+        option);
   refuse(r, Status::unsupported_isa);
   return nullptr;
 }

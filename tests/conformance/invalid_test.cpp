@@ -240,6 +240,40 @@ TEST(Isas, OneThatIsNotHereIsRefused) {
   EXPECT_GE(refused, 1) << "no processor has both x86 and ARM";
 }
 
+#if !defined(_WIN32)
+TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
+  const char* const before = std::getenv("THRONG_ISA");
+  const std::string kept = before ? before : "";
+  const std::string absent = is_supported(Isa::neon) ? "avx2" : "neon";
+  std::vector<std::pair<Isa, bool>> isas;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
+    isas.emplace_back(isa, is_supported(isa));
+  for (const std::string& name : {std::string("foo"), std::string("SCALAR"), std::string(" scalar"),
+                                  absent, std::string(1000, 'x')}) {
+    ::setenv("THRONG_ISA", name.c_str(), 1);
+    Box box;
+    const Result of_find = Finder().find(uniform_boxes(10, 1));
+    const Result of_update = update_boxes({}, &box);
+    for (const Result& result : {of_find, of_update}) {
+      EXPECT_EQ(result.status, Status::unsupported_isa);
+      const std::string message = result.message;
+      EXPECT_NE(message.find("THRONG_ISA is '" + name.substr(0, 40) + "'"), std::string::npos);
+      const std::size_t list = message.find("unset it, or set it to one of: auto");
+      ASSERT_NE(list, std::string::npos) << message;
+      for (const auto& [isa, here] : isas) {
+        const bool told =
+            message.find(std::string(", ") + to_string(isa), list + 8) != std::string::npos;
+        EXPECT_EQ(told, here) << message;
+      }
+    }
+  }
+  if (before)
+    ::setenv("THRONG_ISA", kept.c_str(), 1);
+  else
+    ::unsetenv("THRONG_ISA");
+}
+#endif
+
 // Run by ctest with THRONG_ISA=scalar; means nothing without.
 TEST(ForcedIsa, IsTheOneOfTheEnvironment) {
   const char* forced = std::getenv("THRONG_ISA");
