@@ -165,6 +165,14 @@ bool valid_margin(float margin, Result& r) noexcept {
 
 namespace {
 
+template <class Enum>
+bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept {
+  if (value <= last) return true;
+  say(r, "%s is %d, which is none of its constants; use one, or leave the default", option,
+      static_cast<int>(value));
+  return refuse(r, Status::bad_option);
+}
+
 bool valid_cell_scale(float scale, Result& r) noexcept {
   if (scale >= 1 / 64.0f && scale <= 64) return true;
   say(r, "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
@@ -190,7 +198,16 @@ void say_forced_isa(Result& r) noexcept {
 
 }  // namespace
 
+bool valid_choices(const Options& options, Result& r) noexcept {
+  return valid_choice(options.algorithm, Algorithm::grid, "Options::algorithm", r) &&
+         valid_choice(options.order, Order::canonical, "Options::order", r) &&
+         valid_choice(options.backend, Backend::emulated, "Options::backend", r) &&
+         valid_choice(options.nan, NanPolicy::inactive, "Options::nan", r) &&
+         valid_choice(options.isa, Isa::neon, "Options::isa", r);
+}
+
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
+  if (!valid_choice(isa, Isa::neon, option, r)) return nullptr;
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
   if (kernels) return kernels;
   if (isa == Isa::automatic)
@@ -203,14 +220,15 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
 }
 
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  return valid_margin(options.margin, r) && valid_cell_scale(options.cell_scale, r) &&
+  return valid_choices(options, r) && valid_margin(options.margin, r) &&
+         valid_cell_scale(options.cell_scale, r) &&
          valid_boxes(a, b ? "the first set" : "the set", r) &&
          (!b || valid_boxes(*b, "the second set", r));
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (!valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
-      !kernels_for(options.isa, "Options::isa", r))
+  if (!valid_choices(options, r) || !valid_margin(options.margin, r) ||
+      !valid_cell_scale(options.cell_scale, r) || !kernels_for(options.isa, "Options::isa", r))
     return false;
   const char* first = b ? "the first set" : "the set";
   return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&

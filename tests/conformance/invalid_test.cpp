@@ -139,6 +139,36 @@ TEST_P(Invalid, Options) {
   EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());
 }
 
+// As a cast or a struct that was never initialised gives it.
+TEST_P(Invalid, NoConstantOfAnEnumeration) {
+  const BoxList boxes = uniform_boxes(40, 1);
+  const auto is_refused = [&](auto option, const char* name, auto last) {
+    for (const int value : {static_cast<int>(last) + 1, 77, 255}) {
+      throng::Options with = options();
+      with.*option = static_cast<decltype(last)>(value);
+      Finder finder(with);
+      Result result = finder.find(boxes);
+      const std::string told = std::string(name) + " is " + std::to_string(value) + ",";
+      EXPECT_EQ(result.status, Status::bad_option) << told;
+      EXPECT_NE(std::string(result.message).find(told), std::string::npos) << result.message;
+      EXPECT_EQ(finder.pairs().size(), 0u);
+      EXPECT_THROW((void)finder.explain(boxes), Error) << told;
+      EXPECT_EQ(BroadPhase(with).update().status, Status::bad_option) << told;
+      finder.set_options(options());
+      EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
+    }
+  };
+  is_refused(&throng::Options::algorithm, "Options::algorithm", Algorithm::grid);
+  is_refused(&throng::Options::order, "Options::order", Order::canonical);
+  is_refused(&throng::Options::backend, "Options::backend", Backend::emulated);
+  is_refused(&throng::Options::nan, "Options::nan", NanPolicy::inactive);
+  is_refused(&throng::Options::isa, "Options::isa", Isa::neon);
+  UpdateOptions of_update;
+  of_update.isa = static_cast<Isa>(77);
+  Box box;
+  EXPECT_EQ(update_boxes({}, &box, of_update).status, Status::bad_option);
+}
+
 TEST_P(Invalid, MissingArrays) {
   const float c[2] = {1, 2};
   Finder finder(options());
