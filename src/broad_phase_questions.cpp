@@ -61,6 +61,11 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
       r.status = Status::bad_option;
       return;
     }
+    if (!sweeps && count != 0) {
+      say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
+      r.status = Status::bad_boxes;
+      return;
+    }
     Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
     boxes.filters = filters;
     if (!valid(boxes, nullptr, options_, r)) return;

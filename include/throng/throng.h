@@ -229,7 +229,8 @@ THRONG_API const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_ph
 
 /* 1 or 0. */
 THRONG_API int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id);
-/* The box as it was given last; THRONG_BAD_ID, and `box` untouched, where the id is not alive. */
+/* The box as it was given last; THRONG_BAD_ID, and `box` untouched, where the id is not alive,
+ * THRONG_BAD_BOXES where `box` is NULL. */
 THRONG_API throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                                 throng_box* box);
 THRONG_API uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase);
