@@ -22,8 +22,8 @@ const char* help_text =
 and times. Every frame is searched once cold, which also writes the output, then --repeat times
 warmed; total_ms is the median of the warmed runs into memory that is kept, without reading the
 file and the checksum. Under --memory pairs are written as they are found, and boxes that do not
-fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box in
-$TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
+fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box, 4 more
+a filter, in $TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
 each frame too; the output holds their pairs one after another.
 
 Examples:
