@@ -140,7 +140,7 @@ Run add_explain(CLI::App& program) {
       "explain", "Tell why a search costs what it does, and what would help");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
-  add_search_arguments(app, arguments->search);
+  add_search_arguments(app, arguments->search, true);
   app.add_option("--html", arguments->html, "write it as a page, too")->type_name("PAGE.html");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };

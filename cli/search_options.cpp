@@ -54,7 +54,7 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
       ->type_name("M");
 }
 
-void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone) {
   const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
                        const char* what) {
     std::string type;
@@ -63,9 +63,12 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
         ->check(CLI::IsMember(choices).description(""))  // the type's name says them already
         ->type_name(type);
   };
-  add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
-      "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, on "
-      "the CPU");
+  if (cpu_alone)
+    add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whichever is given");
+  else
+    add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
+        "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, "
+        "on the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
       "auto chooses by what it measures of the boxes");
   add("--order", arguments.order, {"any", "canonical"},

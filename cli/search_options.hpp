@@ -33,7 +33,7 @@ struct SearchArguments {
 };
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
-void add_search_arguments(CLI::App& app, SearchArguments& arguments);
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone = false);
 
 // Throws Failure for what this build cannot do.
 Options to_options(const InputArguments& input, const SearchArguments& search);
