@@ -50,7 +50,7 @@ std::size_t check_frame(const Input& input, const Options& options, std::size_t 
   // First, so that boxes which the library refuses are told in no time.
   Finder probe(options);
   const Result result = b ? probe.find(a, *b) : probe.find(a);
-  require_ok(result, input, frame);
+  require_ok(result, input, frame, {.nan = true});
   Progress progress("double loop: box", a.size());
   Truth truth(a, b ? &*b : nullptr, options.margin, [&](std::size_t done) { progress.at(done); });
   progress.wipe();

@@ -18,6 +18,7 @@
 #include "cli/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "program/remedy.hpp"
 #include "report/format.hpp"
 #include "report/picture.hpp"
 #include "report/table.hpp"
@@ -66,7 +67,9 @@ Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
     const auto search = Clock::now();
     const Result result = finder.find(heap.boxes());
     const double search_ms = ms_since(search);
-    if (!result.ok()) throw Failure(fmt::format("frame {}: {}", f, result.message));
+    if (!result.ok()) {
+      throw Failure(fmt::format("frame {}: {}", f, program::failure_text(result, {})));
+    }
     m.pairs.push_back(static_cast<double>(result.found));
     m.plan_of_last = result.plan;
     if (f == 0) m.first_ms = search_ms;

@@ -134,6 +134,8 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
 int run(const Arguments& arguments) {
   SearchRequest request;
   request.options = to_options(arguments.input, arguments.search);
+  request.remedies = to_remedies(arguments.search);
+  request.remedies.memory = true;
   request.repeat = arguments.repeat;
   request.output = arguments.output;
   if (!arguments.memory.empty()) {

@@ -45,7 +45,7 @@ class Runner {
         const Result result =
             capped() ? consume(f, [](const Pair*, std::size_t) { return true; }) : search(f);
         const double ms = ms_since(start);
-        require_ok(result, input_, f);
+        require_ok(result, input_, f, request_.remedies);
         if (result.found != report.frames[f].pairs) {
           throw Failure(
               fmt::format("{}: {} pairs in one run and {} in the next; this is a defect "
@@ -124,7 +124,7 @@ class Runner {
       result = search(f);
       ms = ms_since(start);
     }
-    require_ok(result, input_, f);
+    require_ok(result, input_, f, request_.remedies);
     if (result.message[0] && f == 0) complain(fmt::format("throng: note: {}", result.message));
     if (!capped()) {
       const Pairs pairs = finder_.pairs();

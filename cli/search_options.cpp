@@ -75,6 +75,10 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
   app.add_option("--threads", arguments.threads, "at most so many; 0: all")->type_name("N");
 }
 
+program::Remedies to_remedies(const SearchArguments& search) {
+  return {.nan = true, .backend = true, .isa = search.isa == "auto" ? "" : search.isa};
+}
+
 Options to_options(const InputArguments& input, const SearchArguments& search) {
   Options options;
   options.backend = search.backend == "cuda"       ? Backend::cuda
@@ -83,7 +87,10 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
                                                    : Backend::automatic;
   if (options.backend == Backend::cuda) {
     const Result result = cuda::available();
-    if (!result.ok()) throw Failure(fmt::format("--backend cuda: {}", result.message));
+    if (!result.ok()) {
+      throw Failure(
+          fmt::format("--backend cuda: {}", program::failure_text(result, to_remedies(search))));
+    }
   }
   options.algorithm = search.algorithm == "all-pairs" ? Algorithm::all_pairs
                       : search.algorithm == "grid"    ? Algorithm::grid

@@ -5,6 +5,8 @@
 
 #include <throng/options.hpp>
 
+#include "program/remedy.hpp"
+
 namespace CLI {
 class App;
 }
@@ -35,6 +37,8 @@ struct SearchArguments {
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
 void add_search_arguments(CLI::App& app, SearchArguments& arguments);
 
+// What of these options helps where a search fails.
+program::Remedies to_remedies(const SearchArguments& search);
 // Throws Failure for what this build cannot do.
 Options to_options(const InputArguments& input, const SearchArguments& search);
 

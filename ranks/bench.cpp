@@ -93,7 +93,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
     const Result r = search.find();
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    require_ok(r, a.scene);
+    require_ok(r, a.scene, {.backend = true});
     row.balance_bytes = std::max(row.balance_bytes, search.traffic().balance.bytes);
     if (f < 4) continue;
     times.push_back(ms);

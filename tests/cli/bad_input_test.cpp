@@ -74,8 +74,11 @@ TEST_F(BadInput, nan_boxes_with_index_and_count) {
   values[7 * 6 + 2] = NAN;
   values[9 * 6 + 5] = NAN;
   spill(at("nan.npy"), npy("<f4", "10, 6", values));
-  refuses({"pairs", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
-  refuses({"check", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
+  for (const char* command : {"pairs", "check", "explain"}) {
+    refuses({command, at("nan.npy")},
+            {"nan.npy: 2 boxes have a NaN, the first is box 7; mend them, "
+             "or treat them as inactive by --nan inactive\n"});
+  }
   EXPECT_EQ(run({"pairs", at("nan.npy"), "--nan", "inactive"}).status, 0);
 }
 
@@ -107,7 +110,8 @@ TEST_F(BadInput, two_sets_of_different_frames) {
 TEST_F(BadInput, options) {
   write_good();
   if (!cuda::available().ok())
-    refuses({"pairs", at("good.npy"), "--backend", "cuda"}, {"--backend cuda", "GPU"});
+    refuses({"pairs", at("good.npy"), "--backend", "cuda"},
+            {"--backend cuda: ", "GPU", "; use --backend cpu"});
   refuses({"pairs", at("good.npy"), "--margin", "-1"}, {"margin"});
   refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
   refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});
@@ -128,9 +132,9 @@ TEST_F(BadInput, options) {
 TEST_F(BadInput, isa_of_another_kind_of_processor) {
   write_good();
 #if defined(__x86_64__)
-  refuses({"pairs", at("good.npy"), "--isa", "neon"}, {"neon"});
+  refuses({"pairs", at("good.npy"), "--isa", "neon"}, {"--isa: found neon, ", "; use auto\n"});
 #else
-  refuses({"pairs", at("good.npy"), "--isa", "avx2"}, {"avx2"});
+  refuses({"pairs", at("good.npy"), "--isa", "avx2"}, {"--isa: found avx2, ", "; use auto\n"});
 #endif
 }
 
@@ -170,7 +174,8 @@ TEST_F(BadInput, out_of_memory_is_told_with_the_bytes) {
   std::vector<float> same;
   for (int i = 0; i < 40000; ++i) same.insert(same.end(), {0, 0, 0, 1, 1, 1});
   spill(at("same.npy"), npy("<f4", "40000, 6", same));
-  refuses({"pairs", at("same.npy")}, {"same.npy", "memory", "bytes"}, limits);
+  refuses({"pairs", at("same.npy")},
+          {"same.npy", "memory", "bytes", "; bound it by --memory, or split the boxes\n"}, limits);
 }
 #endif
 

@@ -45,7 +45,8 @@ TEST_F(Explain, RefusesBadInput) {
   boxes[7] = 1;
   spill(at("fine.npy"), npy("<f4", "2, 6", boxes));
   refuses({"explain", at("fine.npy"), "--html", at("no/such/page.html")}, {"page.html"});
-  refuses({"explain", at("fine.npy"), "--backend", "emulated"}, {"CPU"});
+  refuses({"explain", at("fine.npy"), "--backend", "emulated"},
+          {"throng: " + at("fine.npy") + ": backend emulated: ", "CPU"});
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "program/remedy.hpp"
 
 namespace throng::program {
 namespace {
@@ -74,6 +75,39 @@ TEST(Median, OfOddAndEvenNumbers) {
   EXPECT_EQ(median({9, 1, 2}), 2);
   EXPECT_EQ(median({4, 1, 9, 2}), 3);
   EXPECT_EQ(median({5, 5, 5, 1}), 5);
+}
+
+Result failed(Status status, const std::string& message) {
+  Result result;
+  result.status = status;
+  message.copy(result.message, sizeof result.message - 1);
+  return result;
+}
+
+TEST(Remedy, IsThatOfTheCommand) {
+  const Result nan = failed(Status::nan_box, "2 boxes have a NaN; mend them by Options::nan");
+  EXPECT_EQ(failure_text(nan, {}), "2 boxes have a NaN; mend them");
+  EXPECT_EQ(failure_text(nan, {.nan = true}),
+            "2 boxes have a NaN; mend them, or treat them as inactive by --nan inactive");
+  const Result device = failed(Status::no_device, "no GPU: a; b; use Backend::cpu");
+  EXPECT_EQ(failure_text(device, {.backend = true}).rfind("no GPU: a; b; use --backend cpu", 0),
+            0u);
+  const Result memory = failed(Status::out_of_memory, "");
+  EXPECT_EQ(failure_text(memory, {}), "out of memory; split the boxes");
+  EXPECT_EQ(failure_text(memory, {.memory = true}),
+            "out of memory; bound it by --memory, or split the boxes");
+}
+
+TEST(Remedy, IsTheLibrarysWhereItNamesNothingOfItsLanguage) {
+  const std::string text = "the margin is -1; it must be finite and not negative";
+  EXPECT_EQ(failure_text(failed(Status::bad_option, text), {.nan = true}), text);
+  EXPECT_EQ(failure_text(failed(Status::busy, ""), {}), "busy");
+}
+
+TEST(Remedy, OfAnInstructionSetGoesByWhoNamedIt) {
+  const Result isa = failed(Status::unsupported_isa, "'named' (asked for by THRONG_ISA); use auto");
+  EXPECT_EQ(failure_text(isa, {}), isa.message);
+  EXPECT_NE(failure_text(isa, {.isa = "neon"}).find("--isa: found neon"), std::string::npos);
 }
 
 TEST(Companion, StandsInTheSameFolder) {
