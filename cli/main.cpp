@@ -37,14 +37,22 @@ struct Companion {
   const char* command;
   const char* program;
   const char* what;
+  const char* takes;  // a build that has it
 };
 constexpr Companion companions[] = {
-    {"bench", "throng-bench", "Measure against other libraries"},
-    {"paper", "throng-paper", "The paper's tables and figures, measured here"},
-    {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine"},
+    {"bench", "throng-bench", "Measure against other libraries",
+     "configure with -DTHRONG_BUILD_BENCH=ON (packages libcli11-dev, libfmt-dev, "
+     "nlohmann-json3-dev; scripts/bench installs the rivals, too)"},
+    {"paper", "throng-paper", "The paper's tables and figures, measured here",
+     "configure with -DTHRONG_BUILD_CLI=ON"},
+    {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine",
+     "install Bullet (package libbullet-dev), configure with -DTHRONG_BUILD_CLI=ON"},
 };
 // What `pairs --mpi` and `bench --mpi` are: the same commands of the program that has MPI.
-constexpr Companion across_ranks = {"pairs --mpi", "throng-mpi", ""};
+constexpr const char* takes_mpi =
+    "install MPI (packages libopenmpi-dev, openmpi-bin), configure with -DTHRONG_MPI=ON";
+constexpr Companion across_ranks[] = {{"pairs --mpi", "throng-mpi", "", takes_mpi},
+                                      {"bench --mpi", "throng-mpi", "", takes_mpi}};
 
 const Companion* companion_of(const std::string& command) {
   for (const Companion& companion : companions) {
@@ -57,9 +65,9 @@ int start(const Companion& companion, const std::vector<std::string>& arguments)
   const std::string path = program::find_companion(companion.program);
   if (path.empty()) {
     throw Failure(
-        fmt::format("throng {}: found no program {} beside this one, which it runs; build "
-                    "it with: cmake --build BUILD --target {}",
-                    companion.command, companion.program, companion.program));
+        fmt::format("{}: found no program {} beside this one, which it runs; {}, then build it: "
+                    "cmake --build BUILD --target {}",
+                    companion.command, companion.program, companion.takes, companion.program));
   }
   return start_companion(path, arguments);
 }
@@ -71,7 +79,7 @@ int dispatch(int argc, char** argv) {
     const auto mpi = std::find(arguments.begin(), arguments.end(), "--mpi");
     if (mpi != arguments.end() && (arguments[0] == "pairs" || arguments[0] == "bench")) {
       arguments.erase(mpi);
-      return start(across_ranks, arguments);
+      return start(across_ranks[arguments[0] == "bench"], arguments);
     }
     if (const Companion* companion = companion_of(argv[1])) {
       return start(*companion, {argv + 2, argv + argc});

@@ -112,12 +112,27 @@ TEST_F(Commands, bench_hands_its_arguments_on_as_they_are) {
   fs::copy_file(THRONG_PROGRAM, at("throng"));
   const Said without = run_program(at("throng"), {"bench", "--quick"});
   EXPECT_EQ(without.status, 2);
-  EXPECT_NE(without.err.find("throng-bench"), std::string::npos) << without.err;
+  EXPECT_EQ(without.err.rfind("throng: bench: found no program throng-bench ", 0), 0u)
+      << without.err;
+  EXPECT_NE(without.err.find("-DTHRONG_BUILD_BENCH=ON"), std::string::npos) << without.err;
   spill(at("throng-bench"), "#!/bin/sh\nfor a; do printf '[%s]' \"$a\"; done\nexit 7\n");
   fs::permissions(at("throng-bench"), fs::perms::owner_all);
   const Said with = run_program(at("throng"), {"bench", "a b", "$HOME", "'\"", "", "--help"});
   EXPECT_EQ(with.out, "[a b][$HOME]['\"][][--help]");
   EXPECT_EQ(with.status, 7);
+}
+
+TEST_F(Commands, what_is_not_built_is_told_with_how_to_build_it) {
+  fs::copy_file(THRONG_PROGRAM, at("throng"));
+  for (const std::string command : {"pairs", "bench"}) {
+    const Said said = run_program(at("throng"), {command, "--mpi"});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_EQ(said.err.rfind("throng: " + command + " --mpi: found no program throng-mpi ", 0), 0u)
+        << said.err;
+    for (const char* word : {"libopenmpi-dev", "-DTHRONG_MPI=ON", "--target throng-mpi"})
+      EXPECT_NE(said.err.find(word), std::string::npos) << said.err;
+  }
+  EXPECT_NE(run_program(at("throng"), {"simulate"}).err.find("libbullet-dev"), std::string::npos);
 }
 
 TEST_F(Commands, paper_is_told_of_only_where_it_is) {
