@@ -15,7 +15,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/heap.hpp"
-#include "cli/interrupt.hpp"
+#include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
 #include "program/remedy.hpp"
@@ -142,7 +142,7 @@ void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::
     boxes.push_back(box);
     values.push_back(touches[i]);
   }
-  const InterruptGuard guard;  // half a picture is not left behind
+  const program::InterruptGuard guard;  // half a picture is not left behind
   report::draw_boxes(path, boxes.data(), boxes.size(), values.data(), style);
   guard.check();
 }

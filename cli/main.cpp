@@ -16,8 +16,8 @@
 #include "cli/companion.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
 #include "program/companion.hpp"
+#include "program/interrupt.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::cli {
@@ -30,7 +30,9 @@ const char* help_text =
   throng pairs boxes.npy
   mpirun -n 4 throng pairs --mpi boxes.npy
   throng check boxes.npy
-'throng COMMAND --help' tells the options of each.)";
+'throng COMMAND --help' tells the options of each.
+Exit status: 0 done, 1 a check found a difference, 2 bad input, bad usage or an output that failed;
+130, 143 or 129: SIGINT (Ctrl-C), SIGTERM or SIGHUP ended it, 141: nobody reads its output any more.)";
 
 // Commands that are programs of their own, beside this one.
 struct Companion {
@@ -132,9 +134,9 @@ int guarded(int argc, char** argv) {
     return status;
   } catch (const BrokenPipe&) {
     return exit_broken_pipe;
-  } catch (const Interrupted&) {
+  } catch (const program::Interrupted& interrupted) {
     complain("throng: interrupted; no half file is left");
-    return exit_interrupted;
+    return interrupted.status();
   } catch (const Failure& failure) {
     complain(fmt::format("throng: {}", failure.what()));
     return failure.status();
@@ -150,6 +152,6 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::cli
 
 int main(int argc, char** argv) {
-  throng::cli::ignore_write_signals();
+  throng::program::ignore_write_signals();
   return throng::cli::guarded(argc, argv);
 }

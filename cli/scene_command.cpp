@@ -12,7 +12,7 @@
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
+#include "program/interrupt.hpp"
 #include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "scene/npy.hpp"
@@ -52,7 +52,7 @@ constexpr std::size_t block_boxes = std::size_t{1} << 18;
 void write_frames(const scene::Scene& made, const Arguments& arguments) {
   const std::size_t n = arguments.spec.objects, frames = arguments.spec.frames;
   std::vector<Box> boxes(std::min(n, block_boxes));
-  InterruptGuard guard;
+  program::InterruptGuard guard;
   scene::BoxWriter writer(arguments.output, frames, n);
   Progress progress("writing box", n * frames);
   for (std::size_t f = 0; f < frames; ++f) {
@@ -69,7 +69,7 @@ void write_frames(const scene::Scene& made, const Arguments& arguments) {
 
 void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
   std::vector<std::int32_t> worlds(std::min(n, block_boxes));
-  InterruptGuard guard;
+  program::InterruptGuard guard;
   scene::WorldWriter writer(path, n);
   for (std::size_t i = 0; i < n; i += block_boxes) {
     const std::size_t count = std::min(n - i, block_boxes);

@@ -6,8 +6,8 @@
 
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
+#include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "scene/checksum.hpp"
 
@@ -143,7 +143,7 @@ class Runner {
   const Input& input_;
   const SearchRequest& request_;
   Finder finder_;
-  std::optional<InterruptGuard> guard_;
+  std::optional<program::InterruptGuard> guard_;
   std::optional<scene::PairWriter> writer_;
   std::vector<Times> times_;
 };

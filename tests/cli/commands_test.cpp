@@ -156,9 +156,23 @@ TEST_F(Commands, interrupted_scene_leaves_nothing) {
     }
     EXPECT_GT(files(), 0u);
     kill(pid, signal);
-    EXPECT_EQ(wait_for(pid), 130) << slurp(at("said.err"));
+    EXPECT_EQ(wait_for(pid), 128 + signal) << slurp(at("said.err"));
     EXPECT_EQ(files(), 0u);
     EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  }
+}
+
+// A shell has the jobs that a script puts in the background ignore Ctrl-C.
+TEST_F(Commands, a_signal_that_was_ignored_stays_so) {
+  for (const std::string name : {"INT", "TERM", "HUP"}) {
+    const std::string line = "trap '' " + name +
+                             "; \"$0\" scene uniform --objects 20K --frames 200" +
+                             " -o long.npy & until ls | grep -q long; do sleep 0.01; done; kill -" +
+                             name + " $!; wait $!";
+    const Said said = run_program("/bin/sh", {"-c", line, THRONG_PROGRAM});
+    EXPECT_EQ(said.status, 0) << name << ": " << said.err;
+    EXPECT_TRUE(exists("long.npy"));
+    fs::remove(at("long.npy"));
   }
 }
 
