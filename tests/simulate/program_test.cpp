@@ -84,15 +84,17 @@ TEST_F(Simulate, a_record_that_cannot_be_written_leaves_nothing) {
 }
 
 TEST_F(Simulate, interrupted_it_leaves_no_half_file) {
-  const pid_t pid =
-      start(THRONG_PROGRAM,
-            {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
-            at("said.out"), at("said.err"), folder_, {});
-  for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
-  kill(pid, SIGINT);
-  EXPECT_EQ(wait_for(pid), 130);
-  EXPECT_EQ(files(), 0u);
-  EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const pid_t pid =
+        start(THRONG_PROGRAM,
+              {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
+              at("said.out"), at("said.err"), folder_, {});
+    for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
+    kill(pid, signal);
+    EXPECT_EQ(wait_for(pid), 128 + signal);
+    EXPECT_EQ(files(), 0u);
+    EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  }
 }
 
 TEST_F(Simulate, started_by_throng) {
