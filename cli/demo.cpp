@@ -15,6 +15,7 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/heap.hpp"
+#include "cli/search_options.hpp"
 #include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
@@ -185,10 +186,14 @@ Run add_demo(CLI::App& program) {
   app.footer(help_text);
   app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M (100K)")
       ->type_name("N");
-  app.add_option("--frames", arguments->frames, "frames (300)")
-      ->check(CLI::Range(1, 1000000000).description(""))
+  app.add_option_function<std::string>(
+         "--frames",
+         [&frames = arguments->frames](const std::string& v) {
+           frames = program::parse_count(v, "--frames", 1, 1000000000);
+         },
+         "frames (300)")
       ->type_name("F");
-  app.add_option("--threads", arguments->threads, "at most so many; 0: all")->type_name("N");
+  add_threads(app, arguments->threads);
   app.add_option("-o,--output", arguments->picture, "the picture (throng-demo.png)")
       ->type_name("PICTURE.png");
   return [arguments] { return run(*arguments); };

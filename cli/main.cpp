@@ -105,12 +105,19 @@ int dispatch(int argc, char** argv) {
       app.add_subcommand(companion.command, companion.what);
     }
   }
-  if (argc > 1 && argv[1][0] != '-') {
+  const auto is_own = [](const std::string& option) {
+    return option == "-h" || option == "--help" || option == "--version";
+  };
+  if (argc > 1 && !is_own(argv[1])) {
     std::string commands;
     bool known = false;
     for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
       commands += (commands.empty() ? "" : ", ") + command->get_name();
       known = known || command->get_name() == argv[1];
+    }
+    if (!known && argv[1][0] == '-') {
+      throw Failure(
+          fmt::format("found '{}', wanted --help, --version or a command: {}", argv[1], commands));
     }
     if (!known) {
       throw Failure(fmt::format("found no command '{}', wanted one of: {}", argv[1], commands));

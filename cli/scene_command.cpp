@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -114,17 +113,26 @@ Run add_scene(CLI::App& program) {
   app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M")
       ->required()
       ->type_name("N");
-  app.add_option("--frames", arguments->spec.frames, "frames (1)")
-      ->check(
-          CLI::Range(std::size_t{1}, std::numeric_limits<std::size_t>::max() / 64).description(""))
+  scene::Spec& spec = arguments->spec;
+  app.add_option_function<std::string>(
+         "--frames",
+         [&spec](const std::string& v) {
+           spec.frames = program::parse_count(v, "--frames", 1, scene::max_frames);
+         },
+         "frames (1)")
       ->type_name("F");
-  app.add_option("--density", arguments->spec.density, "how crowded; what the scene has of itself")
-      ->check([](const std::string& text) {  // CLI::PositiveNumber answers with 300 digits
-        const double density = std::strtod(text.c_str(), nullptr);
-        return density > 0 ? std::string() : "found " + text + ", wanted a number above 0";
+  app.add_option("--density", spec.density, "how crowded; what the scene has of itself")
+      ->check([](const std::string& text) {  // CLI::Range answers with 300 digits
+        char* end = nullptr;
+        const double density = std::strtod(text.c_str(), &end);
+        if (*end == 0 && density >= scene::min_density && density <= scene::max_density)
+          return std::string();
+        return "found " + text + ", wanted 1e-9 to 1000000";
       })
       ->type_name("D");
-  app.add_option("--seed", arguments->spec.seed, "another number, another scene (1)")
+  app.add_option_function<std::string>(
+         "--seed", [&spec](const std::string& v) { spec.seed = program::parse_seed(v, "--seed"); },
+         "another number, another scene (1)")
       ->type_name("S");
   app.add_option("--moving", arguments->spec.moving, "share of the boxes that move, 0 to 1 (1)")
       ->check(CLI::Range(0.0, 1.0).description(""))

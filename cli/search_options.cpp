@@ -6,6 +6,7 @@
 #include <throng/cuda.hpp>
 
 #include "cli/failure.hpp"
+#include "program/numbers.hpp"
 
 namespace throng::cli {
 namespace {
@@ -54,6 +55,14 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
       ->type_name("M");
 }
 
+void add_threads(CLI::App& app, unsigned& threads) {
+  app.add_option_function<std::string>(
+         "--threads",
+         [&](const std::string& v) { threads = program::parse_threads(v, "--threads"); },
+         "at most so many; 0: all")
+      ->type_name("N");
+}
+
 void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
   const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
                        const char* what) {
@@ -72,7 +81,7 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
       "canonical: sorted by first, then second; the same bytes everywhere");
   add("--isa", arguments.isa, {"auto", "scalar", "sse4", "avx2", "avx512", "neon"},
       "instruction set; auto takes the widest there is");
-  app.add_option("--threads", arguments.threads, "at most so many; 0: all")->type_name("N");
+  add_threads(app, arguments.threads);
 }
 
 program::Remedies to_remedies(const SearchArguments& search) {

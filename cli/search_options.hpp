@@ -35,6 +35,7 @@ struct SearchArguments {
 };
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
+void add_threads(CLI::App& app, unsigned& threads);
 void add_search_arguments(CLI::App& app, SearchArguments& arguments);
 
 // What of these options helps where a search fails.

@@ -12,6 +12,7 @@
 
 #include "program/failure.hpp"
 #include "program/median.hpp"
+#include "program/numbers.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
 #include "ranks/search.hpp"
@@ -194,9 +195,19 @@ Run add_pairs(CLI::App& program) {
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
   a->where.add_to(app);
-  app.add_option("--threads", a->threads, "of each rank, at most; 0: all")->type_name("N");
-  app.add_option("--repeat", a->repeat, "searches of a frame to take the median of (1)")
-      ->check(CLI::Range(1, 1000000).description(""))
+  app.add_option_function<std::string>(
+         "--threads",
+         [&threads = a->threads](const std::string& v) {
+           threads = program::parse_threads(v, "--threads");
+         },
+         "of each rank, at most; 0: all")
+      ->type_name("N");
+  app.add_option_function<std::string>(
+         "--repeat",
+         [&repeat = a->repeat](const std::string& v) {
+           repeat = program::parse_count(v, "--repeat", 1, 1000000);
+         },
+         "searches of a frame to take the median of (1)")
       ->type_name("K");
   app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: for ever (600)")
       ->type_name("S");

@@ -116,15 +116,33 @@ TEST_F(BadInput, options) {
   refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
   refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});
   refuses({"pairs", at("good.npy"), "--memory", "-5"}, {"-5"});
-  refuses({"pairs", at("good.npy"), "--repeat", "0"}, {"0"});
+  refuses({"pairs", at("good.npy"), "--repeat", "0"}, {"--repeat: found '0', wanted 1 to 1000000"});
+  refuses({"pairs", at("good.npy"), "--repeat", "2M"},
+          {"--repeat: found '2M', wanted 1 to 1000000"});
+  refuses({"pairs", at("good.npy"), "--threads", "-1"},
+          {"--threads: found '-1', wanted 0 to 4294967295"});
+  refuses({"demo", "--threads", "x"}, {"--threads: found 'x', wanted 0 to 4294967295"});
+  refuses({"check", at("good.npy"), "--frames", "0"},
+          {"--frames: found '0', wanted 1 to 1000000000"});
+  EXPECT_EQ(run({"pairs", at("good.npy"), "--repeat", "1e1", "--threads", "1"}).status, 0);
   refuses({"pairs"}, {"A"});
   refuses({"juggle"}, {"juggle"});
   refuses({}, {});
+  refuses({"--foo"}, {"throng: found '--foo', wanted --help, --version or a command: demo, pairs"});
   refuses({"scene", "volcano", "--objects", "10", "-o", at("x.npy")}, {"volcano", "uniform"});
   refuses({"scene", "uniform", "--objects", "many", "-o", at("x.npy")}, {"many"});
   refuses({"scene", "uniform", "--objects", "0", "-o", at("x.npy")}, {"0"});
   refuses({"scene", "uniform", "--objects", "5", "--moving", "2", "-o", at("x.npy")}, {"2"});
-  refuses({"scene", "uniform", "--objects", "5", "--density", "-3", "-o", at("x.npy")}, {"-3"});
+  refuses({"scene", "uniform", "--objects", "5", "--frames", "17M", "-o", at("x.npy")},
+          {"--frames: found '17M', wanted 1 to 16777216"});
+  for (const char* density : {"-3", "0", "1e300", "inf", "nan", "1e-10", "much"}) {
+    refuses({"scene", "uniform", "--objects", "5", "--density", density, "-o", at("x.npy")},
+            {"--density: found " + std::string(density) + ", wanted 1e-9 to 1000000\n"});
+  }
+  for (const char* seed : {"-1", "18446744073709551616"}) {
+    refuses({"scene", "uniform", "--objects", "5", "--seed", seed, "-o", at("x.npy")},
+            {"--seed: found '" + std::string(seed) + "', wanted 0 to 18446744073709551615\n"});
+  }
   EXPECT_FALSE(exists("x.npy"));
 }
 

@@ -68,6 +68,24 @@ TEST(Numbers, OthersAreRefused) {
   refuses(parse_bytes, "5MBB");
 }
 
+TEST(Numbers, HaveARange) {
+  EXPECT_EQ(parse_count("1K", "--n", 1, 1000), 1000u);
+  EXPECT_EQ(parse_threads("0", "--n"), 0u);
+  EXPECT_EQ(parse_threads("64", "--n"), 64u);
+  const auto ranged = [](const std::string& text, const std::string& option) {
+    return parse_count(text, option, 1, 1000);
+  };
+  for (const char* text : {"0", "1001", "2K", "-1", "x", ""}) refuses(ranged, text);
+  for (const char* text : {"-1", "4294967296", "many"}) refuses(parse_threads, text);
+}
+
+TEST(Numbers, SeedsDoNotWrap) {
+  EXPECT_EQ(parse_seed("0", "--n"), 0u);
+  EXPECT_EQ(parse_seed("18446744073709551615", "--n"), ~std::uint64_t{0});
+  for (const char* text : {"-1", "18446744073709551616", "1K", "1.0", " 1", "", "x"})
+    refuses(parse_seed, text);
+}
+
 TEST(Median, OfOddAndEvenNumbers) {
   EXPECT_EQ(median({}), 0);
   EXPECT_EQ(median({7}), 7);

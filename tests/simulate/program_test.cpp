@@ -68,7 +68,8 @@ TEST_F(Simulate, bad_input) {
   for (const char* count : {"0", "-3", "1.5", "many", "17M", "1e400", "nan", ""})
     refuses({"pile", "--objects", count}, {"--objects"});
   for (const char* steps : {"0", "-1", "x"}) refuses({"pile", "--steps", steps}, {"--steps"});
-  refuses({"pile", "--threads", "-1"}, {"--threads"});
+  refuses({"pile", "--threads", "-1"}, {"--threads: found '-1', wanted 0 to 4294967295"});
+  refuses({"pile", "--seed", "-1"}, {"--seed: found '-1', wanted 0 to 18446744073709551615"});
   refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "is no folder"});
   refuses({"pile", "--picture", at("none/last.png")}, {"none", "is no folder"});
   refuses({"pile", "rain"}, {"rain"});
