@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -48,11 +49,10 @@ std::string world_path(const std::string& boxes) {
 // Made and written so many boxes at a time.
 constexpr std::size_t block_boxes = std::size_t{1} << 18;
 
-void write_frames(const scene::Scene& made, const Arguments& arguments) {
+void write_frames(const scene::Scene& made, const Arguments& arguments,
+                  const program::InterruptGuard& guard, scene::BoxWriter& writer) {
   const std::size_t n = arguments.spec.objects, frames = arguments.spec.frames;
   std::vector<Box> boxes(std::min(n, block_boxes));
-  program::InterruptGuard guard;
-  scene::BoxWriter writer(arguments.output, frames, n);
   Progress progress("writing box", n * frames);
   for (std::size_t f = 0; f < frames; ++f) {
     for (std::size_t i = 0; i < n; i += block_boxes) {
@@ -63,12 +63,11 @@ void write_frames(const scene::Scene& made, const Arguments& arguments) {
       progress.at(f * n + end);
     }
   }
-  writer.finish();
 }
 
-void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
+void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n,
+                  const program::InterruptGuard& guard) {
   std::vector<std::int32_t> worlds(std::min(n, block_boxes));
-  program::InterruptGuard guard;
   scene::WorldWriter writer(path, n);
   for (std::size_t i = 0; i < n; i += block_boxes) {
     const std::size_t count = std::min(n - i, block_boxes);
@@ -79,6 +78,23 @@ void write_worlds(const scene::Scene& made, const std::string& path, std::size_t
   writer.finish();
 }
 
+// Both files or none: the boxes take their name last.
+void write(const scene::Scene& made, const Arguments& arguments, const std::string& worlds) {
+  const std::size_t n = arguments.spec.objects;
+  const program::InterruptGuard guard;
+  scene::BoxWriter writer(arguments.output, arguments.spec.frames, n);
+  write_frames(made, arguments, guard, writer);
+  if (!made.has_worlds()) return writer.finish();
+  write_worlds(made, worlds, n, guard);
+  try {
+    writer.finish();
+  } catch (...) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(worlds, error)) std::filesystem::remove(worlds, error);
+    throw;
+  }
+}
+
 int run(Arguments& arguments) {
   const std::uint64_t objects = program::parse_count(arguments.objects, "--objects");
   if (objects < 1 || objects > max_box_count) {
@@ -86,12 +102,11 @@ int run(Arguments& arguments) {
   }
   arguments.spec.objects = static_cast<std::size_t>(objects);
   const scene::Scene made(arguments.spec);
-  write_frames(made, arguments);
+  const std::string path = world_path(arguments.output);
+  write(made, arguments, path);
   std::string text = fmt::format("{}: {} boxes", arguments.output, report::format_count(objects));
   if (arguments.spec.frames > 1) text += fmt::format(", {} frames", arguments.spec.frames);
   if (made.has_worlds()) {
-    const std::string path = world_path(arguments.output);
-    write_worlds(made, path, arguments.spec.objects);
     text += fmt::format("\n{0}: the world of each box, for --world {0}", path);
   }
   say(text + "\n");

@@ -69,6 +69,15 @@ TEST_F(Commands, worlds_bring_their_file_and_it_keeps_them_apart) {
   EXPECT_EQ(check.status, 0) << check.out << check.err;
 }
 
+TEST_F(Commands, of_two_files_of_which_one_fails_neither_is_left) {
+  for (const char* in_the_way : {"w-world.npy", "w.npy"}) {
+    fs::create_directory(at(in_the_way));
+    refuses({"scene", "worlds", "--objects", "3000", "-o", at("w.npy")}, {in_the_way});
+    EXPECT_EQ(files(), 1u) << in_the_way;
+    fs::remove(at(in_the_way));
+  }
+}
+
 TEST_F(Commands, check_agrees_on_scenes_and_two_sets) {
   ASSERT_EQ(run({"scene", "mixed", "--objects", "1500", "-o", at("m.npy")}).status, 0);
   ASSERT_EQ(run({"scene", "uniform", "--objects", "900", "-o", at("u.npy")}).status, 0);
