@@ -89,7 +89,15 @@ mpi::Settings settings_of(const Arguments& a) {
 
 void run(const Arguments& a) {
   MPI_Comm comm = MPI_COMM_WORLD;
+  if (!(a.seconds >= 0)) {
+    throw program::Failure(
+        fmt::format("--seconds: found {}, wanted 0 (for ever) or more", a.seconds));
+  }
   const BoxSlices file(a.input, comm);
+  if (file.frames() == 0) {
+    throw program::Failure(fmt::format("{}: found no frame of {} boxes, wanted at least one frame",
+                                       a.input, file.count()));
+  }
   const Values values = read_filters(a, file.count(), comm);
   Search search(comm, a.where, settings_of(a));
   std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0;
