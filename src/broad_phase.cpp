@@ -24,12 +24,6 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
     r.invalid_count = count;
     return refuse(r, Status::bad_id);
   }
-  if (count > objects.count()) {
-    say(r, "%llu ids were given and %llu objects are alive; give each id once", ull{count},
-        ull{objects.count()});
-    r.invalid_count = count;
-    return refuse(r, Status::bad_id);
-  }
   bool dead = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (i + ids_ahead < count) objects.prefetch_flags(ids[i + ids_ahead]);

@@ -142,7 +142,9 @@ const throng_result* throng_finder_result(const throng_finder* finder) {
 }
 
 const char* throng_status_text(throng_status status) {
-  return throng::to_string(static_cast<throng::Status>(status));
+  // As the C++ has it, in a byte.
+  return status >= 0 && status < 256 ? throng::to_string(static_cast<throng::Status>(status))
+                                     : "unknown";
 }
 
 const char* throng_version(void) { return THRONG_VERSION; }

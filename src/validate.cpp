@@ -227,6 +227,10 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+  if (options.executor && !options.executor->run) {
+    say(r, "the executor has no function that runs tasks; set Executor::run");
+    return refuse(r, Status::bad_option);
+  }
   if (!valid_choices(options, r) || !valid_margin(options.margin, r) ||
       !valid_cell_scale(options.cell_scale, r) || !kernels_for(options.isa, "Options::isa", r))
     return false;
