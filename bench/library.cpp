@@ -1,6 +1,7 @@
 #include "bench/library.hpp"
 
-#include <stdexcept>
+#include "program/failure.hpp"
+#include "program/remedy.hpp"
 
 namespace throng::bench {
 namespace {
@@ -27,7 +28,7 @@ class Library : public Contender {
       return;
     }
     result_ = finder_.find(boxes);
-    if (!result_.ok()) throw std::runtime_error(result_.message);
+    if (!result_.ok()) throw program::Failure(program::failure_text(result_, {}));
   }
   void collect(const Input&, std::vector<Pair>& out) const override {
     if (form_ == Form::vector) {

@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include <throng/explain.hpp>
+#include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 
 #include "bench/cases.hpp"
@@ -26,6 +27,7 @@
 #include "program/failure.hpp"
 #include "program/machine.hpp"
 #include "program/numbers.hpp"
+#include "program/remedy.hpp"
 #include "report/format.hpp"
 
 namespace throng::bench {
@@ -185,6 +187,11 @@ int run(const Arguments& a) {
   return wrong.empty() ? 0 : 1;
 }
 
+void fail(const std::string& what) {
+  std::fflush(stdout);
+  fmt::print(stderr, "throng-bench: {}\n", what);
+}
+
 }  // namespace
 }  // namespace throng::bench
 
@@ -234,9 +241,10 @@ int main(int argc, char** argv) {
   }
   try {
     return run(a);
+  } catch (const throng::Error& e) {
+    fail(throng::program::failure_text(e.result(), {}));
   } catch (const std::exception& e) {
-    std::fflush(stdout);
-    fmt::print(stderr, "throng-bench: {}\n", e.what());
-    return 2;
+    fail(e.what());
   }
+  return 2;
 }

@@ -7,9 +7,9 @@
 #include <throng/large_pages.hpp>
 
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
 #include "cli/search.hpp"
+#include "program/interrupt.hpp"
 #include "stream/stream.hpp"
 
 namespace throng::cli {
@@ -37,10 +37,10 @@ stream::SetFiles files_of(const std::string& boxes, const FilterFiles& f) {
 }
 
 SearchReport run_streamed(stream::Request request) {
-  const InterruptGuard guard;
+  const program::InterruptGuard guard;
   constexpr std::size_t steps = 10000;
   Progress progress("searching:", steps);
-  request.options.stop = &InterruptGuard::flag();
+  request.options.stop = &program::InterruptGuard::flag();
   request.progress = [&](double share) {
     guard.check();
     progress.at(static_cast<std::size_t>(share * steps));

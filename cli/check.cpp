@@ -17,6 +17,7 @@
 #include "cli/failure.hpp"
 #include "cli/input.hpp"
 #include "cli/truth.hpp"
+#include "program/numbers.hpp"
 #include "report/format.hpp"
 
 namespace throng::cli {
@@ -50,7 +51,7 @@ std::size_t check_frame(const Input& input, const Options& options, std::size_t 
   // First, so that boxes which the library refuses are told in no time.
   Finder probe(options);
   const Result result = b ? probe.find(a, *b) : probe.find(a);
-  require_ok(result, input, frame);
+  require_ok(result, input, frame, {.nan = true});
   Progress progress("double loop: box", a.size());
   Truth truth(a, b ? &*b : nullptr, options.margin, [&](std::size_t done) { progress.at(done); });
   progress.wipe();
@@ -99,8 +100,12 @@ Run add_check(CLI::App& program) {
   CLI::App& app = *program.add_subcommand("check", "Compare every algorithm with a double loop");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
-  app.add_option("--frames", arguments->frames, "of several frames, check so many (3)")
-      ->check(CLI::Range(1, 1000000000).description(""))
+  app.add_option_function<std::string>(
+         "--frames",
+         [&frames = arguments->frames](const std::string& v) {
+           frames = program::parse_count(v, "--frames", 1, 1000000000);
+         },
+         "of several frames, check so many (3)")
       ->type_name("N");
   app.add_flag("--full", arguments->full, "everything, whatever it takes");
   return [arguments] { return run(*arguments); };

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
+#include "program/interrupt.hpp"
 
 #ifdef _WIN32
 #include <process.h>
@@ -25,7 +25,7 @@ int start_companion(const std::string& path, const std::vector<std::string>& arg
   }
   argv.push_back(nullptr);
   std::fflush(stdout);
-  restore_write_signals();  // an ignored signal would stay ignored in the other program
+  program::restore_write_signals();  // an ignored signal would stay ignored in the other program
 #ifdef _WIN32
   const auto status = _spawnv(_P_WAIT, path.c_str(), argv.data());
   if (status >= 0) return static_cast<int>(status);

@@ -15,9 +15,11 @@
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
 #include "cli/heap.hpp"
-#include "cli/interrupt.hpp"
+#include "cli/search_options.hpp"
+#include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "program/remedy.hpp"
 #include "report/format.hpp"
 #include "report/picture.hpp"
 #include "report/table.hpp"
@@ -66,7 +68,9 @@ Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
     const auto search = Clock::now();
     const Result result = finder.find(heap.boxes());
     const double search_ms = ms_since(search);
-    if (!result.ok()) throw Failure(fmt::format("frame {}: {}", f, result.message));
+    if (!result.ok()) {
+      throw Failure(fmt::format("frame {}: {}", f, program::failure_text(result, {})));
+    }
     m.pairs.push_back(static_cast<double>(result.found));
     m.plan_of_last = result.plan;
     if (f == 0) m.first_ms = search_ms;
@@ -139,7 +143,7 @@ void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::
     boxes.push_back(box);
     values.push_back(touches[i]);
   }
-  const InterruptGuard guard;  // half a picture is not left behind
+  const program::InterruptGuard guard;  // half a picture is not left behind
   report::draw_boxes(path, boxes.data(), boxes.size(), values.data(), style);
   guard.check();
 }
@@ -182,10 +186,14 @@ Run add_demo(CLI::App& program) {
   app.footer(help_text);
   app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M (100K)")
       ->type_name("N");
-  app.add_option("--frames", arguments->frames, "frames (300)")
-      ->check(CLI::Range(1, 1000000000).description(""))
+  app.add_option_function<std::string>(
+         "--frames",
+         [&frames = arguments->frames](const std::string& v) {
+           frames = program::parse_count(v, "--frames", 1, 1000000000);
+         },
+         "frames (300)")
       ->type_name("F");
-  app.add_option("--threads", arguments->threads, "at most so many; 0: all")->type_name("N");
+  add_threads(app, arguments->threads);
   app.add_option("-o,--output", arguments->picture, "the picture (throng-demo.png)")
       ->type_name("PICTURE.png");
   return [arguments] { return run(*arguments); };

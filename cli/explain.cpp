@@ -120,12 +120,13 @@ int run(const Arguments& arguments) {
   Finder finder(options);
   const Boxes a = input.a().frame(last), b = input.b() ? input.b()->frame(last) : Boxes();
   const Result cold = input.b() ? finder.find(a, b) : finder.find(a);
-  require_ok(cold, input, last);
+  const program::Remedies remedies = to_remedies(arguments.search);
+  require_ok(cold, input, last, remedies);
   Explanation explanation;
   try {
     explanation = input.b() ? finder.explain(a, b) : finder.explain(a);
   } catch (const Error& error) {
-    throw Failure(error.what());
+    require_ok(error.result(), input, last, remedies);
   }
   if (!arguments.html.empty()) write_page(arguments.html, input.name(last), explanation);
   say(arguments.json ? to_json(explanation).dump(2) + "\n" : to_text(explanation));
@@ -140,7 +141,7 @@ Run add_explain(CLI::App& program) {
       "explain", "Tell why a search costs what it does, and what would help");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
-  add_search_arguments(app, arguments->search);
+  add_search_arguments(app, arguments->search, true);
   app.add_option("--html", arguments->html, "write it as a page, too")->type_name("PAGE.html");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };

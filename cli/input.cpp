@@ -90,11 +90,11 @@ std::string Input::name(std::size_t frame) const {
   return name;
 }
 
-void require_ok(const Result& result, const Input& input, std::size_t frame) {
+void require_ok(const Result& result, const Input& input, std::size_t frame,
+                const program::Remedies& remedies) {
   if (result.ok()) return;
   if (result.status == Status::memory_cap_too_small) throw CapTooSmall{};
-  throw Failure(fmt::format("{}: {}", input.name(frame),
-                            result.message[0] ? result.message : to_string(result.status)));
+  throw Failure(fmt::format("{}: {}", input.name(frame), program::failure_text(result, remedies)));
 }
 
 }  // namespace throng::cli

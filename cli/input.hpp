@@ -11,6 +11,7 @@
 #include <throng/options.hpp>
 
 #include "cli/search_options.hpp"
+#include "program/remedy.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::cli {
@@ -56,8 +57,8 @@ class Input {
 // The library needs more than the cap that it was given; a search in parts may do.
 struct CapTooSmall {};
 
-// Throws CapTooSmall, or Failure with the input's name before the library's words, unless `result`
-// is fine.
-void require_ok(const Result& result, const Input& input, std::size_t frame);
+// Throws CapTooSmall, or Failure with the input's name and what helps, unless `result` is fine.
+void require_ok(const Result& result, const Input& input, std::size_t frame,
+                const program::Remedies& remedies);
 
 }  // namespace throng::cli

@@ -16,8 +16,8 @@
 #include "cli/companion.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
 #include "program/companion.hpp"
+#include "program/interrupt.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::cli {
@@ -30,21 +30,31 @@ const char* help_text =
   throng pairs boxes.npy
   mpirun -n 4 throng pairs --mpi boxes.npy
   throng check boxes.npy
-'throng COMMAND --help' tells the options of each.)";
+'throng COMMAND --help' tells the options of each.
+Exit status: 0 done, 1 a check found a difference, 2 bad input, bad usage or an output that failed;
+130, 143 or 129: SIGINT (Ctrl-C), SIGTERM or SIGHUP ended it, 141: nobody reads its output any more.)";
 
 // Commands that are programs of their own, beside this one.
 struct Companion {
   const char* command;
   const char* program;
   const char* what;
+  const char* takes;  // a build that has it
 };
 constexpr Companion companions[] = {
-    {"bench", "throng-bench", "Measure against other libraries"},
-    {"paper", "throng-paper", "The paper's tables and figures, measured here"},
-    {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine"},
+    {"bench", "throng-bench", "Measure against other libraries",
+     "configure with -DTHRONG_BUILD_BENCH=ON (packages libcli11-dev, libfmt-dev, "
+     "nlohmann-json3-dev; scripts/bench installs the rivals, too)"},
+    {"paper", "throng-paper", "The paper's tables and figures, measured here",
+     "configure with -DTHRONG_BUILD_CLI=ON"},
+    {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine",
+     "install Bullet (package libbullet-dev), configure with -DTHRONG_BUILD_CLI=ON"},
 };
 // What `pairs --mpi` and `bench --mpi` are: the same commands of the program that has MPI.
-constexpr Companion across_ranks = {"pairs --mpi", "throng-mpi", ""};
+constexpr const char* takes_mpi =
+    "install MPI (packages libopenmpi-dev, openmpi-bin), configure with -DTHRONG_MPI=ON";
+constexpr Companion across_ranks[] = {{"pairs --mpi", "throng-mpi", "", takes_mpi},
+                                      {"bench --mpi", "throng-mpi", "", takes_mpi}};
 
 const Companion* companion_of(const std::string& command) {
   for (const Companion& companion : companions) {
@@ -57,9 +67,9 @@ int start(const Companion& companion, const std::vector<std::string>& arguments)
   const std::string path = program::find_companion(companion.program);
   if (path.empty()) {
     throw Failure(
-        fmt::format("throng {}: found no program {} beside this one, which it runs; build "
-                    "it with: cmake --build BUILD --target {}",
-                    companion.command, companion.program, companion.program));
+        fmt::format("{}: found no program {} beside this one, which it runs; {}, then build it: "
+                    "cmake --build BUILD --target {}",
+                    companion.command, companion.program, companion.takes, companion.program));
   }
   return start_companion(path, arguments);
 }
@@ -71,7 +81,7 @@ int dispatch(int argc, char** argv) {
     const auto mpi = std::find(arguments.begin(), arguments.end(), "--mpi");
     if (mpi != arguments.end() && (arguments[0] == "pairs" || arguments[0] == "bench")) {
       arguments.erase(mpi);
-      return start(across_ranks, arguments);
+      return start(across_ranks[arguments[0] == "bench"], arguments);
     }
     if (const Companion* companion = companion_of(argv[1])) {
       return start(*companion, {argv + 2, argv + argc});
@@ -95,12 +105,19 @@ int dispatch(int argc, char** argv) {
       app.add_subcommand(companion.command, companion.what);
     }
   }
-  if (argc > 1 && argv[1][0] != '-') {
+  const auto is_own = [](const std::string& option) {
+    return option == "-h" || option == "--help" || option == "--version";
+  };
+  if (argc > 1 && !is_own(argv[1])) {
     std::string commands;
     bool known = false;
     for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
       commands += (commands.empty() ? "" : ", ") + command->get_name();
       known = known || command->get_name() == argv[1];
+    }
+    if (!known && argv[1][0] == '-') {
+      throw Failure(
+          fmt::format("found '{}', wanted --help, --version or a command: {}", argv[1], commands));
     }
     if (!known) {
       throw Failure(fmt::format("found no command '{}', wanted one of: {}", argv[1], commands));
@@ -124,9 +141,9 @@ int guarded(int argc, char** argv) {
     return status;
   } catch (const BrokenPipe&) {
     return exit_broken_pipe;
-  } catch (const Interrupted&) {
+  } catch (const program::Interrupted& interrupted) {
     complain("throng: interrupted; no half file is left");
-    return exit_interrupted;
+    return interrupted.status();
   } catch (const Failure& failure) {
     complain(fmt::format("throng: {}", failure.what()));
     return failure.status();
@@ -142,6 +159,6 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::cli
 
 int main(int argc, char** argv) {
-  throng::cli::ignore_write_signals();
+  throng::program::ignore_write_signals();
   return throng::cli::guarded(argc, argv);
 }

@@ -22,8 +22,8 @@ const char* help_text =
 and times. Every frame is searched once cold, which also writes the output, then --repeat times
 warmed; total_ms is the median of the warmed runs into memory that is kept, without reading the
 file and the checksum. Under --memory pairs are written as they are found, and boxes that do not
-fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box in
-$TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
+fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box, 4 more
+a filter, in $TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
 each frame too; the output holds their pairs one after another.
 
 Examples:
@@ -134,6 +134,8 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
 int run(const Arguments& arguments) {
   SearchRequest request;
   request.options = to_options(arguments.input, arguments.search);
+  request.remedies = to_remedies(arguments.search);
+  request.remedies.memory = true;
   request.repeat = arguments.repeat;
   request.output = arguments.output;
   if (!arguments.memory.empty()) {
@@ -159,8 +161,12 @@ Run add_pairs(CLI::App& program) {
   add_search_arguments(app, arguments->search);
   app.add_option("-o,--output", arguments->output, "write the pairs: uint32 of shape (pairs, 2)")
       ->type_name("PAIRS.npy");
-  app.add_option("--repeat", arguments->repeat, "warmed runs to take the median of (1)")
-      ->check(CLI::Range(1, 1000000).description(""))
+  app.add_option_function<std::string>(
+         "--repeat",
+         [&repeat = arguments->repeat](const std::string& v) {
+           repeat = program::parse_count(v, "--repeat", 1, 1000000);
+         },
+         "warmed runs to take the median of (1)")
       ->type_name("K");
   app.add_option("--memory", arguments->memory,
                  "take no more memory than this, e.g. 64M, for boxes, workspace and pairs")

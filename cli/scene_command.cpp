@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
+#include "program/interrupt.hpp"
 #include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "scene/npy.hpp"
@@ -49,11 +49,10 @@ std::string world_path(const std::string& boxes) {
 // Made and written so many boxes at a time.
 constexpr std::size_t block_boxes = std::size_t{1} << 18;
 
-void write_frames(const scene::Scene& made, const Arguments& arguments) {
+void write_frames(const scene::Scene& made, const Arguments& arguments,
+                  const program::InterruptGuard& guard, scene::BoxWriter& writer) {
   const std::size_t n = arguments.spec.objects, frames = arguments.spec.frames;
   std::vector<Box> boxes(std::min(n, block_boxes));
-  InterruptGuard guard;
-  scene::BoxWriter writer(arguments.output, frames, n);
   Progress progress("writing box", n * frames);
   for (std::size_t f = 0; f < frames; ++f) {
     for (std::size_t i = 0; i < n; i += block_boxes) {
@@ -64,12 +63,11 @@ void write_frames(const scene::Scene& made, const Arguments& arguments) {
       progress.at(f * n + end);
     }
   }
-  writer.finish();
 }
 
-void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n) {
+void write_worlds(const scene::Scene& made, const std::string& path, std::size_t n,
+                  const program::InterruptGuard& guard) {
   std::vector<std::int32_t> worlds(std::min(n, block_boxes));
-  InterruptGuard guard;
   scene::WorldWriter writer(path, n);
   for (std::size_t i = 0; i < n; i += block_boxes) {
     const std::size_t count = std::min(n - i, block_boxes);
@@ -80,6 +78,23 @@ void write_worlds(const scene::Scene& made, const std::string& path, std::size_t
   writer.finish();
 }
 
+// Both files or none: the boxes take their name last.
+void write(const scene::Scene& made, const Arguments& arguments, const std::string& worlds) {
+  const std::size_t n = arguments.spec.objects;
+  const program::InterruptGuard guard;
+  scene::BoxWriter writer(arguments.output, arguments.spec.frames, n);
+  write_frames(made, arguments, guard, writer);
+  if (!made.has_worlds()) return writer.finish();
+  write_worlds(made, worlds, n, guard);
+  try {
+    writer.finish();
+  } catch (...) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(worlds, error)) std::filesystem::remove(worlds, error);
+    throw;
+  }
+}
+
 int run(Arguments& arguments) {
   const std::uint64_t objects = program::parse_count(arguments.objects, "--objects");
   if (objects < 1 || objects > max_box_count) {
@@ -87,12 +102,11 @@ int run(Arguments& arguments) {
   }
   arguments.spec.objects = static_cast<std::size_t>(objects);
   const scene::Scene made(arguments.spec);
-  write_frames(made, arguments);
+  const std::string path = world_path(arguments.output);
+  write(made, arguments, path);
   std::string text = fmt::format("{}: {} boxes", arguments.output, report::format_count(objects));
   if (arguments.spec.frames > 1) text += fmt::format(", {} frames", arguments.spec.frames);
   if (made.has_worlds()) {
-    const std::string path = world_path(arguments.output);
-    write_worlds(made, path, arguments.spec.objects);
     text += fmt::format("\n{0}: the world of each box, for --world {0}", path);
   }
   say(text + "\n");
@@ -114,17 +128,26 @@ Run add_scene(CLI::App& program) {
   app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M")
       ->required()
       ->type_name("N");
-  app.add_option("--frames", arguments->spec.frames, "frames (1)")
-      ->check(
-          CLI::Range(std::size_t{1}, std::numeric_limits<std::size_t>::max() / 64).description(""))
+  scene::Spec& spec = arguments->spec;
+  app.add_option_function<std::string>(
+         "--frames",
+         [&spec](const std::string& v) {
+           spec.frames = program::parse_count(v, "--frames", 1, scene::max_frames);
+         },
+         "frames (1)")
       ->type_name("F");
-  app.add_option("--density", arguments->spec.density, "how crowded; what the scene has of itself")
-      ->check([](const std::string& text) {  // CLI::PositiveNumber answers with 300 digits
-        const double density = std::strtod(text.c_str(), nullptr);
-        return density > 0 ? std::string() : "found " + text + ", wanted a number above 0";
+  app.add_option("--density", spec.density, "how crowded; what the scene has of itself")
+      ->check([](const std::string& text) {  // CLI::Range answers with 300 digits
+        char* end = nullptr;
+        const double density = std::strtod(text.c_str(), &end);
+        if (*end == 0 && density >= scene::min_density && density <= scene::max_density)
+          return std::string();
+        return "found " + text + ", wanted 1e-9 to 1000000";
       })
       ->type_name("D");
-  app.add_option("--seed", arguments->spec.seed, "another number, another scene (1)")
+  app.add_option_function<std::string>(
+         "--seed", [&spec](const std::string& v) { spec.seed = program::parse_seed(v, "--seed"); },
+         "another number, another scene (1)")
       ->type_name("S");
   app.add_option("--moving", arguments->spec.moving, "share of the boxes that move, 0 to 1 (1)")
       ->check(CLI::Range(0.0, 1.0).description(""))

@@ -6,8 +6,8 @@
 
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/memory.hpp"
+#include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "scene/checksum.hpp"
 
@@ -45,7 +45,7 @@ class Runner {
         const Result result =
             capped() ? consume(f, [](const Pair*, std::size_t) { return true; }) : search(f);
         const double ms = ms_since(start);
-        require_ok(result, input_, f);
+        require_ok(result, input_, f, request_.remedies);
         if (result.found != report.frames[f].pairs) {
           throw Failure(
               fmt::format("{}: {} pairs in one run and {} in the next; this is a defect "
@@ -124,7 +124,7 @@ class Runner {
       result = search(f);
       ms = ms_since(start);
     }
-    require_ok(result, input_, f);
+    require_ok(result, input_, f, request_.remedies);
     if (result.message[0] && f == 0) complain(fmt::format("throng: note: {}", result.message));
     if (!capped()) {
       const Pairs pairs = finder_.pairs();
@@ -143,7 +143,7 @@ class Runner {
   const Input& input_;
   const SearchRequest& request_;
   Finder finder_;
-  std::optional<InterruptGuard> guard_;
+  std::optional<program::InterruptGuard> guard_;
   std::optional<scene::PairWriter> writer_;
   std::vector<Times> times_;
 };

@@ -6,6 +6,7 @@
 #include <throng/cuda.hpp>
 
 #include "cli/failure.hpp"
+#include "program/numbers.hpp"
 
 namespace throng::cli {
 namespace {
@@ -54,7 +55,15 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
       ->type_name("M");
 }
 
-void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
+void add_threads(CLI::App& app, unsigned& threads) {
+  app.add_option_function<std::string>(
+         "--threads",
+         [&](const std::string& v) { threads = program::parse_threads(v, "--threads"); },
+         "at most so many; 0: all")
+      ->type_name("N");
+}
+
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone) {
   const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
                        const char* what) {
     std::string type;
@@ -63,16 +72,23 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments) {
         ->check(CLI::IsMember(choices).description(""))  // the type's name says them already
         ->type_name(type);
   };
-  add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
-      "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, on "
-      "the CPU");
+  if (cpu_alone)
+    add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whichever is given");
+  else
+    add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
+        "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, "
+        "on the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
       "auto chooses by what it measures of the boxes");
   add("--order", arguments.order, {"any", "canonical"},
       "canonical: sorted by first, then second; the same bytes everywhere");
   add("--isa", arguments.isa, {"auto", "scalar", "sse4", "avx2", "avx512", "neon"},
       "instruction set; auto takes the widest there is");
-  app.add_option("--threads", arguments.threads, "at most so many; 0: all")->type_name("N");
+  add_threads(app, arguments.threads);
+}
+
+program::Remedies to_remedies(const SearchArguments& search) {
+  return {.nan = true, .backend = true, .isa = search.isa == "auto" ? "" : search.isa};
 }
 
 Options to_options(const InputArguments& input, const SearchArguments& search) {
@@ -83,7 +99,10 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
                                                    : Backend::automatic;
   if (options.backend == Backend::cuda) {
     const Result result = cuda::available();
-    if (!result.ok()) throw Failure(fmt::format("--backend cuda: {}", result.message));
+    if (!result.ok()) {
+      throw Failure(
+          fmt::format("--backend cuda: {}", program::failure_text(result, to_remedies(search))));
+    }
   }
   options.algorithm = search.algorithm == "all-pairs" ? Algorithm::all_pairs
                       : search.algorithm == "grid"    ? Algorithm::grid

@@ -5,6 +5,8 @@
 
 #include <throng/options.hpp>
 
+#include "program/remedy.hpp"
+
 namespace CLI {
 class App;
 }
@@ -33,8 +35,11 @@ struct SearchArguments {
 };
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
-void add_search_arguments(CLI::App& app, SearchArguments& arguments);
+void add_threads(CLI::App& app, unsigned& threads);
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone = false);
 
+// What of these options helps where a search fails.
+program::Remedies to_remedies(const SearchArguments& search);
 // Throws Failure for what this build cannot do.
 Options to_options(const InputArguments& input, const SearchArguments& search);
 

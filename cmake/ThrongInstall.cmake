@@ -37,6 +37,10 @@ get_target_property(throng_type throng TYPE)
 set(throng_find_dependencies "")
 set(throng_pc_requires "")
 set(throng_pc_libs "-lstdc++ -lm")
+# What a C++ compiler links by itself, and a project in C alone must be told to.
+set(throng_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
+list(FILTER throng_runtime INCLUDE REGEX "^(stdc\\+\\+|c\\+\\+|c\\+\\+abi|m)$")
+list(REMOVE_DUPLICATES throng_runtime)
 if("${throng_links}" MATCHES "Threads::Threads")
   string(APPEND throng_find_dependencies "find_dependency(Threads)\n")
   string(APPEND throng_pc_libs " -pthread")
@@ -58,6 +62,7 @@ if(throng_type STREQUAL "SHARED_LIBRARY")
   set(throng_find_dependencies "")
   set(throng_pc_requires "")
   set(throng_pc_libs "")
+  set(throng_runtime "")
 endif()
 
 configure_package_config_file(

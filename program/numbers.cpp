@@ -1,8 +1,11 @@
 #include "program/numbers.hpp"
 
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -11,8 +14,13 @@
 namespace throng::program {
 namespace {
 
+[[noreturn]] void refuse(const std::string& text, const std::string& option,
+                         const std::string& wanted) {
+  throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
+}
+
 std::uint64_t parse_scaled(const std::string& text, const std::string& option, double unit,
-                           const char* wanted) {
+                           const std::string& wanted) {
   const char* begin = text.c_str();
   char* end = nullptr;
   double value = std::strtod(begin, &end);
@@ -32,7 +40,7 @@ std::uint64_t parse_scaled(const std::string& text, const std::string& option, d
   // Above 2^53 a double no longer counts in ones; nobody has such an amount of either.
   const bool number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0);
   if (!number || scale == 0 || !(value < 9007199254740992.0) || value != std::floor(value)) {
-    throw Failure(fmt::format("{}: found '{}', wanted {}", option, text, wanted));
+    refuse(text, option, wanted);
   }
   return static_cast<std::uint64_t>(value);
 }
@@ -41,6 +49,28 @@ std::uint64_t parse_scaled(const std::string& text, const std::string& option, d
 
 std::uint64_t parse_count(const std::string& text, const std::string& option) {
   return parse_scaled(text, option, 1000, "a count such as 100000, 100K or 1M");
+}
+
+std::uint64_t parse_count(const std::string& text, const std::string& option, std::uint64_t least,
+                          std::uint64_t most) {
+  const std::string wanted = fmt::format("{} to {}", least, most);
+  const std::uint64_t count = parse_scaled(text, option, 1000, wanted);
+  if (count < least || count > most) refuse(text, option, wanted);
+  return count;
+}
+
+unsigned parse_threads(const std::string& text, const std::string& option) {
+  return static_cast<unsigned>(parse_count(text, option, 0, std::numeric_limits<unsigned>::max()));
+}
+
+std::uint64_t parse_seed(const std::string& text, const std::string& option) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, seed);
+  if (error != std::errc() || at != end) {
+    refuse(text, option, fmt::format("0 to {}", std::numeric_limits<std::uint64_t>::max()));
+  }
+  return seed;
 }
 
 std::uint64_t parse_bytes(const std::string& text, const std::string& option) {

@@ -8,6 +8,13 @@ namespace throng::program {
 
 // "100000", "100K", "1M", "2.5M": a count, in thousands. Throws Failure that names `option`.
 std::uint64_t parse_count(const std::string& text, const std::string& option);
+// The same, from `least` to `most`.
+std::uint64_t parse_count(const std::string& text, const std::string& option, std::uint64_t least,
+                          std::uint64_t most);
+// How many threads; 0: all.
+unsigned parse_threads(const std::string& text, const std::string& option);
+// Any number of 64 bits, in ones.
+std::uint64_t parse_seed(const std::string& text, const std::string& option);
 // "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024. Throws Failure likewise.
 std::uint64_t parse_bytes(const std::string& text, const std::string& option);
 

@@ -93,7 +93,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
     const Result r = search.find();
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    require_ok(r, a.scene);
+    require_ok(r, a.scene, {.backend = true});
     row.balance_bytes = std::max(row.balance_bytes, search.traffic().balance.bytes);
     if (f < 4) continue;
     times.push_back(ms);
@@ -185,11 +185,21 @@ Run add_bench(CLI::App& program) {
   app.add_option("--objects", a->objects, "in all, or with --weak a rank (100K)")->type_name("N");
   app.add_flag("--weak", a->weak, "as many boxes more with each rank");
   app.add_flag("--parts", a->parts, "what lies far apart in a region is searched in parts");
-  app.add_option("--frames", a->frames, "to take the median of (5)")
-      ->check(CLI::Range(1, 100000).description(""))
+  app.add_option_function<std::string>(
+         "--frames",
+         [&frames = a->frames](const std::string& v) {
+           frames = program::parse_count(v, "--frames", 1, 100000);
+         },
+         "to take the median of (5)")
       ->type_name("F");
   a->where.add_to(app);
-  app.add_option("--threads", a->threads, "of each rank (1)")->type_name("N");
+  app.add_option_function<std::string>(
+         "--threads",
+         [&threads = a->threads](const std::string& v) {
+           threads = program::parse_threads(v, "--threads");
+         },
+         "of each rank (1)")
+      ->type_name("N");
   app.add_option("-o,--output", a->csv, "write the table")->type_name("FILE.csv");
   return [a] { run(*a); };
 }

@@ -12,6 +12,7 @@
 
 #include "program/failure.hpp"
 #include "program/median.hpp"
+#include "program/numbers.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
 #include "ranks/search.hpp"
@@ -88,7 +89,15 @@ mpi::Settings settings_of(const Arguments& a) {
 
 void run(const Arguments& a) {
   MPI_Comm comm = MPI_COMM_WORLD;
+  if (!(a.seconds >= 0)) {
+    throw program::Failure(
+        fmt::format("--seconds: found {}, wanted 0 (for ever) or more", a.seconds));
+  }
   const BoxSlices file(a.input, comm);
+  if (file.frames() == 0) {
+    throw program::Failure(fmt::format("{}: found no frame of {} boxes, wanted at least one frame",
+                                       a.input, file.count()));
+  }
   const Values values = read_filters(a, file.count(), comm);
   Search search(comm, a.where, settings_of(a));
   std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0;
@@ -107,7 +116,7 @@ void run(const Arguments& a) {
       times[k] +=
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
               .count();
-      require_ok(r, a.input);
+      require_ok(r, a.input, {.nan = true, .backend = true});
       if (k != 0) continue;
       found += r.found;
       inactive += r.inactive;
@@ -194,9 +203,19 @@ Run add_pairs(CLI::App& program) {
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
   a->where.add_to(app);
-  app.add_option("--threads", a->threads, "of each rank, at most; 0: all")->type_name("N");
-  app.add_option("--repeat", a->repeat, "searches of a frame to take the median of (1)")
-      ->check(CLI::Range(1, 1000000).description(""))
+  app.add_option_function<std::string>(
+         "--threads",
+         [&threads = a->threads](const std::string& v) {
+           threads = program::parse_threads(v, "--threads");
+         },
+         "of each rank, at most; 0: all")
+      ->type_name("N");
+  app.add_option_function<std::string>(
+         "--repeat",
+         [&repeat = a->repeat](const std::string& v) {
+           repeat = program::parse_count(v, "--repeat", 1, 1000000);
+         },
+         "searches of a frame to take the median of (1)")
       ->type_name("K");
   app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: for ever (600)")
       ->type_name("S");

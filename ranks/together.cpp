@@ -54,10 +54,9 @@ void together(MPI_Comm comm, const std::function<void()>& f) {
   throw program::Failure(size == 1 ? std::string(words) : fmt::format("rank {}: {}", root, words));
 }
 
-void require_ok(const Result& result, const std::string& name) {
+void require_ok(const Result& result, const std::string& name, const program::Remedies& remedies) {
   if (result.ok()) return;
-  throw program::Failure(
-      fmt::format("{}: {}", name, result.message[0] ? result.message : to_string(result.status)));
+  throw program::Failure(fmt::format("{}: {}", name, program::failure_text(result, remedies)));
 }
 
 void say(const std::string& text, MPI_Comm comm) {

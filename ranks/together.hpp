@@ -9,6 +9,8 @@
 
 #include <throng/options.hpp>
 
+#include "program/remedy.hpp"
+
 namespace throng::ranks {
 
 int rank_of(MPI_Comm comm);
@@ -20,8 +22,9 @@ std::uint64_t most_of(std::uint64_t mine, MPI_Comm comm);
 // with the words of the first of them.
 void together(MPI_Comm comm, const std::function<void()>& f);
 
-// The same on every rank already: throws Failure with the result's words, `name` before them.
-void require_ok(const Result& result, const std::string& name);
+// The same on every rank already: throws Failure with what is wrong and what helps, `name` before
+// it.
+void require_ok(const Result& result, const std::string& name, const program::Remedies& remedies);
 
 // Rank 0 writes to standard output.
 void say(const std::string& text, MPI_Comm comm);

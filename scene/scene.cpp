@@ -1,6 +1,6 @@
 #include "scene/scene.hpp"
 
-#include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "scene/generator.hpp"
@@ -8,8 +8,11 @@
 namespace throng::scene {
 namespace {
 
-// Past this a double no longer tells where a fast box is to a fraction of its size.
-constexpr std::size_t kMaxFrames = 1 << 24;
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
 
 void check(const Spec& spec) {
   bool known = false;
@@ -25,21 +28,16 @@ void check(const Spec& spec) {
     throw std::invalid_argument(std::to_string(spec.objects) + " objects are too many; at most " +
                                 std::to_string(max_box_count));
   }
-  if (spec.frames < 1 || spec.frames > kMaxFrames) {
+  if (spec.frames < 1 || spec.frames > max_frames) {
     throw std::invalid_argument(std::to_string(spec.frames) + " frames; wanted 1 to " +
-                                std::to_string(kMaxFrames));
+                                std::to_string(max_frames));
   }
-  if (!(spec.density >= 0 && spec.density <= 1e6)) {
-    throw std::invalid_argument("a density of " + std::to_string(spec.density) +
-                                " pairs a box; wanted more than 0, up to 1000000, or 0 for the "
-                                "scene's own");
-  }
-  if (spec.density > 0 && spec.density < 1e-9) {
-    throw std::invalid_argument("a density below 1e-9 pairs a box spreads the boxes too far");
+  if (spec.density != 0 && !(spec.density >= min_density && spec.density <= max_density)) {
+    throw std::invalid_argument("a density of " + text_of(spec.density) + " pairs a box; wanted " +
+                                text_of(min_density) + " to 1000000, or 0 for the scene's own");
   }
   if (!(spec.moving >= 0 && spec.moving <= 1)) {
-    throw std::invalid_argument("a moving share of " + std::to_string(spec.moving) +
-                                "; wanted 0 to 1");
+    throw std::invalid_argument("a moving share of " + text_of(spec.moving) + "; wanted 0 to 1");
   }
 }
 

@@ -15,6 +15,11 @@
 
 namespace throng::scene {
 
+// Past this a double no longer tells where a fast box is to a fraction of its size.
+inline constexpr std::size_t max_frames = 1 << 24;
+// Below it boxes are spread too far.
+inline constexpr double min_density = 1e-9, max_density = 1e6;
+
 struct Spec {
   std::string name;
   std::size_t objects = 0;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -19,6 +18,7 @@
 #include <throng/version.hpp>
 
 #include "program/failure.hpp"
+#include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
 #include "report/format.hpp"
@@ -42,9 +42,9 @@ Examples:
   throng-simulate pile --objects 10K --steps 60 --broadphase dbvt --json
   throng-simulate rain --shape rectangle --check
   throng-simulate column --shape sphere --record boxes.npy --picture last.png
-Exit status: 0 done, 1 --check found a difference, 2 bad input or an output that failed.)";
+Exit status: 0 done, 1 --check found a difference, 2 bad input or an output that failed; 130, 143 or 129:
+SIGINT (Ctrl-C), SIGTERM or SIGHUP ended it.)";
 
-constexpr int exit_interrupted = 130;            // 128 + SIGINT
 constexpr std::uint64_t max_objects = 16000000;  // Bullet counts pairs and bytes in 32 bits
 
 using program::exit_bad;
@@ -52,9 +52,6 @@ using program::exit_differs;
 using program::exit_done;
 using program::Failure;
 using program::median;
-
-struct Interrupted {};
-volatile std::sig_atomic_t interrupted = 0;
 
 struct Arguments {
   std::string scene, shape = "cube", phase = "throng", objects = "10K";
@@ -105,13 +102,14 @@ Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& 
   world = std::make_unique<World>(spec);
   told.setup_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const program::InterruptGuard guard;
   std::unique_ptr<scene::BoxWriter> record;
   if (!arguments.record.empty()) {
     record = std::make_unique<scene::BoxWriter>(arguments.record, arguments.steps, spec.objects);
   }
   Progress progress(arguments.steps);
   for (std::size_t s = 0; s < arguments.steps; ++s) {
-    if (interrupted) throw Interrupted();
+    guard.check();
     const StepReport step = world->step();
     // The first step finds all pairs and takes memory.
     if (s > 0 || arguments.steps == 1) {
@@ -212,7 +210,11 @@ int run(const Arguments& arguments) {
   std::unique_ptr<World> world;
   const Told told = play(spec, arguments, world);
   say(arguments.json ? json_text(spec, arguments, told) : table_text(spec, arguments, told));
-  if (!arguments.picture.empty()) draw(*world, spec, told, arguments.picture);
+  if (!arguments.picture.empty()) {
+    const program::InterruptGuard guard;  // half a picture is not left behind
+    draw(*world, spec, told, arguments.picture);
+    guard.check();
+  }
   return told.missing + told.extra == 0 ? exit_done : exit_differs;
 }
 
@@ -224,16 +226,25 @@ int dispatch(int argc, char** argv) {
   app.add_option("scene", arguments.scene, "column, pile or rain")->required()->type_name("SCENE");
   app.add_option("--objects", arguments.objects, "how many, such as 10000, 10K or 1M (10K)")
       ->type_name("N");
-  app.add_option("--steps", arguments.steps, "of a sixtieth of a second (120)")
-      ->check(CLI::Range(1, 1000000000).description(""))
+  app.add_option_function<std::string>(
+         "--steps",
+         [&](const std::string& v) {
+           arguments.steps = program::parse_count(v, "--steps", 1, 1000000000);
+         },
+         "of a sixtieth of a second (120)")
       ->type_name("S");
   app.add_option("--shape", arguments.shape, "cube, sphere or rectangle (cube)")
       ->type_name("SHAPE");
   app.add_option("--broadphase", arguments.phase, "throng, dbvt or axis-sweep (throng)")
       ->type_name("PHASE");
-  app.add_option("--seed", arguments.seed, "another one places all a little differently (1)")
+  app.add_option_function<std::string>(
+         "--seed", [&](const std::string& v) { arguments.seed = program::parse_seed(v, "--seed"); },
+         "another one places all a little differently (1)")
       ->type_name("S");
-  app.add_option("--threads", arguments.threads, "of throng, at most so many; 0: all")
+  app.add_option_function<std::string>(
+         "--threads",
+         [&](const std::string& v) { arguments.threads = program::parse_threads(v, "--threads"); },
+         "of throng, at most so many; 0: all")
       ->type_name("N");
   app.add_flag("--json", arguments.json, "one object on one line");
   app.add_flag("--check", arguments.check,
@@ -254,9 +265,9 @@ int guarded(int argc, char** argv) {
   std::string message = "out of memory";
   try {
     return dispatch(argc, argv);
-  } catch (const Interrupted&) {
+  } catch (const program::Interrupted& interrupted) {
     std::fputs("throng-simulate: interrupted; no half file is left\n", stderr);
-    return exit_interrupted;
+    return interrupted.status();
   } catch (const std::bad_alloc&) {
     // No room for more than the plain words.
   } catch (const std::exception& error) {
@@ -270,16 +281,6 @@ int guarded(int argc, char** argv) {
 }  // namespace throng::simulate
 
 int main(int argc, char** argv) {
-  // The second one ends the program at once.
-  std::signal(SIGINT, [](int number) {
-    throng::simulate::interrupted = 1;
-    std::signal(number, SIG_DFL);
-  });
-#ifdef SIGXFSZ
-  std::signal(SIGXFSZ, SIG_IGN);  // an error of the write, as the next
-#endif
-#ifdef SIGPIPE
-  std::signal(SIGPIPE, SIG_IGN);
-#endif
+  throng::program::ignore_write_signals();
   return throng::simulate::guarded(argc, argv);
 }

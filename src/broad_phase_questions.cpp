@@ -56,6 +56,16 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
                              const Filters& filters) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     tracker.queries().forget_hits();
+    if (which > SweepHits::first) {
+      say(r, "SweepHits is %d, which is none of its constants; use one", static_cast<int>(which));
+      r.status = Status::bad_option;
+      return;
+    }
+    if (!sweeps && count != 0) {
+      say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
+      r.status = Status::bad_boxes;
+      return;
+    }
     Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
     boxes.filters = filters;
     if (!valid(boxes, nullptr, options_, r)) return;

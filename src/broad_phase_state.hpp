@@ -4,6 +4,7 @@
 #include <throng/broad_phase.hpp>
 
 #include <atomic>
+#include <utility>
 
 #include <throng/find_pairs.hpp>
 #include <throng/large_pages.hpp>
@@ -24,6 +25,7 @@ struct BroadPhase::State {
   std::pmr::memory_resource* resource;
   live::Tracker tracker;
   std::atomic<bool> in_call{false};
+  bool called = false;
   capture::Log log;
 };
 
@@ -40,6 +42,10 @@ struct BroadPhaseAccess {
       r.status = Status::busy;
       return r;
     }
+    if (!std::exchange(state.called, true)) {
+      if (const char* folder = capture::folder_of(it.options_))
+        state.log.open(folder, it.options_);
+    }
     try {
       body(state.tracker, r);
     } catch (const cpu::NoMemory& failure) {
@@ -54,9 +60,10 @@ struct BroadPhaseAccess {
   // Of a call that runs: where it is written down once it is known to be valid.
   static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
-  // Makes the state at the first call.
+  // Makes the state at the first call; of two at once one's stays, and the other call may be busy.
   static bool prepare(BroadPhase& it, Result& r) noexcept {
-    if (it.state_) return true;
+    std::atomic_ref<BroadPhase::State*> shared(it.state_);
+    if (shared.load(std::memory_order_acquire)) return true;
     const Options& options = it.options_;
     if (!valid({}, nullptr, options, r)) return false;
     if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
@@ -68,8 +75,12 @@ struct BroadPhaseAccess {
     if (!memory) memory = large_pages();
     void* room = take_room(*memory, sizeof(BroadPhase::State), alignof(BroadPhase::State), r);
     if (!room) return false;
-    it.state_ = new (room) BroadPhase::State(options, memory);
-    if (const char* folder = capture::folder_of(options)) it.state_->log.open(folder, options);
+    auto* const made = new (room) BroadPhase::State(options, memory);
+    BroadPhase::State* other = nullptr;
+    if (!shared.compare_exchange_strong(other, made, std::memory_order_acq_rel)) {
+      made->~State();
+      memory->deallocate(room, sizeof(BroadPhase::State), alignof(BroadPhase::State));
+    }
     return true;
   }
 

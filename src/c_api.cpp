@@ -88,6 +88,7 @@ throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t c
 
 void throng_options_init_sized(throng_options* options, size_t struct_bytes) {
   // A caller built against an older header has a shorter struct: what it does not know is left out.
+  if (!options) return;
   throng_options defaults{};
   defaults.struct_bytes = struct_bytes;
   std::memcpy(options, &defaults, std::min(struct_bytes, sizeof defaults));
@@ -141,7 +142,9 @@ const throng_result* throng_finder_result(const throng_finder* finder) {
 }
 
 const char* throng_status_text(throng_status status) {
-  return throng::to_string(static_cast<throng::Status>(status));
+  // As the C++ has it, in a byte.
+  return status >= 0 && status < 256 ? throng::to_string(static_cast<throng::Status>(status))
+                                     : "unknown";
 }
 
 const char* throng_version(void) { return THRONG_VERSION; }

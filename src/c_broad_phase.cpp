@@ -148,7 +148,9 @@ int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t 
 }
 throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                      throng_box* box) {
+  if (!broad_phase) return THRONG_OUT_OF_MEMORY;
   if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
+  if (!box) return THRONG_BAD_BOXES;
   const throng::Box b = broad_phase->objects.box(id);
   *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
   return THRONG_OK;

@@ -193,6 +193,7 @@ struct FinderAccess {
   static Explanation explain(Finder& finder, const Boxes& a, const Boxes* b) {
     const Options& options = finder.options_;
     Result r;
+    if (!valid_choices(options, r)) throw Error(r);
     if (options.backend == Backend::cuda || options.backend == Backend::emulated) {
       r.status = Status::bad_option;
       say(r, "backend %s: a search is explained on the CPU alone; set backend to cpu or automatic",

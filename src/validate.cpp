@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 
 #include "cpu/kernels.hpp"
 
@@ -164,6 +165,14 @@ bool valid_margin(float margin, Result& r) noexcept {
 
 namespace {
 
+template <class Enum>
+bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept {
+  if (value <= last) return true;
+  say(r, "%s is %d, which is none of its constants; use one, or leave the default", option,
+      static_cast<int>(value));
+  return refuse(r, Status::bad_option);
+}
+
 bool valid_cell_scale(float scale, Result& r) noexcept {
   if (scale >= 1 / 64.0f && scale <= 64) return true;
   say(r, "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
@@ -171,27 +180,59 @@ bool valid_cell_scale(float scale, Result& r) noexcept {
   return refuse(r, Status::bad_option);
 }
 
+// THRONG_ISA names none that is to be had here.
+void say_forced_isa(Result& r) noexcept {
+  char here[64] = "auto";
+  std::size_t length = 4;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (!cpu::find_kernels(isa)) continue;
+    length += static_cast<std::size_t>(
+        std::snprintf(here + length, sizeof here - length, ", %s", to_string(isa)));
+  }
+  const char* const name = std::getenv("THRONG_ISA");
+  say(r,
+      "the environment variable THRONG_ISA is '%.40s', which is no instruction set to be had here; "
+      "unset it, or set it to one of: %s",
+      name ? name : "", here);
+}
+
 }  // namespace
 
+bool valid_choices(const Options& options, Result& r) noexcept {
+  return valid_choice(options.algorithm, Algorithm::grid, "Options::algorithm", r) &&
+         valid_choice(options.order, Order::canonical, "Options::order", r) &&
+         valid_choice(options.backend, Backend::emulated, "Options::backend", r) &&
+         valid_choice(options.nan, NanPolicy::inactive, "Options::nan", r) &&
+         valid_choice(options.isa, Isa::neon, "Options::isa", r);
+}
+
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
+  if (!valid_choice(isa, Isa::neon, option, r)) return nullptr;
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
   if (kernels) return kernels;
-  const bool named = isa == Isa::automatic;
-  say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto",
-      named ? "named" : to_string(isa), named ? "THRONG_ISA" : option);
+  if (isa == Isa::automatic)
+    say_forced_isa(r);
+  else
+    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto", to_string(isa),
+        option);
   refuse(r, Status::unsupported_isa);
   return nullptr;
 }
 
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  return valid_margin(options.margin, r) && valid_cell_scale(options.cell_scale, r) &&
+  return valid_choices(options, r) && valid_margin(options.margin, r) &&
+         valid_cell_scale(options.cell_scale, r) &&
          valid_boxes(a, b ? "the first set" : "the set", r) &&
          (!b || valid_boxes(*b, "the second set", r));
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (!valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
-      !kernels_for(options.isa, "Options::isa", r))
+  if (options.executor && !options.executor->run) {
+    say(r, "the executor has no function that runs tasks; set Executor::run");
+    return refuse(r, Status::bad_option);
+  }
+  if (!valid_choices(options, r) || !valid_margin(options.margin, r) ||
+      !valid_cell_scale(options.cell_scale, r) || !kernels_for(options.isa, "Options::isa", r))
     return false;
   const char* first = b ? "the first set" : "the set";
   return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&

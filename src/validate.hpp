@@ -25,6 +25,8 @@ inline bool refuse(Result& r, Status status) noexcept {
   return false;
 }
 bool valid_margin(float margin, Result& r) noexcept;
+// Whether each enumeration is one of its constants.
+bool valid_choices(const Options& options, Result& r) noexcept;
 // Null, with status and message, where it is not to be had; `option` is what asked for it.
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept;
 

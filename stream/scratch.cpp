@@ -51,7 +51,8 @@ Scratch::~Scratch() {
 void Scratch::fail(const char* what, int error) const {
   throw program::Failure(fmt::format(
       "a temporary file in {} cannot be {}: {}; {} bytes stood in it. Set TMPDIR to a folder with "
-      "more room, some 60 bytes a box, or raise --memory",
+      "more room, some 30 bytes a box, 4 more a filter and 8 a pair under canonical order, or "
+      "raise --memory",
       folder_, what, error ? std::strerror(error) : "unknown error", file_bytes()));
 }
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "program/failure.hpp"
+#include "program/remedy.hpp"
 
 namespace throng::stream {
 namespace {
@@ -20,6 +21,13 @@ constexpr int most_cuts = 12;
 constexpr std::size_t least_rows = 64;
 // Work a row, for the progress: to be cut into slabs, and to be searched.
 constexpr double work_to_cut = 1, work_to_search = 2;
+
+program::Remedies remedies_of(const Options& options) {
+  return {.nan = true,
+          .memory = true,
+          .backend = true,
+          .isa = options.isa == Isa::automatic ? "" : to_string(options.isa)};
+}
 
 }  // namespace
 
@@ -347,8 +355,7 @@ void Solver::search(const Rows& a, const Rows* b, Told told) {
             ? fmt::format("--memory: {} bytes more are needed; raise it by so much",
                           result.bytes_needed -
                               std::min<std::uint64_t>(result.bytes_needed, sizes_.finder_bytes))
-        : result.message[0] ? std::string(result.message)
-                            : std::string(to_string(result.status))));
+            : program::failure_text(result, remedies_of(options_))));
   }
   const auto halves = [](const Rows& rows) {
     const std::size_t half = rows.count / 2;

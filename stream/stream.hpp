@@ -23,7 +23,7 @@ struct Request {
   // memory_cap_bytes: all that is taken, here and in the library. The order is any or canonical.
   Options options;
   std::string output;          // file for the pairs; empty: none
-  std::string scratch_folder;  // where boxes wait their turn, some 30 bytes each
+  std::string scratch_folder;  // where boxes wait their turn, some 30 bytes each, 4 more a filter
   // Called with rising shares of the work, 0 to 1, some times a second at least while boxes move;
   // what it throws comes through.
   std::function<void(double share)> progress;

@@ -52,8 +52,8 @@ enum class Status : std::uint8_t {
   buffer_too_small,      // `found` is exact; raise the capacity to it
   stopped,               // the consumer returned false, or Options::stop was set
   nan_box,               // see first_invalid, invalid_count
-  bad_boxes,             // a coordinate array is missing, or the stride is odd
-  bad_filter,            // wrong length, odd stride, or a world below -1; see first_invalid
+  bad_boxes,             // a coordinate array is missing, or the stride is no multiple of 4
+  bad_filter,            // wrong length or stride, or a world below -1; see first_invalid
   bad_option,            // e.g. a negative margin
   too_many_boxes,        // more than max_box_count in one set
   out_of_memory,         // see bytes_needed

@@ -34,8 +34,8 @@ typedef enum throng_status {
   THRONG_BUFFER_TOO_SMALL, /* `found` is exact: raise the capacity to it */
   THRONG_STOPPED,          /* the consumer returned 0 */
   THRONG_NAN_BOX,          /* see first_invalid, invalid_count */
-  THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is odd */
-  THRONG_BAD_FILTER,       /* its stride is odd, or a world is below -1 */
+  THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is no multiple of 4 */
+  THRONG_BAD_FILTER,       /* its stride does not fit its type, or a world is below -1 */
   THRONG_BAD_OPTION,       /* also: options that throng_options_init has not seen */
   THRONG_TOO_MANY_BOXES,   /* more than 2^32 - 2^16 in one set */
   THRONG_OUT_OF_MEMORY,    /* see bytes_needed */
@@ -229,7 +229,8 @@ THRONG_API const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_ph
 
 /* 1 or 0. */
 THRONG_API int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id);
-/* The box as it was given last; THRONG_BAD_ID, and `box` untouched, where the id is not alive. */
+/* The box as it was given last; THRONG_BAD_ID, and `box` untouched, where the id is not alive,
+ * THRONG_BAD_BOXES where `box` is NULL. */
 THRONG_API throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                                 throng_box* box);
 THRONG_API uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase);

@@ -89,6 +89,14 @@ def test_calls() -> None:
     assert len(live) == 2996 and live.is_alive(4) and not live.is_alive(5)
 
 
+@pytest.mark.parametrize(
+    "by, kind", [((1, 2), ValueError), ((1, 2, 3, 4), ValueError), (5, TypeError), (["x"] * 3, TypeError)]
+)
+def test_a_shift_is_three_numbers(by: Any, kind: type[Exception]) -> None:
+    with pytest.raises(kind, match="by: found .*, wanted three numbers"):
+        throng.BroadPhase().shift_origin(by)
+
+
 def touch_times(boxes: Any, by: Any, objects: Any) -> Any:
     """(n, m) float64: when a sweep first touches an object; infinity: never."""
     a, b, way = (x.astype(numpy.float64) for x in (boxes, objects, by))

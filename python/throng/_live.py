@@ -75,8 +75,14 @@ class BroadPhase:
 
     def shift_origin(self, by: Sequence[float]) -> None:
         """Adds `by` (x, y, z) to all corners, rounded to the nearest float32."""
-        x, y, z = by
-        self._live.shift_origin(x, y, z)
+        wanted = f"by: found {by!r:.60}, wanted three numbers (x, y, z)"
+        try:
+            shift = [float(value) for value in by]
+        except (TypeError, ValueError):
+            raise TypeError(wanted) from None
+        if len(shift) != 3:
+            raise ValueError(wanted)
+        self._live.shift_origin(*shift)
 
     def update(self) -> _throng.Result:
         """Finds the pairs that began and ended since the last update."""

@@ -201,6 +201,11 @@ void Queries::run(std::size_t count, std::size_t limit, const Executor& executor
 
 void Queries::find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                             const Executor& executor, unsigned tasks, cpu::Stop& stop) {
+  // What is found goes through hits_, which tells of nothing else then, even if memory runs out.
+  struct Forget {
+    List<SweepHit>& hits;
+    ~Forget() { hits.clear(); }
+  } const forget{hits_};
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, boxes.filters);
   const auto prepare = [&](std::size_t i, Look& look) {

@@ -186,7 +186,16 @@ TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
   EXPECT_EQ(throng_broad_phase_result(c_)->first_invalid, 1u);
   EXPECT_EQ(throng_broad_phase_remove(c_, &dead, 1), THRONG_BAD_ID);
   EXPECT_NE(message().find("4000"), std::string::npos) << message();
-  EXPECT_EQ(throng_broad_phase_remove(c_, nullptr, 1), THRONG_BAD_ID);
+  for (const size_t count : {size_t{1}, boxes_.size(), boxes_.size() + 1}) {
+    EXPECT_EQ(throng_broad_phase_remove(c_, nullptr, count), THRONG_BAD_ID);
+    EXPECT_NE(message().find("ids is null"), std::string::npos) << message();
+  }
+  EXPECT_EQ(throng_broad_phase_move(c_, nullptr, &c_view), THRONG_BAD_ID);
+  EXPECT_NE(message().find("ids is null"), std::string::npos) << message();
+  EXPECT_EQ(throng_broad_phase_set_filters(c_, nullptr, &c_view), THRONG_BAD_ID);
+  EXPECT_EQ(throng_broad_phase_move(c_, twice, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_box(c_, 0, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(throng_broad_phase_box(c_, dead, nullptr), THRONG_BAD_ID);
   std::vector<Box> broken(1, boxes_[0]);
   broken[0].lower.x = std::numeric_limits<float>::quiet_NaN();
   c_view = view(broken);
@@ -199,6 +208,9 @@ TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
   EXPECT_EQ(throng_broad_phase_find_overlaps(c_, nullptr), THRONG_BAD_BOXES);
   EXPECT_EQ(throng_broad_phase_find_hits(c_, nullptr, 1, THRONG_HITS_ALL, nullptr),
             THRONG_BAD_BOXES);
+  EXPECT_NE(message().find("sweeps is null"), std::string::npos) << message();
+  EXPECT_EQ(throng_broad_phase_find_hits(c_, nullptr, 0, THRONG_HITS_ALL, nullptr), THRONG_OK);
+  throng_options_init_sized(nullptr, sizeof(throng_options));
   update_both_and_compare();
 
   throng_options options;
@@ -216,6 +228,8 @@ TEST_F(CBroadPhase, ANullHandleIsAnswered) {
   size_t count = 7;
   EXPECT_EQ(throng_broad_phase_add(nullptr, &c_view, &id), THRONG_OUT_OF_MEMORY);
   EXPECT_EQ(throng_broad_phase_update(nullptr), THRONG_OUT_OF_MEMORY);
+  throng_box box;
+  EXPECT_EQ(throng_broad_phase_box(nullptr, 0, &box), THRONG_OUT_OF_MEMORY);
   EXPECT_EQ(throng_broad_phase_begun(nullptr, &count), nullptr);
   EXPECT_EQ(count, 0u);
   EXPECT_EQ(throng_broad_phase_pairs(nullptr, nullptr), nullptr);

@@ -1,6 +1,7 @@
 // What each call promises: ids, slots, errors that name what was wrong, and that change nothing.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <thread>
 
@@ -162,7 +163,7 @@ TEST(BroadPhaseCalls, WrongIds) {
   refused(w.b.remove(dead, 2), 1, 1, "not alive");
   refused(w.b.remove(beyond, 2), 0, 1, "id 77");
   refused(w.b.remove(twice, 2), 1, 1, "twice");
-  refused(w.b.remove(many, 4), 0, 4, "4 ids");
+  refused(w.b.remove(many, 4), 2, 2, "twice");
   refused(w.b.remove(nullptr, 2), 0, 2, "2 ids");
   refused(w.b.move(dead, two), 1, 1, "not alive");
   refused(w.b.move(twice, two), 1, 1, "twice");
@@ -292,6 +293,47 @@ TEST(BroadPhaseCalls, ExtremeBoxes) {
     }
     EXPECT_EQ(plain(b.pairs()), all.pairs);
   }
+}
+
+// Of first calls at once each is made alone, or told that it is not.
+TEST(BroadPhaseCalls, TwoFirstCallsAtOnce) {
+  for (int round = 0; round < 500; ++round) {
+    BroadPhase b;
+    std::atomic<int> ready{0};
+    Result results[2];
+    ObjectId ids[2] = {7, 7};
+    const auto add = [&](int k) {
+      ++ready;
+      while (ready != 2) std::this_thread::yield();
+      results[k] = b.add(BoxList{three[0]}, &ids[k]);
+    };
+    std::thread other(add, 1);
+    add(0);
+    other.join();
+    std::size_t done = 0;
+    for (const Result& r : results) {
+      done += r.ok();
+      ASSERT_TRUE(r.ok() || r.status == Status::busy) << r.message;
+    }
+    ASSERT_GE(done, 1u);
+    ASSERT_EQ(b.object_count(), done);
+    if (done == 2) {
+      ASSERT_NE(ids[0], ids[1]);
+    }
+  }
+}
+
+TEST(BroadPhaseCalls, AnExecutorThatRunsNothing) {
+  Executor none;
+  none.concurrency = 4;
+  Options options;
+  options.executor = &none;
+  BroadPhase b(options);
+  EXPECT_EQ(b.add(three, nullptr).status, Status::bad_option);
+  Finder finder(options);
+  const Result r = finder.find(three);
+  EXPECT_EQ(r.status, Status::bad_option);
+  EXPECT_NE(std::string(r.message).find("Executor::run"), std::string::npos) << r.message;
 }
 
 }  // namespace

@@ -75,6 +75,28 @@ TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
 
 // Cells that questions want and that there is no memory for: those after them do without, and not
 // by the columns of an update that is long past.
+TEST(BroadPhaseMemory, NoHitsAreLeftOfOverlapsThatRanOut) {
+  FailingResource memory;
+  const Options options = options_of(memory, 1);
+  BoxList boxes;
+  for (int i = 0; i < 300; ++i) boxes.push_back({{i * 1.0f, 0, 0}, {i + 0.5f, 1, 1}});
+  BroadPhase all(options);
+  ASSERT_TRUE(all.add(boxes, nullptr).ok());
+  ASSERT_TRUE(all.update().ok());
+  const Box region = {{0, 0, 0}, {50, 1, 1}};
+  std::size_t refused = 0;
+  for (std::size_t allowed = 0; allowed < 20; ++allowed) {
+    BroadPhase b(all);
+    memory.fail(allowed, true);
+    const Result r = b.find_overlaps(Boxes(&region, 1));
+    memory.calm();
+    refused += !r.ok();
+    EXPECT_EQ(b.overlaps().size(), r.ok() ? 51u : 0u);
+    EXPECT_TRUE(b.hits().empty()) << "after " << allowed << " requests";
+  }
+  EXPECT_GT(refused, 1u);
+}
+
 TEST(BroadPhaseMemory, QuestionsRunOut) {
   FailingResource memory;
   const Options options = options_of(memory, 1);

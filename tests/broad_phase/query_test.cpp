@@ -299,6 +299,9 @@ TEST(BroadPhaseQuery, WrongQuestions) {
   Filters filters;
   filters.world = {&world, 1};
   EXPECT_EQ(b.find_hits(sweeps, 1, SweepHits::all, filters).status, Status::bad_filter);
+  const Result odd = b.find_hits(sweeps, 1, static_cast<SweepHits>(77));
+  EXPECT_EQ(odd.status, Status::bad_option);
+  EXPECT_NE(std::string(odd.message).find("77"), std::string::npos) << odd.message;
   EXPECT_EQ(Snapshot(b), before);
   EXPECT_TRUE(b.find_hits(sweeps, 1).ok());
   EXPECT_EQ(b.hits().size(), 1u);

@@ -74,8 +74,11 @@ TEST_F(BadInput, nan_boxes_with_index_and_count) {
   values[7 * 6 + 2] = NAN;
   values[9 * 6 + 5] = NAN;
   spill(at("nan.npy"), npy("<f4", "10, 6", values));
-  refuses({"pairs", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
-  refuses({"check", at("nan.npy")}, {"nan.npy", "7", "2", "NaN"});
+  for (const char* command : {"pairs", "check", "explain"}) {
+    refuses({command, at("nan.npy")},
+            {"nan.npy: 2 boxes have a NaN, the first is box 7; mend them, "
+             "or treat them as inactive by --nan inactive\n"});
+  }
   EXPECT_EQ(run({"pairs", at("nan.npy"), "--nan", "inactive"}).status, 0);
 }
 
@@ -107,20 +110,39 @@ TEST_F(BadInput, two_sets_of_different_frames) {
 TEST_F(BadInput, options) {
   write_good();
   if (!cuda::available().ok())
-    refuses({"pairs", at("good.npy"), "--backend", "cuda"}, {"--backend cuda", "GPU"});
+    refuses({"pairs", at("good.npy"), "--backend", "cuda"},
+            {"--backend cuda: ", "GPU", "; use --backend cpu"});
   refuses({"pairs", at("good.npy"), "--margin", "-1"}, {"margin"});
   refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
   refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});
   refuses({"pairs", at("good.npy"), "--memory", "-5"}, {"-5"});
-  refuses({"pairs", at("good.npy"), "--repeat", "0"}, {"0"});
+  refuses({"pairs", at("good.npy"), "--repeat", "0"}, {"--repeat: found '0', wanted 1 to 1000000"});
+  refuses({"pairs", at("good.npy"), "--repeat", "2M"},
+          {"--repeat: found '2M', wanted 1 to 1000000"});
+  refuses({"pairs", at("good.npy"), "--threads", "-1"},
+          {"--threads: found '-1', wanted 0 to 4294967295"});
+  refuses({"demo", "--threads", "x"}, {"--threads: found 'x', wanted 0 to 4294967295"});
+  refuses({"check", at("good.npy"), "--frames", "0"},
+          {"--frames: found '0', wanted 1 to 1000000000"});
+  EXPECT_EQ(run({"pairs", at("good.npy"), "--repeat", "1e1", "--threads", "1"}).status, 0);
   refuses({"pairs"}, {"A"});
   refuses({"juggle"}, {"juggle"});
   refuses({}, {});
+  refuses({"--foo"}, {"throng: found '--foo', wanted --help, --version or a command: demo, pairs"});
   refuses({"scene", "volcano", "--objects", "10", "-o", at("x.npy")}, {"volcano", "uniform"});
   refuses({"scene", "uniform", "--objects", "many", "-o", at("x.npy")}, {"many"});
   refuses({"scene", "uniform", "--objects", "0", "-o", at("x.npy")}, {"0"});
   refuses({"scene", "uniform", "--objects", "5", "--moving", "2", "-o", at("x.npy")}, {"2"});
-  refuses({"scene", "uniform", "--objects", "5", "--density", "-3", "-o", at("x.npy")}, {"-3"});
+  refuses({"scene", "uniform", "--objects", "5", "--frames", "17M", "-o", at("x.npy")},
+          {"--frames: found '17M', wanted 1 to 16777216"});
+  for (const char* density : {"-3", "0", "1e300", "inf", "nan", "1e-10", "much"}) {
+    refuses({"scene", "uniform", "--objects", "5", "--density", density, "-o", at("x.npy")},
+            {"--density: found " + std::string(density) + ", wanted 1e-9 to 1000000\n"});
+  }
+  for (const char* seed : {"-1", "18446744073709551616"}) {
+    refuses({"scene", "uniform", "--objects", "5", "--seed", seed, "-o", at("x.npy")},
+            {"--seed: found '" + std::string(seed) + "', wanted 0 to 18446744073709551615\n"});
+  }
   EXPECT_FALSE(exists("x.npy"));
 }
 
@@ -128,9 +150,9 @@ TEST_F(BadInput, options) {
 TEST_F(BadInput, isa_of_another_kind_of_processor) {
   write_good();
 #if defined(__x86_64__)
-  refuses({"pairs", at("good.npy"), "--isa", "neon"}, {"neon"});
+  refuses({"pairs", at("good.npy"), "--isa", "neon"}, {"--isa: found neon, ", "; use auto\n"});
 #else
-  refuses({"pairs", at("good.npy"), "--isa", "avx2"}, {"avx2"});
+  refuses({"pairs", at("good.npy"), "--isa", "avx2"}, {"--isa: found avx2, ", "; use auto\n"});
 #endif
 }
 
@@ -170,7 +192,8 @@ TEST_F(BadInput, out_of_memory_is_told_with_the_bytes) {
   std::vector<float> same;
   for (int i = 0; i < 40000; ++i) same.insert(same.end(), {0, 0, 0, 1, 1, 1});
   spill(at("same.npy"), npy("<f4", "40000, 6", same));
-  refuses({"pairs", at("same.npy")}, {"same.npy", "memory", "bytes"}, limits);
+  refuses({"pairs", at("same.npy")},
+          {"same.npy", "memory", "bytes", "; bound it by --memory, or split the boxes\n"}, limits);
 }
 #endif
 

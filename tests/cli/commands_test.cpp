@@ -69,6 +69,15 @@ TEST_F(Commands, worlds_bring_their_file_and_it_keeps_them_apart) {
   EXPECT_EQ(check.status, 0) << check.out << check.err;
 }
 
+TEST_F(Commands, of_two_files_of_which_one_fails_neither_is_left) {
+  for (const char* in_the_way : {"w-world.npy", "w.npy"}) {
+    fs::create_directory(at(in_the_way));
+    refuses({"scene", "worlds", "--objects", "3000", "-o", at("w.npy")}, {in_the_way});
+    EXPECT_EQ(files(), 1u) << in_the_way;
+    fs::remove(at(in_the_way));
+  }
+}
+
 TEST_F(Commands, check_agrees_on_scenes_and_two_sets) {
   ASSERT_EQ(run({"scene", "mixed", "--objects", "1500", "-o", at("m.npy")}).status, 0);
   ASSERT_EQ(run({"scene", "uniform", "--objects", "900", "-o", at("u.npy")}).status, 0);
@@ -112,12 +121,27 @@ TEST_F(Commands, bench_hands_its_arguments_on_as_they_are) {
   fs::copy_file(THRONG_PROGRAM, at("throng"));
   const Said without = run_program(at("throng"), {"bench", "--quick"});
   EXPECT_EQ(without.status, 2);
-  EXPECT_NE(without.err.find("throng-bench"), std::string::npos) << without.err;
+  EXPECT_EQ(without.err.rfind("throng: bench: found no program throng-bench ", 0), 0u)
+      << without.err;
+  EXPECT_NE(without.err.find("-DTHRONG_BUILD_BENCH=ON"), std::string::npos) << without.err;
   spill(at("throng-bench"), "#!/bin/sh\nfor a; do printf '[%s]' \"$a\"; done\nexit 7\n");
   fs::permissions(at("throng-bench"), fs::perms::owner_all);
   const Said with = run_program(at("throng"), {"bench", "a b", "$HOME", "'\"", "", "--help"});
   EXPECT_EQ(with.out, "[a b][$HOME]['\"][][--help]");
   EXPECT_EQ(with.status, 7);
+}
+
+TEST_F(Commands, what_is_not_built_is_told_with_how_to_build_it) {
+  fs::copy_file(THRONG_PROGRAM, at("throng"));
+  for (const std::string command : {"pairs", "bench"}) {
+    const Said said = run_program(at("throng"), {command, "--mpi"});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_EQ(said.err.rfind("throng: " + command + " --mpi: found no program throng-mpi ", 0), 0u)
+        << said.err;
+    for (const char* word : {"libopenmpi-dev", "-DTHRONG_MPI=ON", "--target throng-mpi"})
+      EXPECT_NE(said.err.find(word), std::string::npos) << said.err;
+  }
+  EXPECT_NE(run_program(at("throng"), {"simulate"}).err.find("libbullet-dev"), std::string::npos);
 }
 
 TEST_F(Commands, paper_is_told_of_only_where_it_is) {
@@ -141,9 +165,23 @@ TEST_F(Commands, interrupted_scene_leaves_nothing) {
     }
     EXPECT_GT(files(), 0u);
     kill(pid, signal);
-    EXPECT_EQ(wait_for(pid), 130) << slurp(at("said.err"));
+    EXPECT_EQ(wait_for(pid), 128 + signal) << slurp(at("said.err"));
     EXPECT_EQ(files(), 0u);
     EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  }
+}
+
+// A shell has the jobs that a script puts in the background ignore Ctrl-C.
+TEST_F(Commands, a_signal_that_was_ignored_stays_so) {
+  for (const std::string name : {"INT", "TERM", "HUP"}) {
+    const std::string line = "trap '' " + name +
+                             "; \"$0\" scene uniform --objects 20K --frames 200" +
+                             " -o long.npy & until ls | grep -q long; do sleep 0.01; done; kill -" +
+                             name + " $!; wait $!";
+    const Said said = run_program("/bin/sh", {"-c", line, THRONG_PROGRAM});
+    EXPECT_EQ(said.status, 0) << name << ": " << said.err;
+    EXPECT_TRUE(exists("long.npy"));
+    fs::remove(at("long.npy"));
   }
 }
 

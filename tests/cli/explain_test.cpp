@@ -45,7 +45,11 @@ TEST_F(Explain, RefusesBadInput) {
   boxes[7] = 1;
   spill(at("fine.npy"), npy("<f4", "2, 6", boxes));
   refuses({"explain", at("fine.npy"), "--html", at("no/such/page.html")}, {"page.html"});
-  refuses({"explain", at("fine.npy"), "--backend", "emulated"}, {"CPU"});
+  for (const char* backend : {"emulated", "cuda"})
+    refuses({"explain", at("fine.npy"), "--backend", backend}, {"--backend", "auto", "cpu"});
+  EXPECT_EQ(run({"explain", at("fine.npy"), "--backend", "cpu"}).status, 0);
+  const Said help = run({"explain", "--help"});
+  EXPECT_EQ(help.out.find("emulated"), std::string::npos) << help.out;
 }
 
 }  // namespace

@@ -139,6 +139,36 @@ TEST_P(Invalid, Options) {
   EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());
 }
 
+// As a cast or a struct that was never initialised gives it.
+TEST_P(Invalid, NoConstantOfAnEnumeration) {
+  const BoxList boxes = uniform_boxes(40, 1);
+  const auto is_refused = [&](auto option, const char* name, auto last) {
+    for (const int value : {static_cast<int>(last) + 1, 77, 255}) {
+      throng::Options with = options();
+      with.*option = static_cast<decltype(last)>(value);
+      Finder finder(with);
+      Result result = finder.find(boxes);
+      const std::string told = std::string(name) + " is " + std::to_string(value) + ",";
+      EXPECT_EQ(result.status, Status::bad_option) << told;
+      EXPECT_NE(std::string(result.message).find(told), std::string::npos) << result.message;
+      EXPECT_EQ(finder.pairs().size(), 0u);
+      EXPECT_THROW((void)finder.explain(boxes), Error) << told;
+      EXPECT_EQ(BroadPhase(with).update().status, Status::bad_option) << told;
+      finder.set_options(options());
+      EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
+    }
+  };
+  is_refused(&throng::Options::algorithm, "Options::algorithm", Algorithm::grid);
+  is_refused(&throng::Options::order, "Options::order", Order::canonical);
+  is_refused(&throng::Options::backend, "Options::backend", Backend::emulated);
+  is_refused(&throng::Options::nan, "Options::nan", NanPolicy::inactive);
+  is_refused(&throng::Options::isa, "Options::isa", Isa::neon);
+  UpdateOptions of_update;
+  of_update.isa = static_cast<Isa>(77);
+  Box box;
+  EXPECT_EQ(update_boxes({}, &box, of_update).status, Status::bad_option);
+}
+
 TEST_P(Invalid, MissingArrays) {
   const float c[2] = {1, 2};
   Finder finder(options());
@@ -239,6 +269,40 @@ TEST(Isas, OneThatIsNotHereIsRefused) {
   }
   EXPECT_GE(refused, 1) << "no processor has both x86 and ARM";
 }
+
+#if !defined(_WIN32)
+TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
+  const char* const before = std::getenv("THRONG_ISA");
+  const std::string kept = before ? before : "";
+  const std::string absent = is_supported(Isa::neon) ? "avx2" : "neon";
+  std::vector<std::pair<Isa, bool>> isas;
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
+    isas.emplace_back(isa, is_supported(isa));
+  for (const std::string& name : {std::string("foo"), std::string("SCALAR"), std::string(" scalar"),
+                                  absent, std::string(1000, 'x')}) {
+    ::setenv("THRONG_ISA", name.c_str(), 1);
+    Box box;
+    const Result of_find = Finder().find(uniform_boxes(10, 1));
+    const Result of_update = update_boxes({}, &box);
+    for (const Result& result : {of_find, of_update}) {
+      EXPECT_EQ(result.status, Status::unsupported_isa);
+      const std::string message = result.message;
+      EXPECT_NE(message.find("THRONG_ISA is '" + name.substr(0, 40) + "'"), std::string::npos);
+      const std::size_t list = message.find("unset it, or set it to one of: auto");
+      ASSERT_NE(list, std::string::npos) << message;
+      for (const auto& [isa, here] : isas) {
+        const bool told =
+            message.find(std::string(", ") + to_string(isa), list + 8) != std::string::npos;
+        EXPECT_EQ(told, here) << message;
+      }
+    }
+  }
+  if (before)
+    ::setenv("THRONG_ISA", kept.c_str(), 1);
+  else
+    ::unsetenv("THRONG_ISA");
+}
+#endif
 
 // Run by ctest with THRONG_ISA=scalar; means nothing without.
 TEST(ForcedIsa, IsTheOneOfTheEnvironment) {

@@ -1,8 +1,11 @@
 # Configures, builds and tests one outside project from nothing, against the installed library.
 file(REMOVE_RECURSE "${BINARY}")
+set(languages -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${FLAGS}")
+if(C)
+  set(languages -DCMAKE_C_COMPILER=${C} -DEXAMPLE=${EXAMPLE})
+endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BINARY} -G "${GENERATOR}"
-                        -DCMAKE_PREFIX_PATH=${PREFIX} -DCMAKE_CXX_COMPILER=${CXX}
-                        "-DCMAKE_CXX_FLAGS=${FLAGS}" -DCMAKE_BUILD_TYPE=${CONFIG}
+                        -DCMAKE_PREFIX_PATH=${PREFIX} ${languages} -DCMAKE_BUILD_TYPE=${CONFIG}
                 COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${BINARY} COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CTEST} --test-dir ${BINARY} --output-on-failure --no-tests=error

@@ -110,6 +110,15 @@ TEST_F(Program, says_what_is_wrong_once_a_rank) {
   spill(at("short.npy"), bytes.substr(0, bytes.size() - 24));
   refuses_all(ranks(2, {"pairs", at("short.npy")}), 2,
               "rank 0: " + at("short.npy") + ": found float32");
+  spill(at("none_of_5.npy"), npy("<f4", "0, 5, 6", std::vector<float>()));
+  refuses_all(ranks(2, {"pairs", at("none_of_5.npy")}), 2,
+              "none_of_5.npy: found no frame of 5 boxes, wanted at least one frame");
+  for (const char* seconds : {"-1", "nan"}) {
+    refuses_all(ranks(1, {"pairs", at("a.npy"), "--seconds", seconds}), 1,
+                std::string("--seconds: found ") + seconds);
+  }
+  refuses_all(ranks(2, {"pairs", at("a.npy"), "--threads", "-1"}), 2,
+              "--threads: found '-1', wanted 0 to 4294967295");
   refuses_all(ranks(2, {"pairs", at("a.npy")}, {"pairs", at("none.npy")}), 3, "rank 2: ");
   refuses_all(ranks(1, {"pairs", at("a.npy")}, {"pairs", at("a.npy"), "--margin", "1"}), 2,
               "disagree on the margin: from 0 to 1");
@@ -117,7 +126,8 @@ TEST_F(Program, says_what_is_wrong_once_a_rank) {
   bytes.replace(128 + 24 * 300, 4, reinterpret_cast<const char*>(&nan), 4);
   spill(at("nan.npy"), bytes);
   refuses_all(ranks(2, {"pairs", at("nan.npy")}), 2,
-              "rank 1: 1 boxes have a NaN, the first is its box 50");
+              "rank 1: 1 boxes have a NaN, the first is its box 50; mend them, or treat them as "
+              "inactive by --nan inactive");
 }
 
 }  // namespace

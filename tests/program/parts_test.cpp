@@ -9,6 +9,7 @@
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "program/remedy.hpp"
 
 namespace throng::program {
 namespace {
@@ -56,15 +57,36 @@ void refuses(Parse parse, const std::string& text) {
 }
 
 TEST(Numbers, OthersAreRefused) {
+  const auto count = [](const std::string& text, const std::string& option) {
+    return parse_count(text, option);
+  };
   for (const char* text : {"", "K", "-1", "+1", " 1", "1 ", "1.5", "0.0001K", "1X", "1KK", "nan",
                            "inf", "0x", "1e300", "9007199254740992", "10T T"}) {
-    refuses(parse_count, text);
+    refuses(count, text);
     refuses(parse_bytes, text);
   }
-  refuses(parse_count, "64MB");
-  refuses(parse_count, "5B");
+  refuses(count, "64MB");
+  refuses(count, "5B");
   refuses(parse_bytes, "5X");
   refuses(parse_bytes, "5MBB");
+}
+
+TEST(Numbers, HaveARange) {
+  EXPECT_EQ(parse_count("1K", "--n", 1, 1000), 1000u);
+  EXPECT_EQ(parse_threads("0", "--n"), 0u);
+  EXPECT_EQ(parse_threads("64", "--n"), 64u);
+  const auto ranged = [](const std::string& text, const std::string& option) {
+    return parse_count(text, option, 1, 1000);
+  };
+  for (const char* text : {"0", "1001", "2K", "-1", "x", ""}) refuses(ranged, text);
+  for (const char* text : {"-1", "4294967296", "many"}) refuses(parse_threads, text);
+}
+
+TEST(Numbers, SeedsDoNotWrap) {
+  EXPECT_EQ(parse_seed("0", "--n"), 0u);
+  EXPECT_EQ(parse_seed("18446744073709551615", "--n"), ~std::uint64_t{0});
+  for (const char* text : {"-1", "18446744073709551616", "1K", "1.0", " 1", "", "x"})
+    refuses(parse_seed, text);
 }
 
 TEST(Median, OfOddAndEvenNumbers) {
@@ -74,6 +96,39 @@ TEST(Median, OfOddAndEvenNumbers) {
   EXPECT_EQ(median({9, 1, 2}), 2);
   EXPECT_EQ(median({4, 1, 9, 2}), 3);
   EXPECT_EQ(median({5, 5, 5, 1}), 5);
+}
+
+Result failed(Status status, const std::string& message) {
+  Result result;
+  result.status = status;
+  message.copy(result.message, sizeof result.message - 1);
+  return result;
+}
+
+TEST(Remedy, IsThatOfTheCommand) {
+  const Result nan = failed(Status::nan_box, "2 boxes have a NaN; mend them by Options::nan");
+  EXPECT_EQ(failure_text(nan, {}), "2 boxes have a NaN; mend them");
+  EXPECT_EQ(failure_text(nan, {.nan = true}),
+            "2 boxes have a NaN; mend them, or treat them as inactive by --nan inactive");
+  const Result device = failed(Status::no_device, "no GPU: a; b; use Backend::cpu");
+  EXPECT_EQ(failure_text(device, {.backend = true}).rfind("no GPU: a; b; use --backend cpu", 0),
+            0u);
+  const Result memory = failed(Status::out_of_memory, "");
+  EXPECT_EQ(failure_text(memory, {}), "out of memory; split the boxes");
+  EXPECT_EQ(failure_text(memory, {.memory = true}),
+            "out of memory; bound it by --memory, or split the boxes");
+}
+
+TEST(Remedy, IsTheLibrarysWhereItNamesNothingOfItsLanguage) {
+  const std::string text = "the margin is -1; it must be finite and not negative";
+  EXPECT_EQ(failure_text(failed(Status::bad_option, text), {.nan = true}), text);
+  EXPECT_EQ(failure_text(failed(Status::busy, ""), {}), "busy");
+}
+
+TEST(Remedy, OfAnInstructionSetGoesByWhoNamedIt) {
+  const Result isa = failed(Status::unsupported_isa, "'named' (asked for by THRONG_ISA); use auto");
+  EXPECT_EQ(failure_text(isa, {}), isa.message);
+  EXPECT_NE(failure_text(isa, {.isa = "neon"}).find("--isa: found neon"), std::string::npos);
 }
 
 TEST(Companion, StandsInTheSameFolder) {

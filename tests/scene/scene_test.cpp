@@ -161,6 +161,8 @@ TEST(Spec, WhatIsWrongIsSaid) {
   for (double d : {-1.0, nan, double{INFINITY}, 1e-30}) {
     EXPECT_NE(said(spec_of("uniform", 10, d)).find("density"), std::string::npos) << d;
   }
+  EXPECT_EQ(said(spec_of("uniform", 10, 1e300)),
+            "a density of 1e+300 pairs a box; wanted 1e-09 to 1000000, or 0 for the scene's own");
   for (double m : {-0.1, 1.1, nan}) {
     Spec spec = spec_of("uniform", 10);
     spec.moving = m;

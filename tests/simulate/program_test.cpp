@@ -68,7 +68,8 @@ TEST_F(Simulate, bad_input) {
   for (const char* count : {"0", "-3", "1.5", "many", "17M", "1e400", "nan", ""})
     refuses({"pile", "--objects", count}, {"--objects"});
   for (const char* steps : {"0", "-1", "x"}) refuses({"pile", "--steps", steps}, {"--steps"});
-  refuses({"pile", "--threads", "-1"}, {"--threads"});
+  refuses({"pile", "--threads", "-1"}, {"--threads: found '-1', wanted 0 to 4294967295"});
+  refuses({"pile", "--seed", "-1"}, {"--seed: found '-1', wanted 0 to 18446744073709551615"});
   refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "is no folder"});
   refuses({"pile", "--picture", at("none/last.png")}, {"none", "is no folder"});
   refuses({"pile", "rain"}, {"rain"});
@@ -84,15 +85,17 @@ TEST_F(Simulate, a_record_that_cannot_be_written_leaves_nothing) {
 }
 
 TEST_F(Simulate, interrupted_it_leaves_no_half_file) {
-  const pid_t pid =
-      start(THRONG_PROGRAM,
-            {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
-            at("said.out"), at("said.err"), folder_, {});
-  for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
-  kill(pid, SIGINT);
-  EXPECT_EQ(wait_for(pid), 130);
-  EXPECT_EQ(files(), 0u);
-  EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const pid_t pid =
+        start(THRONG_PROGRAM,
+              {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
+              at("said.out"), at("said.err"), folder_, {});
+    for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
+    kill(pid, signal);
+    EXPECT_EQ(wait_for(pid), 128 + signal);
+    EXPECT_EQ(files(), 0u);
+    EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+  }
 }
 
 TEST_F(Simulate, started_by_throng) {

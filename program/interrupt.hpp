@@ -4,12 +4,16 @@
 
 #include <atomic>
 
-namespace throng::cli {
+namespace throng::program {
 
-struct Interrupted {};
+struct Interrupted {
+  int signal;
+  int status() const noexcept { return 128 + signal; }  // as a shell tells it
+};
 
 // While one lives, SIGINT, SIGTERM and SIGHUP only set a flag, which the writing loop asks for; the
 // second one kills. Everywhere else they end the program at once, as there is nothing to clean up.
+// A signal that was ignored stays so: in a background job of a script, or under nohup.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -23,7 +27,7 @@ class InterruptGuard {
   static const std::atomic<bool>& flag() noexcept;
 
  private:
-  bool hangs_up_ = true;  // SIGHUP was not ignored
+  bool heard_[3] = {};  // those that were not ignored
 };
 
 // A pipe that nobody reads, and a file that may grow no further, must be errors of the write, not
@@ -32,4 +36,4 @@ class InterruptGuard {
 void ignore_write_signals();
 void restore_write_signals();
 
-}  // namespace throng::cli
+}  // namespace throng::program

@@ -1,0 +1,41 @@
+#include "program/remedy.hpp"
+
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace throng::program {
+namespace {
+
+// Empty where the library's own does.
+std::string_view remedy(Status status, const Remedies& has) {
+  switch (status) {
+    case Status::nan_box:
+      return has.nan ? "mend them, or treat them as inactive by --nan inactive" : "mend them";
+    case Status::out_of_memory:
+      return has.memory ? "bound it by --memory, or split the boxes" : "split the boxes";
+    case Status::no_device:
+      return has.backend ? "use --backend cpu; a GPU takes a build with THRONG_CUDA=ON"
+                         : "a GPU takes a build with THRONG_CUDA=ON";
+    case Status::device_error:
+      return has.backend ? "run it again, or use --backend cpu" : "run it again";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string failure_text(const Result& result, const Remedies& has) {
+  if (result.status == Status::unsupported_isa && !has.isa.empty()) {
+    return fmt::format("--isa: found {}, which this processor or build does not have; use auto",
+                       has.isa);
+  }
+  const std::string_view said = result.message[0] ? result.message : to_string(result.status);
+  const std::string_view own = remedy(result.status, has);
+  if (own.empty()) return std::string(said);
+  // A message is what is wrong, a semicolon, and the remedy.
+  return fmt::format("{}; {}", said.substr(0, said.rfind("; ")), own);
+}
+
+}  // namespace throng::program
