@@ -165,6 +165,11 @@ THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) n
   float sum = 0;
   THRONG_UNROLL(2)
   for (std::uint32_t k = 0; k < used * (used + 1) / 2; ++k) sum += s.late.cost[k][candidate];
+  // Where no box of the sample is of the finest class, or of rods the finest seven, some of all
+  // boxes are by chance, and every look goes there, too: what a coarser candidate has, of which
+  // these are the same cells, costs less.
+  const std::uint32_t finest = candidate / sizes == 1 ? 0x7f : 1;
+  if (!(s.used[candidate] & finest)) sum *= unused_cost;
   s.cost[candidate] = sum;
 }
 
