@@ -1,6 +1,6 @@
-// Small values on their way to a host that waits for them: a kernel writes them into pinned memory
-// and a number behind them, which the host looks at until it is there. No copy is asked for, and
-// nothing is synchronised with but this.
+// Small values on their way to a host that waits for them: a kernel writes them into pinned memory,
+// each word with a number beside it, which the host looks at until it is there. No copy is asked
+// for, no word waits for another, and nothing is synchronised with but this.
 #pragma once
 
 #include <atomic>
@@ -13,11 +13,10 @@
 
 namespace throng::cuda {
 
-// In pinned memory.
+// In pinned memory: words, the number of the letter in the upper half of each.
 struct Letter {
-  static constexpr unsigned room = 96;  // words
-  std::uint32_t words[room];
-  std::uint32_t number;
+  static constexpr unsigned room = 96;
+  std::uint64_t words[room];
 };
 
 // What a block of threads does to send a value and, of its first words, leave zeros where it was.
@@ -30,12 +29,10 @@ struct Post {
   // All threads of a block; what was written there before is seen by it.
   __device__ void operator()() const {
     for (unsigned k = threadIdx.x; k < words; k += blockDim.x) {
-      to->words[k] = __ldcg(from + k);
+      const std::uint64_t word = std::uint64_t{number} << 32 | __ldcg(from + k);
+      *static_cast<volatile std::uint64_t*>(to->words + k) = word;
       if (k < cleared) from[k] = 0;
     }
-    __threadfence_system();
-    __syncthreads();
-    if (threadIdx.x == 0) *static_cast<volatile std::uint32_t*>(&to->number) = number;
   }
 };
 
@@ -64,7 +61,7 @@ class Mailbox {
  public:
   template <class T>
   static constexpr bool takes = std::is_trivially_copyable_v<T> && sizeof(T) % 4 == 0 &&
-                                alignof(T) % 4 == 0 && sizeof(T) <= sizeof Letter::words;
+                                alignof(T) % 4 == 0 && sizeof(T) / 4 <= Letter::room;
 
   Mailbox() noexcept = default;
   ~Mailbox() {
@@ -80,30 +77,38 @@ class Mailbox {
       void* p = nullptr;
       check(cudaHostAlloc(&p, sizeof(Letter), cudaHostAllocMapped));
       letter_ = static_cast<Letter*>(p);
-      letter_->number = 0;
+      number_ = 0;
     }
+    // Numbers come round: no word is left that has one of these already.
+    if (number_ == 0) *letter_ = Letter{};
+    if (++number_ == 0) return post(value, cleared);
     auto* from = reinterpret_cast<std::uint32_t*>(const_cast<T*>(&value));
-    return {from, sizeof(T) / 4, static_cast<std::uint32_t>(cleared / 4), letter_, ++number_};
+    return {from, sizeof(T) / 4, static_cast<std::uint32_t>(cleared / 4), letter_, number_};
   }
   // What the last post() sends, once the kernel that does it is on the stream.
   template <class T>
   T wait(cudaStream_t stream) const {
-    const std::atomic_ref<std::uint32_t> number(letter_->number);
-    while (number.load(std::memory_order_acquire) != number_) {
-      // Now and then it is asked whether it can still come.
-      for (unsigned k = 0; k < 4096 && number.load(std::memory_order_acquire) != number_; ++k) {
-      }
-      const cudaError_t state = cudaStreamQuery(stream);
-      if (state == cudaErrorNotReady) continue;
-      check(state);
-      if (number.load(std::memory_order_acquire) != number_) check(cudaErrorUnknown);
-    }
+    std::uint32_t words[sizeof(T) / 4];
+    for (unsigned k = 0; k < sizeof(T) / 4; ++k) words[k] = word(k, stream);
     T value;
-    std::memcpy(static_cast<void*>(&value), letter_->words, sizeof value);
+    std::memcpy(static_cast<void*>(&value), words, sizeof value);
     return value;
   }
 
  private:
+  std::uint32_t word(unsigned k, cudaStream_t stream) const {
+    const std::atomic_ref<std::uint64_t> word(letter_->words[k]);
+    for (unsigned looks = 1;; ++looks) {
+      // Now and then it is asked whether it can still come.
+      const cudaError_t state = looks % 4096 ? cudaErrorNotReady : cudaStreamQuery(stream);
+      const std::uint64_t seen = word.load(std::memory_order_relaxed);
+      if (seen >> 32 == number_) return static_cast<std::uint32_t>(seen);
+      if (state == cudaErrorNotReady) continue;
+      check(state);
+      check(cudaErrorUnknown);
+    }
+  }
+
   Letter* letter_ = nullptr;
   std::uint32_t number_ = 0;
 };

@@ -101,26 +101,24 @@ class LiveObjects {
   void move_all(const Boxes& boxes, bool nan_allowed, Result& r) {
     LiveTold* at = told();
     put_check_all(boxes, at);
-    put_move_all(boxes, nan_allowed, at, &at->checked);
+    put_move_all(boxes, nan_allowed, at);
     if (accept(take(at).checked, nan_allowed, r)) r.found = count_;
   }
   // The same without waiting: take() and accept() follow.
   void put_check_all(const Boxes& boxes, LiveTold* at) {
-    device_.launch(limit_, check_all(boxes, at));
+    told_is_clear_ = false;
+    unsettled_ = true;
+    device_.launch(limit_, CheckAll{view(), make_set(boxes), &at->checked, moved_});
   }
-  // `checked` null: it is known to be good. at->changed is empty then.
-  void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at, const Checked* checked) {
+  // at->changed is empty then.
+  void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at) {
     const Set given = make_set(boxes);
-    device_.launch(limit_, MoveAll{view(), given, checked, nan_allowed, &at->changed});
+    device_.launch(limit_, MoveAll{view(), given, &at->checked, nan_allowed, &at->changed});
   }
-  // The check by itself, of boxes which are likely to be where they were; accept() follows.
-  Checked check_all_now(const Boxes& boxes, LiveTold* at) {
-    if (limit_ == 0) return {};
-    const Checked seen =
-        device_.launch_and_take(limit_, check_all(boxes, at), at->checked, &at->tickets);
-    told_is_clear_ = true;
-    if (!seen.moved) unsettled_ = false;
-    return seen;
+  // Whether an object that lives has another box than before; that alone is looked at.
+  bool differ(const Boxes& boxes, LiveTold* at) {
+    const LookForMoves look{view(), make_set(boxes), &at->checked.moved};
+    return device_.launch_and_take(look.count(), look, at->checked.moved, &at->tickets) != 0;
   }
 
   void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
@@ -282,11 +280,6 @@ class LiveObjects {
     told_is_clear_ = false;
     put(&at->checked);
     return take(at).checked;
-  }
-  CheckAll check_all(const Boxes& boxes, LiveTold* at) {
-    told_is_clear_ = false;
-    unsettled_ = true;
-    return {view(), make_set(boxes), &at->checked, moved_};
   }
   // Before the first call after an update that moves objects by a list: a check of all does it by
   // the way.

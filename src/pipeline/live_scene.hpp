@@ -45,29 +45,20 @@ class LiveScene {
     pairs_.prepare_retest();
     LiveTold* at = objects_.told();
     const LiveView live = objects_.view();
-    const bool look_first = boxes && still_;
     LiveTold told{};
-    if (look_first) {
-      told.checked = objects_.check_all_now(*boxes, at);
-      if (!objects_.accept(told.checked, nan_allowed(), r)) return;
-      if (objects_.moved()) objects_.put_move_all(*boxes, nan_allowed(), at, nullptr);
-    } else if (boxes) {
+    const bool unknown = boxes && !(still_ && !objects_.differ(*boxes, at));
+    if (unknown) {
       objects_.put_check_all(*boxes, at);
-      objects_.put_move_all(*boxes, nan_allowed(), at, &at->checked);
-    } else {
+      objects_.put_move_all(*boxes, nan_allowed(), at);
+    } else if (!boxes || objects_.moved()) {
       device_.clear(&at->changed, sizeof at->changed);
     }
-    const bool unknown = boxes && !look_first;
     const bool retest = !objects_.left() && !objects_.stale() && pairs_.candidate_count() != 0 &&
                         (unknown || objects_.moved());
     if (retest)
       pairs_.put_retest(live, at, unknown ? &at->checked : nullptr, nan_allowed(), objects_.moved(),
                         objects_.gone());
-    if (unknown || retest) {
-      const Checked seen = told.checked;
-      told = objects_.take(at);
-      if (look_first) told.checked = seen;
-    }
+    if (unknown || retest) told = objects_.take(at);
     if (unknown && !objects_.accept(told.checked, nan_allowed(), r)) return;
     if (boxes) still_ = told.checked.moved == 0;
     if (objects_.left() || objects_.stale()) {
