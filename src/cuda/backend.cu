@@ -156,8 +156,8 @@ class Gpu final : public Engine {
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
     const bool in_order = options.order == Order::canonical;
     const Pipeline<Device> pipeline(device());
-    pipeline.build(in, brute, w);
-    pipeline.find(in, brute, w, {in_order ? unordered_.as<Pair>() : out, capacity, w.report});
+    pipeline.build_and_find(in, brute, w,
+                            {in_order ? unordered_.as<Pair>() : out, capacity, w.report});
     if (in_order) {
       device().sort(unordered_.as<Pair>(), sorting_.as<char>(), sorting_.bytes(), out, capacity,
                     capacity, w.report, in);

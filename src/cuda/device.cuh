@@ -54,6 +54,9 @@ class Device {
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
+    check(cudaStreamCreateWithFlags(&side_, cudaStreamNonBlocking));
+    check(cudaEventCreateWithFlags(&forked_, cudaEventDisableTiming));
+    check(cudaEventCreateWithFlags(&joined_, cudaEventDisableTiming));
     int room = 0, together = 0;
     check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
     check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
@@ -68,6 +71,9 @@ class Device {
   ~Device() {
     for (const cudaEvent_t event : events_)
       if (event) (void)cudaEventDestroy(event);
+    (void)cudaEventDestroy(forked_);
+    (void)cudaEventDestroy(joined_);
+    (void)cudaStreamDestroy(side_);
     give_back();
   }
   Device(const Device&) = delete;
@@ -290,6 +296,17 @@ class Device {
     return static_cast<const T*>(copy_);
   }
 
+  template <class F>
+  void beside(const F& f) {
+    check(cudaEventRecord(forked_, stream_));
+    check(cudaStreamWaitEvent(side_, forked_));
+    const Back back{stream_, stream_};
+    stream_ = side_;
+    f();
+    check(cudaEventRecord(joined_, side_));
+  }
+  void join() const { check(cudaStreamWaitEvent(stream_, joined_)); }
+
   void mark(pipeline::Stage stage) {
     heed_stop();
     if (!measuring_) return;
@@ -315,6 +332,11 @@ class Device {
   }
 
  private:
+  struct Back {  // to the stream of the call
+    cudaStream_t& stream;
+    cudaStream_t to;
+    ~Back() { stream = to; }
+  };
   static std::size_t keys_bytes(std::size_t count) noexcept {
     return rounded(count * sizeof(std::uint64_t));
   }
@@ -357,6 +379,8 @@ class Device {
   const std::atomic<bool>* stop_ = nullptr;
   unsigned seen_ = 0;
   cudaEvent_t events_[5] = {};
+  cudaStream_t side_ = nullptr;  // for what goes on beside
+  cudaEvent_t forked_ = nullptr, joined_ = nullptr;
   Staging staging_;
   Mailbox mailbox_;
   void* copy_ = nullptr;

@@ -256,6 +256,12 @@ class HostDevice {
     return take(value);
   }
 
+  template <class F>
+  void beside(const F& f) const {
+    f();
+  }
+  static void join() noexcept {}
+
   void mark(Stage stage) noexcept {
     const Clock::time_point now = Clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - last_).count();

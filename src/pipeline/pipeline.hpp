@@ -14,6 +14,7 @@
 //   place(count, PlaceBuckets)
 //                           what threads that share memory do (pipeline/cell_order.hpp)
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
+//   beside(f), join()       what f has done may go on beside all that follows, until join()
 //   mark(stage)             the end of a stage, for whoever measures
 //   sorted_above            more boxes than so many are sorted by cell
 //   sums_bytes(cells), sort_cells_bytes(count)
@@ -248,8 +249,19 @@ class Pipeline {
   // Whether small worlds, if that is what there is, are searched one by one.
   static bool by_worlds(const Input& in) noexcept { return in.has_worlds && !in.two_sets; }
 
-  // Reads, checks and stores the boxes. in.count is at most w.boxes.
-  void build(Input in, bool brute, const Workspace& w) const {
+  // Both, where nothing is asked in between.
+  void build_and_find(const Input& in, bool brute, const Workspace& w, const PairSink& sink) const {
+    const bool worlds = !brute && by_worlds(in);
+    build(in, brute, w, worlds ? &sink : nullptr);
+    if (!worlds) return find(in, brute, w, sink);
+    device_.search(in.count, grid_search(in, w), sink);
+    device_.join();
+    device_.mark(Stage::find);
+  }
+
+  // Reads, checks and stores the boxes. in.count is at most w.boxes. `early`: small worlds, if that
+  // is what there is, are searched meanwhile.
+  void build(Input in, bool brute, const Workspace& w, const PairSink* early = nullptr) const {
     if (brute) {
       device_.clear(w.report, sizeof(Report));
       device_.launch(in.count, LoadBoxes{in, w.records, w.report});
@@ -268,6 +280,8 @@ class Pipeline {
       device_.launch(1, BeginWorlds{w.worlds, w.report});
       device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report});
       in.grid_wanted = &w.worlds->grid_wanted;
+      if (early)
+        device_.beside([&] { device_.search(in.count, WorldSearch{in, w.worlds, {}}, *early); });
     }
     const bool sorted = in.count > Device::sorted_above;
     const auto* const begin = reinterpret_cast<const char*>(w.sums);
@@ -302,8 +316,7 @@ class Pipeline {
       f(search.count(), search);
     } else {
       if (by_worlds(in)) f(std::uint64_t{in.count}, WorldSearch{in, w.worlds, range});
-      f(std::uint64_t{in.count},
-        GridSearch{in, w.grid, w.table, w.occupied, w.records, w.report, range});
+      f(std::uint64_t{in.count}, grid_search(in, w, range));
     }
   }
 
@@ -323,6 +336,9 @@ class Pipeline {
   }
 
  private:
+  static GridSearch grid_search(const Input& in, const Workspace& w, const FirstRange& range = {}) {
+    return {in, w.grid, w.table, w.occupied, w.records, w.report, range};
+  }
   void sort_by_cell(const Input& in, const Workspace& w, const Buckets& buckets) const {
     device_.launch(in.count,
                    NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.outside()});
