@@ -42,7 +42,7 @@ __device__ inline void store_by_two(pipeline::Record* records, bool some, std::u
                                     const pipeline::Record& r) {
   const bool odd = threadIdx.x % 2 != 0;
   const float4 low = {r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
-  const float4 high = {r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.home)};
+  const float4 high = {r.upper.x, r.upper.y, r.upper.z, 0.0f};
   const float4 own = odd ? high : low, give = odd ? low : high;
   float4 taken;
   taken.x = __shfl_xor_sync(~0u, give.x, 1);

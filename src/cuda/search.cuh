@@ -200,7 +200,7 @@ template <bool mixed, class Search>
 __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count,
                             WarpCandidates& kept, WarpStage<>& stage, std::uint64_t& comparisons) {
-  constexpr int row_bits = pipeline::row_bits + 1;  // a row, or all of them; the rest is a lane
+  constexpr int row_bits = Search::row_bits + 1;  // a row, or all of them; the rest is a lane
   static_assert(row_bits + 5 <= 32);
   constexpr std::uint32_t row_mask = (1u << row_bits) - 1;
   const unsigned lane = threadIdx.x % 32;

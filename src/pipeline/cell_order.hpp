@@ -78,7 +78,6 @@ struct NameCells {
 // each is told to tell(), and then says where the next box of that cell goes.
 struct PlaceBuckets {
   Input in;
-  const core::ClassGrid* grid;
   Buckets buckets;
   const std::uint32_t *cells, *ids;  // sorted by bucket
   std::uint32_t* start;              // of each cell's records
@@ -104,7 +103,7 @@ struct PlaceBuckets {
     const std::uint32_t id = ids[i];
     (void)read_box(in, id, box, nan);
     to = fetch_add(next + buckets.within(cells[i]), 1u);
-    return {box.lower, id, box.upper, home_word(*grid, box)};
+    return {box.lower, id, box.upper, 0};
   }
 };
 

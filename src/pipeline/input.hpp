@@ -144,13 +144,13 @@ inline Input make_input(const Boxes& a, const Boxes* b, const Options& options) 
   return in;
 }
 
-// A box as it is stored and compared: grown by the margin, with its number, and the class and row
-// of its home where rows are hashed. 32 bytes, one sector of device memory.
+// A box as it is stored and compared: grown by the margin, with its number. 32 bytes, one sector of
+// device memory.
 struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
   Vec3 upper;
-  std::uint32_t home;
+  std::uint32_t unused;
 
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
@@ -170,12 +170,11 @@ THRONG_HD inline Record load(const Record* at) noexcept {
 THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
 #if defined(__CUDA_ARCH__)
   reinterpret_cast<float4*>(to)[upper] =
-      upper ? float4{r.upper.x, r.upper.y, r.upper.z, __uint_as_float(r.home)}
+      upper ? float4{r.upper.x, r.upper.y, r.upper.z, 0.0f}
             : float4{r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
 #else
   if (upper) {
     to->upper = r.upper;
-    to->home = r.home;
   } else {
     to->lower = r.lower;
     to->id = r.id;

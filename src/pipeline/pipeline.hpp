@@ -233,7 +233,7 @@ struct Workspace {
 
 // The counts of all cells, of the row beyond them and of the one that counts all have numbers of 32
 // bits, and so have the boxes of both sets together, which are counted there.
-static_assert(Workspace::row_cells <= 1u << row_bits / 2);
+static_assert(Workspace::row_cells <= 1u << GridSearch::row_bits / 2);
 static_assert(max_pipeline_boxes * 9 / 4 + 1024 + Workspace::row_cells + 1 <= 0xffffffffu);
 
 template <class Device>
@@ -294,13 +294,8 @@ class Pipeline {
     } else {
       device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
       device_.sum_up(in.grid_wanted, w.table, scanned, w.sums);
-      const PlaceBoxes place{in,
-                             w.grid,
-                             w.table,
-                             w.places,
-                             w.records,
-                             w.report,
-                             static_cast<std::uint32_t>(scanned - 1)};
+      const PlaceBoxes place{in,        w.table,  w.places,
+                             w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
       device_.launch(std::uint64_t{2} * in.count, place);
     }
     device_.mark(Stage::bin);
@@ -345,7 +340,7 @@ class Pipeline {
     device_.use_scratch(w.scratch, w.scratch_bytes);
     const ByBucket sorted =
         device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sorted_end());
-    device_.place(in.count, PlaceBuckets{in, w.grid, buckets, sorted.keys, sorted.values, w.table,
+    device_.place(in.count, PlaceBuckets{in, buckets, sorted.keys, sorted.values, w.table,
                                          w.records, w.report});
   }
 

@@ -10,7 +10,6 @@
 
 #include "core/pair_index.hpp"
 #include "pipeline/input.hpp"
-#include "pipeline/stages.hpp"
 
 namespace throng::pipeline {
 
@@ -56,7 +55,13 @@ struct GridSearchOf {
   struct Range {
     std::uint32_t begin, end, row;
   };
-  static constexpr std::uint32_t all_rows = rows_of_a_class;  // stands for all of them
+  // Rows of a hashed grid, of which each axis has at most 2^13; and what stands for all.
+  static constexpr int row_bits = 26;
+  static constexpr std::uint32_t all_rows = 1u << row_bits;
+  THRONG_HD static std::uint32_t row_of(std::int32_t y, std::int32_t z) noexcept {
+    return (static_cast<std::uint32_t>(y) | static_cast<std::uint32_t>(z) << row_bits / 2) &
+           (all_rows - 1);
+  }
 
   // Whether a box that overlaps, found in a row of a target, makes a pair that is to be told.
   template <bool mixed>
@@ -74,12 +79,16 @@ struct GridSearchOf {
     if constexpr (Plain) return own < c.id ? Pair{own, c.id} : Pair{c.id, own};
     return in.pair(own, c.id);
   }
+  // In one row each x has a place of its own.
   THRONG_HD bool is_home_in(const core::ClassGrid& cells, const Record& c,
                             std::uint32_t target_then, std::uint32_t row) const noexcept {
+    const core::CellSpan span = core::cells_of(cells, c.box());
+    const std::uint32_t size_class = core::class_of(cells, span);
+    const core::SizeClass& k = cells.classes[size_class];
     const std::uint32_t group = Plain ? 0 : core::pack_group(cells.present, in.group_bits(c.id));
-    const std::uint32_t wanted = target_then - target(group, 0);  // a class, if it is this group
-    if (row != all_rows) return c.home == home_word(wanted, row) && wanted < core::max_size_classes;
-    return core::class_of(cells, core::cells_of(cells, c.box())) == wanted;
+    return target_then == target(group, size_class) &&
+           (row == all_rows ||
+            row == row_of(span.lower[1] >> k.shift[1], span.lower[2] >> k.shift[2]));
   }
 
   // One box that looks, a target after another, and in each a row of cells after another. What is

@@ -64,27 +64,6 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
           group * core::max_size_classes + size_class};
 }
 
-// What tells homes of a group apart in a hashed grid, where several share a place: the class, and
-// the row, of which each axis has at most 2^13. In one row each x has a place of its own.
-constexpr int row_bits = 26;
-constexpr std::uint32_t rows_of_a_class = 1u << row_bits;
-static_assert(core::max_size_classes <= 1u << (32 - row_bits));
-THRONG_HD inline std::uint32_t row_of(std::int32_t y, std::int32_t z) noexcept {
-  return (static_cast<std::uint32_t>(y) | static_cast<std::uint32_t>(z) << row_bits / 2) &
-         (rows_of_a_class - 1);
-}
-THRONG_HD inline std::uint32_t home_word(std::uint32_t size_class, std::uint32_t row) noexcept {
-  return size_class << row_bits | row;
-}
-// Of a box, once it has its place; 0 where nobody asks.
-THRONG_HD inline std::uint32_t home_word(const core::ClassGrid& grid, const Box& box) noexcept {
-  if (!grid.hashed) return 0;
-  const core::CellSpan span = core::cells_of(grid, box);
-  const std::uint32_t size_class = core::class_of(grid, span);
-  const core::SizeClass& c = grid.classes[size_class];
-  return home_word(size_class, row_of(span.lower[1] >> c.shift[1], span.lower[2] >> c.shift[2]));
-}
-
 // Flags, one for each group and class.
 constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
 
@@ -123,7 +102,6 @@ struct CountBoxes {
 // writes a sector at once that is written as a whole.
 struct PlaceBoxes {
   Input in;
-  const core::ClassGrid* grid;
   const std::uint32_t* start;  // a cell, and one more that counts all
   const Place* places;
   Record* records;
@@ -139,9 +117,8 @@ struct PlaceBoxes {
     Box box;
     bool nan;
     (void)read_box(in, i, box, nan);
-    const bool upper = index % 2 != 0;
-    store_half(records + (start[place.cell] + place.rank), upper,
-               Record{box.lower, i, box.upper, upper ? home_word(*grid, box) : 0});
+    store_half(records + (start[place.cell] + place.rank), index % 2 != 0,
+               Record{box.lower, i, box.upper, 0});
   }
 };
 
