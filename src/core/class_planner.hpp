@@ -48,8 +48,8 @@ constexpr float row_cost = 1.5f;        // looking up a row of cells
 constexpr float hash_row_cost = 6.0f;   // scattered over the table
 constexpr float hash_cell_cost = 3.0f;  // strangers met in a cell of a hashed row
 constexpr float hash_compare_cost = 1.5f;
-constexpr float class_cost = 1.0f;     // a class looked into
-constexpr float unused_cost = 1.25f;   // times as much where none of the sample is of the finest
+constexpr float class_cost = 1.0f;    // a class looked into
+constexpr float unused_cost = 1.25f;  // times as much where none of the sample is of the finest
 
 class ClassPlanner {
  public:

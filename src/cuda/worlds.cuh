@@ -90,6 +90,9 @@ __global__ void __launch_bounds__(block_threads, 4)
   const std::uint32_t of_all = search.told->everywhere;
   constexpr std::int32_t none = -2;  // no world has this number
   const auto world_of = [&](std::uint32_t i) { return i < count ? search.in.world(i) : none; };
+  const auto own_box_of = [&](std::uint32_t i) {
+    return i < count ? search.own_box(i) : search.box(count - 1);
+  };
   const auto box_of = [&](std::uint32_t i) { return search.box(i < count ? i : count - 1); };
   // Box i with those whose bits are set: k-th after `base`, counted from a lane on in a circle.
   const auto tell = [&](std::uint32_t i, std::uint32_t base, unsigned from, unsigned bits) {
@@ -109,7 +112,7 @@ __global__ void __launch_bounds__(block_threads, 4)
     std::uint32_t base = static_cast<std::uint32_t>(place) * 64;
     const std::uint32_t i = base + lane;
     const std::int32_t worlds[2] = {world_of(i), world_of(i + 32)};
-    const Box own[2] = {box_of(i), box_of(i + 32)};
+    const Box own[2] = {own_box_of(i), own_box_of(i + 32)};
     const pipeline::RoughRange range = range_of(own[0], own[1]);
     const pipeline::RoughBox rough[2] = {range.round(own[0]), range.round(own[1])};
 #pragma unroll

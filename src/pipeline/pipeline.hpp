@@ -278,10 +278,12 @@ class Pipeline {
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
     if (by_worlds(in)) {
       device_.launch(1, BeginWorlds{w.worlds, w.report});
-      device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report});
+      device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report, early == nullptr});
       in.grid_wanted = &w.worlds->grid_wanted;
       if (early)
-        device_.beside([&] { device_.search(in.count, WorldSearch{in, w.worlds, {}}, *early); });
+        device_.beside([&] {
+          device_.search(in.count, WorldSearch{in, w.worlds, {}, w.report}, *early);
+        });
     }
     const bool sorted = in.count > Device::sorted_above;
     const auto* const begin = reinterpret_cast<const char*>(w.sums);

@@ -36,6 +36,7 @@ struct WorldSearch {
   Input in;
   const WorldsTold* told;
   FirstRange range;
+  Report* report = nullptr;  // null: what takes no part has been told
 
   THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
 
@@ -44,6 +45,14 @@ struct WorldSearch {
     bool nan;
     if (!read_box(in, i, box, nan)) box = no_box();
     return box;
+  }
+  // Of the one that looks: once.
+  THRONG_HD Box own_box(std::uint32_t i) const noexcept {
+    Box box;
+    bool nan;
+    if (read_box(in, i, box, nan)) return box;
+    if (report) tell_inactive(*report, i, nan);
+    return no_box();
   }
   // Whether some that overlap, of one world or one of them of all, are not to be told.
   THRONG_HD bool selects() const noexcept {
@@ -62,7 +71,7 @@ struct WorldSearch {
           own_(static_cast<std::uint32_t>(i)),
           at_(own_),
           world_(s_.in.world(own_)),
-          box_(s_.box(own_)) {
+          box_(s_.own_box(own_)) {
       advance();
     }
     THRONG_HD bool over() const noexcept { return over_; }
@@ -95,11 +104,13 @@ struct WorldSearch {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-// Whether worlds come in ascending order, each with few boxes; and what is told of each box.
+// Whether worlds come in ascending order, each with few boxes; and what is told of each world, and
+// of each box unless the search does that.
 struct LookAtWorlds {
   Input in;
   WorldsTold* told;
   Report* report;
+  bool boxes_too;
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
@@ -111,9 +122,11 @@ struct LookAtWorlds {
     constexpr std::uint32_t few = WorldSearch::most_everywhere, many = WorldSearch::most_in_world;
     const std::int32_t world = in.world(i), next = world_after(1);
     const std::int32_t after_few = world_after(few), after_many = world_after(many);
-    Box box;
-    bool nan;
-    if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
+    if (boxes_too) {
+      Box box;
+      bool nan;
+      if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
+    }
     tell_bad_world(in, *report, i);
     const bool too_many = world < 0 ? in.count - i > few && after_few == world
                                     : in.count - i > many && after_many == world;
