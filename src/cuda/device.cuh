@@ -17,6 +17,7 @@
 #include "cuda/mailbox.cuh"
 #include "cuda/pair_order.cuh"
 #include "cuda/search.cuh"
+#include "cuda/side_stream.cuh"
 #include "cuda/upload.hpp"
 #include "cuda/worlds.cuh"
 #include "pipeline/order.hpp"
@@ -54,9 +55,6 @@ class Device {
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
-    check(cudaStreamCreateWithFlags(&side_, cudaStreamNonBlocking));
-    check(cudaEventCreateWithFlags(&forked_, cudaEventDisableTiming));
-    check(cudaEventCreateWithFlags(&joined_, cudaEventDisableTiming));
     int room = 0, together = 0;
     check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
     check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
@@ -71,9 +69,6 @@ class Device {
   ~Device() {
     for (const cudaEvent_t event : events_)
       if (event) (void)cudaEventDestroy(event);
-    (void)cudaEventDestroy(forked_);
-    (void)cudaEventDestroy(joined_);
-    (void)cudaStreamDestroy(side_);
     give_back();
   }
   Device(const Device&) = delete;
@@ -298,14 +293,9 @@ class Device {
 
   template <class F>
   void beside(const F& f) {
-    check(cudaEventRecord(forked_, stream_));
-    check(cudaStreamWaitEvent(side_, forked_));
-    const Back back{stream_, stream_};
-    stream_ = side_;
-    f();
-    check(cudaEventRecord(joined_, side_));
+    side_.beside(stream_, f);
   }
-  void join() const { check(cudaStreamWaitEvent(stream_, joined_)); }
+  void join() const { side_.join(stream_); }
 
   void mark(pipeline::Stage stage) {
     heed_stop();
@@ -332,11 +322,6 @@ class Device {
   }
 
  private:
-  struct Back {  // to the stream of the call
-    cudaStream_t& stream;
-    cudaStream_t to;
-    ~Back() { stream = to; }
-  };
   static std::size_t keys_bytes(std::size_t count) noexcept {
     return rounded(count * sizeof(std::uint64_t));
   }
@@ -379,8 +364,7 @@ class Device {
   const std::atomic<bool>* stop_ = nullptr;
   unsigned seen_ = 0;
   cudaEvent_t events_[5] = {};
-  cudaStream_t side_ = nullptr;  // for what goes on beside
-  cudaEvent_t forked_ = nullptr, joined_ = nullptr;
+  SideStream side_;
   Staging staging_;
   Mailbox mailbox_;
   void* copy_ = nullptr;

@@ -1,0 +1,58 @@
+// Whether any object has another box than before: what one thread looks at, one after another.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "pipeline/live_object_stages.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::pipeline {
+namespace {
+
+struct Objects {
+  explicit Objects(std::size_t n)
+      : before(tests::uniform_boxes(n, 1)), state(n, alive_bit), room(n * sizeof(Box) + 32) {}
+
+  // `off`: bytes from a multiple of 16 to where the boxes that are given lie.
+  bool differ(const tests::BoxList& now, std::size_t off) {
+    char* to = room.data();
+    while (reinterpret_cast<std::uintptr_t>(to) % 16 != 0) ++to;
+    to += off;
+    std::memcpy(to, now.data(), now.size() * sizeof(Box));
+    LiveView live{};
+    live.boxes = before.data();
+    live.state = state.data();
+    live.limit = static_cast<std::uint32_t>(before.size());
+    std::uint32_t moved = 0;
+    const Boxes given(reinterpret_cast<const Box*>(to), now.size());
+    const LookForMoves look{live, make_set(given), &moved};
+    EXPECT_EQ(look.in_words, off == 0);
+    for (std::uint64_t i = 0; i < look.count(); ++i) look(i);
+    return moved != 0;
+  }
+
+  tests::BoxList before;
+  std::vector<std::uint8_t> state;
+  std::vector<char> room;
+};
+
+TEST(LookForMoves, EveryCoordinateOfEveryBox) {
+  for (const std::size_t n : {1, 2, 3, 4, 5, 8, 11})
+    for (const std::size_t off : {0, 8, 4}) {
+      Objects objects(n);
+      EXPECT_FALSE(objects.differ(objects.before, off));
+      for (std::size_t k = 0; k < 6 * n; ++k) {
+        tests::BoxList now = objects.before;
+        float* coordinate = reinterpret_cast<float*>(&now[k / 6]) + k % 6;
+        *coordinate += 0.5f;
+        EXPECT_TRUE(objects.differ(now, off)) << n << ' ' << off << ' ' << k;
+        // Of one that is not alive it is of no account, whatever its neighbours share with it.
+        objects.state[k / 6] = 0;
+        EXPECT_FALSE(objects.differ(now, off)) << n << ' ' << off << ' ' << k;
+        objects.state[k / 6] = alive_bit;
+      }
+    }
+}
+
+}  // namespace
+}  // namespace throng::pipeline
