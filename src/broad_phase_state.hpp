@@ -43,8 +43,7 @@ struct BroadPhaseAccess {
       return r;
     }
     if (!std::exchange(state.called, true)) {
-      if (const char* folder = capture::folder_of(it.options_))
-        state.log.open(folder, it.options_);
+      if (const char* folder = capture::folder_of(it.options_)) state.log.open(folder, it.options_);
     }
     try {
       body(state.tracker, r);

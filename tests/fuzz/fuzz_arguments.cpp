@@ -117,6 +117,9 @@ void run(Bytes& bytes) {
     // Help and version are no errors; anything else must say something.
     if (error.get_exit_code() != 0 && std::string(error.what()).empty())
       throw Difference("refused without a word");
+  } catch (const program::Failure& failure) {  // a number, by the option that reads it
+    if (std::string(failure.what()).rfind("--", 0) != 0)
+      throw Difference("a number was refused without the option's name");
   }
 }
 
