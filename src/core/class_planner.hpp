@@ -45,7 +45,7 @@ struct GridLimits {
 
 // Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
 constexpr float row_cost = 1.5f;        // looking up a row of cells
-constexpr float hash_row_cost = 6.0f;   // scattered over the table
+constexpr float hash_row_cost = 10.0f;  // scattered over the table
 constexpr float hash_cell_cost = 3.0f;  // strangers met in a cell of a hashed row
 constexpr float hash_compare_cost = 1.5f;
 constexpr float class_cost = 1.0f;    // a class looked into

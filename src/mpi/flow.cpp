@@ -61,6 +61,7 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
                  Result& r) {
   std::uint64_t words[word_count] = {};
   std::uint64_t hash_now = 0;
+  std::uint64_t ids[4] = {};  // of each set, over all ranks in the end: the mixed ids, and how many
   inactive_ = 0;
   if (r.ok() && valid(settings, r)) {
     for (int s = 0; s < count && r.ok(); ++s) {
@@ -68,6 +69,8 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
         const Seen seen = look_at(settings, *given[s], r);
         inactive_ += seen.inactive;
         hash_now = mixed(hash_now ^ mixed(seen.id_sum ^ mixed(given[s]->boxes.size())));
+        ids[2 * s] = seen.id_sum;
+        ids[2 * s + 1] = given[s]->boxes.size();
       });
       words[s] = present(given[s]->boxes.filters);
     }
@@ -94,8 +97,13 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
     set.given = given[s];
     set.filters = static_cast<unsigned>(words[s]);
   }
-  if (words[2] & 1) check_ids(link, r);
-  if (!r.ok()) return false;
+  if (words[2] & 1) {
+    // Objects that went from rank to rank are those that were checked.
+    link.sum(ids, 4);
+    if (!cut_ || !std::equal(ids, ids + 4, checked_)) check_ids(link, r);
+    if (!r.ok()) return false;
+    std::copy_n(ids, 4, checked_);
+  }
   hash_ = hash_now;
   for (int s = 0; s < count; ++s) {
     Sent& set = sets_[static_cast<std::size_t>(s)];

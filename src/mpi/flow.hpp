@@ -84,9 +84,10 @@ class Flow {
 
   std::vector<Sent> sets_;
   Regions regions_;
-  bool cut_ = false;             // into regions, once at least
-  std::uint64_t hash_ = 0;       // of the ids that were checked last
-  std::vector<Sample> samples_;  // of the last search
+  bool cut_ = false;               // into regions, once at least
+  std::uint64_t hash_ = 0;         // of this rank's ids in the last call
+  std::uint64_t checked_[4] = {};  // of those that were checked last, over all ranks
+  std::vector<Sample> samples_;    // of the last search
   double imbalance_ = 1;
   Regions regions_before_;  // while it is not known whether those that followed are better
   // Work, pairs apart: of this rank; of a box at home here, and over all ranks.

@@ -11,19 +11,21 @@ namespace throng::mpi {
 using ull = unsigned long long;
 
 std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t count) {
+  const auto ranks = static_cast<std::size_t>(link.size());
+  const auto judge_of = [&](std::uint64_t id) { return mixed(id) % ranks; };
+  std::vector<std::size_t> bytes(ranks);
+  for (std::size_t i = 0; i < count; ++i) bytes[judge_of(ids[i])] += sizeof *ids;
   std::vector<Parcel> parcels;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> by_judge;
-  const auto ranks = static_cast<std::uint64_t>(link.size());
-  by_judge.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) by_judge.emplace_back(mixed(ids[i]) % ranks, ids[i]);
-  std::sort(by_judge.begin(), by_judge.end());
-  for (const auto& [rank, id] : by_judge) {
-    if (parcels.empty() || parcels.back().rank != static_cast<int>(rank)) {
-      parcels.push_back({static_cast<int>(rank), {}});
+  std::vector<std::byte*> next(ranks);
+  for (std::size_t rank = 0; rank < ranks; ++rank)
+    if (bytes[rank] != 0) {
+      parcels.push_back({static_cast<int>(rank), Bytes(bytes[rank])});
+      next[rank] = parcels.back().data.data();
     }
-    Bytes& data = parcels.back().data;
-    data.resize(data.size() + sizeof id);
-    std::memcpy(data.data() + data.size() - sizeof id, &id, sizeof id);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::byte*& to = next[judge_of(ids[i])];
+    std::memcpy(to, ids + i, sizeof *ids);
+    to += sizeof *ids;
   }
   return link.exchange(std::move(parcels));
 }

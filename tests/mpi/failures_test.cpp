@@ -82,6 +82,33 @@ TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
                  Status::ranks_disagree, "some ranks give ids");
 }
 
+// Ids are handed out to be checked where there are others than before, on all ranks together.
+TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
+  const auto boxes = tests::uniform_boxes(3000, 6);
+  const auto ranks = static_cast<std::size_t>(rank_count());
+  std::vector<std::uint64_t> ids(boxes.size() / ranks);
+  const auto take_slice = [&](std::size_t slice) {
+    for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = 5 + ids.size() * slice + i;
+  };
+  TypeParam finder(MPI_COMM_WORLD, test_settings());
+  const RankBoxes mine{Boxes(boxes.data(), ids.size()), ids.data()};
+  const auto handed_out = [&] { return sum_over_ranks(finder.traffic().control.bytes); };
+  take_slice(static_cast<std::size_t>(rank_here()));
+  ASSERT_TRUE(finder.find(mine).ok());
+  const std::uint64_t some = ranks > 1 ? ids.size() : 0;  // none leave a rank that is alone
+  EXPECT_GE(handed_out(), some);
+  for (std::size_t round = 1; round < 3; ++round) {
+    take_slice((static_cast<std::size_t>(rank_here()) + round) % ranks);
+    ASSERT_TRUE(finder.find(mine).ok());
+    EXPECT_EQ(handed_out(), 0u) << round;
+  }
+  if (is_last()) ids[0] = ids[1];
+  EXPECT_EQ(finder.find(mine).status, Status::ranks_disagree);
+  if (is_last()) ids[0] = 1;
+  ASSERT_TRUE(finder.find(mine).ok());
+  EXPECT_GE(handed_out(), some);
+}
+
 // A search that cannot run on one rank: an instruction set that nobody has.
 TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
   const auto boxes = tests::uniform_boxes(20, 4);
