@@ -10,12 +10,12 @@
 
 namespace throng {
 
-// Estimates, until a GPU has been measured. For boxes in host memory one thread gathers 24 bytes a
-// box and scatters the pairs again, some 10 ns a box; the CPU's own search takes some 70 ns a box
-// and thread (bench/results, uniform, density 2). Below so many boxes the search is over before a
-// launch and two copies have paid.
-constexpr std::size_t gpu_pays_from = 500000;
-constexpr unsigned gpu_pays_up_to_threads = 6;
+// For boxes in host memory one thread gathers 24 bytes a box and scatters the pairs again. Measured
+// on an H200 beside 16 processors (bench/results/h200/host-arrays-2026-11-27.csv): ahead of four
+// threads from 50,000 boxes on, of six up to 500,000. A smaller GPU pays later,
+// and to wake one takes some hundred frames to come back: so not from the first box on that pays.
+constexpr std::size_t gpu_pays_from = 200000;
+constexpr unsigned gpu_pays_up_to_threads = 4;
 
 // A Finder's choice. The first large call never takes a GPU: to wake one costs more than a search.
 class Automatic {

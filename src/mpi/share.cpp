@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint8_t all_above = 7;
 // From so many boxes on Backend::automatic may take a GPU (Backend, options.hpp).
-constexpr std::size_t gpu_from = 500000;
+constexpr std::size_t gpu_from = 200000;
 
 }  // namespace
 
