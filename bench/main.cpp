@@ -29,6 +29,7 @@
 #include "program/numbers.hpp"
 #include "program/remedy.hpp"
 #include "report/format.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::bench {
 namespace {
@@ -103,6 +104,10 @@ int run(const Arguments& a) {
   std::vector<std::size_t> sizes;
   for (const std::string& n : a.objects) sizes.push_back(box_count(n));
   std::sort(sizes.begin(), sizes.end());
+
+  std::vector<scene::NamedFile> read;
+  for (const std::string& file : a.files) read.push_back({"the boxes", file});
+  scene::check_outputs({{"--csv", a.csv}, {"--html", a.html}}, read);
 
   if (a.peak_of >= 0) {  // the child that measures memory
     // Numbered as the parent numbers them, which chose with the same options.

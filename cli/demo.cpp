@@ -1,7 +1,6 @@
 // throng demo: the paper's scene made alive. A column of boxes falls on a plane; every frame all
 // pairs are found, and they move the boxes.
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <new>
 #include <vector>
@@ -23,6 +22,7 @@
 #include "report/format.hpp"
 #include "report/picture.hpp"
 #include "report/table.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::cli {
 namespace {
@@ -153,12 +153,7 @@ int run(const Arguments& arguments) {
   if (objects < 1 || objects > max_box_count - 1) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count - 1));
   }
-  // Told before the work, not after it.
-  const std::filesystem::path folder = std::filesystem::absolute(arguments.picture).parent_path();
-  if (!std::filesystem::is_directory(folder)) {
-    throw Failure(fmt::format("{}: cannot be written, as {} is no folder", arguments.picture,
-                              folder.string()));
-  }
+  scene::check_outputs({{"-o", arguments.picture}});
   std::unique_ptr<Heap> heap;
   try {
     heap = std::make_unique<Heap>(static_cast<std::size_t>(objects));

@@ -114,6 +114,7 @@ void write_page(const std::string& path, const std::string& name, const Explanat
 }
 
 int run(const Arguments& arguments) {
+  scene::check_outputs({{"--html", arguments.html}}, files_of(arguments.input));
   const Options options = to_options(arguments.input, arguments.search);
   const Input input(arguments.input);
   const std::size_t last = input.frames() == 0 ? 0 : input.frames() - 1;

@@ -36,6 +36,20 @@ Strided<T> strided(const std::vector<T>& values) {
 
 }  // namespace
 
+std::vector<scene::NamedFile> files_of(const InputArguments& arguments) {
+  std::vector<scene::NamedFile> files = {{"A", arguments.a}, {"B", arguments.b}};
+  const auto add = [&](const FilterFiles& f, const std::string& suffix) {
+    files.insert(files.end(), {{"--group" + suffix, f.group},
+                               {"--mask" + suffix, f.mask},
+                               {"--owner" + suffix, f.owner},
+                               {"--world" + suffix, f.world},
+                               {"--static" + suffix, f.is_static}});
+  };
+  add(arguments.filters_a, "");
+  add(arguments.filters_b, "-b");
+  return files;
+}
+
 BoxSet::BoxSet(const std::string& path, const FilterFiles& files, bool round_outward)
     : path_(path), boxes_(reading(path, [&] { return scene::read_boxes(path, round_outward); })) {
   const auto load = [&](const std::string& file, auto& values, auto* read) {

@@ -13,8 +13,12 @@
 #include "cli/search_options.hpp"
 #include "program/remedy.hpp"
 #include "scene/npy.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::cli {
+
+// Every file of a command's input, by its option.
+std::vector<scene::NamedFile> files_of(const InputArguments& arguments);
 
 // One file of boxes with the files of its filters, all in memory.
 class BoxSet {

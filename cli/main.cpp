@@ -74,6 +74,16 @@ int start(const Companion& companion, const std::vector<std::string>& arguments)
   return start_companion(path, arguments);
 }
 
+// An empty argument is a name that a script left out; it is not the same as no option.
+void refuse_empty(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_items_expected_max() == 0) continue;
+    option->check([](const std::string& text) {
+      return text.empty() ? std::string("found an empty argument, wanted a value") : std::string();
+    });
+  }
+}
+
 int dispatch(int argc, char** argv) {
   // Their arguments are theirs, --help among them: they never come to the parser here.
   if (argc > 1) {
@@ -123,6 +133,8 @@ int dispatch(int argc, char** argv) {
       throw Failure(fmt::format("found no command '{}', wanted one of: {}", argv[1], commands));
     }
   }
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+    refuse_empty(*command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

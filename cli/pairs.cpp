@@ -132,6 +132,7 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
+  scene::check_outputs({{"-o", arguments.output}}, files_of(arguments.input));
   SearchRequest request;
   request.options = to_options(arguments.input, arguments.search);
   request.remedies = to_remedies(arguments.search);

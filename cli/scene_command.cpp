@@ -16,6 +16,7 @@
 #include "program/numbers.hpp"
 #include "report/format.hpp"
 #include "scene/npy.hpp"
+#include "scene/output_file.hpp"
 #include "scene/scene.hpp"
 
 namespace throng::cli {
@@ -103,6 +104,7 @@ int run(Arguments& arguments) {
   arguments.spec.objects = static_cast<std::size_t>(objects);
   const scene::Scene made(arguments.spec);
   const std::string path = world_path(arguments.output);
+  scene::check_outputs({{"-o", arguments.output}});
   write(made, arguments, path);
   std::string text = fmt::format("{}: {} boxes", arguments.output, report::format_count(objects));
   if (arguments.spec.frames > 1) text += fmt::format(", {} frames", arguments.spec.frames);

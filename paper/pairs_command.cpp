@@ -18,6 +18,7 @@
 #include "paper/pairs_report.hpp"
 #include "program/numbers.hpp"
 #include "scene/npy.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::paper {
 namespace {
@@ -116,6 +117,7 @@ void compare(const Job& job, const Box* boxes, std::vector<Pair> found, Outcome&
 
 int run(Arguments a) {
   refuse_conflicts(a);
+  scene::check_outputs({{"-o", a.output}}, {{"FILE", a.file}});
   if (a.grid_option->count() > 0) a.variant.per_cell = a.grid;
   const std::uint64_t memory_bytes = program::parse_bytes(a.memory, "--memory");
   const std::uint64_t objects = program::parse_count(a.objects, "--objects");

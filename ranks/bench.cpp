@@ -19,6 +19,7 @@
 #include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "report/table.hpp"
+#include "scene/output_file.hpp"
 #include "scene/scene.hpp"
 
 namespace throng::ranks {
@@ -114,6 +115,9 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
 
 void run(const Arguments& a) {
   const std::uint64_t objects = program::parse_count(a.objects, "--objects");
+  together(MPI_COMM_WORLD, [&] {
+    if (rank_of(MPI_COMM_WORLD) == 0) scene::check_outputs({{"-o", a.csv}});
+  });
   MPI_Comm world = MPI_COMM_WORLD;
   std::vector<int> counts;
   for (int k = 1; k < size_of(world); k *= 2) counts.push_back(k);

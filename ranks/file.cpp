@@ -11,6 +11,7 @@
 #include "ranks/together.hpp"
 #include "scene/npy.hpp"
 #include "scene/npy_header.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::ranks {
 
@@ -118,7 +119,19 @@ std::vector<Box> BoxSlices::read(std::uint64_t f) const {
 }
 
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm) {
-  const std::string temporary = path + ".part";
+  // Rank 0 chooses the names.
+  std::string target, temporary;
+  together(comm, [&] {
+    if (rank_of(comm) != 0) return;
+    target = scene::output_target(path);
+    if (target.empty())
+      scene::throw_file_error(path, "a device or a pipe", "a file, which ranks write by parts");
+    temporary = scene::temporary_name(target);
+  });
+  int length = static_cast<int>(temporary.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  temporary.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
   const std::uint64_t total = sum_of(pairs.size(), comm);
   std::uint64_t mine = pairs.size(), before = 0;
   MPI_Exscan(&mine, &before, 1, MPI_UINT64_T, MPI_SUM, comm);
@@ -149,9 +162,8 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
   try {
     together(comm, [&] {
       if (rank_of(comm) != 0) return;
-      std::remove(temporary.c_str());
       MPI_File file;
-      open(MPI_MODE_WRONLY | MPI_MODE_CREATE, file);
+      open(MPI_MODE_WRONLY | MPI_MODE_CREATE | MPI_MODE_EXCL, file);
       write(file, 0, header.data(), header.size());
       MPI_File_close(&file);
     });
@@ -164,7 +176,7 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
       check(MPI_File_close(&file), path, "cannot be written");
     });
     together(comm, [&] {
-      if (rank_of(comm) == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) {
+      if (rank_of(comm) == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) {
         throw Failure(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
       }
     });

@@ -20,6 +20,7 @@
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
 #include "scene/npy.hpp"
+#include "scene/output_file.hpp"
 
 namespace throng::ranks {
 namespace {
@@ -93,6 +94,15 @@ void run(const Arguments& a) {
     throw program::Failure(
         fmt::format("--seconds: found {}, wanted 0 (for ever) or more", a.seconds));
   }
+  together(comm, [&] {
+    if (rank_of(comm) != 0) return;
+    scene::check_outputs({{"-o", a.output}}, {{"FILE", a.input},
+                                              {"--group", a.group},
+                                              {"--mask", a.mask},
+                                              {"--owner", a.owner},
+                                              {"--world", a.world},
+                                              {"--static", a.is_static}});
+  });
   const BoxSlices file(a.input, comm);
   if (file.frames() == 0) {
     throw program::Failure(fmt::format("{}: found no frame of {} boxes, wanted at least one frame",

@@ -21,18 +21,6 @@ constexpr std::size_t kBufferBytes = 1 << 18;
 constexpr int kAttempts = 16;
 constexpr int kMostLinks = 40;
 
-// A name that no other thread or process is likely to choose; opening it exclusively makes sure.
-std::string temporary_name(const std::string& target) {
-  static std::atomic<std::uint64_t> calls{0};
-  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
-  const auto place = reinterpret_cast<std::uintptr_t>(&calls);  // differs between processes
-  const std::uint64_t bits =
-      mix(mix(static_cast<std::uint64_t>(now) + calls.fetch_add(1)) ^ std::uint64_t{place});
-  char suffix[24];
-  std::snprintf(suffix, sizeof suffix, ".part-%08x", static_cast<unsigned>(bits >> 32));
-  return target + suffix;
-}
-
 // Where a path leads: to rename over a link would replace the link, and /dev/stdout is one. A link
 // may lead to nothing yet.
 std::string followed(const std::string& path) {
@@ -60,13 +48,28 @@ bool is_written_in_place(const std::string& path) {
 
 }  // namespace
 
+std::string output_target(const std::string& path) {
+  return is_written_in_place(path) ? std::string() : followed(path);
+}
+
+// Opening it exclusively makes sure.
+std::string temporary_name(const std::string& target) {
+  static std::atomic<std::uint64_t> calls{0};
+  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+  const auto place = reinterpret_cast<std::uintptr_t>(&calls);  // differs between processes
+  const std::uint64_t bits =
+      mix(mix(static_cast<std::uint64_t>(now) + calls.fetch_add(1)) ^ std::uint64_t{place});
+  char suffix[24];
+  std::snprintf(suffix, sizeof suffix, ".part-%08x", static_cast<unsigned>(bits >> 32));
+  return target + suffix;
+}
+
 OutputFile::OutputFile(const std::string& path) : name_(path) {
   if (path.empty()) throw_file_error("(no name)", "an empty file name", "a file to write");
-  if (is_written_in_place(path)) {
+  target_ = output_target(path);
+  if (target_.empty()) {
     file_ = std::fopen(path.c_str(), "wb");
     if (!file_) fail(errno);
-  } else {
-    target_ = followed(path);
   }
   for (int attempt = 0; !file_; ++attempt) {
     temporary_ = temporary_name(target_);
@@ -139,6 +142,35 @@ void OutputFile::commit() {
   std::filesystem::rename(temporary_, target_, error);
   if (error) fail(error.value());
   temporary_.clear();
+}
+
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
+  namespace fs = std::filesystem;
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    const NamedFile& out = outputs[k];
+    const std::string target = out.path.empty() ? std::string() : output_target(out.path);
+    if (target.empty()) continue;
+    const fs::path place = fs::absolute(target).lexically_normal();
+    const auto is_that_of = [&](const NamedFile& other) {
+      if (other.path.empty()) return false;
+      std::error_code ignored;
+      return fs::equivalent(place, other.path, ignored) ||
+             place == fs::absolute(followed(other.path)).lexically_normal();
+    };
+    for (const NamedFile& in : inputs)
+      if (is_that_of(in))
+        throw_file_error(out.path, "the file of " + in.name + " as that of " + out.name + ", too",
+                         "another name for what is written");
+    for (std::size_t other = 0; other < k; ++other)
+      if (is_that_of(outputs[other]))
+        throw_file_error(out.path, "one file for both " + outputs[other].name + " and " + out.name,
+                         "a name for each");
+    std::error_code ignored;
+    if (!fs::is_directory(place.parent_path(), ignored))
+      throw_file_error(out.path, place.parent_path().string() + ", which is no folder",
+                       "a file in a folder that is there");
+    const OutputFile could_be_written(out.path);
+  }
 }
 
 }  // namespace throng::scene

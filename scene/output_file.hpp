@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace throng::scene {
 
@@ -35,5 +36,21 @@ class OutputFile {
   std::uint64_t at_ = 0, end_ = 0;  // where the next write goes; how long the file is to be
   std::uint64_t longest_ = 0;       // how long it has been
 };
+
+// Where a file that is to be written will stand, links followed; empty where the path is that of a
+// device or a pipe, which has nothing to rename over it. FileError for a directory.
+std::string output_target(const std::string& path);
+// A name beside it that no other thread or process is likely to choose.
+std::string temporary_name(const std::string& target);
+
+// A file, and what the user calls it by, such as "--csv". No path: it was not given.
+struct NamedFile {
+  std::string name, path;
+};
+
+// Before the work whose results go there: each could be written now, and none of them is another,
+// or a file that is read. What is written in place, as a device, is not opened. FileError.
+void check_outputs(const std::vector<NamedFile>& outputs,
+                   const std::vector<NamedFile>& inputs = {});
 
 }  // namespace throng::scene

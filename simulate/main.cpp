@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <new>
 #include <string>
@@ -25,6 +24,7 @@
 #include "report/picture.hpp"
 #include "report/table.hpp"
 #include "scene/npy.hpp"
+#include "scene/output_file.hpp"
 #include "simulate/progress.hpp"
 #include "simulate/world.hpp"
 
@@ -79,14 +79,6 @@ Choice parse_choice(const std::string& text, const char* option,
         fmt::format("{}: found '{}', wanted one of: {}", option, text, fmt::join(names, ", ")));
   }
   return static_cast<Choice>(found - names.begin());
-}
-
-// Told before the work, not after it.
-void require_folder(const std::string& file) {
-  if (file.empty()) return;
-  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-  if (std::filesystem::is_directory(folder)) return;
-  throw Failure(fmt::format("{}: cannot be written, as {} is no folder", file, folder.string()));
 }
 
 struct Told {
@@ -205,8 +197,7 @@ int run(const Arguments& arguments) {
   spec.seed = arguments.seed;
   spec.options.threads = arguments.threads;
   spec.compare = arguments.check;
-  require_folder(arguments.record);
-  require_folder(arguments.picture);
+  scene::check_outputs({{"--record", arguments.record}, {"--picture", arguments.picture}});
   std::unique_ptr<World> world;
   const Told told = play(spec, arguments, world);
   say(arguments.json ? json_text(spec, arguments, told) : table_text(spec, arguments, told));

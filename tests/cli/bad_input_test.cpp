@@ -146,6 +146,33 @@ TEST_F(BadInput, options) {
   EXPECT_FALSE(exists("x.npy"));
 }
 
+TEST_F(BadInput, outputs_that_are_inputs) {
+  write_good();
+  spill(at("world.npy"), npy("<i4", "10,", std::vector<std::int32_t>(10)));
+  std::filesystem::create_symlink("good.npy", at("link.npy"));
+  const std::string before = slurp(at("good.npy")) + slurp(at("world.npy"));
+  refuses({"pairs", at("good.npy"), "-o", at("good.npy")},
+          {"found the file of A as that of -o, too; wanted another name"});
+  refuses({"pairs", at("good.npy"), "-o", at("none/../good.npy")}, {"the file of A"});
+  refuses({"pairs", at("link.npy"), "-o", at("good.npy")}, {"the file of A"});
+  refuses({"pairs", at("good.npy"), "-o", at("link.npy")}, {"the file of A"});
+  refuses({"pairs", at("link.npy"), at("good.npy"), "-o", at("good.npy")}, {"the file of A"});
+  refuses({"pairs", at("good.npy"), "--world", at("world.npy"), "-o", at("world.npy")},
+          {"the file of --world as that of -o"});
+  refuses({"explain", at("good.npy"), "--html", at("good.npy")}, {"the file of A", "--html"});
+  EXPECT_EQ(slurp(at("good.npy")) + slurp(at("world.npy")), before);
+}
+
+TEST_F(BadInput, empty_arguments) {
+  write_good();
+  refuses({"pairs", at("good.npy"), "-o", ""}, {"--output: found an empty argument"});
+  refuses({"pairs", at("good.npy"), "--world", ""}, {"--world: found an empty argument"});
+  refuses({"pairs", at("good.npy"), "--world="}, {"--world"});
+  refuses({"pairs", ""}, {"A: found an empty argument"});
+  refuses({"demo", "-o", ""}, {"--output: found an empty argument"});
+  refuses({"scene", "uniform", "--objects", "", "-o", at("x.npy")}, {"--objects"});
+}
+
 #ifdef __linux__
 TEST_F(BadInput, isa_of_another_kind_of_processor) {
   write_good();

@@ -72,7 +72,13 @@ TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
   const std::string bytes = slurp(at("p.npy"));
   EXPECT_EQ(bytes.size(), 128 + 16 * one["pairs"].get<std::size_t>());
   EXPECT_NE(bytes.find("'<u8'"), std::string::npos);
-  EXPECT_FALSE(exists("p.npy.part"));
+  // A link stays one, and a name like those that are taken meanwhile is its owner's.
+  spill(at("p.npy.part"), "mine");
+  std::filesystem::create_symlink("p.npy", at("link.npy"));
+  ASSERT_EQ(ranks(2, {"pairs", at("w.npy"), "-o", at("link.npy")}).status, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(at("link.npy")));
+  EXPECT_GT(slurp(at("p.npy")).size(), bytes.size());  // without the worlds
+  EXPECT_EQ(slurp(at("p.npy.part")), "mine");
   // The front door: the same program under the name that users know.
   const Said front = run({"pairs", "--mpi", at("w.npy"), "--world", at("w-world.npy"), "--json"});
   ASSERT_EQ(front.status, 0) << front.err;
@@ -117,6 +123,10 @@ TEST_F(Program, says_what_is_wrong_once_a_rank) {
     refuses_all(ranks(1, {"pairs", at("a.npy"), "--seconds", seconds}), 1,
                 std::string("--seconds: found ") + seconds);
   }
+  refuses_all(ranks(2, {"pairs", at("a.npy"), "-o", at("a.npy")}), 2,
+              "found the file of FILE as that of -o, too; wanted another name");
+  refuses_all(ranks(2, {"pairs", at("a.npy"), "-o", "/dev/null"}), 2,
+              "/dev/null: found a device or a pipe; wanted a file, which ranks write by parts");
   refuses_all(ranks(2, {"pairs", at("a.npy"), "--threads", "-1"}), 2,
               "--threads: found '-1', wanted 0 to 4294967295");
   refuses_all(ranks(2, {"pairs", at("a.npy")}, {"pairs", at("none.npy")}), 3, "rank 2: ");

@@ -70,8 +70,10 @@ TEST_F(Simulate, bad_input) {
   for (const char* steps : {"0", "-1", "x"}) refuses({"pile", "--steps", steps}, {"--steps"});
   refuses({"pile", "--threads", "-1"}, {"--threads: found '-1', wanted 0 to 4294967295"});
   refuses({"pile", "--seed", "-1"}, {"--seed: found '-1', wanted 0 to 18446744073709551615"});
-  refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "is no folder"});
-  refuses({"pile", "--picture", at("none/last.png")}, {"none", "is no folder"});
+  refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "which is no folder"});
+  refuses({"pile", "--picture", at("none/last.png")}, {"none", "which is no folder"});
+  refuses({"pile", "--record", at("one"), "--picture", at("one")},
+          {"one file for both --record and --picture"});
   refuses({"pile", "rain"}, {"rain"});
   EXPECT_EQ(files(), 0u);
 }
