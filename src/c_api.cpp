@@ -2,6 +2,8 @@
 #include <throng/throng.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <new>
 
@@ -143,8 +145,8 @@ const throng_result* throng_finder_result(const throng_finder* finder) {
 
 const char* throng_status_text(throng_status status) {
   // As the C++ has it, in a byte.
-  return status >= 0 && status < 256 ? throng::to_string(static_cast<throng::Status>(status))
-                                     : "unknown";
+  const auto number = std::bit_cast<std::uint32_t>(status);  // C gives what it likes
+  return number < 256 ? throng::to_string(static_cast<throng::Status>(number)) : "unknown";
 }
 
 const char* throng_version(void) { return THRONG_VERSION; }
