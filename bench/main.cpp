@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #if defined(__unix__)
@@ -75,15 +76,26 @@ Explanation explain(const Case& c) {
   return finder.explain(boxes);
 }
 
+bool is_named(const Entry& rival, const std::string& part) {
+  return CLI::detail::to_lower(rival.name).find(CLI::detail::to_lower(part)) != std::string::npos;
+}
+
 std::vector<Entry> choose_entries(const Arguments& a) {
   std::vector<Entry> all = library_entries(a.isa == "all");
   if (a.no_rivals) return all;
-  for (Entry& e : rival_entries()) {
-    bool wanted = a.rivals.empty();
-    for (const std::string& r : a.rivals)
-      wanted = wanted ||
-               CLI::detail::to_lower(e.name).find(CLI::detail::to_lower(r)) != std::string::npos;
-    if (wanted) all.push_back(std::move(e));
+  std::vector<Entry> rivals = rival_entries();
+  for (const std::string& part : a.rivals) {
+    const auto named = [&](const Entry& e) { return is_named(e, part); };
+    if (std::any_of(rivals.begin(), rivals.end(), named)) continue;
+    std::string names;
+    for (const Entry& e : rivals) names += (names.empty() ? "" : "; ") + e.name;
+    throw program::Failure(
+        fmt::format("--rivals: found '{}', wanted a part of one of: {}", part, names));
+  }
+  for (Entry& e : rivals) {
+    const auto is_part = [&](const std::string& part) { return is_named(e, part); };
+    if (a.rivals.empty() || std::any_of(a.rivals.begin(), a.rivals.end(), is_part))
+      all.push_back(std::move(e));
   }
   return all;
 }
@@ -109,9 +121,9 @@ int run(const Arguments& a) {
   for (const std::string& file : a.files) read.push_back({"the boxes", file});
   scene::check_outputs({{"--csv", a.csv}, {"--html", a.html}}, read);
 
+  std::vector<Entry> entries = choose_entries(a);
   if (a.peak_of >= 0) {  // the child that measures memory
     // Numbered as the parent numbers them, which chose with the same options.
-    const std::vector<Entry> entries = choose_entries(a);
     const Case c = make_case(scenes.at(0), sizes.at(0), 2);
     fmt::print("{}\n", Bench::peak_growth(entries.at(static_cast<std::size_t>(a.peak_of)), c,
                                           a.threads.at(0)));
@@ -157,7 +169,7 @@ int run(const Arguments& a) {
   f.machine = machine_description();
   for (const unsigned t : settings.threads) f.bandwidth.push_back({t, copy_bandwidth(t)});
   if (!a.json) fmt::print("{}\n", machine_table(f).text());
-  Bench bench(settings, choose_entries(a));
+  Bench bench(settings, std::move(entries));
   for (const SceneChoice& scene : scenes) {
     const bool file = scene.name.empty();
     for (std::size_t n : file ? std::vector<std::size_t>{0} : scene_sizes) {

@@ -51,7 +51,14 @@ struct Finder::State {
     if (!tried ||
         (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
       if (tried) gpu.reset();
+      const std::size_t before = cpu.memory().held();
       r = cpu.find(a, b, options, output, consumer);
+      // What is kept from other searches may be what is missing.
+      if (r.status == Status::memory_cap_too_small && r.written == 0 && before > sizeof(State)) {
+        std::destroy_at(&cpu);
+        std::construct_at(&cpu, resource, sizeof(State));
+        r = cpu.find(a, b, options, output, consumer);
+      }
       nan_in_second = cpu.nan_in_second_set();
       if (options.backend == Backend::automatic && automatic.reason(boxes))
         r.plan.reason = automatic.reason(boxes);

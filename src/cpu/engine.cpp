@@ -370,7 +370,9 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
     r.status = search.status();
     r.bytes_needed = search.bytes();
     if (r.status == Status::memory_cap_too_small) {
-      r.bytes_needed = std::max(search.bytes(), enough_bytes(call));
+      // Where what was thought to be enough was not, twice as much: a caller comes to an end.
+      const std::size_t cap = options.memory_cap_bytes, enough = enough_bytes(call);
+      r.bytes_needed = std::max(search.bytes(), cap < enough ? enough : 2 * cap);
     }
     r.found = 0;
     // What a consumer was handed before memory ran short it has.

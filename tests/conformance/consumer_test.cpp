@@ -1,5 +1,6 @@
 // The consumer form: blocks, stopping, exceptions, the memory cap, order.
 #include <atomic>
+#include <cmath>
 #include <memory_resource>
 #include <mutex>
 #include <stdexcept>
@@ -189,6 +190,57 @@ TEST_P(Consume, MemoryCap) {
         EXPECT_LE(finder.memory_bytes(), enough) << "more held, a device's memory included";
       }
     }
+  }
+}
+
+// How often a Finder says what it needs until it has it; at most ten times.
+int refusals(Finder& finder, Options with, const Boxes& a, const Boxes* b) {
+  for (int calls = 0; calls < 10; ++calls) {
+    finder.set_options(with);
+    const auto take = [](const Pair*, std::size_t) { return true; };
+    const Result r = b ? finder.consume(a, *b, take) : finder.consume(a, take);
+    if (r.ok()) return calls;
+    EXPECT_EQ(r.status, Status::memory_cap_too_small);
+    EXPECT_GT(r.bytes_needed, with.memory_cap_bytes);
+    with.memory_cap_bytes = static_cast<std::size_t>(r.bytes_needed);
+  }
+  return 10;
+}
+
+// What a Finder keeps of other searches it gives back before it refuses.
+TEST_P(Consume, MemoryOfOtherSearchesDoesNotCount) {
+  const BoxList boxes = uniform_boxes(900, 4), other = uniform_boxes(2500, 5);
+  Options with = options();
+  with.memory_cap_bytes = 1000;
+  Finder fresh(with), warm(options());
+  const auto take = [](const Pair*, std::size_t) { return true; };
+  ASSERT_TRUE(warm.consume(other, take).ok());
+  ASSERT_TRUE(warm.find(other).ok());
+  EXPECT_LE(refusals(warm, with, boxes, nullptr), refusals(fresh, with, boxes, nullptr));
+}
+
+// Boxes of sizes and places of all exponents, of which a sample says little.
+TEST_P(Consume, WhatIsNamedComesToAnEnd) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    Random random(seed);
+    const auto some = [&] {
+      BoxList boxes(900);
+      for (Box& b : boxes)
+        for (int k = 0; k < 3; ++k) {
+          const float x = std::ldexp(static_cast<float>(1 + random.below(7)),
+                                     static_cast<int>(random.below(250)) - 126) *
+                          (random.one_in(2) ? -1.0f : 1.0f);
+          (&b.lower.x)[k] = x;
+          (&b.upper.x)[k] = random.one_in(2) ? x : x + std::fabs(x) * random.unit();
+        }
+      return boxes;
+    };
+    const BoxList a = some(), b = some();
+    const Boxes second = b;
+    Options with = options();
+    with.memory_cap_bytes = 1000;
+    Finder finder(with);
+    EXPECT_LE(refusals(finder, with, a, seed % 2 ? &second : nullptr), 3) << seed;
   }
 }
 
