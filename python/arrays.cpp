@@ -119,6 +119,20 @@ nb::object plain_tensor(nb::handle value) {
   return plain.attr("resolve_neg")();
 }
 
+// What a masked array hides would be read as if it did not.
+void require_unmasked(nb::handle value, const std::string& name) {
+  if (!nb::hasattr(value, "mask") || !nb::hasattr(value, "filled")) return;
+  const nb::object hidden = value.attr("mask").attr("any")();
+  const int some = PyObject_IsTrue(hidden.ptr());
+  if (some < 0) throw nb::python_error();
+  if (some) {
+    value_error(name +
+                ": found a masked array that hides values, wanted all of them; fill them: "
+                "numpy.ma.filled(" +
+                name + ", value)");
+  }
+}
+
 }  // namespace
 
 void require_aligned(const AnyArray& a, const std::string& name, std::size_t bytes) {
@@ -139,6 +153,7 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
                       Place* place) {
   const Where where = where_is(value, name);
   const bool is_capsule = PyCapsule_CheckExact(value.ptr());
+  require_unmasked(value, name);
   if (!is_capsule) require_place(where, name, place);
   nb::object source = plain_tensor(value);
   if (where.is_gpu()) source = capsule_for(source, place->stream);

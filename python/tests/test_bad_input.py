@@ -151,6 +151,16 @@ def test_backwards(name: str, n: int, by: int, kind: str) -> None:
         call(name, array)  # is copied in any case
 
 
+@pytest.mark.parametrize("name", ["boxes", "other", "lower", "upper"])
+def test_masked(name: str) -> None:
+    columns = {"lower": slice(0, 3), "upper": slice(3, 6)}.get(name, slice(0, 6))
+    rows = BOXES[:, columns]
+    assert len(call(name, numpy.ma.MaskedArray(rows))) == len(call(name, rows))
+    hidden = numpy.ma.MaskedArray(rows, mask=numpy.zeros(rows.shape, bool))
+    hidden[1] = numpy.ma.masked
+    refused(ValueError, name, "masked array that hides values.*filled", hidden)
+
+
 @EXAMPLES
 @given(box_rows(value=any_coordinate, most=8), box_rows(most=3))
 def test_nan(boxes: Any, other: Any) -> None:
