@@ -38,7 +38,12 @@ static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_BACKEND_CPU == static_cast<int>(Backend::cpu) &&
               THRONG_BACKEND_CUDA == static_cast<int>(Backend::cuda) &&
               THRONG_BACKEND_EMULATED == static_cast<int>(Backend::emulated) &&
-              THRONG_NAN_INACTIVE == static_cast<int>(NanPolicy::inactive));
+              THRONG_NAN_INACTIVE == static_cast<int>(NanPolicy::inactive) &&
+              THRONG_ISA_SCALAR == static_cast<int>(Isa::scalar) &&
+              THRONG_ISA_SSE4 == static_cast<int>(Isa::sse4) &&
+              THRONG_ISA_AVX2 == static_cast<int>(Isa::avx2) &&
+              THRONG_ISA_AVX512 == static_cast<int>(Isa::avx512) &&
+              THRONG_ISA_NEON == static_cast<int>(Isa::neon));
 static_assert(sizeof(throng_box) == sizeof(Box) && sizeof(throng_pair) == sizeof(Pair) &&
               alignof(throng_pair) == alignof(Pair));
 
@@ -141,6 +146,14 @@ throng_status throng_consume(throng_finder* finder, const throng_boxes* a, const
 
 const throng_result* throng_finder_result(const throng_finder* finder) {
   return throng::c_door::result_of(finder);
+}
+
+void throng_finder_stop(throng_finder* finder) {
+  if (finder) finder->stop();
+}
+
+size_t throng_finder_memory_bytes(const throng_finder* finder) {
+  return finder ? finder->finder.memory_bytes() : 0;
 }
 
 const char* throng_status_text(throng_status status) {

@@ -167,6 +167,12 @@ uint64_t throng_broad_phase_id_limit(const throng_broad_phase* broad_phase) {
 uint64_t throng_broad_phase_slot_limit(const throng_broad_phase* broad_phase) {
   return broad_phase ? broad_phase->objects.slot_limit() : 0;
 }
+void throng_broad_phase_stop(throng_broad_phase* broad_phase) {
+  if (broad_phase) broad_phase->stop();
+}
+size_t throng_broad_phase_memory_bytes(const throng_broad_phase* broad_phase) {
+  return broad_phase ? broad_phase->objects.memory_bytes() : 0;
+}
 const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase) {
   return throng::c_door::result_of(broad_phase);
 }

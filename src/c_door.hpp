@@ -4,6 +4,7 @@
 #include <throng/throng.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <memory_resource>
@@ -80,11 +81,12 @@ class Handle {
         field = static_cast<std::remove_reference_t<decltype(field)>>(value);
       }
     };
-    int nothing = 0;
+    int nothing = 0, stoppable = 0;
     choose(given.algorithm, THRONG_ALGORITHM_GRID, options_.algorithm, "algorithm");
     choose(given.order, THRONG_ORDER_CANONICAL, options_.order, "order");
     choose(given.backend, THRONG_BACKEND_EMULATED, options_.backend, "backend");
     choose(given.nan, THRONG_NAN_INACTIVE, options_.nan, "nan");
+    choose(given.isa, THRONG_ISA_NEON, options_.isa, "isa");
     choose(given.struct_bytes == 0, 0, nothing, "struct_bytes missing");
     choose(!given.allocate != !given.deallocate, 0, nothing, "one of allocate, deallocate missing");
     options_.margin = given.margin;
@@ -95,17 +97,24 @@ class Handle {
       options_.executor = &executor_;
     }
     if (given.allocate) options_.memory = &memory_;
+    choose(given.stoppable, 1, stoppable, "stoppable");
+    if (stoppable) options_.stop = &stop_;
   }
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
 
   const Options& options() const noexcept { return options_; }
   const throng_result& result() const noexcept { return result_; }
+  void stop() noexcept { stop_ = true; }
 
   // Runs call(), a Result of the C++ door, where the options are right, and keeps what it tells.
   // `missing`: the name of an argument that is NULL and may not be, or null.
   template <class Call>
   throng_status answer(const char* missing, const Call& call) noexcept {
+    // The answer that is there, or being made, is the other call's.
+    if (in_call_.exchange(true, std::memory_order_acquire)) return THRONG_BUSY;
+    const Leave leave{in_call_};
+    stop_ = false;
     if (wrong_ || missing) {
       last_ = Result();
       refuse(missing);
@@ -132,10 +141,18 @@ class Handle {
     result_.order_ms = last_.times.order_ms;
     result_.plan = last_.plan.reason;
     result_.message = last_.message;
+    result_.backend = static_cast<int>(last_.plan.backend);
+    result_.algorithm = static_cast<int>(last_.plan.algorithm);
+    result_.isa = static_cast<int>(last_.plan.isa);
+    result_.threads = last_.plan.threads;
     return result_.status;
   }
 
  private:
+  struct Leave {
+    std::atomic<bool>& in_call;
+    ~Leave() { in_call.store(false, std::memory_order_release); }
+  };
   void refuse(const char* missing) noexcept {
     if (wrong_) {
       last_.status = Status::bad_option;
@@ -153,10 +170,11 @@ class Handle {
   CallerMemory memory_;
   Executor executor_;
   Options options_;
+  std::atomic<bool> stop_{false}, in_call_{false};
   const char* wrong_ = nullptr;  // the name of an option that is wrong
   int wrong_value_ = 0;
   Result last_;
-  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", ""};
+  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0};
 };
 
 // Of an argument that is wrong in a way that C++ does not allow.
@@ -189,7 +207,11 @@ inline const throng_result* result_of(const Handle* handle) noexcept {
       0,
       0,
       "",
-      "there is no handle (NULL): there was no memory to create one"};
+      "there is no handle (NULL): there was no memory to create one",
+      0,
+      0,
+      0,
+      0};
   return handle ? &handle->result() : &none;
 }
 

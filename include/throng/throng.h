@@ -15,7 +15,7 @@
 #include <throng/export.h>
 
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 2
+#define THRONG_C_VERSION 3
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,13 +47,22 @@ typedef enum throng_status {
   THRONG_BAD_BODIES,
   THRONG_BAD_SHAPE,
   THRONG_BAD_ID, /* not alive, or twice in one list; see first_invalid, invalid_count */
-  THRONG_BUSY    /* another thread is in a call on the same object */
+  THRONG_BUSY    /* a call on the same handle is under way, whose result it keeps */
 } throng_status;
 
 enum { THRONG_ALGORITHM_AUTOMATIC, THRONG_ALGORITHM_ALL_PAIRS, THRONG_ALGORITHM_GRID };
 enum { THRONG_ORDER_ANY, THRONG_ORDER_CANONICAL };
 enum { THRONG_BACKEND_AUTOMATIC, THRONG_BACKEND_CPU, THRONG_BACKEND_CUDA, THRONG_BACKEND_EMULATED };
 enum { THRONG_NAN_REFUSE, THRONG_NAN_INACTIVE };
+enum {
+  THRONG_ISA_AUTOMATIC, /* the widest of this processor, or what THRONG_ISA of the environment names
+                         */
+  THRONG_ISA_SCALAR,
+  THRONG_ISA_SSE4,
+  THRONG_ISA_AVX2,
+  THRONG_ISA_AVX512,
+  THRONG_ISA_NEON
+};
 
 /* One value a box; data NULL: absent. */
 typedef struct throng_strided {
@@ -92,6 +101,9 @@ typedef struct throng_options {
   void* (*allocate)(void* self, size_t bytes, size_t alignment);
   void (*deallocate)(void* self, void* p, size_t bytes, size_t alignment);
   void* memory_self;
+  int isa;       /* THRONG_ISA_ */
+  int stoppable; /* 1: throng_finder_stop and throng_broad_phase_stop end a call; on a GPU the
+                    stream is then waited for after each stage */
 } throng_options;
 
 /* All defaults: automatic, any order, NaN refused, all threads. */
@@ -106,8 +118,10 @@ typedef struct throng_result {
   uint64_t comparisons;
   uint64_t first_invalid, invalid_count, bytes_needed;
   double total_ms, plan_ms, bin_ms, find_ms, order_ms;
-  const char* plan;    /* why the planner chose what it did */
-  const char* message; /* what went wrong, and the remedy; "" where nothing did */
+  const char* plan;            /* why the planner chose what it did */
+  const char* message;         /* what went wrong, and the remedy; "" where nothing did */
+  int backend, algorithm, isa; /* that answered, by the names above */
+  unsigned threads;
 } throng_result;
 
 /* Finds pairs, frame after frame, and keeps its memory from one to the next. A call on NULL, which
@@ -138,6 +152,11 @@ THRONG_API throng_status throng_consume(
 
 /* Of the last call; good until the next. */
 THRONG_API const throng_result* throng_finder_result(const throng_finder* finder);
+/* From any thread: the call that is under way, of options that are `stoppable`, ends soon, with
+ * THRONG_STOPPED and nothing found. Where none is under way nothing happens. */
+THRONG_API void throng_finder_stop(throng_finder* finder);
+/* All that it holds. */
+THRONG_API size_t throng_finder_memory_bytes(const throng_finder* finder);
 
 /* Objects that live: it keeps them from frame to frame, and tells which pairs began and which
  * ended. A call that fails changes nothing. `found` of a call on objects is how many there are
@@ -241,6 +260,10 @@ THRONG_API uint64_t throng_broad_phase_slot_limit(const throng_broad_phase* broa
 /* Of the last call that answered with a status, but for throng_broad_phase_box; good until the
  * next. */
 THRONG_API const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase);
+
+/* As throng_finder_stop; an update or question that is stopped changes nothing. */
+THRONG_API void throng_broad_phase_stop(throng_broad_phase* broad_phase);
+THRONG_API size_t throng_broad_phase_memory_bytes(const throng_broad_phase* broad_phase);
 
 /* Its name, as "NaN box"; "unknown" for what is no status. */
 THRONG_API const char* throng_status_text(throng_status status);

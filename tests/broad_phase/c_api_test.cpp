@@ -15,6 +15,7 @@
 #include <throng/broad_phase.hpp>
 
 #include "support/hard_boxes.hpp"
+#include "support/reference.hpp"
 
 namespace throng::tests {
 namespace {
@@ -241,6 +242,40 @@ TEST_F(CBroadPhase, ANullHandleIsAnswered) {
   EXPECT_EQ(throng_find(nullptr, &c_view, nullptr), THRONG_OUT_OF_MEMORY);
   EXPECT_EQ(throng_finder_pairs(nullptr, &count), nullptr);
   EXPECT_EQ(throng_finder_result(nullptr)->status, THRONG_OUT_OF_MEMORY);
+  throng_finder_stop(nullptr), throng_broad_phase_stop(nullptr);
+  EXPECT_EQ(throng_finder_memory_bytes(nullptr) + throng_broad_phase_memory_bytes(nullptr), 0u);
+}
+
+TEST_F(CBroadPhase, AnUpdateThatIsStoppedChangesNothing) {
+  struct Stopper {
+    throng_broad_phase* objects = nullptr;
+    bool stops = false;
+  } stopper;
+  throng_options options;
+  throng_options_init(&options);
+  options.stoppable = 1;
+  options.concurrency = 2;
+  options.run_self = &stopper;
+  options.run = [](void* self, unsigned n, void (*task)(void*, unsigned), void* context) {
+    const Stopper& s = *static_cast<Stopper*>(self);
+    EXPECT_EQ(throng_broad_phase_update(s.objects), THRONG_BUSY);
+    if (s.stops) throng_broad_phase_stop(s.objects);
+    for (unsigned i = 0; i < n; ++i) task(context, i);
+  };
+  stopper.objects = throng_broad_phase_create(&options);
+  const tests::BoxList boxes = tests::uniform_boxes(20000, 8);
+  const throng_boxes c_view = view(boxes);
+  std::vector<std::uint32_t> ids(boxes.size());
+  ASSERT_EQ(throng_broad_phase_add(stopper.objects, &c_view, ids.data()), THRONG_OK);
+  stopper.stops = true;
+  EXPECT_EQ(throng_broad_phase_update(stopper.objects), THRONG_STOPPED);
+  EXPECT_EQ(throng_broad_phase_pair_count(stopper.objects), 0u);
+  stopper.stops = false;
+  EXPECT_EQ(throng_broad_phase_update(stopper.objects), THRONG_OK);
+  EXPECT_EQ(throng_broad_phase_pair_count(stopper.objects),
+            tests::reference_pairs(boxes).pairs.size());
+  EXPECT_GT(throng_broad_phase_memory_bytes(stopper.objects), 24 * boxes.size());
+  throng_broad_phase_destroy(stopper.objects);
 }
 
 // Nothing is allocated beside the caller's memory, but the handle itself.

@@ -204,6 +204,51 @@ TEST_F(CApi, BadInputIsToldWithItsRemedy) {
   throng_finder_destroy(nullptr);
 }
 
+// By the caller's threads, once these have begun.
+TEST_F(CApi, StopEndsACallThatIsUnderWay) {
+  struct Stopper {
+    throng_finder* finder = nullptr;
+    bool stops = true;
+  } stopper;
+  options_.run_self = &stopper;
+  options_.concurrency = 2;
+  options_.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+    const Stopper& s = *static_cast<Stopper*>(self);
+    if (s.finder) {
+      EXPECT_EQ(throng_find_into(s.finder, nullptr, nullptr, nullptr, 0), THRONG_BUSY);
+    }
+    if (s.stops) throng_finder_stop(s.finder);
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  boxes_ = uniform_boxes(20000, 5);
+  view_ = throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes_.data()), boxes_.size());
+  EXPECT_EQ(throng_finder_memory_bytes(finder()), 0u);
+  stopper.finder = finder_;
+  ASSERT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << "no option says that it can be";
+  EXPECT_GT(throng_finder_memory_bytes(finder_), 20000u);
+  throng_finder_destroy(finder_);
+  finder_ = nullptr;
+  options_.stoppable = 1;
+  options_.isa = THRONG_ISA_SCALAR;
+  throng_finder_stop(finder());  // nothing is under way
+  stopper.finder = finder_;
+  EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_STOPPED);
+  EXPECT_EQ(throng_finder_result(finder_)->found, 0u);
+  stopper.stops = false;
+  EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK);
+  EXPECT_EQ(pairs(), reference_pairs(boxes_).pairs);
+  const throng_result& r = *throng_finder_result(finder_);
+  EXPECT_EQ(r.backend, THRONG_BACKEND_CPU);
+  EXPECT_EQ(r.algorithm, THRONG_ALGORITHM_GRID);
+  EXPECT_EQ(r.isa, THRONG_ISA_SCALAR);
+  EXPECT_EQ(r.threads, 2u);
+  throng_finder_destroy(finder_);
+  finder_ = nullptr;
+  options_.isa = 6;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("isa (6)"), std::string::npos) << message();
+}
+
 // A caller that knows only the first fields, and one that knows more than there are.
 TEST_F(CApi, OtherVersionsOfTheOptions) {
   EXPECT_EQ(throng_c_version(), static_cast<unsigned>(THRONG_C_VERSION));
