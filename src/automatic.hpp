@@ -12,8 +12,8 @@ namespace throng {
 
 // For boxes in host memory one thread gathers 24 bytes a box and scatters the pairs again. Measured
 // on an H200 beside 16 processors (bench/results/h200/host-arrays-2026-11-27.csv): ahead of four
-// threads from 50,000 boxes on, of six up to 500,000. A smaller GPU pays later,
-// and to wake one takes some hundred frames to come back: so not from the first box on that pays.
+// threads from 50,000 boxes on, of six up to 500,000. A smaller GPU pays later, and what it takes
+// to wake one is made up for after some hundred frames: so not from the first box on that pays.
 constexpr std::size_t gpu_pays_from = 200000;
 constexpr unsigned gpu_pays_up_to_threads = 4;
 

@@ -55,8 +55,7 @@ enum { THRONG_ORDER_ANY, THRONG_ORDER_CANONICAL };
 enum { THRONG_BACKEND_AUTOMATIC, THRONG_BACKEND_CPU, THRONG_BACKEND_CUDA, THRONG_BACKEND_EMULATED };
 enum { THRONG_NAN_REFUSE, THRONG_NAN_INACTIVE };
 enum {
-  THRONG_ISA_AUTOMATIC, /* the widest of this processor, or what THRONG_ISA of the environment names
-                         */
+  THRONG_ISA_AUTOMATIC, /* the widest there is, or what the environment's THRONG_ISA names */
   THRONG_ISA_SCALAR,
   THRONG_ISA_SSE4,
   THRONG_ISA_AVX2,
