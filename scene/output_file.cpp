@@ -1,5 +1,9 @@
 #include "scene/output_file.hpp"
 
+#if defined(__unix__) || defined(__APPLE__)
+#include <unistd.h>
+#endif
+
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -169,7 +173,10 @@ void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<Name
     if (!fs::is_directory(place.parent_path(), ignored))
       throw_file_error(out.path, place.parent_path().string() + ", which is no folder",
                        "a file in a folder that is there");
-    const OutputFile could_be_written(out.path);
+#if defined(__unix__) || defined(__APPLE__)
+    if (access(place.parent_path().c_str(), W_OK | X_OK) != 0)
+      throw_file_error(out.path, std::strerror(errno), "a file that can be written");
+#endif
   }
 }
 

@@ -48,8 +48,8 @@ struct NamedFile {
   std::string name, path;
 };
 
-// Before the work whose results go there: each could be written now, and none of them is another,
-// or a file that is read. What is written in place, as a device, is not opened. FileError.
+// Before the work whose results go there: each has a folder that can be written to, and none of
+// them is another, or a file that is read. Nothing is opened or made. FileError.
 void check_outputs(const std::vector<NamedFile>& outputs,
                    const std::vector<NamedFile>& inputs = {});
 
