@@ -4,6 +4,7 @@
 #include <throng/broad_phase.hpp>
 
 #include <atomic>
+#include <mutex>
 #include <utility>
 
 #include <throng/find_pairs.hpp>
@@ -59,7 +60,7 @@ struct BroadPhaseAccess {
   // Of a call that runs: where it is written down once it is known to be valid.
   static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
-  // Makes the state at the first call; of two at once one's stays, and the other call may be busy.
+  // Makes the state at the first call; of two at once one does.
   static bool prepare(BroadPhase& it, Result& r) noexcept {
     std::atomic_ref<BroadPhase::State*> shared(it.state_);
     if (shared.load(std::memory_order_acquire)) return true;
@@ -72,14 +73,12 @@ struct BroadPhaseAccess {
     }
     std::pmr::memory_resource* memory = options.memory;
     if (!memory) memory = large_pages();
+    static std::mutex making;
+    const std::lock_guard<std::mutex> lock(making);
+    if (shared.load(std::memory_order_acquire)) return true;
     void* room = take_room(*memory, sizeof(BroadPhase::State), alignof(BroadPhase::State), r);
     if (!room) return false;
-    auto* const made = new (room) BroadPhase::State(options, memory);
-    BroadPhase::State* other = nullptr;
-    if (!shared.compare_exchange_strong(other, made, std::memory_order_acq_rel)) {
-      made->~State();
-      memory->deallocate(room, sizeof(BroadPhase::State), alignof(BroadPhase::State));
-    }
+    shared.store(new (room) BroadPhase::State(options, memory), std::memory_order_release);
     return true;
   }
 
