@@ -101,10 +101,7 @@ Run add_check(CLI::App& program) {
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
   app.add_option_function<std::string>(
-         "--frames",
-         [&frames = arguments->frames](const std::string& v) {
-           frames = program::parse_count(v, "--frames", 1, 1000000000);
-         },
+         "--frames", program::count_into(arguments->frames, "--frames", 1, 1000000000),
          "of several frames, check so many (3)")
       ->type_name("N");
   app.add_flag("--full", arguments->full, "everything, whatever it takes");

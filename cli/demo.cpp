@@ -182,10 +182,7 @@ Run add_demo(CLI::App& program) {
   app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M (100K)")
       ->type_name("N");
   app.add_option_function<std::string>(
-         "--frames",
-         [&frames = arguments->frames](const std::string& v) {
-           frames = program::parse_count(v, "--frames", 1, 1000000000);
-         },
+         "--frames", program::count_into(arguments->frames, "--frames", 1, 1000000000),
          "frames (300)")
       ->type_name("F");
   add_threads(app, arguments->threads);

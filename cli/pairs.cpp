@@ -163,10 +163,7 @@ Run add_pairs(CLI::App& program) {
   app.add_option("-o,--output", arguments->output, "write the pairs: uint32 of shape (pairs, 2)")
       ->type_name("PAIRS.npy");
   app.add_option_function<std::string>(
-         "--repeat",
-         [&repeat = arguments->repeat](const std::string& v) {
-           repeat = program::parse_count(v, "--repeat", 1, 1000000);
-         },
+         "--repeat", program::count_into(arguments->repeat, "--repeat", 1, 1000000),
          "warmed runs to take the median of (1)")
       ->type_name("K");
   app.add_option("--memory", arguments->memory,

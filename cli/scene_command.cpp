@@ -132,10 +132,7 @@ Run add_scene(CLI::App& program) {
       ->type_name("N");
   scene::Spec& spec = arguments->spec;
   app.add_option_function<std::string>(
-         "--frames",
-         [&spec](const std::string& v) {
-           spec.frames = program::parse_count(v, "--frames", 1, scene::max_frames);
-         },
+         "--frames", program::count_into(spec.frames, "--frames", 1, scene::max_frames),
          "frames (1)")
       ->type_name("F");
   app.add_option("--density", spec.density, "how crowded; what the scene has of itself")
@@ -147,9 +144,8 @@ Run add_scene(CLI::App& program) {
         return "found " + text + ", wanted 1e-9 to 1000000";
       })
       ->type_name("D");
-  app.add_option_function<std::string>(
-         "--seed", [&spec](const std::string& v) { spec.seed = program::parse_seed(v, "--seed"); },
-         "another number, another scene (1)")
+  app.add_option_function<std::string>("--seed", program::seed_into(spec.seed),
+                                       "another number, another scene (1)")
       ->type_name("S");
   app.add_option("--moving", arguments->spec.moving, "share of the boxes that move, 0 to 1 (1)")
       ->check(CLI::Range(0.0, 1.0).description(""))

@@ -56,10 +56,8 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
 }
 
 void add_threads(CLI::App& app, unsigned& threads) {
-  app.add_option_function<std::string>(
-         "--threads",
-         [&](const std::string& v) { threads = program::parse_threads(v, "--threads"); },
-         "at most so many; 0: all")
+  app.add_option_function<std::string>("--threads", program::threads_into(threads),
+                                       "at most so many; 0: all")
       ->type_name("N");
 }
 

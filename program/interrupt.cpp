@@ -22,6 +22,15 @@ extern "C" void note_interrupt(int signal) {
   std::signal(signal, SIG_DFL);  // the second one kills
 }
 
+void on_write_signals(void (*what)(int)) {
+#ifdef SIGPIPE
+  std::signal(SIGPIPE, what);
+#endif
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, what);
+#endif
+}
+
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
@@ -46,22 +55,7 @@ void InterruptGuard::check() const {
 
 const std::atomic<bool>& InterruptGuard::flag() noexcept { return interrupted; }
 
-void ignore_write_signals() {
-#ifdef SIGPIPE
-  std::signal(SIGPIPE, SIG_IGN);
-#endif
-#ifdef SIGXFSZ
-  std::signal(SIGXFSZ, SIG_IGN);
-#endif
-}
-
-void restore_write_signals() {
-#ifdef SIGPIPE
-  std::signal(SIGPIPE, SIG_DFL);
-#endif
-#ifdef SIGXFSZ
-  std::signal(SIGXFSZ, SIG_DFL);
-#endif
-}
+void ignore_write_signals() { on_write_signals(SIG_IGN); }
+void restore_write_signals() { on_write_signals(SIG_DFL); }
 
 }  // namespace throng::program

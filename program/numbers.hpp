@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
 namespace throng::program {
 
@@ -17,5 +18,19 @@ unsigned parse_threads(const std::string& text, const std::string& option);
 std::uint64_t parse_seed(const std::string& text, const std::string& option);
 // "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024. Throws Failure likewise.
 std::uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+// What an option that is such a number does with its text; `value` lives as long.
+template <class T>
+auto count_into(T& value, std::string option, std::uint64_t least, std::uint64_t most) {
+  return [&value, option = std::move(option), least, most](const std::string& text) {
+    value = static_cast<T>(parse_count(text, option, least, most));
+  };
+}
+inline auto threads_into(unsigned& threads) {
+  return [&threads](const std::string& text) { threads = parse_threads(text, "--threads"); };
+}
+inline auto seed_into(std::uint64_t& seed) {
+  return [&seed](const std::string& text) { seed = parse_seed(text, "--seed"); };
+}
 
 }  // namespace throng::program

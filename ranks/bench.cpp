@@ -19,7 +19,6 @@
 #include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "report/table.hpp"
-#include "scene/output_file.hpp"
 #include "scene/scene.hpp"
 
 namespace throng::ranks {
@@ -115,10 +114,8 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
 
 void run(const Arguments& a) {
   const std::uint64_t objects = program::parse_count(a.objects, "--objects");
-  together(MPI_COMM_WORLD, [&] {
-    if (rank_of(MPI_COMM_WORLD) == 0) scene::check_outputs({{"-o", a.csv}});
-  });
   MPI_Comm world = MPI_COMM_WORLD;
+  check_output({"-o", a.csv}, {}, world);
   std::vector<int> counts;
   for (int k = 1; k < size_of(world); k *= 2) counts.push_back(k);
   counts.push_back(size_of(world));
@@ -189,20 +186,13 @@ Run add_bench(CLI::App& program) {
   app.add_option("--objects", a->objects, "in all, or with --weak a rank (100K)")->type_name("N");
   app.add_flag("--weak", a->weak, "as many boxes more with each rank");
   app.add_flag("--parts", a->parts, "what lies far apart in a region is searched in parts");
-  app.add_option_function<std::string>(
-         "--frames",
-         [&frames = a->frames](const std::string& v) {
-           frames = program::parse_count(v, "--frames", 1, 100000);
-         },
-         "to take the median of (5)")
+  app.add_option_function<std::string>("--frames",
+                                       program::count_into(a->frames, "--frames", 1, 100000),
+                                       "to take the median of (5)")
       ->type_name("F");
   a->where.add_to(app);
-  app.add_option_function<std::string>(
-         "--threads",
-         [&threads = a->threads](const std::string& v) {
-           threads = program::parse_threads(v, "--threads");
-         },
-         "of each rank (1)")
+  app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
+                                       "of each rank (1)")
       ->type_name("N");
   app.add_option("-o,--output", a->csv, "write the table")->type_name("FILE.csv");
   return [a] { run(*a); };

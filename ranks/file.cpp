@@ -11,7 +11,6 @@
 #include "ranks/together.hpp"
 #include "scene/npy.hpp"
 #include "scene/npy_header.hpp"
-#include "scene/output_file.hpp"
 
 namespace throng::ranks {
 
@@ -116,6 +115,13 @@ std::vector<Box> BoxSlices::read(std::uint64_t f) const {
             boxes.size() * sizeof(Box));
   });
   return boxes;
+}
+
+void check_output(const scene::NamedFile& output, const std::vector<scene::NamedFile>& inputs,
+                  MPI_Comm comm) {
+  together(comm, [&] {
+    if (rank_of(comm) == 0) scene::check_outputs({output}, inputs);
+  });
 }
 
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm) {

@@ -10,6 +10,8 @@
 
 #include <throng/mpi.hpp>
 
+#include "scene/output_file.hpp"
+
 namespace throng::ranks {
 
 // Of n things the first that rank `rank` of `size` has; rank + 1 gives the end.
@@ -49,6 +51,9 @@ std::vector<T> slice(std::vector<T> all, int rank, int size) {
   return std::vector<T>(at(rank), at(rank + 1));
 }
 
+// Collective: scene::check_outputs by rank 0.
+void check_output(const scene::NamedFile& output, const std::vector<scene::NamedFile>& inputs,
+                  MPI_Comm comm);
 // Collective: uint64 of shape (pairs, 2), the pairs of rank 0 first. It appears under its name when
 // it is complete.
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm);

@@ -20,7 +20,6 @@
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
 #include "scene/npy.hpp"
-#include "scene/output_file.hpp"
 
 namespace throng::ranks {
 namespace {
@@ -94,15 +93,14 @@ void run(const Arguments& a) {
     throw program::Failure(
         fmt::format("--seconds: found {}, wanted 0 (for ever) or more", a.seconds));
   }
-  together(comm, [&] {
-    if (rank_of(comm) != 0) return;
-    scene::check_outputs({{"-o", a.output}}, {{"FILE", a.input},
-                                              {"--group", a.group},
-                                              {"--mask", a.mask},
-                                              {"--owner", a.owner},
-                                              {"--world", a.world},
-                                              {"--static", a.is_static}});
-  });
+  check_output({"-o", a.output},
+               {{"FILE", a.input},
+                {"--group", a.group},
+                {"--mask", a.mask},
+                {"--owner", a.owner},
+                {"--world", a.world},
+                {"--static", a.is_static}},
+               comm);
   const BoxSlices file(a.input, comm);
   if (file.frames() == 0) {
     throw program::Failure(fmt::format("{}: found no frame of {} boxes, wanted at least one frame",
@@ -213,19 +211,12 @@ Run add_pairs(CLI::App& program) {
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
   a->where.add_to(app);
-  app.add_option_function<std::string>(
-         "--threads",
-         [&threads = a->threads](const std::string& v) {
-           threads = program::parse_threads(v, "--threads");
-         },
-         "of each rank, at most; 0: all")
+  app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
+                                       "of each rank, at most; 0: all")
       ->type_name("N");
-  app.add_option_function<std::string>(
-         "--repeat",
-         [&repeat = a->repeat](const std::string& v) {
-           repeat = program::parse_count(v, "--repeat", 1, 1000000);
-         },
-         "searches of a frame to take the median of (1)")
+  app.add_option_function<std::string>("--repeat",
+                                       program::count_into(a->repeat, "--repeat", 1, 1000000),
+                                       "searches of a frame to take the median of (1)")
       ->type_name("K");
   app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: for ever (600)")
       ->type_name("S");

@@ -218,24 +218,18 @@ int dispatch(int argc, char** argv) {
   app.add_option("--objects", arguments.objects, "how many, such as 10000, 10K or 1M (10K)")
       ->type_name("N");
   app.add_option_function<std::string>(
-         "--steps",
-         [&](const std::string& v) {
-           arguments.steps = program::parse_count(v, "--steps", 1, 1000000000);
-         },
+         "--steps", program::count_into(arguments.steps, "--steps", 1, 1000000000),
          "of a sixtieth of a second (120)")
       ->type_name("S");
   app.add_option("--shape", arguments.shape, "cube, sphere or rectangle (cube)")
       ->type_name("SHAPE");
   app.add_option("--broadphase", arguments.phase, "throng, dbvt or axis-sweep (throng)")
       ->type_name("PHASE");
-  app.add_option_function<std::string>(
-         "--seed", [&](const std::string& v) { arguments.seed = program::parse_seed(v, "--seed"); },
-         "another one places all a little differently (1)")
+  app.add_option_function<std::string>("--seed", program::seed_into(arguments.seed),
+                                       "another one places all a little differently (1)")
       ->type_name("S");
-  app.add_option_function<std::string>(
-         "--threads",
-         [&](const std::string& v) { arguments.threads = program::parse_threads(v, "--threads"); },
-         "of throng, at most so many; 0: all")
+  app.add_option_function<std::string>("--threads", program::threads_into(arguments.threads),
+                                       "of throng, at most so many; 0: all")
       ->type_name("N");
   app.add_flag("--json", arguments.json, "one object on one line");
   app.add_flag("--check", arguments.check,

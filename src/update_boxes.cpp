@@ -135,11 +135,7 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   r.plan.reason = "one pass over the bodies";
   const cpu::Kernels* kernels = kernels_for(options.isa, "UpdateOptions::isa", r);
   if (!kernels) return r;
-  if (options.executor && !options.executor->run) {
-    say(r, "the executor has no function that runs tasks; set Executor::run");
-    refuse(r, Status::bad_option);
-    return r;
-  }
+  if (!valid_executor(options.executor, r)) return r;
   core::UpdateBoxes job;
   if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
 

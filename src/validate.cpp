@@ -206,6 +206,12 @@ bool valid_choices(const Options& options, Result& r) noexcept {
          valid_choice(options.isa, Isa::neon, "Options::isa", r);
 }
 
+bool valid_executor(const Executor* executor, Result& r) noexcept {
+  if (!executor || executor->run) return true;
+  say(r, "the executor has no function that runs tasks; set Executor::run");
+  return refuse(r, Status::bad_option);
+}
+
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
   if (!valid_choice(isa, Isa::neon, option, r)) return nullptr;
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
@@ -227,12 +233,9 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
 }
 
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
-  if (options.executor && !options.executor->run) {
-    say(r, "the executor has no function that runs tasks; set Executor::run");
-    return refuse(r, Status::bad_option);
-  }
-  if (!valid_choices(options, r) || !valid_margin(options.margin, r) ||
-      !valid_cell_scale(options.cell_scale, r) || !kernels_for(options.isa, "Options::isa", r))
+  if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
+      !valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
+      !kernels_for(options.isa, "Options::isa", r))
     return false;
   const char* first = b ? "the first set" : "the set";
   return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&

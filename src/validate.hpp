@@ -27,6 +27,8 @@ inline bool refuse(Result& r, Status status) noexcept {
 bool valid_margin(float margin, Result& r) noexcept;
 // Whether each enumeration is one of its constants.
 bool valid_choices(const Options& options, Result& r) noexcept;
+// Whether an executor, if there is one, has a function that runs tasks.
+bool valid_executor(const Executor* executor, Result& r) noexcept;
 // Null, with status and message, where it is not to be had; `option` is what asked for it.
 const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept;
 

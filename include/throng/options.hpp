@@ -24,10 +24,9 @@ enum class Algorithm : std::uint8_t {
 
 enum class Backend : std::uint8_t {
   // The CPU; or a GPU, from a Finder's second call with 200,000 boxes or more on, where there is
-  // one
-  // and the CPU has four threads or fewer for this: where it pays, as measured on an H200. Never
-  // where executor, memory or isa are set. If the GPU cannot, the CPU answers, and plan.reason says
-  // so.
+  // one and the CPU has four threads or fewer for this: where it pays, as measured on an H200.
+  // Never where executor, memory or isa are set. If the GPU cannot, the CPU answers, and
+  // plan.reason says so.
   automatic,
   cpu,
   cuda,      // a GPU; boxes in host memory are copied to it

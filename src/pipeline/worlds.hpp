@@ -40,20 +40,16 @@ struct WorldSearch {
 
   THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
 
-  THRONG_HD Box box(std::uint32_t i) const noexcept {
-    Box box;
-    bool nan;
-    if (!read_box(in, i, box, nan)) box = no_box();
-    return box;
-  }
-  // Of the one that looks: once.
-  THRONG_HD Box own_box(std::uint32_t i) const noexcept {
+  // `to`, if there is one, is told of a box that takes no part.
+  THRONG_HD Box box(std::uint32_t i, Report* to = nullptr) const noexcept {
     Box box;
     bool nan;
     if (read_box(in, i, box, nan)) return box;
-    if (report) tell_inactive(*report, i, nan);
+    if (to) tell_inactive(*to, i, nan);
     return no_box();
   }
+  // Of the one that looks, which does so once.
+  THRONG_HD Box own_box(std::uint32_t i) const noexcept { return box(i, report); }
   // Whether some that overlap, of one world or one of them of all, are not to be told.
   THRONG_HD bool selects() const noexcept {
     return in.has_pair_filters || (in.present & core::static_bit) || !range.holds_all();
