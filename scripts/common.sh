@@ -61,6 +61,9 @@ use_ninja_and_ccache() {
     export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
     # Without these it caches nothing that has a precompiled header.
     export CCACHE_SLOPPINESS="${CCACHE_SLOPPINESS:-pch_defines,time_macros}"
+    # A header of which a comment alone has changed is another one to a precompiled header, which knows it by all its
+    # bytes: from the cache would come the old one, and everything in it be defined twice.
+    export CCACHE_COMMENTS="${CCACHE_COMMENTS:-true}"
   fi
 }
 
