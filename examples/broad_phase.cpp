@@ -2,6 +2,8 @@
 #include <throng/throng.hpp>
 
 #include <cstdio>
+#include <functional>
+#include <thread>
 #include <vector>
 
 #include "check.hpp"
@@ -91,4 +93,24 @@ int main() {
   }
   // snippet-end: overlaps
   CHECK(broad_phase.overlaps().size() > 50);
+
+  // snippet-begin: query
+  // What a ray is not to hit: here whom it comes from; an engine asks the shape itself.
+  const auto not_me = [](void* shooter, std::uint32_t, throng::ObjectId object, double time) {
+    return object == *static_cast<throng::ObjectId*>(shooter) ? 2 : time;  // above 1: never
+  };
+  const auto shoot = [&](throng::ObjectId shooter, throng::SweepHit& hit) {
+    throng::BroadPhaseQuery query;  // one a thread, which an engine keeps
+    const throng::Vec3 at = broad_phase.box(shooter).lower, from = {at.x + 0.5f, 0.5f, 0.5f};
+    const throng::Sweep ray = {{from, from}, {100, 0, 0}};
+    const throng::SweepTest test = {not_me, &shooter};
+    query.find_hits(broad_phase, &ray, 1, throng::SweepHits::first, {}, test);
+    if (!query.hits().empty()) hit = query.hits()[0];
+  };
+  throng::SweepHit hits[2] = {};
+  std::thread other(shoot, ids[0], std::ref(hits[0]));
+  shoot(ids[1], hits[1]);
+  other.join();
+  // snippet-end: query
+  CHECK(hits[0].object != ids[0] && hits[0].time > 0 && hits[1].object != ids[1]);
 }

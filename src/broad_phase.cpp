@@ -57,12 +57,7 @@ Filters filters_of(const Filter& f) noexcept {
 
 }  // namespace
 
-BroadPhase::~BroadPhase() {
-  if (!state_) return;
-  std::pmr::memory_resource* memory = state_->resource;
-  state_->~State();
-  memory->deallocate(state_, sizeof(State), alignof(State));
-}
+BroadPhase::~BroadPhase() { Access::destroy(*this); }
 BroadPhase::BroadPhase(const BroadPhase& other) : options_(other.options_) {
   const Result r = copy_from(other);
   if (r.ok()) return;
@@ -88,15 +83,15 @@ Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
   return Access::call(*this, [&](live::Tracker& mine, Result& r) {
     if (!other.state_) {
       mine.copy(live::Tracker(state_->resource, other.options_.margin, 0));
-    } else if (other.state_->in_call.exchange(true, std::memory_order_acquire)) {
+    } else if (!other.state_->gate.enter_alone()) {
       say(r, "another thread is in a call on the BroadPhase to be copied");
       r.status = Status::busy;
       return;
     } else {
-      struct Release {
-        std::atomic<bool>& flag;
-        ~Release() { flag.store(false, std::memory_order_release); }
-      } const release{other.state_->in_call};
+      struct Leave {
+        Gate& gate;
+        ~Leave() { gate.leave_alone(); }
+      } const leave{other.state_->gate};
       mine.reserve_for(other.state_->tracker);
       mine.copy(other.state_->tracker);
     }
@@ -112,7 +107,7 @@ Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
 
 Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.objects();
+    live::Objects& objects = tracker.change();
     if (!valid(boxes, nullptr, options_, r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
@@ -155,14 +150,15 @@ ObjectId BroadPhase::add(const Box& box, const Filter& filter) {
 
 Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    if (!valid_ids(tracker.objects(), ids, count, r)) return;
+    if (!valid_ids(tracker.change(), ids, count, r)) return;
     Access::log(*this).begin(Operation::remove, 0);
     Access::log(*this).ids(ids, count);
+    live::Objects& objects = tracker.change();
     for (std::size_t i = 0; i < count; ++i) {
-      if (i + ids_ahead < count) tracker.objects().prefetch(ids[i + ids_ahead]);
-      tracker.objects().remove(ids[i]);
+      if (i + ids_ahead < count) objects.prefetch(ids[i + ids_ahead]);
+      objects.remove(ids[i]);
     }
-    r.found = tracker.objects().count();
+    r.found = objects.count();
   });
 }
 Status BroadPhase::remove(ObjectId id) noexcept { return remove(&id, 1).status; }
@@ -172,12 +168,12 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     Boxes bare = boxes;
     bare.filters = {};
     if (!valid(bare, nullptr, options_, r)) return;
-    if (!valid_ids(tracker.objects(), ids, boxes.size(), r)) return;
+    if (!valid_ids(tracker.change(), ids, boxes.size(), r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
-    tracker.objects().move_listed(ids, bare);
+    tracker.change().move_listed(ids, bare);
     r.found = tracker.objects().count();
   });
 }
@@ -209,7 +205,7 @@ Result BroadPhase::move_all(const Boxes& boxes) noexcept {
 Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
                                const Filters& filters) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.objects();
+    live::Objects& objects = tracker.change();
     if (!valid_ids(objects, ids, count, r)) return;
     constexpr Box some{};
     Boxes stand_in(&some, count, 0);  // one box, repeated: the filters are what is looked at
@@ -239,7 +235,7 @@ Result BroadPhase::shift_origin(const Vec3& by) noexcept {
       return;
     }
     Access::log(*this).begin(Operation::shift_origin, 0, 0, 0, by);
-    live::Objects& objects = tracker.objects();
+    live::Objects& objects = tracker.change();
     const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
     for (std::size_t i = 0; i < objects.limit(); ++i) {
       if (!objects.is_alive(i)) continue;

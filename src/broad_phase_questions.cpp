@@ -1,6 +1,7 @@
 // Questions to objects that live: what overlaps boxes, and what moving boxes hit.
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "broad_phase_state.hpp"
 
@@ -29,73 +30,129 @@ bool stopped(Result& r) noexcept {
   return true;
 }
 
+Pairs view(const live::List<Pair>& found) noexcept { return {found.data(), found.size()}; }
+SweepHitList view(const live::List<SweepHit>& found) noexcept {
+  return {found.data(), found.size()};
+}
+
+bool valid_question(const Boxes& boxes, const Options& options, Result& r) noexcept {
+  return valid(boxes, nullptr, options, r) &&
+         valid_floats(boxes, boxes.size(), options, all_boxes, r);
+}
+
+Boxes boxes_of(const live::Sweeps& sweeps) noexcept {
+  Boxes boxes(sweeps.data ? &sweeps.data->box : nullptr, sweeps.count, sizeof(Sweep));
+  boxes.filters = sweeps.filters;
+  return boxes;
+}
+
+bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& r) noexcept {
+  if (sweeps.which > SweepHits::first) {
+    say(r, "SweepHits is %d, which is none of its constants; use one",
+        static_cast<int>(sweeps.which));
+    return refuse(r, Status::bad_option);
+  }
+  if (!sweeps.data && sweeps.count != 0) {
+    say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{sweeps.count});
+    return refuse(r, Status::bad_boxes);
+  }
+  if (!valid(boxes_of(sweeps), nullptr, options, r)) return false;
+  for (std::size_t i = 0; i < sweeps.count; ++i) {
+    const Vec3& by = sweeps.data[i].by;
+    const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
+                      !core::has_nan(sweeps.data[i].box);
+    if (!good && r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  if (r.invalid_count == 0) return true;
+  say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
+      ull{r.invalid_count}, ull{r.first_invalid});
+  return refuse(r, Status::nan_box);
+}
+
 }  // namespace
 
 Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    tracker.queries().overlaps().clear();
-    if (!valid(boxes, nullptr, options_, r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
+    live::Queries& queries = tracker.queries();
+    queries.overlaps().clear();
+    if (!valid_question(boxes, options_, r)) return;
     capture::Log& log = Access::log(*this);
     log.begin(Operation::find_overlaps, 1);
     log.boxes(boxes);
-    tracker.find_overlaps(boxes, options_, r);
+    tracker.find_overlaps(queries, boxes, options_, r);
     if (stopped(r))
-      tracker.queries().overlaps().clear();
+      queries.overlaps().clear();
     else if (log)
       log.told(pair_checksum(overlaps().data(), overlaps().size()));
   });
 }
 Pairs BroadPhase::overlaps() const noexcept {
-  if (!state_) return {};
-  const live::List<Pair>& found = state_->tracker.queries().overlaps();
-  return {found.data(), found.size()};
+  return state_ ? view(state_->tracker.queries().overlaps()) : Pairs{};
 }
 
 Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
-                             const Filters& filters) noexcept {
+                             const Filters& filters, const SweepTest& test) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    tracker.queries().forget_hits();
-    if (which > SweepHits::first) {
-      say(r, "SweepHits is %d, which is none of its constants; use one", static_cast<int>(which));
-      r.status = Status::bad_option;
-      return;
-    }
-    if (!sweeps && count != 0) {
-      say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
-      r.status = Status::bad_boxes;
-      return;
-    }
-    Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
-    boxes.filters = filters;
-    if (!valid(boxes, nullptr, options_, r)) return;
-    for (std::size_t i = 0; sweeps && i < count; ++i) {
-      const Vec3& by = sweeps[i].by;
-      const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
-                        !core::has_nan(sweeps[i].box);
-      if (!good && r.invalid_count++ == 0) r.first_invalid = i;
-    }
-    if (r.invalid_count != 0) {
-      say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
-          ull{r.invalid_count}, ull{r.first_invalid});
-      r.status = Status::nan_box;
-      return;
-    }
+    live::Queries& queries = tracker.queries();
+    queries.forget_hits();
+    const live::Sweeps asked{sweeps, count, which, filters, test};
+    if (!valid_question(asked, options_, r)) return;
     capture::Log& log = Access::log(*this);
-    log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
-    log.sweeps(sweeps, count);
-    log.boxes(boxes);
-    tracker.find_hits(sweeps, count, which, filters, options_, r);
+    if (!test.when) {  // a test cannot be written down
+      log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
+      log.sweeps(sweeps, count);
+      log.boxes(boxes_of(asked));
+    }
+    tracker.find_hits(queries, asked, options_, r);
     if (stopped(r))
-      tracker.queries().forget_hits();
-    else if (log)
+      queries.forget_hits();
+    else if (log && !test.when)
       log.told(fold_of(hits()));
   });
 }
 SweepHitList BroadPhase::hits() const noexcept {
-  if (!state_) return {};
-  const live::List<SweepHit>& found = state_->tracker.queries().hits();
-  return {found.data(), found.size()};
+  return state_ ? view(state_->tracker.queries().hits()) : SweepHitList{};
+}
+
+BroadPhaseQuery::~BroadPhaseQuery() { Access::destroy(*this); }
+BroadPhaseQuery::BroadPhaseQuery(BroadPhaseQuery&& other) noexcept
+    : state_(std::exchange(other.state_, nullptr)), options_(other.options_) {}
+BroadPhaseQuery& BroadPhaseQuery::operator=(BroadPhaseQuery&& other) noexcept {
+  std::swap(state_, other.state_);
+  std::swap(options_, other.options_);
+  return *this;
+}
+
+Result BroadPhaseQuery::find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept {
+  return Access::ask(*this, objects,
+                     [&](live::Queries& queries, live::Tracker* tracker, Result& r) {
+                       queries.overlaps().clear();
+                       if (!valid_question(boxes, options_, r) || !tracker) return;
+                       tracker->find_overlaps(queries, boxes, options_, r);
+                       if (stopped(r)) queries.overlaps().clear();
+                     });
+}
+Pairs BroadPhaseQuery::overlaps() const noexcept {
+  return state_ ? view(state_->queries.overlaps()) : Pairs{};
+}
+
+Result BroadPhaseQuery::find_hits(const BroadPhase& objects, const Sweep* sweeps, std::size_t count,
+                                  SweepHits which, const Filters& filters,
+                                  const SweepTest& test) noexcept {
+  return Access::ask(*this, objects,
+                     [&](live::Queries& queries, live::Tracker* tracker, Result& r) {
+                       queries.forget_hits();
+                       const live::Sweeps asked{sweeps, count, which, filters, test};
+                       if (!valid_question(asked, options_, r) || !tracker) return;
+                       tracker->find_hits(queries, asked, options_, r);
+                       if (stopped(r)) queries.forget_hits();
+                     });
+}
+SweepHitList BroadPhaseQuery::hits() const noexcept {
+  return state_ ? view(state_->queries.hits()) : SweepHitList{};
+}
+std::size_t BroadPhaseQuery::memory_bytes() const noexcept {
+  return state_ ? state_->engine.memory().held() : 0;
 }
 
 }  // namespace throng

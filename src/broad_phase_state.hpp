@@ -2,6 +2,7 @@
 #pragma once
 
 #include <throng/broad_phase.hpp>
+#include <throng/broad_phase_query.hpp>
 
 #include <atomic>
 #include <mutex>
@@ -12,6 +13,7 @@
 
 #include "capture/log.hpp"
 #include "cpu/float_state.hpp"
+#include "gate.hpp"
 #include "live/tracker.hpp"
 #include "validate.hpp"
 
@@ -25,9 +27,23 @@ struct BroadPhase::State {
 
   std::pmr::memory_resource* resource;
   live::Tracker tracker;
-  std::atomic<bool> in_call{false};
+  Gate gate;
   bool called = false;
   capture::Log log;
+};
+
+struct BroadPhaseQuery::State {
+  State(const Options&, std::pmr::memory_resource* memory) noexcept
+      : resource(memory), engine(memory, sizeof(State)), queries(engine) {}
+
+  std::pmr::memory_resource* resource;
+  cpu::Engine engine;
+  live::Queries queries;
+  Gate gate;
+  const unsigned number = made++;
+
+ private:
+  static inline std::atomic<unsigned> made{0};
 };
 
 struct BroadPhaseAccess {
@@ -36,9 +52,9 @@ struct BroadPhaseAccess {
   static Result call(BroadPhase& it, F&& body) noexcept {
     const cpu::FloatState float_state;
     Result r;
-    if (!prepare(it, r)) return r;
+    if (!prepare(it, "BroadPhase", r)) return r;
     BroadPhase::State& state = *it.state_;
-    if (state.in_call.exchange(true, std::memory_order_acquire)) {
+    if (!state.gate.enter_alone()) {
       say(r, "another thread is in a call on this BroadPhase; make one call at a time");
       r.status = Status::busy;
       return r;
@@ -46,14 +62,35 @@ struct BroadPhaseAccess {
     if (!std::exchange(state.called, true)) {
       if (const char* folder = capture::folder_of(it.options_)) state.log.open(folder, it.options_);
     }
-    try {
-      body(state.tracker, r);
-    } catch (const cpu::NoMemory& failure) {
-      explain_failure(r, {Status::out_of_memory, failure.bytes});
-    }
-    if (!r.ok()) explain(r, false, false);
+    attempt(r, [&] { body(state.tracker, r); });
     state.log.answer(r);
-    state.in_call.store(false, std::memory_order_release);
+    state.gate.leave_alone();
+    return r;
+  }
+
+  // Runs body(queries, tracker, result) likewise, beside others that do the same; the tracker is
+  // null where there are no objects.
+  template <class F>
+  static Result ask(BroadPhaseQuery& it, const BroadPhase& objects, F&& body) noexcept {
+    const cpu::FloatState float_state;
+    Result r;
+    if (!prepare(it, "BroadPhaseQuery", r)) return r;
+    BroadPhaseQuery::State& state = *it.state_;
+    if (!state.gate.enter_alone()) {
+      say(r,
+          "another thread is in a call on this BroadPhaseQuery; give each thread one of its own");
+      r.status = Status::busy;
+      return r;
+    }
+    BroadPhase::State* const asked = state_of(objects);
+    if (asked && !asked->gate.enter(state.number)) {
+      say(r, "another thread is in a call on the BroadPhase that is asked; ask when it is over");
+      r.status = Status::busy;
+    } else {
+      attempt(r, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
+      if (asked) asked->gate.leave(state.number);
+    }
+    state.gate.leave_alone();
     return r;
   }
 
@@ -61,14 +98,15 @@ struct BroadPhaseAccess {
   static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
   // Makes the state at the first call; of two at once one does.
-  static bool prepare(BroadPhase& it, Result& r) noexcept {
-    std::atomic_ref<BroadPhase::State*> shared(it.state_);
+  template <class Door>
+  static bool prepare(Door& it, const char* name, Result& r) noexcept {
+    using State = typename Door::State;
+    std::atomic_ref<State*> shared(it.state_);
     if (shared.load(std::memory_order_acquire)) return true;
     const Options& options = it.options_;
     if (!valid({}, nullptr, options, r)) return false;
     if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
-      say(r, "a BroadPhase has no backend '%s'; use Backend::automatic",
-          to_string(options.backend));
+      say(r, "a %s has no backend '%s'; use Backend::automatic", name, to_string(options.backend));
       return refuse(r, Status::bad_option);
     }
     std::pmr::memory_resource* memory = options.memory;
@@ -76,17 +114,41 @@ struct BroadPhaseAccess {
     static std::mutex making;
     const std::lock_guard<std::mutex> lock(making);
     if (shared.load(std::memory_order_acquire)) return true;
-    void* room = take_room(*memory, sizeof(BroadPhase::State), alignof(BroadPhase::State), r);
+    void* room = take_room(*memory, sizeof(State), alignof(State), r);
     if (!room) return false;
-    shared.store(new (room) BroadPhase::State(options, memory), std::memory_order_release);
+    shared.store(new (room) State(options, memory), std::memory_order_release);
     return true;
   }
+  template <class Door>
+  static void destroy(Door& it) noexcept {
+    using State = typename Door::State;
+    State* const state = it.state_;
+    if (!state) return;
+    std::pmr::memory_resource* memory = state->resource;
+    state->~State();
+    memory->deallocate(state, sizeof(State), alignof(State));
+  }
 
-  static live::Objects* objects(const BroadPhase& it) noexcept {
+  static const live::Objects* objects(const BroadPhase& it) noexcept {
     return it.state_ ? &it.state_->tracker.objects() : nullptr;
   }
   static live::PairSet* pairs(const BroadPhase& it) noexcept {
     return it.state_ ? &it.state_->tracker.pairs() : nullptr;
+  }
+
+ private:
+  // Another thread may be in the first call on it.
+  static BroadPhase::State* state_of(const BroadPhase& it) noexcept {
+    return std::atomic_ref(const_cast<BroadPhase&>(it).state_).load(std::memory_order_acquire);
+  }
+  template <class F>
+  static void attempt(Result& r, F&& body) noexcept {
+    try {
+      body();
+    } catch (const cpu::NoMemory& failure) {
+      explain_failure(r, {Status::out_of_memory, failure.bytes});
+    }
+    if (!r.ok()) explain(r, false, false);
   }
 };
 

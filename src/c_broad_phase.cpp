@@ -5,6 +5,7 @@
 #include <new>
 
 #include <throng/broad_phase.hpp>
+#include <throng/broad_phase_query.hpp>
 
 #include "c_door.hpp"
 
@@ -29,6 +30,12 @@ struct throng_broad_phase : throng::c_door::Handle {
   throng::BroadPhase objects;
 };
 
+struct throng_query : throng::c_door::Handle {
+  explicit throng_query(const throng_options& given) noexcept : Handle(given), asks(options()) {}
+
+  throng::BroadPhaseQuery asks;
+};
+
 namespace {
 
 // Shows a list of the C++ door as the C struct that is the same.
@@ -36,6 +43,23 @@ template <class Out, class List>
 const Out* show(const List& list, size_t* count) noexcept {
   if (count) *count = list.size();
   return reinterpret_cast<const Out*>(list.data());
+}
+
+// Calls ask(sweeps, count, which, filters) with what the C door was given.
+template <class Ask>
+throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which,
+                             const throng_boxes* filters, const Ask& ask) noexcept {
+  if (which != THRONG_HITS_ALL && which != THRONG_HITS_FIRST) {
+    return throng::c_door::bad_option("`which` is none of the constants THRONG_HITS_; use one");
+  }
+  throng::Filters of_sweeps;
+  if (filters) {
+    throng_boxes counted = *filters;
+    counted.count = count;
+    of_sweeps = view(counted).filters;
+  }
+  return ask(reinterpret_cast<const throng::Sweep*>(sweeps), count,
+             static_cast<throng::SweepHits>(which), of_sweeps);
 }
 
 }  // namespace
@@ -123,17 +147,9 @@ throng_status throng_broad_phase_find_hits(throng_broad_phase* broad_phase,
                                            const throng_sweep* sweeps, size_t count, int which,
                                            const throng_boxes* filters) {
   return answer(broad_phase, true, "", [&] {
-    if (which != THRONG_HITS_ALL && which != THRONG_HITS_FIRST) {
-      return throng::c_door::bad_option("`which` is none of the constants THRONG_HITS_; use one");
-    }
-    throng::Filters of_sweeps;
-    if (filters) {
-      throng_boxes counted = *filters;
-      counted.count = count;
-      of_sweeps = view(counted).filters;
-    }
-    return broad_phase->objects.find_hits(reinterpret_cast<const throng::Sweep*>(sweeps), count,
-                                          static_cast<throng::SweepHits>(which), of_sweeps);
+    return ask_of_sweeps(sweeps, count, which, filters, [&](const auto&... asked) {
+      return broad_phase->objects.find_hits(asked...);
+    });
   });
 }
 const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_phase,
@@ -175,6 +191,45 @@ size_t throng_broad_phase_memory_bytes(const throng_broad_phase* broad_phase) {
 }
 const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase) {
   return throng::c_door::result_of(broad_phase);
+}
+
+throng_query* throng_query_create(const throng_options* options) {
+  return new (std::nothrow) throng_query(throng::c_door::known(options));
+}
+
+void throng_query_destroy(throng_query* query) { delete query; }
+
+throng_status throng_query_find_overlaps(throng_query* query, const throng_broad_phase* broad_phase,
+                                         const throng_boxes* boxes) {
+  return answer(query, broad_phase && boxes, boxes ? "broad phase" : "boxes",
+                [&] { return query->asks.find_overlaps(broad_phase->objects, view(*boxes)); });
+}
+const throng_pair* throng_query_overlaps(const throng_query* query, size_t* count) {
+  return show<throng_pair>(query ? query->asks.overlaps() : throng::Pairs(), count);
+}
+
+throng_status throng_query_find_hits(throng_query* query, const throng_broad_phase* broad_phase,
+                                     const throng_sweep* sweeps, size_t count, int which,
+                                     const throng_boxes* filters, throng_sweep_test test,
+                                     void* context) {
+  return answer(query, broad_phase != nullptr, "broad phase", [&] {
+    return ask_of_sweeps(sweeps, count, which, filters, [&](const auto&... asked) {
+      return query->asks.find_hits(broad_phase->objects, asked..., {test, context});
+    });
+  });
+}
+const throng_sweep_hit* throng_query_hits(const throng_query* query, size_t* count) {
+  return show<throng_sweep_hit>(query ? query->asks.hits() : throng::SweepHitList(), count);
+}
+
+const throng_result* throng_query_result(const throng_query* query) {
+  return throng::c_door::result_of(query);
+}
+void throng_query_stop(throng_query* query) {
+  if (query) query->stop();
+}
+size_t throng_query_memory_bytes(const throng_query* query) {
+  return query ? query->asks.memory_bytes() : 0;
 }
 
 }  // extern "C"

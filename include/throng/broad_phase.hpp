@@ -58,7 +58,17 @@ enum class SweepHits : std::uint8_t {
   all,    // every object on the way, by id
   first,  // the one that is met first; of several at once that of the lowest id
 };
-// A view of hits that a BroadPhase owns, sorted by sweep.
+// Whether a sweep meets the object itself, of whose box it is known: asked of each object whose box
+// it meets at `time`, unless that plays no part any more. The answer is when it meets the object;
+// that is taken as `time` if it is earlier, and as never if it is above 1, or NaN. So the first hit
+// can be that of the shapes, or leave out whom the ray came from. It may be asked several times of
+// an object, in any order, and on any thread that finds hits; it must say the same each time, and
+// must not throw, nor call the BroadPhase or the BroadPhaseQuery that asks.
+struct SweepTest {
+  double (*when)(void* context, std::uint32_t sweep, ObjectId object, double time) = nullptr;
+  void* context = nullptr;
+};
+// A view of hits that a BroadPhase or a BroadPhaseQuery owns, sorted by sweep.
 struct SweepHitList {
   const SweepHit* data_ = nullptr;
   std::size_t size_ = 0;
@@ -76,7 +86,8 @@ struct SweepHitList {
 // that changed, and where many did, the cost of finding all pairs anew.
 //
 // A call that fails changes nothing: not the objects, not what was told. One thread at a time; a
-// call during another one is refused with Status::busy. Result::found of a call on objects is how
+// call during another one is refused with Status::busy. Several threads ask at once by a
+// BroadPhaseQuery each, while nothing else is called. Result::found of a call on objects is how
 // many there are then, of update() how many pairs live.
 //
 // Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory
@@ -144,10 +155,10 @@ class THRONG_API BroadPhase {
   // The objects that each sweep meets. On each axis the times of touching are computed in doubles,
   //   (object.lower - box.upper) / by  ..  (object.upper - box.lower) / by,
   // and cut to 0 .. 1; along an axis with `by` 0 the boxes must overlap. What is the hit is decided
-  // by these numbers alone. A sweep with a NaN, or a `by` that is not finite, is refused: nan_box.
-  // A box with lower > upper meets nothing.
+  // by these numbers alone, and by `test` if there is one. A sweep with a NaN, or a `by` that is
+  // not finite, is refused: nan_box. A box with lower > upper meets nothing.
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
-                   const Filters& filters = {}) noexcept;
+                   const Filters& filters = {}, const SweepTest& test = {}) noexcept;
   SweepHitList hits() const noexcept;
 
   bool is_alive(ObjectId id) const noexcept;

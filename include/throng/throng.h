@@ -15,7 +15,7 @@
 #include <throng/export.h>
 
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 3
+#define THRONG_C_VERSION 4
 
 #ifdef __cplusplus
 extern "C" {
@@ -263,6 +263,36 @@ THRONG_API const throng_result* throng_broad_phase_result(const throng_broad_pha
 /* As throng_finder_stop; an update or question that is stopped changes nothing. */
 THRONG_API void throng_broad_phase_stop(throng_broad_phase* broad_phase);
 THRONG_API size_t throng_broad_phase_memory_bytes(const throng_broad_phase* broad_phase);
+
+/* The same questions from several threads at once, each by a handle of its own, while no function
+ * is called of the broad phase but those that take it as const: others are refused then
+ * (THRONG_BUSY), and questions while one of those is under way. No options hold but `nan`, `isa`,
+ * `threads`, the executor, memory and `stoppable`. */
+typedef struct throng_query throng_query;
+/* Whether a sweep meets the object itself, of whose box it is known that it meets it at `time`:
+ * returns when it does, or more than 1: never. Earlier than `time` counts as `time`. It may be
+ * asked several times of an object, in any order, by each thread that answers; it must say the same
+ * each time, and must not call the broad phase or the query that asks. */
+typedef double (*throng_sweep_test)(void* context, uint32_t sweep, uint32_t object, double time);
+
+/* As throng_finder_create and throng_finder_destroy. */
+THRONG_API throng_query* throng_query_create(const throng_options* options);
+THRONG_API void throng_query_destroy(throng_query* query);
+/* As those of a broad phase; `test` may be NULL. */
+THRONG_API throng_status throng_query_find_overlaps(throng_query* query,
+                                                    const throng_broad_phase* broad_phase,
+                                                    const throng_boxes* boxes);
+THRONG_API const throng_pair* throng_query_overlaps(const throng_query* query, size_t* count);
+THRONG_API throng_status throng_query_find_hits(throng_query* query,
+                                                const throng_broad_phase* broad_phase,
+                                                const throng_sweep* sweeps, size_t count, int which,
+                                                const throng_boxes* filters, throng_sweep_test test,
+                                                void* context);
+THRONG_API const throng_sweep_hit* throng_query_hits(const throng_query* query, size_t* count);
+/* Of the last question; good until the next. */
+THRONG_API const throng_result* throng_query_result(const throng_query* query);
+THRONG_API void throng_query_stop(throng_query* query);
+THRONG_API size_t throng_query_memory_bytes(const throng_query* query);
 
 /* Its name, as "NaN box"; "unknown" for what is no status. */
 THRONG_API const char* throng_status_text(throng_status status);

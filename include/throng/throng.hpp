@@ -3,6 +3,7 @@
 
 #include <throng/boxes.hpp>
 #include <throng/broad_phase.hpp>
+#include <throng/broad_phase_query.hpp>
 #include <throng/checksum.hpp>
 #include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>

@@ -150,7 +150,11 @@ double Ground::cost(const Objects& objects, const Sweep& sweep) const noexcept {
   return least_cost(objects, columns, sweep);
 }
 
-Queries::Queries(cpu::Memory& memory) noexcept : found_(memory), overlaps_(memory), hits_(memory) {}
+Queries::Queries(cpu::Engine& engine) noexcept
+    : engine_(engine),
+      found_(engine.memory()),
+      overlaps_(engine.memory()),
+      hits_(engine.memory()) {}
 
 // Where a question looks first: its cells are asked for before it is its turn.
 struct Queries::Look {
@@ -240,11 +244,11 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
 }
 
-void Queries::find_hits(const Objects& objects, const Ground& ground, const Sweep* sweeps,
-                        std::size_t count, SweepHits which, const Filters& filters,
+void Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
                         const Executor& executor, unsigned tasks, cpu::Stop& stop) {
   const Cells* const cells = ground.cells;
-  const Allowed allowed(objects, filters);
+  const Allowed allowed(objects, sweeps.filters);
+  const SweepTest& test = sweeps.test;
   // How much of its time a piece of a sweep is; 0: all objects are gone through.
   const auto piece_of = [&](const Sweep& s) {
     if (!cells) return columns_pay(ground, objects, s) ? 1 / pieces(*ground.columns, s) : 0.0;
@@ -254,38 +258,49 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     return pieces <= static_cast<double>(cells->line_count()) / 32 ? 1 / pieces : 0.0;
   };
   // Where only the first is asked for, what is near is looked at first.
-  const double start = cells && which == SweepHits::first ? first_piece : 1;
+  const bool only_first = sweeps.which == SweepHits::first;
+  const double start = cells && only_first ? first_piece : 1;
   const auto prepare = [&](std::size_t i, Look& look) {
     if (!cells) return;
-    const double piece = piece_of(sweeps[i]);
-    if (piece == 0 || !core::is_active(sweeps[i].box)) return;
+    const Sweep& sweep = sweeps.data[i];
+    const double piece = piece_of(sweep);
+    if (piece == 0 || !core::is_active(sweep.box)) return;
     look.worlds = worlds_of(objects, allowed.filter(i));
-    look.at(*cells, cover(sweeps[i], 0, std::min(start * piece, 1.0)));
+    look.at(*cells, cover(sweep, 0, std::min(start * piece, 1.0)));
   };
   const auto ask = [&](std::size_t i, Look& look, List<SweepHit>& found) {
-    const Sweep& sweep = sweeps[i];
+    const Sweep& sweep = sweeps.data[i];
     if (!core::is_active(sweep.box)) return;
     const Filter filter = allowed.filter(i);
-    SweepHit best{static_cast<std::uint32_t>(i), none, 2};
+    const auto number = static_cast<std::uint32_t>(i);
+    SweepHit best{number, none, 2};
+    const auto is_better = [&](double time, ObjectId id) {
+      return time < best.time || (time == best.time && id < best.object);
+    };
+    double begin = 0;  // whatever is met until then has been looked at, but for a start at 0
     const auto meet = [&](ObjectId id) {
       if (!objects.is_active(id) || !allowed(filter, id)) return;
       const Touch t = touch(sweep, objects.body(id).box);
-      if (t.enter > t.leave) return;
-      const SweepHit hit{static_cast<std::uint32_t>(i), id, t.enter};
-      if (which == SweepHits::all)
-        found.append(hit);
-      else if (hit.time < best.time || (hit.time == best.time && id < best.object))
-        best = hit;
+      if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
+      if (only_first && !is_better(t.enter, id)) return;
+      double time = t.enter;
+      if (test.when) {
+        const double told = test.when(test.context, number, id, time);
+        if (!(told <= 1)) return;
+        time = std::max(time, told);
+      }
+      if (!only_first)
+        found.append({number, id, time});
+      else if (is_better(time, id))
+        best = {number, id, time};
     };
     const double piece = piece_of(sweep);
     if (piece == 0) Sieve(sweep, cover(sweep, 0, 1)).each(objects, meet);
     if (piece != 0 && !cells) {
       for (const ObjectId id : ground.columns->changed) meet(id);
     }
-    double end = 0;
     for (double part = start * piece; piece != 0; part = std::min(2 * part, piece)) {
-      const double begin = end;
-      end = std::min(begin + part, 1.0);
+      const double end = std::min(begin + part, 1.0);
       if (cells) {
         if (begin != 0) look.at(*cells, cover(sweep, begin, end));
         cells->search(look.around, look.worlds, look.reach, meet);
@@ -294,10 +309,11 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
       }
       // What is first met later than this piece cannot be the first.
       if (end == 1 || best.time <= end) break;
+      begin = end;
     }
-    if (which == SweepHits::first && best.object != none) found.append(best);
+    if (only_first && best.object != none) found.append(best);
   };
-  run(count, objects.limit(), executor, tasks, stop, prepare, ask);
+  run(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
 }
 
 }  // namespace throng::live

@@ -7,6 +7,7 @@
 #include <throng/broad_phase.hpp>
 
 #include "cpu/each_task.hpp"
+#include "cpu/engine.hpp"
 #include "cpu/grid_look.hpp"
 #include "cpu/sink.hpp"
 #include "cpu/stop.hpp"
@@ -42,10 +43,21 @@ struct Ground {
   double cost(const Objects& objects, const Sweep& sweep) const noexcept;
 };
 
+// Sweeps, and what is wanted of them; with the filters as those of their boxes.
+struct Sweeps {
+  const Sweep* data;
+  std::size_t count;
+  SweepHits which;
+  Filters filters;
+  SweepTest test;
+};
+
 class Queries {
  public:
-  explicit Queries(cpu::Memory& memory) noexcept;
+  // In the engine's memory; very many boxes it searches itself.
+  explicit Queries(cpu::Engine& engine) noexcept;
 
+  cpu::Engine& engine() noexcept { return engine_; }
   List<Pair>& overlaps() noexcept { return overlaps_; }
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
@@ -53,8 +65,7 @@ class Queries {
   // Throw cpu::NoMemory. Once `stop` is true the questions that are left are not asked.
   void find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, cpu::Stop& stop);
-  void find_hits(const Objects& objects, const Ground& ground, const Sweep* sweeps,
-                 std::size_t count, SweepHits which, const Filters& filters,
+  void find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
                  const Executor& executor, unsigned tasks, cpu::Stop& stop);
 
  private:
@@ -63,6 +74,7 @@ class Queries {
   void run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
            cpu::Stop& stop, Prepare&& prepare, Ask&& ask);
 
+  cpu::Engine& engine_;
   cpu::EachTask<List<SweepHit>> found_;
   List<Pair> overlaps_;
   List<SweepHit> hits_;

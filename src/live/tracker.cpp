@@ -80,7 +80,7 @@ Tracker::Tracker(std::pmr::memory_resource* memory, float margin, std::size_t al
       objects_(engine_.memory(), margin),
       pairs_(engine_.memory()),
       cells_(engine_.memory()),
-      queries_(engine_.memory()),
+      queries_(engine_),
       around_(engine_.memory()),
       found_(engine_.memory()) {}
 
@@ -100,6 +100,7 @@ bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
 
 void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
   THRONG_RANGE("move all");
+  ready_ = false;
   const std::size_t n = objects_.limit();
   const unsigned tasks = tasks_to_move(n, options);
   std::atomic<std::size_t> dirty{0};
@@ -125,6 +126,7 @@ void Tracker::update(const Options& options, Result& r) {
   r.plan.algorithm = Algorithm::grid;
   r.plan.reason = "nothing changed";
   const std::size_t changed = objects_.dirty_count();
+  ready_ = false;
   if (changed == 0) {
     pairs_.commit_nothing();
   } else {
@@ -282,8 +284,8 @@ void Tracker::learn(double compared) noexcept {
 }
 
 // Pairs in canonical order, as a Finder finds them.
-Result Tracker::find_into(List<Pair>& found, const Boxes& a, const Boxes* b, float margin,
-                          const Options& options) {
+Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
+                          float margin, const Options& options) {
   Options all = options;
   all.order = Order::canonical;
   all.nan = NanPolicy::inactive;
@@ -291,30 +293,42 @@ Result Tracker::find_into(List<Pair>& found, const Boxes& a, const Boxes* b, flo
   all.margin = margin;
   all.memory_cap_bytes = 0;
   found.clear();
-  columned_ = false;
   cpu::Output output{found.data(), found.capacity(), grow_list, &found};
-  const Result r = engine_.find(a, b, all, &output, nullptr);
+  const Result r = engine.find(a, b, all, &output, nullptr);
   if (r.ok()) found.resize(static_cast<std::size_t>(r.found));
   return r;
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  linked_ = placed_ = false;
-  asked_before_ = std::exchange(asked_, 0);
-  r = find_into(found_, objects_.view(), nullptr, objects_.margin(), options);
+  placed_ = linked_ = columned_ = false;
+  asked_before_ = asked_.exchange(0);
+  r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
   pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), executor_of(options), tasks);
   columned_ = engine_.whole_plan() != nullptr;
+}
+
+// Puts what changed where questions look for it; the first of several does.
+void Tracker::get_ready(const Options& options) {
+  if (ready_.load(std::memory_order_acquire)) return;
+  const std::lock_guard<std::mutex> lock(preparing_);
+  if (ready_.load(std::memory_order_relaxed)) return;
+  objects_.dirty_list();
+  if (placed_) settle_cells(options, no_limit);
+  ready_.store(true, std::memory_order_release);
 }
 
 // Questions come one at a time, too: once cells would have saved those that went without what they
 // cost, cells are made; and at once where they would have saved as much of those before all pairs
 // were last found anew. So less than three times is paid what the better choices would have cost.
 void Tracker::asked(std::size_t count, double ns, const Options& options) {
-  asked_ += std::max(0.0, ns - question_ns * static_cast<double>(count));
+  const double saved = std::max(0.0, ns - question_ns * static_cast<double>(count));
   const double cells = cell_ns * static_cast<double>(objects_.count());
-  if (!placed_ && std::max(asked_, asked_before_) > cells) make_cells(options);
-  if (placed_) settle_cells(options, no_limit);
+  double sum = asked_.load(std::memory_order_relaxed);
+  if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
+  if (placed_ || std::max(sum, asked_before_) <= cells) return;
+  const std::lock_guard<std::mutex> lock(preparing_);
+  if (!placed_) make_cells(options);
 }
 
 std::optional<Columns> Tracker::columns() noexcept {
@@ -326,39 +340,43 @@ Ground Tracker::ground() noexcept {
   return {nullptr, columns()};
 }
 
-void Tracker::find_overlaps(const Boxes& boxes, const Options& options, Result& r) {
+void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
   THRONG_RANGE("find overlaps");
   const double all = search_object_ns * static_cast<double>(objects_.count());
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
-  const Ground now{nullptr, columns()};
-  const double cost =
-      few ? cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); })
-          : all;
-  if (few) asked(boxes.size(), std::min(cost, all), options);
+  bool one_by_one = false;
+  if (few) {
+    get_ready(options);
+    const Ground now{nullptr, columns()};
+    const double cost =
+        cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
+    asked(boxes.size(), std::min(cost, all), options);
+    one_by_one = placed_ || cost < all;
+  }
   cpu::Stop stop(options.stop);
-  if (few && (placed_ || cost < all)) {
-    queries_.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options),
-                           stop);
+  if (one_by_one) {
+    by.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options), stop);
   } else {
+    if (&by == &queries_) columned_ = false;  // the engine is that of updates
     const Boxes view = objects_.view();
-    r = find_into(queries_.overlaps(), boxes, &view, 0, options);
+    r = find_into(by.engine(), by.overlaps(), boxes, &view, 0, options);
     r.inactive = 0;
   }
-  queries_.forget_hits();  // it may have been found there
-  r.found = r.written = queries_.overlaps().size();
+  by.forget_hits();  // it may have been found there
+  r.found = r.written = by.overlaps().size();
   if (stop()) r.status = Status::stopped;
 }
 
-void Tracker::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
-                        const Filters& filters, const Options& options, Result& r) {
+void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
+  get_ready(options);
   const Ground now{nullptr, columns()};
-  const double cost = cost_of(count, [&](std::size_t i) { return now.cost(objects_, sweeps[i]); });
-  asked(count, cost, options);
+  const double cost =
+      cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
+  asked(sweeps.count, cost, options);
   cpu::Stop stop(options.stop);
-  queries_.find_hits(objects_, ground(), sweeps, count, which, filters, executor_of(options),
-                     task_count(options), stop);
-  r.found = r.written = queries_.hits().size();
+  by.find_hits(objects_, ground(), sweeps, executor_of(options), task_count(options), stop);
+  r.found = r.written = by.hits().size();
   if (stop()) r.status = Status::stopped;
 }
 
@@ -372,11 +390,11 @@ void Tracker::copy(const Tracker& other) noexcept {
   objects_.copy(other.objects_);
   pairs_.copy(other.pairs_);
   cells_.copy(other.cells_);
-  columned_ = false;
-  placed_ = other.placed_;
+  ready_ = columned_ = false;
+  placed_ = other.placed_.load();
   linked_ = other.linked_;
   regret_ = other.regret_;
-  asked_ = other.asked_;
+  asked_ = other.asked_.load();
   asked_before_ = other.asked_before_;
   usual_comparisons_ = other.usual_comparisons_;
   comparisons_ = other.comparisons_;

@@ -6,8 +6,10 @@
 // have saved since is as much as that costs. Questions have the columns in which pairs were found.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory_resource>
+#include <mutex>
 
 #include <throng/broad_phase.hpp>
 #include <throng/finder.hpp>
@@ -26,7 +28,12 @@ class Tracker {
   // `already_held`: bytes of whoever owns this, which count too.
   Tracker(std::pmr::memory_resource* memory, float margin, std::size_t already_held) noexcept;
 
-  Objects& objects() noexcept { return objects_; }
+  const Objects& objects() const noexcept { return objects_; }
+  // To change them.
+  Objects& change() noexcept {
+    ready_ = false;
+    return objects_;
+  }
   PairSet& pairs() noexcept { return pairs_; }
   cpu::Memory& memory() noexcept { return engine_.memory(); }
 
@@ -37,10 +44,10 @@ class Tracker {
   // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
   void move_all(const Boxes& boxes, const Options& options) noexcept;
 
-  // Questions; see query.hpp. Throw cpu::NoMemory.
-  void find_overlaps(const Boxes& boxes, const Options& options, Result& result);
-  void find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
-                 const Options& options, Result& result);
+  // Questions; see query.hpp. While nothing else is called several may be asked at once, each by
+  // Queries of its own. Throw cpu::NoMemory.
+  void find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& result);
+  void find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& result);
   Queries& queries() noexcept { return queries_; }
 
   void reserve_for(const Tracker& other);
@@ -52,8 +59,9 @@ class Tracker {
   void make_cells(const Options& options);
   std::optional<Columns> columns() noexcept;
   Ground ground() noexcept;
-  Result find_into(List<Pair>& found, const Boxes& a, const Boxes* b, float margin,
-                   const Options& options);
+  static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
+                          float margin, const Options& options);
+  void get_ready(const Options& options);
   void asked(std::size_t count, double ns, const Options& options);
   bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
@@ -67,13 +75,16 @@ class Tracker {
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  bool placed_ = false;    // cells are kept
-  bool linked_ = false;    // and linked pairs, too
-  bool columned_ = false;  // the engine's columns hold all but what has changed since
-  double regret_ = 0;      // ns that cells would have saved, or better cells than those there are
-  // What cells would have saved questions, ns: since all pairs were last found anew,
-  // and from the time before that.
-  double asked_ = 0, asked_before_ = 0;
+  std::mutex preparing_;             // what questions share
+  std::atomic<bool> ready_{false};   // what changed is where questions look for it
+  std::atomic<bool> placed_{false};  // cells are kept
+  bool linked_ = false;              // and linked pairs, too
+  bool columned_ = false;            // the engine's columns hold all but what has changed since
+  double regret_ = 0;  // ns that cells would have saved, or better cells than those there are
+  // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
+  // were last found anew, and from the time before that.
+  std::atomic<double> asked_{0};
+  double asked_before_ = 0;
   // What a box is compared with in a search around an object that changed: before the first, and
   // as searches have shown it; what one takes, in ns.
   static constexpr double first_comparisons = 24, comparison_ns = 6;

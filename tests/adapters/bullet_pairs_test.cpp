@@ -1,8 +1,10 @@
 // BulletBroadphase alone: its pair cache is what Bullet's own comparison and filters say of all
 // proxies. Compiled for Bullet of floats and of doubles.
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -233,6 +235,62 @@ TEST(BulletPairs, touching_to_the_last_bit) {
   phase.getBroadphaseAabb(lower, upper);
   EXPECT_EQ(lower.x(), 0);
   EXPECT_EQ(upper.x(), 2);
+}
+
+// Rays and regions from several threads at once, the first of which finds that boxes have moved.
+TEST(BulletPairs, several_threads_ask_at_once) {
+  Random random(5);
+  const auto corner = [](Random& r, int limit) {
+    const auto c = [&] { return btScalar(r.between(-limit, limit)) * btScalar(0.25); };
+    return btVector3(c(), c(), c());
+  };
+  BulletBroadphase phase;
+  std::vector<btBroadphaseProxy*> proxies;
+  const btVector3 one(1, 1, 1);
+  for (int k = 0; k < 400; ++k) {
+    const btVector3 lower = corner(random, 40);
+    proxies.push_back(phase.createProxy(lower, lower + one, 0, nullptr, 1, -1, nullptr));
+  }
+  phase.calculateOverlappingPairs(nullptr);
+  for (int round = 0; round < 20; ++round) {
+    for (btBroadphaseProxy* p : proxies) {
+      const btVector3 lower = corner(random, 40);
+      if (random.one_in(1 + round)) phase.setAabb(p, lower, lower + one, nullptr);
+    }
+    std::atomic<int> wrong{0}, met{0};
+    const auto ask = [&](std::uint64_t seed) {
+      Random mine(seed);
+      for (int k = 0; k < 30; ++k) {
+        const btVector3 lower = corner(mine, 40), upper = lower + btVector3(3, 2, 4);
+        Listener region;
+        phase.aabbTest(lower, upper, region);
+        std::set<int> wanted;
+        for (const btBroadphaseProxy* p : proxies)
+          if (TestAabbAgainstAabb2(lower, upper, p->m_aabbMin, p->m_aabbMax))
+            wanted.insert(p->m_uniqueId);
+        wrong += region.uids != wanted;
+        const btVector3 to = lower + corner(mine, 30) + btVector3(btScalar(0.1), 0, 0);
+        RayListener ray(lower, to);
+        phase.rayTest(lower, to, ray);
+        wanted.clear();
+        for (const btBroadphaseProxy* p : proxies) {
+          const btVector3 corners[2] = {p->m_aabbMin, p->m_aabbMax};
+          btScalar at = 1;
+          if (btRayAabb2(lower, ray.m_rayDirectionInverse, ray.m_signs, corners, at, 0,
+                         ray.m_lambda_max))
+            wanted.insert(p->m_uniqueId);
+        }
+        wrong += ray.uids != wanted;
+        met += static_cast<int>(wanted.size());
+      }
+    };
+    std::vector<std::thread> threads;
+    for (std::uint64_t t = 1; t < 4; ++t) threads.emplace_back(ask, 10 * t);
+    ask(0);
+    for (std::thread& thread : threads) thread.join();
+    ASSERT_EQ(wrong, 0) << "round " << round;
+    ASSERT_GT(met, 10);
+  }
 }
 
 TEST(BulletPairs, a_callback_that_changes_its_mind) {

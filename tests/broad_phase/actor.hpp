@@ -68,6 +68,16 @@ class ActorOf {
     const auto add = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
     return {add(box.lower), add(box.upper)};
   }
+  Sweep any_sweep() {
+    Sweep s{any_box(), random.point(-2, 2)};
+    if (random.one_in(2)) s.box.upper = s.box.lower;  // a ray
+    if (random.one_in(3)) s.by = random.point(-2 * side_, 2 * side_);
+    if (random.one_in(8)) s.by = random.point(-1e4f, 1e4f);
+    if (random.one_in(30)) s.by = {1e30f, -1e37f, 1};
+    if (random.one_in(6)) s.by.x = 0;
+    if (random.one_in(6)) s.by.y = s.by.z = 0;
+    return s;
+  }
   Filter any_filter() {
     Filter f;
     if (random.one_in(4)) f.group = 1u << random.below(3);

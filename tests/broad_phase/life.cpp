@@ -156,8 +156,10 @@ class Life {
       filters.push_back(f);
     }
     if (boxes.empty()) return;
-    must(same_overlaps(phase_, model_, boxes, filters, filtered));
-    ++count_.questions;
+    if (++count_.questions % 2)
+      must(same_overlaps(phase_, model_, boxes, filters, filtered));
+    else
+      must(same_overlaps(asker_, model_, boxes, filters, filtered));
   }
 
   void ask_hits() {
@@ -178,8 +180,10 @@ class Life {
       filters.push_back(f);
     }
     if (sweeps.empty()) return;
-    must(same_hits(phase_, model_, sweeps, filters));
-    ++count_.questions;
+    if (++count_.questions % 2)
+      must(same_hits(phase_, model_, sweeps, filters));
+    else
+      must(same_hits(asker_, model_, sweeps, filters));
   }
 
   void wrong_call() {
@@ -215,6 +219,8 @@ class Life {
   Bytes& bytes_;
   std::uint32_t flags_;
   BroadPhase phase_;
+  BroadPhaseQuery query_;  // asks every other time
+  Asker asker_{phase_, query_};
   Model model_;
   LifeCount count_;
 };

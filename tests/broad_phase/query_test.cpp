@@ -19,18 +19,6 @@ testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool fil
   return same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered);
 }
 
-Sweep any_sweep(Actor& actor, float side) {
-  Random& random = actor.random;
-  Sweep s{actor.any_box(), random.point(-2, 2)};
-  if (random.one_in(2)) s.box.upper = s.box.lower;  // a ray
-  if (random.one_in(3)) s.by = random.point(-2 * side, 2 * side);
-  if (random.one_in(8)) s.by = random.point(-1e4f, 1e4f);
-  if (random.one_in(30)) s.by = {1e30f, -1e37f, 1};
-  if (random.one_in(6)) s.by.x = 0;
-  if (random.one_in(6)) s.by.y = s.by.z = 0;
-  return s;
-}
-
 // Cells made or not, moves that no update has told yet, one thread and several.
 void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
          bool thin = false) {
@@ -59,7 +47,7 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
     std::vector<Sweep> sweeps;
     std::vector<Filter> filters;
     for (std::size_t k = 0; k < questions; ++k) {
-      sweeps.push_back(any_sweep(actor, side));
+      sweeps.push_back(actor.any_sweep());
       filters.push_back(filtered ? actor.any_filter() : Filter{});
     }
     ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters)) << "step " << step;
@@ -101,7 +89,7 @@ void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
       ASSERT_TRUE(same_overlaps(asked, 2, filtered));
       std::vector<Sweep> sweeps;
       for (int i = 0; i < 2; ++i) {
-        sweeps.push_back(any_sweep(asked, side));
+        sweeps.push_back(asked.any_sweep());
         const Vec3 at = sweeps.back().box.lower;
         if (k % 2) sweeps.back().box = {at, {at.x + 0.5f, at.y + 0.5f, at.z + 0.5f}};
       }

@@ -31,6 +31,7 @@
 #include <LinearMath/btAabbUtil2.h>
 
 #include <throng/broad_phase.hpp>
+#include <throng/broad_phase_query.hpp>
 #include <throng/find_pairs.hpp>
 
 namespace throng {
@@ -72,7 +73,7 @@ class BulletBroadphase : public btBroadphaseInterface {
 
   // All proxies whose box, grown by a swept shape's box, is hit by btRayAabb2; or overlaps; in the
   // order of their ids. The callback's answer is not looked at, as btDbvtBroadphase does not.
-  // Several threads may ask at once.
+  // Several threads may ask at once, if the memory of the options is safe for that.
   void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
                const btVector3& lower = btVector3(0, 0, 0),
                const btVector3& upper = btVector3(0, 0, 0)) override;
@@ -198,6 +199,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   bool handed_over_ = true;  // Throng knows where they are
   std::vector<ObjectId> mute_;
   std::mutex asking_;
+  std::vector<std::unique_ptr<BroadPhaseQuery>> queries_;  // nobody asks by them now
   std::uint64_t round_ = 1;
   std::size_t unsure_ = 0;  // proxies
   bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng

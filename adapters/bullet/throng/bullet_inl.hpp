@@ -222,16 +222,25 @@ inline void BulletBroadphase::restore() {
   merge_waiting(old);
 }
 
-// Tells of what find(ids) leaves in ids, and of the mute; where it says false, of all.
+// Tells of what find(query, ids) leaves in ids, and of the mute; where it says false, of all.
 template <class Ask, class Tell>
 void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
-  std::vector<ObjectId> ids;
-  bool found = false;
+  std::unique_ptr<BroadPhaseQuery> query;
   {
-    // One question at a time; callbacks may ask others.
+    // Of several threads the first hands over what moved.
     const std::lock_guard<std::mutex> lock(asking_);
     hand_over_moves();
-    found = find(ids);
+    if (!queries_.empty()) {
+      query = std::move(queries_.back());
+      queries_.pop_back();
+    }
+  }
+  if (!query) query = std::make_unique<BroadPhaseQuery>(phase_.options());
+  std::vector<ObjectId> ids;
+  const bool found = find(*query, ids);
+  {
+    const std::lock_guard<std::mutex> lock(asking_);
+    queries_.push_back(std::move(query));
   }
   // A callback may do what it likes with proxies that it was told of.
   for (std::size_t i = 0; found && i < ids.size(); ++i) {
@@ -272,11 +281,11 @@ inline void BulletBroadphase::rayTest(const btVector3& from, const btVector3&,
                                       const btVector3& upper) {
   const btScalar longest = callback.m_lambda_max;
   ask(
-      [&](std::vector<ObjectId>& ids) {
+      [&](BroadPhaseQuery& query, std::vector<ObjectId>& ids) {
         Sweep sweep;
         if (!sweep_around(from, callback, lower, upper, sweep)) return false;
-        if (!phase_.find_hits(&sweep, 1).ok()) return false;
-        for (const SweepHit& hit : phase_.hits()) ids.push_back(hit.object);
+        if (!query.find_hits(phase_, &sweep, 1).ok()) return false;
+        for (const SweepHit& hit : query.hits()) ids.push_back(hit.object);
         return true;
       },
       [&](const Proxy& proxy) {
@@ -291,10 +300,10 @@ inline void BulletBroadphase::rayTest(const btVector3& from, const btVector3&,
 inline void BulletBroadphase::aabbTest(const btVector3& lower, const btVector3& upper,
                                        btBroadphaseAabbCallback& callback) {
   ask(
-      [&](std::vector<ObjectId>& ids) {
+      [&](BroadPhaseQuery& query, std::vector<ObjectId>& ids) {
         const Box box = candidate(lower, upper);
-        if (!phase_.find_overlaps(Boxes(&box, 1)).ok()) return false;
-        for (const Pair& pair : phase_.overlaps()) ids.push_back(pair.second);
+        if (!query.find_overlaps(phase_, Boxes(&box, 1)).ok()) return false;
+        for (const Pair& pair : query.overlaps()) ids.push_back(pair.second);
         return true;
       },
       [&](const Proxy& proxy) {

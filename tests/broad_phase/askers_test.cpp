@@ -1,0 +1,306 @@
+// Questions by a BroadPhaseQuery: of many threads at once, and with a test of each object.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+#include <thread>
+
+#include "broad_phase/actor.hpp"
+#include "broad_phase/state.hpp"
+#include "support/failing.hpp"
+
+namespace throng::tests {
+namespace {
+
+struct Questions {
+  BoxList boxes;
+  std::vector<Sweep> sweeps;
+  std::vector<Filter> filters;
+
+  Questions(Actor& actor, std::size_t count, bool filtered) {
+    for (std::size_t i = 0; i < count; ++i) {
+      boxes.push_back(actor.any_box());
+      sweeps.push_back(actor.any_sweep());
+      filters.push_back(filtered ? actor.any_filter() : Filter{});
+    }
+  }
+};
+
+template <class Asked>
+testing::AssertionResult answers(Asked& asked, const Model& model, const Questions& q,
+                                 const SweepTest& test = {}) {
+  if (auto r = same_overlaps(asked, model, q.boxes, q.filters, true); !r) return r;
+  return same_hits(asked, model, q.sweeps, q.filters, test);
+}
+
+// Moves that no update has told yet, cells made by one of those who ask while the others do,
+// columns of an update in which all moved, and none of these.
+void ask_at_once(std::uint64_t seed, bool filtered, std::size_t objects, std::size_t questions) {
+  constexpr std::size_t askers = 4;
+  Options options;
+  options.threads = 1;
+  Actor actor(options, seed, 14);
+  actor.in_worlds = filtered;
+  ASSERT_TRUE(actor.add(objects, filtered));
+  BroadPhaseQuery queries[askers];
+  for (BroadPhaseQuery& query : queries) query = BroadPhaseQuery(options);
+  for (int step = 0; step < 12; ++step) {
+    if (step % 4 != 0) {
+      ASSERT_TRUE(actor.move(step % 4 == 1 ? objects : 5));
+    }
+    if (step % 5 == 4) {
+      ASSERT_TRUE(actor.remove(3));
+      ASSERT_TRUE(actor.add(7, filtered));
+    }
+    if (step % 3 != 2) {
+      ASSERT_TRUE(actor.update());
+    }
+    const Snapshot before(actor.broad_phase);
+    std::vector<Questions> asked;
+    for (std::size_t k = 0; k < askers; ++k) asked.emplace_back(actor, questions, filtered);
+    testing::AssertionResult told[askers] = {
+        testing::AssertionSuccess(), testing::AssertionSuccess(), testing::AssertionSuccess(),
+        testing::AssertionSuccess()};
+    std::atomic<std::size_t> ready{0};
+    const auto ask = [&](std::size_t k) {
+      ++ready;
+      while (ready != askers) std::this_thread::yield();
+      Asker asker{actor.broad_phase, queries[k]};
+      for (int again = 0; again < 3 && told[k]; ++again)
+        told[k] = answers(asker, actor.model, asked[k]);
+    };
+    std::vector<std::thread> threads;
+    for (std::size_t k = 1; k < askers; ++k) threads.emplace_back(ask, k);
+    ask(0);
+    for (std::thread& thread : threads) thread.join();
+    for (const testing::AssertionResult& t : told) ASSERT_TRUE(t) << "step " << step;
+    ASSERT_EQ(Snapshot(actor.broad_phase), before);
+  }
+  ASSERT_TRUE(actor.update());
+}
+TEST(BroadPhaseAskers, AtOnce) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) ask_at_once(seed, false, 600, 5);
+}
+TEST(BroadPhaseAskers, AtOnceManyOfFew) { ask_at_once(3, false, 200, 40); }
+TEST(BroadPhaseAskers, AtOnceWithFilters) {
+  for (std::uint64_t seed = 4; seed < 6; ++seed) ask_at_once(seed, true, 400, 5);
+}
+
+// Some are met later than their boxes are, some never, one earlier, which does not count.
+double some_later(void* context, std::uint32_t sweep, ObjectId object, double time) {
+  if (context) static_cast<std::atomic<std::size_t>*>(context)->fetch_add(1);
+  switch ((sweep * 7 + object * 5) % 8) {
+    case 0:
+      return std::numeric_limits<double>::quiet_NaN();
+    case 1:
+      return 2;
+    case 2:
+      return time - 1;
+    case 3:
+      return time + 0.25;
+    case 4:
+      return 1;
+    case 5:
+      return 0.5;  // several at once, and earlier than some boxes
+    default:
+      return time;
+  }
+}
+
+TEST(BroadPhaseAskers, ATestOfEachObject) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    Options options;
+    options.threads = seed % 2 ? 1 : 3;
+    Actor actor(options, seed, 14);
+    const bool filtered = seed % 3 == 2;
+    ASSERT_TRUE(actor.add(700, filtered));
+    BroadPhaseQuery query(options);
+    Asker asker{actor.broad_phase, query};
+    const SweepTest test{some_later, nullptr};
+    for (int step = 0; step < 8; ++step) {
+      ASSERT_TRUE(actor.move(step % 2 ? 700 : 9));
+      if (step % 3 != 2) {
+        ASSERT_TRUE(actor.update());
+      }
+      const Questions q(actor, step % 4 == 0 ? 100 : 2, filtered);
+      ASSERT_TRUE(answers(actor.broad_phase, actor.model, q, test)) << "step " << step;
+      ASSERT_TRUE(answers(asker, actor.model, q, test)) << "step " << step;
+    }
+  }
+}
+
+// A ray through a thousand boxes in a row whose first is a hit asks of few of them, and one that
+// hits nothing asks once of each but for those that lie where its parts meet.
+TEST(BroadPhaseAskers, WhatPlaysNoPartIsNotTested) {
+  BroadPhase b;
+  BoxList row;
+  for (int k = 0; k < 1000; ++k) row.push_back(cube(static_cast<float>(2 * k), 0, 0, 1));
+  ASSERT_TRUE(b.add(row, nullptr).ok());
+  ASSERT_TRUE(b.update().ok());
+  const Sweep ray{{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {2000, 0, 0}};
+  BroadPhaseQuery query;
+  for (int round = 0; round < 200; ++round) {  // before cells are made, and after
+    std::atomic<std::size_t> count{0};
+    const auto test = [&](double (*when)(void*, std::uint32_t, ObjectId, double)) {
+      count = 0;
+      const SweepTest t{when, &count};
+      ASSERT_TRUE(query.find_hits(b, &ray, 1, SweepHits::first, {}, t).ok());
+    };
+    test([](void* context, std::uint32_t, ObjectId, double time) {
+      ++*static_cast<std::atomic<std::size_t>*>(context);
+      return time;
+    });
+    ASSERT_EQ(query.hits().size(), 1u);
+    EXPECT_EQ(query.hits()[0].object, 0u);
+    EXPECT_LE(count, 200u);
+    test([](void* context, std::uint32_t, ObjectId, double) {
+      ++*static_cast<std::atomic<std::size_t>*>(context);
+      return 2.0;
+    });
+    EXPECT_TRUE(query.hits().empty());
+    EXPECT_GE(count, 1000u);
+    EXPECT_LE(count, 2000u);
+  }
+}
+
+// Calls from within a question, on the thread that asks.
+TEST(BroadPhaseAskers, NobodyChangesWhatIsAsked) {
+  struct Meddler {
+    BroadPhase b;
+    BroadPhaseQuery query, other;
+    const BoxList boxes = {cube(0, 0, 0, 1), cube(3, 0, 0, 1)};
+    const Sweep ray{{{-1, 0, 0}, {-1, 0, 0}}, {2, 0, 0}};
+    std::vector<Status> refused;
+    std::vector<std::uint64_t> found;
+
+    static double when(void* self, std::uint32_t, ObjectId, double time) {
+      static_cast<Meddler*>(self)->meddle();
+      return time;
+    }
+    void meddle() {
+      refused = {b.update().status,
+                 b.move(0, boxes[1]),
+                 b.find_overlaps(boxes).status,
+                 BroadPhase().copy_from(b).status,
+                 query.find_overlaps(b, boxes).status,
+                 query.find_hits(b, &ray, 1).status};
+      const Result r = other.find_overlaps(b, boxes);
+      EXPECT_TRUE(r.ok()) << r.message;
+      found.push_back(r.found);
+    }
+  } m;
+  ASSERT_TRUE(m.b.add(m.boxes, nullptr).ok());
+  ASSERT_TRUE(m.b.update().ok());
+  const SweepTest test{&Meddler::when, &m};
+  ASSERT_TRUE(m.query.find_hits(m.b, &m.ray, 1, SweepHits::first, {}, test).ok());
+  EXPECT_EQ(m.query.hits().size(), 1u);
+  EXPECT_EQ(m.refused, std::vector<Status>(6, Status::busy));
+  EXPECT_EQ(m.found, std::vector<std::uint64_t>{2});
+  // Within a question of the BroadPhase's own nobody else asks.
+  struct Asks {
+    Meddler& m;
+    Result got;
+    static double when(void* self, std::uint32_t, ObjectId, double time) {
+      auto& me = *static_cast<Asks*>(self);
+      me.got = me.m.other.find_overlaps(me.m.b, me.m.boxes);
+      return time;
+    }
+  } asks{m, {}};
+  const SweepTest asking{&Asks::when, &asks};
+  ASSERT_TRUE(m.b.find_hits(&m.ray, 1, SweepHits::first, {}, asking).ok());
+  EXPECT_EQ(asks.got.status, Status::busy);
+  EXPECT_NE(std::string(asks.got.message).find("BroadPhase"), std::string::npos);
+  EXPECT_TRUE(m.other.overlaps().size() == 2) << "what was found before is gone";
+  // Then all is as it was.
+  EXPECT_TRUE(m.b.update().ok());
+  EXPECT_TRUE(m.other.find_overlaps(m.b, m.boxes).ok());
+}
+
+TEST(BroadPhaseAskers, WrongQuestions) {
+  BroadPhase b;
+  const BoxList boxes = {cube(0, 0, 0, 1), cube(1, 0, 0, std::nanf(""))};
+  BroadPhaseQuery query;
+  EXPECT_TRUE(query.overlaps().empty() && query.hits().empty());
+  EXPECT_EQ(query.memory_bytes(), 0u);
+  const Sweep sweeps[2] = {{boxes[0], {1, 0, 0}}, {boxes[0], {0, infinity, 0}}};
+  EXPECT_TRUE(query.find_overlaps(b, Boxes(boxes.data(), 1)).ok()) << "nothing was ever added";
+  EXPECT_TRUE(query.find_hits(b, sweeps, 1).ok());
+  EXPECT_TRUE(query.overlaps().empty() && query.hits().empty());
+  ASSERT_TRUE(b.add(Boxes(boxes.data(), 1), nullptr).ok());
+  EXPECT_TRUE(query.find_overlaps(b, Boxes(boxes.data(), 1)).ok());
+  EXPECT_EQ(query.overlaps().size(), 1u);
+  const Result r = query.find_overlaps(b, boxes);
+  EXPECT_EQ(r.status, Status::nan_box);
+  EXPECT_EQ(r.first_invalid, 1u);
+  EXPECT_TRUE(query.overlaps().empty());
+  EXPECT_TRUE(query.find_hits(b, sweeps, 1).ok());
+  EXPECT_EQ(query.hits().size(), 1u);
+  EXPECT_EQ(query.find_hits(b, sweeps, 2).status, Status::nan_box);
+  EXPECT_TRUE(query.hits().empty());
+  EXPECT_EQ(query.find_hits(b, nullptr, 2).status, Status::bad_boxes);
+  EXPECT_EQ(query.find_hits(b, sweeps, 1, static_cast<SweepHits>(9)).status, Status::bad_option);
+  Options options;
+  options.backend = Backend::cuda;
+  const Result no = BroadPhaseQuery(options).find_hits(b, sweeps, 1);
+  EXPECT_EQ(no.status, Status::bad_option);
+  EXPECT_NE(std::string(no.message).find("BroadPhaseQuery"), std::string::npos) << no.message;
+  std::atomic<bool> stop{true};
+  options = {};
+  options.stop = &stop;
+  BroadPhaseQuery stopped(options);
+  EXPECT_EQ(stopped.find_hits(b, sweeps, 1).status, Status::stopped);
+  EXPECT_EQ(stopped.find_overlaps(b, Boxes(boxes.data(), 1)).status, Status::stopped);
+  EXPECT_TRUE(stopped.overlaps().empty() && stopped.hits().empty());
+}
+
+TEST(BroadPhaseAskers, MemoryRunsOut) {
+  Actor actor({}, 8, 24);
+  ASSERT_TRUE(actor.add(900, false));
+  ASSERT_TRUE(actor.update());
+  const Questions few(actor, 4, false), many(actor, 150, false);
+  for (const Questions* q : {&few, &many}) {
+    FailingResource memory;
+    Options options;
+    options.threads = 1;
+    options.memory = &memory;
+    {
+      BroadPhaseQuery query(options);
+      std::size_t failed = 0;
+      for (std::size_t allowed = 0;; ++allowed) {
+        ASSERT_LT(allowed, 100u);
+        memory.fail(allowed, true);
+        const Result a = query.find_overlaps(actor.broad_phase, q->boxes);
+        const Result b =
+            query.find_hits(actor.broad_phase, q->sweeps.data(), q->sweeps.size(), SweepHits::all);
+        memory.calm();
+        if (!a.ok()) {
+          EXPECT_EQ(a.status, Status::out_of_memory) << a.message;
+          EXPECT_TRUE(query.overlaps().empty());
+        }
+        if (!b.ok()) {
+          EXPECT_EQ(b.status, Status::out_of_memory) << b.message;
+          EXPECT_TRUE(query.hits().empty());
+        }
+        if (a.ok() && b.ok()) break;
+        ++failed;
+      }
+      EXPECT_GT(failed, 1u);
+      // Warmed, it asks for nothing.
+      Asker asker{actor.broad_phase, query};
+      ASSERT_TRUE(answers(asker, actor.model, *q));
+      const std::size_t allocations = memory.allocations();
+      ASSERT_TRUE(answers(asker, actor.model, *q));
+      EXPECT_EQ(memory.allocations(), allocations);
+      EXPECT_EQ(query.memory_bytes(), memory.held());
+      BroadPhaseQuery moved(std::move(query));
+      EXPECT_TRUE(query.hits().empty());  // NOLINT(bugprone-use-after-move): as new
+      EXPECT_FALSE(moved.hits().empty());
+      query = std::move(moved);
+      EXPECT_FALSE(query.hits().empty());
+    }
+    EXPECT_EQ(memory.held(), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
