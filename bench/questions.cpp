@@ -7,11 +7,13 @@
 #include <throng/throng.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -40,22 +42,57 @@ class Throng : public Answerer {
   void start(const std::vector<Box>& boxes) override { start_with(broad_phase_, boxes); }
   void frame(const Moves& moves) override { follow(broad_phase_, moves); }
   std::uint64_t ask(const Questions& q) override {
+    return ask_by(
+        [&](const Boxes& boxes) { return broad_phase_.find_overlaps(boxes); },
+        [&](const auto&... sweeps) { return broad_phase_.find_hits(sweeps...); }, q, 0, q.size());
+  }
+
+ protected:
+  // Questions begin .. end-1, one by one or in one call.
+  template <class Overlaps, class Hits>
+  static std::uint64_t ask_by(const Overlaps& overlaps, const Hits& hits, const Questions& q,
+                              std::size_t begin, std::size_t end) {
     const SweepHits which = q.kind == Questions::first ? SweepHits::first : SweepHits::all;
-    const std::size_t count = std::max(q.rays.size(), q.regions.size());
-    const std::size_t step = q.at_once ? count : 1;
+    const std::size_t step = q.at_once ? end - begin : 1;
     std::uint64_t found = 0;
-    for (std::size_t i = 0; i < count; i += step) {
-      const Result r = q.kind == Questions::region
-                           ? broad_phase_.find_overlaps(Boxes(q.regions.data() + i, step))
-                           : broad_phase_.find_hits(q.rays.data() + i, step, which);
+    for (std::size_t i = begin; i < end; i += step) {
+      const Result r = q.kind == Questions::region ? overlaps(Boxes(q.regions.data() + i, step))
+                                                   : hits(q.rays.data() + i, step, which);
       must(r);
       found += r.found;
     }
     return found;
   }
 
- private:
   BroadPhase broad_phase_;
+};
+
+// Several threads that ask at once, each some of the questions; they are started for that.
+class Askers : public Throng {
+ public:
+  explicit Askers(unsigned count) : Throng(1) {
+    Options o;
+    o.threads = 1;
+    while (queries_.size() < count) queries_.emplace_back(o);
+  }
+  std::string name() const override { return "Throng BroadPhaseQuery"; }
+  std::uint64_t ask(const Questions& q) override {
+    std::atomic<std::uint64_t> found{0};
+    const auto ask = [&](std::size_t k) {
+      found += ask_by(
+          [&](const Boxes& boxes) { return queries_[k].find_overlaps(broad_phase_, boxes); },
+          [&](const auto&... sweeps) { return queries_[k].find_hits(broad_phase_, sweeps...); }, q,
+          q.size() * k / queries_.size(), q.size() * (k + 1) / queries_.size());
+    };
+    std::vector<std::thread> others;
+    for (std::size_t k = 1; k < queries_.size(); ++k) others.emplace_back(ask, k);
+    ask(0);
+    for (std::thread& other : others) other.join();
+    return found;
+  }
+
+ private:
+  std::vector<BroadPhaseQuery> queries_;
 };
 
 struct Case {
@@ -97,7 +134,9 @@ void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_ri
   Wander wander(boxes_of(c.scene, object_count), c.share);
   std::vector<std::unique_ptr<Answerer>> all;
   std::vector<unsigned> threads = thread_counts;
-  for (const unsigned t : threads) all.push_back(std::make_unique<Throng>(t));
+  for (const unsigned t : thread_counts) all.push_back(std::make_unique<Throng>(t));
+  for (const unsigned t : thread_counts) all.push_back(std::make_unique<Askers>(t));
+  threads.insert(threads.end(), thread_counts.begin(), thread_counts.end());
   if (with_rivals) {
     for (auto& rival : answering_rivals()) {
       if (rival->answers(c.kind)) all.push_back(std::move(rival));

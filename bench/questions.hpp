@@ -1,6 +1,7 @@
 // Questions to boxes that move, as the benchmark of them sees it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -19,6 +20,8 @@ struct Questions {
   bool at_once = false;  // in one call, for who can
   std::vector<Sweep> rays;
   std::vector<Box> regions;
+
+  std::size_t size() const { return kind == region ? regions.size() : rays.size(); }
 };
 
 class Answerer {
