@@ -42,9 +42,9 @@ class Throng : public Answerer {
   void start(const std::vector<Box>& boxes) override { start_with(broad_phase_, boxes); }
   void frame(const Moves& moves) override { follow(broad_phase_, moves); }
   std::uint64_t ask(const Questions& q) override {
-    return ask_by(
-        [&](const Boxes& boxes) { return broad_phase_.find_overlaps(boxes); },
-        [&](const auto&... sweeps) { return broad_phase_.find_hits(sweeps...); }, q, 0, q.size());
+    return ask_by([&](const Boxes& boxes) { return broad_phase_.find_overlaps(boxes); },
+                  [&](const auto&... sweeps) { return broad_phase_.find_hits(sweeps...); }, q, 0,
+                  q.size());
   }
 
  protected:
