@@ -20,7 +20,9 @@ namespace throng {
 //
 // The questions are those of BroadPhase, where they are told. Of Options the same hold as there but
 // for the margin and capture, and those given here: by default a call that asks many shares them
-// out among threads. `memory` is asked by each BroadPhaseQuery for itself, so it must be safe for
+// out among threads. In a task of a scheduler that the executor shares let `threads` be 1: while it
+// waits for others its thread may be given another task, which finds the BroadPhaseQuery in use.
+// `memory` is asked by each BroadPhaseQuery for itself, so it must be safe for
 // several threads where they share it; what the BroadPhase needs for questions is from its own.
 class THRONG_API BroadPhaseQuery {
  public:

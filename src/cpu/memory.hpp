@@ -1,6 +1,7 @@
 // Memory that is counted, capped, and taken from the caller's resource alone.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
@@ -47,7 +48,7 @@ class Memory {
  private:
   std::pmr::memory_resource* upstream_;
   std::mutex mutex_;
-  std::size_t held_;
+  std::atomic<std::size_t> held_;  // changed by one thread at a time, and read by any
   std::size_t cap_ = 0;
 };
 

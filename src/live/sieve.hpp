@@ -34,7 +34,8 @@ class Sieve {
   // `cover`: of the whole sweep, see query.hpp: each of its ends is beyond where the sweep is.
   Sieve(const Sweep& sweep, const Box& cover) noexcept;
 
-  // Of four objects in a row, a bit each.
+  // Of four objects in a row, a bit each. Nothing but their boxes is read: another thread that asks
+  // may be making cells.
   std::uint32_t passes(const Body* four) const noexcept;
 
   // f(id) for all that pass.
@@ -50,7 +51,7 @@ class Sieve {
     if (whole == limit) return;
     Body last[4];
     for (std::size_t k = 0; k < 4; ++k)
-      last[k] = objects.body(static_cast<ObjectId>(std::min(whole + k, limit - 1)));
+      last[k].box = objects.body(static_cast<ObjectId>(std::min(whole + k, limit - 1))).box;
     tell(whole, passes(last) & ((1u << (limit - whole)) - 1));
   }
 
@@ -87,13 +88,14 @@ inline Sieve::Sieve(const Sweep& sweep, const Box& cover) noexcept {
 }
 
 inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
-  const auto at = [&](int i, int word) {
-    return _mm_loadu_ps(reinterpret_cast<const float*>(four + i) + word);
+  const auto front = [&](int i) { return _mm_loadu_ps(&four[i].box.lower.x); };
+  const auto back = [&](int i) {
+    return _mm_castsi128_ps(
+        _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&four[i].box.upper.y)));
   };
-  __m128 lower[3] = {at(0, 0), at(1, 0), at(2, 0)}, upper[3] = {at(3, 0)};
+  __m128 lower[3] = {front(0), front(1), front(2)}, upper[3] = {front(3)};
   _MM_TRANSPOSE4_PS(lower[0], lower[1], lower[2], upper[0]);
-  const __m128 two = _mm_unpacklo_ps(at(0, 4), at(1, 4)),
-               next = _mm_unpacklo_ps(at(2, 4), at(3, 4));
+  const __m128 two = _mm_unpacklo_ps(back(0), back(1)), next = _mm_unpacklo_ps(back(2), back(3));
   upper[1] = _mm_movelh_ps(two, next);
   upper[2] = _mm_movehl_ps(next, two);
   __m128 enter = _mm_setzero_ps(), leave = _mm_set1_ps(1);

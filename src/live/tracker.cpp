@@ -308,27 +308,35 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   columned_ = engine_.whole_plan() != nullptr;
 }
 
+// Who asks beside others holds a lock meanwhile: no other thread's task may be waited for, as a
+// thread that waits may be given one that wants the lock, too.
+Options Tracker::to_prepare(const Queries& by, const Options& options) const noexcept {
+  Options mine = options;
+  if (&by != &queries_) mine.threads = 1;
+  return mine;
+}
+
 // Puts what changed where questions look for it; the first of several does.
-void Tracker::get_ready(const Options& options) {
+void Tracker::get_ready(const Queries& by, const Options& options) {
   if (ready_.load(std::memory_order_acquire)) return;
   const std::lock_guard<std::mutex> lock(preparing_);
   if (ready_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
-  if (placed_) settle_cells(options, no_limit);
+  if (placed_) settle_cells(to_prepare(by, options), no_limit);
   ready_.store(true, std::memory_order_release);
 }
 
 // Questions come one at a time, too: once cells would have saved those that went without what they
 // cost, cells are made; and at once where they would have saved as much of those before all pairs
 // were last found anew. So less than three times is paid what the better choices would have cost.
-void Tracker::asked(std::size_t count, double ns, const Options& options) {
+void Tracker::asked(const Queries& by, std::size_t count, double ns, const Options& options) {
   const double saved = std::max(0.0, ns - question_ns * static_cast<double>(count));
   const double cells = cell_ns * static_cast<double>(objects_.count());
   double sum = asked_.load(std::memory_order_relaxed);
   if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
   if (placed_ || std::max(sum, asked_before_) <= cells) return;
   const std::lock_guard<std::mutex> lock(preparing_);
-  if (!placed_) make_cells(options);
+  if (!placed_) make_cells(to_prepare(by, options));
 }
 
 std::optional<Columns> Tracker::columns() noexcept {
@@ -346,11 +354,11 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
   bool one_by_one = false;
   if (few) {
-    get_ready(options);
+    get_ready(by, options);
     const Ground now{nullptr, columns()};
     const double cost =
         cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
-    asked(boxes.size(), std::min(cost, all), options);
+    asked(by, boxes.size(), std::min(cost, all), options);
     one_by_one = placed_ || cost < all;
   }
   cpu::Stop stop(options.stop);
@@ -369,11 +377,11 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
 
 void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
-  get_ready(options);
+  get_ready(by, options);
   const Ground now{nullptr, columns()};
   const double cost =
       cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
-  asked(sweeps.count, cost, options);
+  asked(by, sweeps.count, cost, options);
   cpu::Stop stop(options.stop);
   by.find_hits(objects_, ground(), sweeps, executor_of(options), task_count(options), stop);
   r.found = r.written = by.hits().size();

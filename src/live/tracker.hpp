@@ -61,8 +61,9 @@ class Tracker {
   Ground ground() noexcept;
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
-  void get_ready(const Options& options);
-  void asked(std::size_t count, double ns, const Options& options);
+  void get_ready(const Queries& by, const Options& options);
+  void asked(const Queries& by, std::size_t count, double ns, const Options& options);
+  Options to_prepare(const Queries& by, const Options& options) const noexcept;
   bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
