@@ -86,6 +86,97 @@ TEST(BroadPhaseAskers, AtOnceWithFilters) {
   for (std::uint64_t seed = 4; seed < 6; ++seed) ask_at_once(seed, true, 400, 5);
 }
 
+// One who asks makes cells while others go through all objects, or through columns.
+TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
+  constexpr std::size_t askers = 4;
+  Random random(7);
+  BoxList boxes;
+  for (int k = 0; k < 6000; ++k) boxes.push_back(cube(random.point(0, 40), random.in(0, 2)));
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 60; ++k) {
+    const Vec3 at = random.point(0, 40);
+    sweeps.push_back({{at, at}, random.point(-9, 9)});
+  }
+  BroadPhase original;
+  ASSERT_TRUE(original.add(boxes, nullptr).ok());
+  ASSERT_TRUE(original.find_hits(sweeps.data(), sweeps.size()).ok());
+  const std::vector<SweepHit> want(original.hits().begin(), original.hits().end());
+  ASSERT_GT(want.size(), 60u);
+  for (int round = 0; round < 16; ++round) {
+    BroadPhase b;
+    ASSERT_TRUE(b.add(boxes, nullptr).ok());
+    if (round % 2) {
+      ASSERT_TRUE(b.update().ok());  // columns
+    }
+    std::atomic<std::size_t> ready{0}, wrong{0};
+    const auto ask = [&](std::size_t first) {
+      Options options;
+      options.threads = 1;
+      BroadPhaseQuery query(options);
+      ++ready;
+      while (ready != askers) std::this_thread::yield();
+      for (std::size_t k = 0; k < sweeps.size(); ++k) {  // each begins elsewhere
+        const std::size_t i = (first + k) % sweeps.size();
+        const Result r = query.find_hits(b, &sweeps[i], 1);
+        const auto mine = std::find_if(want.begin(), want.end(),
+                                       [&](const SweepHit& hit) { return hit.sweep >= i; });
+        const auto end =
+            std::find_if(mine, want.end(), [&](const SweepHit& hit) { return hit.sweep > i; });
+        wrong += !r.ok() || !std::equal(query.hits().begin(), query.hits().end(), mine, end,
+                                        [](const SweepHit& x, const SweepHit& y) {
+                                          return x.object == y.object && x.time == y.time;
+                                        });
+      }
+    };
+    std::vector<std::thread> threads;
+    for (std::size_t k = 1; k < askers; ++k) threads.emplace_back(ask, 15 * k);
+    ask(0);
+    for (std::thread& thread : threads) thread.join();
+    ASSERT_EQ(wrong, 0u) << "round " << round;
+  }
+}
+
+// A scheduler's thread that waits for tasks may be given another one, that asks, too.
+TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
+  struct Scheduler {
+    const BroadPhase* b = nullptr;
+    BroadPhaseQuery query;
+    std::vector<Sweep> sweeps;
+    std::size_t asked = 0;
+    static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+      auto& me = *static_cast<Scheduler*>(self);
+      if (me.b) {
+        const Result r = me.query.find_hits(*me.b, me.sweeps.data(), 1);
+        EXPECT_TRUE(r.ok()) << r.message;
+        ++me.asked;
+      }
+      for (unsigned i = 0; i < count; ++i) task(context, i);
+    }
+  } scheduler;
+  Random random(11);
+  BoxList boxes;
+  for (int k = 0; k < 25000; ++k) boxes.push_back(cube(random.point(0, 60), 1));
+  for (int k = 0; k < 100; ++k) {
+    const Vec3 at = random.point(0, 60);
+    scheduler.sweeps.push_back({{at, at}, random.point(-9, 9)});
+  }
+  BroadPhase b;
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  scheduler.b = &b;
+  const Executor executor{4, &Scheduler::run, &scheduler};
+  Options options;
+  options.threads = 4;
+  options.executor = &executor;
+  BroadPhaseQuery query(options);
+  for (int k = 0; k < 3; ++k) {  // cells are made by the first
+    ASSERT_TRUE(query.find_hits(b, scheduler.sweeps.data(), scheduler.sweeps.size()).ok());
+  }
+  EXPECT_EQ(scheduler.asked, 3u);
+  const std::size_t found = query.hits().size();
+  ASSERT_TRUE(b.find_hits(scheduler.sweeps.data(), scheduler.sweeps.size()).ok());
+  EXPECT_EQ(b.hits().size(), found);
+}
+
 // Some are met later than their boxes are, some never, one earlier, which does not count.
 double some_later(void* context, std::uint32_t sweep, ObjectId object, double time) {
   if (context) static_cast<std::atomic<std::size_t>*>(context)->fetch_add(1);
