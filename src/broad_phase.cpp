@@ -108,7 +108,7 @@ Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
 Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     live::Objects& objects = tracker.change();
-    if (!valid(boxes, nullptr, options_, r)) return;
+    if (!valid(boxes, r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
       say(r, "%llu boxes and the %llu ids there are exceed %llu; remove some first",
@@ -167,7 +167,7 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     Boxes bare = boxes;
     bare.filters = {};
-    if (!valid(bare, nullptr, options_, r)) return;
+    if (!valid(bare, r)) return;
     if (!valid_ids(tracker.change(), ids, boxes.size(), r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     Access::log(*this).begin(Operation::move, 1);
@@ -186,7 +186,7 @@ Result BroadPhase::move_all(const Boxes& boxes) noexcept {
     const live::Objects& objects = tracker.objects();
     Boxes bare = boxes;
     bare.filters = {};
-    if (!valid(bare, nullptr, options_, r)) return;
+    if (!valid(bare, r)) return;
     if (boxes.size() != objects.limit()) {
       say(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
           ull{boxes.size()}, ull{objects.limit()});
@@ -210,7 +210,7 @@ Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
     constexpr Box some{};
     Boxes stand_in(&some, count, 0);  // one box, repeated: the filters are what is looked at
     stand_in.filters = filters;
-    if (!valid(stand_in, nullptr, options_, r)) return;
+    if (!valid(stand_in, r)) return;
     Access::log(*this).begin(Operation::set_filters, 1);
     Access::log(*this).ids(ids, count);
     Access::log(*this).boxes(stand_in);

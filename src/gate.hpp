@@ -12,6 +12,7 @@ class Gate {
  public:
   bool enter_alone() noexcept {
     if (alone_.exchange(true, std::memory_order_seq_cst)) return false;
+    if (!used_.load(std::memory_order_seq_cst)) return true;
     for (const Place& place : places_) {
       if (place.inside.load(std::memory_order_seq_cst) == 0) continue;
       leave_alone();
@@ -23,6 +24,7 @@ class Gate {
 
   // `who`: a number of one's own. Those of different places share no cache line.
   bool enter(unsigned who) noexcept {
+    if (!used_.load(std::memory_order_relaxed)) used_.store(true, std::memory_order_seq_cst);
     places_[who % place_count].inside.fetch_add(1, std::memory_order_seq_cst);
     if (!alone_.load(std::memory_order_seq_cst)) return true;
     leave(who);
@@ -38,6 +40,7 @@ class Gate {
     std::atomic<unsigned> inside{0};
   };
   alignas(64) std::atomic<bool> alone_{false};
+  std::atomic<bool> used_{false};  // somebody has looked
   Place places_[place_count];
 };
 

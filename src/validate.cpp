@@ -232,14 +232,18 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
          (!b || valid_boxes(*b, "the second set", r));
 }
 
+bool valid(const Boxes& set, Result& r) noexcept {
+  return valid_boxes(set, "the set", r) && valid_worlds(set, "the set", r);
+}
+
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
   if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
       !valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
       !kernels_for(options.isa, "Options::isa", r))
     return false;
-  const char* first = b ? "the first set" : "the set";
-  return valid_boxes(a, first, r) && valid_worlds(a, first, r) &&
-         (!b || (valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r)));
+  if (!b) return valid(a, r);
+  return valid_boxes(a, "the first set", r) && valid_worlds(a, "the first set", r) &&
+         valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r);
 }
 
 void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,

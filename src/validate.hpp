@@ -34,6 +34,8 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
 
 // False, with status and message, where a backend could not take this. b null: one set.
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+// The same of one set, by options that are valid.
+bool valid(const Boxes& set, Result& r) noexcept;
 
 // The same for boxes in device memory: what needs a look at them is left to the device.
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;

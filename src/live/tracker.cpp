@@ -87,6 +87,7 @@ Tracker::Tracker(std::pmr::memory_resource* memory, float margin, std::size_t al
 bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const std::size_t n = boxes.size();
   const unsigned tasks = tasks_to_move(n, options);
+  if (tasks == 1) return Objects::has_nan(boxes, 0, n);
   std::atomic<bool> found{false};
   cpu::Shares shares(n, tasks, 1024);
   auto task = [&](unsigned t) {
