@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <barrier>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -67,32 +68,51 @@ class Throng : public Answerer {
   BroadPhase broad_phase_;
 };
 
-// Several threads that ask at once, each some of the questions; they are started for that.
+// Several threads that ask at once, each some of the questions.
 class Askers : public Throng {
  public:
-  explicit Askers(unsigned count) : Throng(1) {
+  explicit Askers(unsigned count) : Throng(1), turn_(count) {
     Options o;
     o.threads = 1;
     while (queries_.size() < count) queries_.emplace_back(o);
+    for (std::size_t k = 1; k < count; ++k) {
+      others_.emplace_back([this, k] {
+        for (turn_.arrive_and_wait(); asked_; turn_.arrive_and_wait()) {
+          answer(k);
+          turn_.arrive_and_wait();
+        }
+      });
+    }
+  }
+  ~Askers() override {
+    asked_ = nullptr;
+    turn_.arrive_and_wait();
+    for (std::thread& other : others_) other.join();
   }
   std::string name() const override { return "Throng BroadPhaseQuery"; }
   std::uint64_t ask(const Questions& q) override {
-    std::atomic<std::uint64_t> found{0};
-    const auto ask = [&](std::size_t k) {
-      found += ask_by(
-          [&](const Boxes& boxes) { return queries_[k].find_overlaps(broad_phase_, boxes); },
-          [&](const auto&... sweeps) { return queries_[k].find_hits(broad_phase_, sweeps...); }, q,
-          q.size() * k / queries_.size(), q.size() * (k + 1) / queries_.size());
-    };
-    std::vector<std::thread> others;
-    for (std::size_t k = 1; k < queries_.size(); ++k) others.emplace_back(ask, k);
-    ask(0);
-    for (std::thread& other : others) other.join();
-    return found;
+    asked_ = &q;
+    found_ = 0;
+    turn_.arrive_and_wait();
+    answer(0);
+    turn_.arrive_and_wait();
+    return found_;
   }
 
  private:
+  void answer(std::size_t k) {
+    const std::size_t count = asked_->size(), askers = queries_.size();
+    found_ += ask_by(
+        [&](const Boxes& boxes) { return queries_[k].find_overlaps(broad_phase_, boxes); },
+        [&](const auto&... sweeps) { return queries_[k].find_hits(broad_phase_, sweeps...); },
+        *asked_, count * k / askers, count * (k + 1) / askers);
+  }
+
   std::vector<BroadPhaseQuery> queries_;
+  std::vector<std::thread> others_;
+  std::barrier<> turn_;
+  const Questions* asked_ = nullptr;
+  std::atomic<std::uint64_t> found_{0};
 };
 
 struct Case {
