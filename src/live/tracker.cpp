@@ -336,8 +336,9 @@ void Tracker::asked(const Queries& by, std::size_t count, double ns, const Optio
   double sum = asked_.load(std::memory_order_relaxed);
   if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
   if (placed_ || std::max(sum, asked_before_) <= cells) return;
-  const std::lock_guard<std::mutex> lock(preparing_);
-  if (!placed_) make_cells(to_prepare(by, options));
+  // While another one makes them there is the ground that was there before.
+  const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
+  if (lock && !placed_) make_cells(to_prepare(by, options));
 }
 
 std::optional<Columns> Tracker::columns() noexcept {
