@@ -336,9 +336,13 @@ void Tracker::asked(const Queries& by, std::size_t count, double ns, const Optio
   double sum = asked_.load(std::memory_order_relaxed);
   if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
   if (placed_ || std::max(sum, asked_before_) <= cells) return;
-  // While another one makes them there is the ground that was there before.
-  const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
-  if (lock && !placed_) make_cells(to_prepare(by, options));
+  // While another one makes them there is the ground of before, for who has not much to ask.
+  std::unique_lock<std::mutex> lock(preparing_, std::defer_lock);
+  if (saved > cells)
+    lock.lock();
+  else if (!lock.try_lock())
+    return;
+  if (!placed_) make_cells(to_prepare(by, options));
 }
 
 std::optional<Columns> Tracker::columns() noexcept {
