@@ -301,7 +301,8 @@ Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  placed_ = linked_ = columned_ = false;
+  placed_ = linked_ = false;
+  columned_ = false;
   asked_before_ = asked_.exchange(0);
   r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
@@ -404,7 +405,8 @@ void Tracker::copy(const Tracker& other) noexcept {
   objects_.copy(other.objects_);
   pairs_.copy(other.pairs_);
   cells_.copy(other.cells_);
-  ready_ = columned_ = false;
+  ready_ = false;
+  columned_ = false;
   placed_ = other.placed_.load();
   linked_ = other.linked_;
   regret_ = other.regret_;
