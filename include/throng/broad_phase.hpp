@@ -63,7 +63,8 @@ enum class SweepHits : std::uint8_t {
 // that is taken as `time` if it is earlier, and as never if it is above 1, or NaN. So the first hit
 // can be that of the shapes, or leave out whom the ray came from. It may be asked several times of
 // an object, in any order, and on any thread that finds hits; it must say the same each time, and
-// must not throw, nor call the BroadPhase or the BroadPhaseQuery that asks.
+// must not throw, nor call the BroadPhase or the BroadPhaseQuery that asks. A question with a test
+// is not captured.
 struct SweepTest {
   double (*when)(void* context, std::uint32_t sweep, ObjectId object, double time) = nullptr;
   void* context = nullptr;
