@@ -22,8 +22,8 @@ namespace throng {
 // for the margin and capture, and those given here: by default a call that asks many shares them
 // out among threads. In a task of a scheduler that the executor shares let `threads` be 1: while it
 // waits for others its thread may be given another task, which finds the BroadPhaseQuery in use.
-// `memory` is asked by each BroadPhaseQuery for itself, so it must be safe for several threads where
-// they share it; what the BroadPhase needs for questions is from its own.
+// `memory` is asked by each BroadPhaseQuery for itself, so it must be safe for several threads
+// where they share it; what the BroadPhase needs for questions is from its own.
 class THRONG_API BroadPhaseQuery {
  public:
   BroadPhaseQuery() noexcept = default;

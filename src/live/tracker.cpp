@@ -127,7 +127,6 @@ void Tracker::update(const Options& options, Result& r) {
   r.plan.algorithm = Algorithm::grid;
   r.plan.reason = "nothing changed";
   const std::size_t changed = objects_.dirty_count();
-  ready_ = false;
   if (changed == 0) {
     pairs_.commit_nothing();
   } else {

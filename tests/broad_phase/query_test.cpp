@@ -2,6 +2,8 @@
 // whole numbers multiplied crosswise, and by the formula that the header gives.
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "broad_phase/actor.hpp"
 #include "broad_phase/state.hpp"
 #include "support/counting.hpp"
@@ -32,6 +34,9 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
   for (int step = 0; step < 30; ++step) {
     if (step % 10 != 0) {
       ASSERT_TRUE(actor.move(step % 7 == 0 ? 300 : 3));
+    }
+    if (step % 8 == 5) {
+      ASSERT_TRUE(actor.move_all(100));
     }
     if (step % 6 == 0) {
       ASSERT_TRUE(actor.remove(3));
@@ -136,6 +141,62 @@ TEST(BroadPhaseQuery, AfterAllMoved) {
 }
 TEST(BroadPhaseQuery, AfterAllMovedWithFilters) { ask_after_all_moved(2, 0, true); }
 TEST(BroadPhaseQuery, AfterAllMovedWithAMargin) { ask_after_all_moved(3, 0.25f, false); }
+
+// An update that ends early, all pairs of few changes sought anew, leaves columns of nobody's.
+TEST(BroadPhaseQuery, AfterAnUpdateThatWasStopped) {
+  struct Stopper {
+    std::atomic<bool> stop{false};
+    bool armed = false;
+    static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+      auto& me = *static_cast<Stopper*>(self);
+      if (me.armed) me.stop = true;
+      for (unsigned i = 0; i < count; ++i) task(context, i);
+    }
+  } stopper;
+  const Executor executor{3, &Stopper::run, &stopper};
+  Options options;
+  options.threads = 3;
+  options.executor = &executor;
+  options.stop = &stopper.stop;
+  Random random(21);
+  BoxList boxes;
+  for (int k = 0; k < 20000; ++k) boxes.push_back(cube(random.point(0, 54), 1));
+  BroadPhase b(options);
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  ASSERT_TRUE(b.update().ok());
+  const std::vector<Box> asked(boxes.begin(), boxes.begin() + 3);
+  const auto ask = [&](BroadPhase& of) {
+    EXPECT_TRUE(of.find_overlaps(asked).ok());
+    return to_vector(of.overlaps());
+  };
+  ASSERT_EQ(b.move(7, cube(30, 30, 30, 1)), Status::ok);
+  const std::vector<Pair> before = ask(b);
+  stopper.armed = true;
+  ASSERT_EQ(b.update().status, Status::stopped);
+  stopper.armed = stopper.stop = false;
+  EXPECT_EQ(ask(b), before);
+  ASSERT_TRUE(b.update().ok());
+  EXPECT_EQ(ask(b), before);
+}
+
+// What a copy brings is not where questions to what was there looked.
+TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
+  Random random(22);
+  BoxList boxes;
+  for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 30), 1));
+  BroadPhase b;
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  for (int k = 0; k < 40; ++k) ASSERT_TRUE(b.find_overlaps(Boxes(&boxes[0], 20)).ok());  // cells
+  BroadPhase other(b);
+  const Box far = cube(90, 90, 90, 1);
+  ASSERT_EQ(b.move(5, far), Status::ok);
+  ASSERT_TRUE(other.find_overlaps(Boxes(&far, 1)).ok());
+  EXPECT_TRUE(other.overlaps().empty());
+  ASSERT_TRUE(other.copy_from(b).ok());
+  ASSERT_TRUE(other.find_overlaps(Boxes(&far, 1)).ok());
+  ASSERT_EQ(other.overlaps().size(), 1u);
+  EXPECT_EQ(other.overlaps()[0].second, 5u);
+}
 
 // Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
 TEST(BroadPhaseQuery, ALongerRod) {

@@ -238,8 +238,10 @@ TEST(LiveScene, FewLeaveTheirBoxesAfterARefusal) {
   BoxList more = boxes;
   more.insert(more.end(), boxes.begin(), boxes.end());
   const std::vector<std::uint32_t> group(800, 1), mask(800, 0xffffffffu);
+  const std::vector<std::int32_t> owner(800, -1);
   const auto with_filters = [&](const BoxList& list) {
     Boxes view = list;
+    view.filters.owner = {owner.data(), list.size(), 4};
     view.filters.group = {group.data(), list.size(), 4};
     view.filters.mask = {mask.data(), list.size(), 4};
     return view;
