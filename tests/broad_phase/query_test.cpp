@@ -32,11 +32,10 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
   actor.thin = thin;
   ASSERT_TRUE(actor.add(400, filtered));
   for (int step = 0; step < 30; ++step) {
-    if (step % 10 != 0) {
-      ASSERT_TRUE(actor.move(step % 7 == 0 ? 300 : 3));
-    }
     if (step % 8 == 5) {
       ASSERT_TRUE(actor.move_all(100));
+    } else if (step % 10 != 0) {
+      ASSERT_TRUE(actor.move(step % 7 == 0 ? 300 : 3));
     }
     if (step % 6 == 0) {
       ASSERT_TRUE(actor.remove(3));
@@ -186,7 +185,7 @@ TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
   for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 30), 1));
   BroadPhase b;
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
-  for (int k = 0; k < 40; ++k) ASSERT_TRUE(b.find_overlaps(Boxes(&boxes[0], 20)).ok());  // cells
+  for (int k = 0; k < 200; ++k) ASSERT_TRUE(b.find_overlaps(Boxes(&boxes[0], 1)).ok());  // cells
   BroadPhase other(b);
   const Box far = cube(90, 90, 90, 1);
   ASSERT_EQ(b.move(5, far), Status::ok);
