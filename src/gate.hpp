@@ -24,7 +24,7 @@ class Gate {
 
   // `who`: a number of one's own. Those of different places share no cache line.
   bool enter(unsigned who) noexcept {
-    if (!used_.load(std::memory_order_relaxed)) used_.store(true, std::memory_order_seq_cst);
+    if (!used_.load(std::memory_order_seq_cst)) used_.store(true, std::memory_order_seq_cst);
     places_[who % place_count].inside.fetch_add(1, std::memory_order_seq_cst);
     if (!alone_.load(std::memory_order_seq_cst)) return true;
     leave(who);
