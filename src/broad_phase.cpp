@@ -150,10 +150,10 @@ ObjectId BroadPhase::add(const Box& box, const Filter& filter) {
 
 Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    if (!valid_ids(tracker.change(), ids, count, r)) return;
+    live::Objects& objects = tracker.change();
+    if (!valid_ids(objects, ids, count, r)) return;
     Access::log(*this).begin(Operation::remove, 0);
     Access::log(*this).ids(ids, count);
-    live::Objects& objects = tracker.change();
     for (std::size_t i = 0; i < count; ++i) {
       if (i + ids_ahead < count) objects.prefetch(ids[i + ids_ahead]);
       objects.remove(ids[i]);
@@ -165,16 +165,17 @@ Status BroadPhase::remove(ObjectId id) noexcept { return remove(&id, 1).status; 
 
 Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+    live::Objects& objects = tracker.change();
     Boxes bare = boxes;
     bare.filters = {};
     if (!valid(bare, r)) return;
-    if (!valid_ids(tracker.change(), ids, boxes.size(), r)) return;
+    if (!valid_ids(objects, ids, boxes.size(), r)) return;
     if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
-    tracker.change().move_listed(ids, bare);
-    r.found = tracker.objects().count();
+    objects.move_listed(ids, bare);
+    r.found = objects.count();
   });
 }
 Status BroadPhase::move(ObjectId id, const Box& box) noexcept {

@@ -69,21 +69,42 @@ bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& 
   return refuse(r, Status::nan_box);
 }
 
+// What both doors do with a question. `tracker` null: there are no objects. `log`: of who writes it
+// down, or null.
+void ask(live::Queries& queries, live::Tracker* tracker, const Boxes& boxes, const Options& options,
+         capture::Log* log, Result& r) {
+  queries.overlaps().clear();
+  if (!valid_question(boxes, options, r) || !tracker) return;
+  if (log) {
+    log->begin(Operation::find_overlaps, 1);
+    log->boxes(boxes);
+  }
+  tracker->find_overlaps(queries, boxes, options, r);
+  if (stopped(r)) return queries.overlaps().clear();
+  const Pairs found = view(queries.overlaps());
+  if (log && *log) log->told(pair_checksum(found.data(), found.size()));
+}
+
+void ask(live::Queries& queries, live::Tracker* tracker, const live::Sweeps& sweeps,
+         const Options& options, capture::Log* log, Result& r) {
+  queries.forget_hits();
+  if (!valid_question(sweeps, options, r) || !tracker) return;
+  if (sweeps.test.when) log = nullptr;  // it cannot be written down
+  if (log) {
+    log->begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(sweeps.which));
+    log->sweeps(sweeps.data, sweeps.count);
+    log->boxes(boxes_of(sweeps));
+  }
+  tracker->find_hits(queries, sweeps, options, r);
+  if (stopped(r)) return queries.forget_hits();
+  if (log && *log) log->told(fold_of(view(queries.hits())));
+}
+
 }  // namespace
 
 Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Queries& queries = tracker.queries();
-    queries.overlaps().clear();
-    if (!valid_question(boxes, options_, r)) return;
-    capture::Log& log = Access::log(*this);
-    log.begin(Operation::find_overlaps, 1);
-    log.boxes(boxes);
-    tracker.find_overlaps(queries, boxes, options_, r);
-    if (stopped(r))
-      queries.overlaps().clear();
-    else if (log)
-      log.told(pair_checksum(overlaps().data(), overlaps().size()));
+    ask(tracker.queries(), &tracker, boxes, options_, &Access::log(*this), r);
   });
 }
 Pairs BroadPhase::overlaps() const noexcept {
@@ -92,22 +113,9 @@ Pairs BroadPhase::overlaps() const noexcept {
 
 Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                              const Filters& filters, const SweepTest& test) noexcept {
+  const live::Sweeps asked{sweeps, count, which, filters, test};
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Queries& queries = tracker.queries();
-    queries.forget_hits();
-    const live::Sweeps asked{sweeps, count, which, filters, test};
-    if (!valid_question(asked, options_, r)) return;
-    capture::Log& log = Access::log(*this);
-    if (!test.when) {  // a test cannot be written down
-      log.begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(which));
-      log.sweeps(sweeps, count);
-      log.boxes(boxes_of(asked));
-    }
-    tracker.find_hits(queries, asked, options_, r);
-    if (stopped(r))
-      queries.forget_hits();
-    else if (log && !test.when)
-      log.told(fold_of(hits()));
+    ask(tracker.queries(), &tracker, asked, options_, &Access::log(*this), r);
   });
 }
 SweepHitList BroadPhase::hits() const noexcept {
@@ -124,13 +132,9 @@ BroadPhaseQuery& BroadPhaseQuery::operator=(BroadPhaseQuery&& other) noexcept {
 }
 
 Result BroadPhaseQuery::find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept {
-  return Access::ask(*this, objects,
-                     [&](live::Queries& queries, live::Tracker* tracker, Result& r) {
-                       queries.overlaps().clear();
-                       if (!valid_question(boxes, options_, r) || !tracker) return;
-                       tracker->find_overlaps(queries, boxes, options_, r);
-                       if (stopped(r)) queries.overlaps().clear();
-                     });
+  return Access::ask(*this, objects, [&](live::Queries& queries, live::Tracker* it, Result& r) {
+    ask(queries, it, boxes, options_, nullptr, r);
+  });
 }
 Pairs BroadPhaseQuery::overlaps() const noexcept {
   return state_ ? view(state_->queries.overlaps()) : Pairs{};
@@ -139,14 +143,10 @@ Pairs BroadPhaseQuery::overlaps() const noexcept {
 Result BroadPhaseQuery::find_hits(const BroadPhase& objects, const Sweep* sweeps, std::size_t count,
                                   SweepHits which, const Filters& filters,
                                   const SweepTest& test) noexcept {
-  return Access::ask(*this, objects,
-                     [&](live::Queries& queries, live::Tracker* tracker, Result& r) {
-                       queries.forget_hits();
-                       const live::Sweeps asked{sweeps, count, which, filters, test};
-                       if (!valid_question(asked, options_, r) || !tracker) return;
-                       tracker->find_hits(queries, asked, options_, r);
-                       if (stopped(r)) queries.forget_hits();
-                     });
+  const live::Sweeps asked{sweeps, count, which, filters, test};
+  return Access::ask(*this, objects, [&](live::Queries& queries, live::Tracker* it, Result& r) {
+    ask(queries, it, asked, options_, nullptr, r);
+  });
 }
 SweepHitList BroadPhaseQuery::hits() const noexcept {
   return state_ ? view(state_->queries.hits()) : SweepHitList{};

@@ -39,7 +39,7 @@ struct BroadPhaseQuery::State {
   std::pmr::memory_resource* resource;
   cpu::Engine engine;
   live::Queries queries;
-  Gate gate;
+  std::atomic<bool> in_call{false};
   const unsigned number = made++;
 
  private:
@@ -76,7 +76,7 @@ struct BroadPhaseAccess {
     Result r;
     if (!prepare(it, "BroadPhaseQuery", r)) return r;
     BroadPhaseQuery::State& state = *it.state_;
-    if (!state.gate.enter_alone()) {
+    if (state.in_call.exchange(true, std::memory_order_acquire)) {
       say(r,
           "another thread is in a call on this BroadPhaseQuery; give each thread one of its own");
       r.status = Status::busy;
@@ -90,7 +90,7 @@ struct BroadPhaseAccess {
       attempt(r, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
       if (asked) asked->gate.leave(state.number);
     }
-    state.gate.leave_alone();
+    state.in_call.store(false, std::memory_order_release);
     return r;
   }
 

@@ -69,6 +69,26 @@ struct RayListener : btBroadphaseRayCallback {
   }
 };
 
+// Of all proxies those that Bullet's own comparisons find.
+std::set<int> in_region(const std::vector<btBroadphaseProxy*>& proxies, const btVector3& lower,
+                        const btVector3& upper) {
+  std::set<int> uids;
+  for (const btBroadphaseProxy* p : proxies)
+    if (TestAabbAgainstAabb2(lower, upper, p->m_aabbMin, p->m_aabbMax)) uids.insert(p->m_uniqueId);
+  return uids;
+}
+std::set<int> on_ray(const std::vector<btBroadphaseProxy*>& proxies, const btVector3& from,
+                     const btBroadphaseRayCallback& ray, const btVector3& grown) {
+  std::set<int> uids;
+  for (const btBroadphaseProxy* p : proxies) {
+    const btVector3 corners[2] = {p->m_aabbMin - grown, p->m_aabbMax + grown};
+    btScalar at = 1;
+    if (btRayAabb2(from, ray.m_rayDirectionInverse, ray.m_signs, corners, at, 0, ray.m_lambda_max))
+      uids.insert(p->m_uniqueId);
+  }
+  return uids;
+}
+
 class Play {
  public:
   explicit Play(std::uint64_t seed) : random_(seed) {}
@@ -163,11 +183,7 @@ class Play {
     place(lower, upper);
     Listener listener;
     phase_.aabbTest(lower, upper, listener);
-    std::set<int> wanted;
-    for (const btBroadphaseProxy* p : proxies_)
-      if (TestAabbAgainstAabb2(lower, upper, p->m_aabbMin, p->m_aabbMax))
-        wanted.insert(p->m_uniqueId);
-    EXPECT_EQ(listener.uids, wanted);
+    EXPECT_EQ(listener.uids, in_region(proxies_, lower, upper));
 
     const btVector3 from = lower * 3;
     btVector3 to(corner(), corner(), corner());
@@ -177,15 +193,7 @@ class Play {
     const btVector3 grown(btScalar(0.25) * static_cast<btScalar>(random_.below(2)), 0, 0);
     RayListener ray(from, to);
     phase_.rayTest(from, to, ray, -grown, grown);
-    wanted.clear();
-    for (const btBroadphaseProxy* p : proxies_) {
-      const btVector3 corners[2] = {p->m_aabbMin - grown, p->m_aabbMax + grown};
-      btScalar at = 1;
-      if (btRayAabb2(from, ray.m_rayDirectionInverse, ray.m_signs, corners, at, 0,
-                     ray.m_lambda_max))
-        wanted.insert(p->m_uniqueId);
-    }
-    EXPECT_EQ(ray.uids, wanted);
+    EXPECT_EQ(ray.uids, on_ray(proxies_, from, ray, grown));
   }
 
   Random random_;
@@ -264,22 +272,11 @@ TEST(BulletPairs, several_threads_ask_at_once) {
         const btVector3 lower = corner(mine, 40), upper = lower + btVector3(3, 2, 4);
         Listener region;
         phase.aabbTest(lower, upper, region);
-        std::set<int> wanted;
-        for (const btBroadphaseProxy* p : proxies)
-          if (TestAabbAgainstAabb2(lower, upper, p->m_aabbMin, p->m_aabbMax))
-            wanted.insert(p->m_uniqueId);
-        wrong += region.uids != wanted;
+        wrong += region.uids != in_region(proxies, lower, upper);
         const btVector3 to = lower + corner(mine, 30) + btVector3(btScalar(0.1), 0, 0);
         RayListener ray(lower, to);
         phase.rayTest(lower, to, ray);
-        wanted.clear();
-        for (const btBroadphaseProxy* p : proxies) {
-          const btVector3 corners[2] = {p->m_aabbMin, p->m_aabbMax};
-          btScalar at = 1;
-          if (btRayAabb2(lower, ray.m_rayDirectionInverse, ray.m_signs, corners, at, 0,
-                         ray.m_lambda_max))
-            wanted.insert(p->m_uniqueId);
-        }
+        const std::set<int> wanted = on_ray(proxies, lower, ray, btVector3(0, 0, 0));
         wrong += ray.uids != wanted;
         met += static_cast<int>(wanted.size());
       }

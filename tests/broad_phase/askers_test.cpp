@@ -33,10 +33,26 @@ testing::AssertionResult answers(Asked& asked, const Model& model, const Questio
   return same_hits(asked, model, q.sweeps, q.filters, test);
 }
 
+constexpr std::size_t askers = 4;
+
+// Calls ask(k) for each asker, on threads that begin together.
+template <class Ask>
+void at_once(const Ask& ask) {
+  std::atomic<std::size_t> ready{0};
+  const auto begin = [&](std::size_t k) {
+    ++ready;
+    while (ready != askers) std::this_thread::yield();
+    ask(k);
+  };
+  std::vector<std::thread> threads;
+  for (std::size_t k = 1; k < askers; ++k) threads.emplace_back(begin, k);
+  begin(0);
+  for (std::thread& thread : threads) thread.join();
+}
+
 // Moves that no update has told yet, cells made by one of those who ask while the others do,
 // columns of an update in which all moved, and none of these.
 void ask_at_once(std::uint64_t seed, bool filtered, std::size_t objects, std::size_t questions) {
-  constexpr std::size_t askers = 4;
   Options options;
   options.threads = 1;
   Actor actor(options, seed, 14);
@@ -63,18 +79,11 @@ void ask_at_once(std::uint64_t seed, bool filtered, std::size_t objects, std::si
     testing::AssertionResult told[askers] = {
         testing::AssertionSuccess(), testing::AssertionSuccess(), testing::AssertionSuccess(),
         testing::AssertionSuccess()};
-    std::atomic<std::size_t> ready{0};
-    const auto ask = [&](std::size_t k) {
-      ++ready;
-      while (ready != askers) std::this_thread::yield();
+    at_once([&](std::size_t k) {
       Asker asker{actor.broad_phase, queries[k]};
       for (int again = 0; again < 3 && told[k]; ++again)
         told[k] = answers(asker, actor.model, asked[k]);
-    };
-    std::vector<std::thread> threads;
-    for (std::size_t k = 1; k < askers; ++k) threads.emplace_back(ask, k);
-    ask(0);
-    for (std::thread& thread : threads) thread.join();
+    });
     for (const testing::AssertionResult& t : told) ASSERT_TRUE(t) << "step " << step;
     ASSERT_EQ(Snapshot(actor.broad_phase), before);
   }
@@ -90,7 +99,6 @@ TEST(BroadPhaseAskers, AtOnceWithFilters) {
 
 // One who asks makes cells while others go through all objects, or through columns.
 TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
-  constexpr std::size_t askers = 4;
   Random random(7);
   BoxList boxes;
   for (int k = 0; k < 6000; ++k) boxes.push_back(cube(random.point(0, 40), random.in(0, 2)));
@@ -110,15 +118,13 @@ TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
     if (round % 2) {
       ASSERT_TRUE(b.update().ok());  // columns
     }
-    std::atomic<std::size_t> ready{0}, wrong{0};
-    const auto ask = [&](std::size_t first) {
+    std::atomic<std::size_t> wrong{0};
+    at_once([&](std::size_t asker) {
       Options options;
       options.threads = 1;
       BroadPhaseQuery query(options);
-      ++ready;
-      while (ready != askers) std::this_thread::yield();
       for (std::size_t k = 0; k < sweeps.size(); ++k) {  // each begins elsewhere
-        const std::size_t i = (first + k) % sweeps.size();
+        const std::size_t i = (15 * asker + k) % sweeps.size();
         const Result r = query.find_hits(b, &sweeps[i], 1);
         const auto mine = std::find_if(want.begin(), want.end(),
                                        [&](const SweepHit& hit) { return hit.sweep >= i; });
@@ -129,11 +135,7 @@ TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
                                           return x.object == y.object && x.time == y.time;
                                         });
       }
-    };
-    std::vector<std::thread> threads;
-    for (std::size_t k = 1; k < askers; ++k) threads.emplace_back(ask, 15 * k);
-    ask(0);
-    for (std::thread& thread : threads) thread.join();
+    });
     ASSERT_EQ(wrong, 0u) << "round " << round;
   }
 }
@@ -180,8 +182,7 @@ TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
 }
 
 // Some are met later than their boxes are, some never, one earlier, which does not count.
-double some_later(void* context, std::uint32_t sweep, ObjectId object, double time) {
-  if (context) static_cast<std::atomic<std::size_t>*>(context)->fetch_add(1);
+double some_later(void*, std::uint32_t sweep, ObjectId object, double time) {
   switch ((sweep * 7 + object * 5) % 8) {
     case 0:
       return std::numeric_limits<double>::quiet_NaN();

@@ -37,6 +37,22 @@ throng_boxes view(const std::vector<Box>& boxes) {
   return throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
 }
 
+void expect_same(const throng_pair* got, size_t count, const Pairs& want) {
+  ASSERT_EQ(count, want.size());
+  for (size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(got[i].first, want[i].first);
+    EXPECT_EQ(got[i].second, want[i].second);
+  }
+}
+void expect_same(const throng_sweep_hit* got, size_t count, const SweepHitList& want) {
+  ASSERT_EQ(count, want.size());
+  for (size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(got[i].sweep, want[i].sweep);
+    EXPECT_EQ(got[i].object, want[i].object);
+    EXPECT_EQ(got[i].time, want[i].time);
+  }
+}
+
 class CBroadPhase : public testing::Test {
  protected:
   void TearDown() override { throng_broad_phase_destroy(c_); }
@@ -127,12 +143,8 @@ TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
   ASSERT_TRUE(cpp_.find_overlaps(asked).ok());
   size_t count = 0;
   const throng_pair* const overlaps = throng_broad_phase_overlaps(c_, &count);
-  ASSERT_EQ(count, cpp_.overlaps().size());
+  expect_same(overlaps, count, cpp_.overlaps());
   EXPECT_GT(count, 20u);
-  for (size_t i = 0; i < count; ++i) {
-    EXPECT_EQ(overlaps[i].first, cpp_.overlaps()[i].first);
-    EXPECT_EQ(overlaps[i].second, cpp_.overlaps()[i].second);
-  }
 
   std::vector<Sweep> sweeps;
   for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
@@ -145,13 +157,8 @@ TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
         << message();
     ASSERT_TRUE(cpp_.find_hits(sweeps.data(), sweeps.size(), static_cast<SweepHits>(which)).ok());
     const throng_sweep_hit* const hits = throng_broad_phase_hits(c_, &count);
-    ASSERT_EQ(count, cpp_.hits().size());
+    expect_same(hits, count, cpp_.hits());
     EXPECT_GT(count, 10u);
-    for (size_t i = 0; i < count; ++i) {
-      EXPECT_EQ(hits[i].sweep, cpp_.hits()[i].sweep);
-      EXPECT_EQ(hits[i].object, cpp_.hits()[i].object);
-      EXPECT_EQ(hits[i].time, cpp_.hits()[i].time);
-    }
   }
   worlds[3] = -2;
   EXPECT_EQ(throng_broad_phase_find_hits(c_, c_sweeps, sweeps.size(), THRONG_HITS_ALL, &filters),
@@ -173,12 +180,8 @@ TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
   ASSERT_TRUE(cpp.find_overlaps(cpp_, asked).ok());
   size_t count = 0;
   const throng_pair* const overlaps = throng_query_overlaps(query, &count);
-  ASSERT_EQ(count, cpp.overlaps().size());
+  expect_same(overlaps, count, cpp.overlaps());
   EXPECT_GT(count, 20u);
-  for (size_t i = 0; i < count; ++i) {
-    EXPECT_EQ(overlaps[i].first, cpp.overlaps()[i].first);
-    EXPECT_EQ(overlaps[i].second, cpp.overlaps()[i].second);
-  }
 
   std::vector<Sweep> sweeps;
   for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
@@ -197,14 +200,9 @@ TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
                                 {}, cpp_test)
                       .ok());
       const throng_sweep_hit* const hits = throng_query_hits(query, &count);
-      ASSERT_EQ(count, cpp.hits().size());
+      expect_same(hits, count, cpp.hits());
       EXPECT_EQ(throng_query_result(query)->found, count);
       EXPECT_GT(count, 10u);
-      for (size_t i = 0; i < count; ++i) {
-        EXPECT_EQ(hits[i].sweep, cpp.hits()[i].sweep);
-        EXPECT_EQ(hits[i].object, cpp.hits()[i].object);
-        EXPECT_EQ(hits[i].time, cpp.hits()[i].time);
-      }
     }
   }
   EXPECT_GT(throng_query_memory_bytes(query), 0u);
