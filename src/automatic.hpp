@@ -27,9 +27,7 @@ class Automatic {
         options.isa != Isa::automatic || boxes < gpu_pays_from || reason_) {
       return false;
     }
-    const unsigned threads =
-        options.threads ? options.threads : cpu::default_executor().concurrency;
-    return threads <= gpu_pays_up_to_threads && std::exchange(seen_one_, true);
+    return cpu::threads_of(options) <= gpu_pays_up_to_threads && std::exchange(seen_one_, true);
   }
 
   // Whether the CPU is to answer instead; then this Finder stays with it.

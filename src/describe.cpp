@@ -191,8 +191,7 @@ void give_advice(Explanation& e, const Options& options) {
            "ones helps",
            e.tests_per_box);
   }
-  const unsigned offered =
-      options.executor ? options.executor->concurrency : cpu::default_executor().concurrency;
+  const unsigned offered = cpu::executor_of(options).concurrency;
   if (r.plan.threads == 1 && offered > 1 && e.boxes >= 10000) {
     advise(e, "one thread of %u was used: Options::threads = 0 takes all", offered);
   }

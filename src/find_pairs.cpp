@@ -69,12 +69,10 @@ struct Finder::State {
 
   void find_emulated(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
                      const Consumer* consumer, Result& r) {
-    const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
-    const unsigned wanted = options.threads ? options.threads : executor.concurrency;
     r.plan.backend = Backend::emulated;
     r.plan.isa = Isa::scalar;
-    r.plan.threads = std::clamp(wanted, 1u, 256u);
-    emulated.device().begin(executor, r.plan.threads, options.stop);
+    r.plan.threads = cpu::threads_of(options);
+    emulated.device().begin(cpu::executor_of(options), r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may lie there; the cap is the pipeline's to keep
     try {
       unless_stopped(

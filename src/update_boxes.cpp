@@ -140,14 +140,12 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
 
   const std::size_t n = bodies.size();
-  const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
-  const unsigned threads = options.threads ? options.threads : executor.concurrency;
   r.plan.isa = kernels->isa;
-  r.plan.threads = n < threads_pay_from ? 1 : std::max(threads, 1u);
+  r.plan.threads = n < threads_pay_from ? 1 : cpu::threads_of(options);
   cpu::Stop stop(options.stop);
   if (n != 0) {
     const cpu::BodyReport report =
-        cpu::update_boxes(job, n, kernels->isa, executor, r.plan.threads, stop);
+        cpu::update_boxes(job, n, kernels->isa, cpu::executor_of(options), r.plan.threads, stop);
     r.first_invalid = report.first_invalid;
     r.invalid_count = report.invalid_count;
   }

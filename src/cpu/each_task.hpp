@@ -2,7 +2,6 @@
 #pragma once
 
 #include "cpu/memory.hpp"
-#include "cpu/sink.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {

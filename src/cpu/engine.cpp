@@ -341,15 +341,13 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
   search.cell_scale = options.cell_scale;
   search.flat = a.is_flat() && search.b->is_flat();
   search.kernels = find_kernels(options.isa);
-  search.executor = options.executor ? options.executor : &default_executor();
+  search.executor = &executor_of(options);
   search.memory = &memory_;
   search.stop = options.stop;
   memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
   Clock total(true);
   const std::uint64_t boxes = box_count(search);
-  unsigned threads = options.threads ? options.threads : search.executor->concurrency;
-  threads = std::clamp(threads, 1u, max_workers);
-  call.tasks = boxes < threads_pay_from ? 1 : threads;
+  call.tasks = boxes < threads_pay_from ? 1 : threads_of(options);
   r.plan.isa = search.kernels->isa;
   r.plan.threads = call.tasks;
   r.plan.reason = "";

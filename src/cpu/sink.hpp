@@ -12,11 +12,9 @@
 #include <throng/types.hpp>
 
 #include "cpu/emit.hpp"
+#include "cpu/threads.hpp"
 
 namespace throng::cpu {
-
-// Of one call.
-constexpr unsigned max_workers = 256;
 
 // Room in the output, [begin, end).
 struct Room {

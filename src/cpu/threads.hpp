@@ -13,6 +13,20 @@ namespace throng::cpu {
 // oneTBB, or std::thread where the build says so. Starts nothing before its first use.
 const Executor& default_executor() noexcept;
 
+// As many tasks as a search has at most.
+constexpr unsigned max_workers = 256;
+
+// Whose threads these options are for, and how many of them: 1 to max_workers.
+template <class AnyOptions>
+const Executor& executor_of(const AnyOptions& options) noexcept {
+  return options.executor ? *options.executor : default_executor();
+}
+template <class AnyOptions>
+unsigned threads_of(const AnyOptions& options) noexcept {
+  const unsigned wanted = options.threads ? options.threads : executor_of(options).concurrency;
+  return std::clamp(wanted, 1u, max_workers);
+}
+
 // Runs body(index) for index 0 .. count-1 on the executor, each in the library's float state;
 // a single one on the caller's thread. The body must not throw.
 void run_tasks(const Executor& executor, unsigned count,

@@ -12,16 +12,16 @@
 namespace throng::live {
 namespace {
 
-// What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
+// What things cost, in ns, measured as those of the header are.
 // Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
 constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
-// Putting an object that changed into its cell, and telling what of it began and ended; searching
-// around it, and for each pair it has; a cache line of cells that this looks at.
-constexpr double settle_ns = 70, search_ns = 80, had_pair_ns = 45, line_ns = 15;
+// Putting an object that changed into its cell, and telling what of it began and ended; for each
+// pair it has; a cache line of cells that a search around it looks at.
+constexpr double settle_ns = 70, had_pair_ns = 45, line_ns = 15;
 // An update that finds all pairs anew as searches compared too many forgets so much of that.
 constexpr double forgotten = 0.01;
-// Making cells, and linking a pair.
-constexpr double cell_ns = 35, link_ns = 30;
+// Linking a pair.
+constexpr double link_ns = 30;
 // Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
 constexpr double fair_comparisons = 64;
 // How many searches it takes to forget half of what those before them showed.
@@ -30,24 +30,8 @@ constexpr double memory_of_searches = 256;
 constexpr std::size_t settle_ahead = 32;
 // Below so many objects that changed a second thread does not pay; each takes some at once.
 constexpr std::size_t threads_search_from = 400, search_step = 64;
-
-// Finding the overlaps of many boxes with all objects as those of two sets, an object; a question
-// that has cells.
-constexpr double search_object_ns = 8, question_ns = 1500;
-constexpr double no_limit = 1e300;
-// Where more than one in so many objects has changed since columns were made, they are no help.
-constexpr std::size_t most_listed = 32;
-
 // Below so many objects a second thread does not pay for moving them.
 constexpr std::size_t threads_move_from = 20000;
-
-unsigned task_count(const Options& options) noexcept {
-  const Executor& executor = options.executor ? *options.executor : cpu::default_executor();
-  return std::clamp(options.threads ? options.threads : executor.concurrency, 1u, cpu::max_workers);
-}
-const Executor& executor_of(const Options& options) noexcept {
-  return options.executor ? *options.executor : cpu::default_executor();
-}
 
 // Room in a list for what the engine finds.
 Pair* grow_list(void* list, std::size_t count) {
@@ -60,17 +44,8 @@ Pair* grow_list(void* list, std::size_t count) {
   }
 }
 
-// What so many questions cost, by what some of them do: cost(i).
-template <class Cost>
-double cost_of(std::size_t count, const Cost& cost) noexcept {
-  const std::size_t priced = std::min<std::size_t>(count, 16);
-  double sum = 0;
-  for (std::size_t k = 0; k < priced; ++k) sum += cost(count * k / priced);
-  return priced == 0 ? 0 : sum / static_cast<double>(priced) * static_cast<double>(count);
-}
-
 unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
-  return objects < threads_move_from ? 1 : task_count(options);
+  return objects < threads_move_from ? 1 : cpu::threads_of(options);
 }
 
 }  // namespace
@@ -95,7 +70,7 @@ bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
       if (Objects::has_nan(boxes, begin, end)) found = true;
     }
   };
-  cpu::run_tasks(executor_of(options), tasks, task);
+  cpu::run_tasks(cpu::executor_of(options), tasks, task);
   return found;
 }
 
@@ -114,7 +89,7 @@ void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
       inactive += more;
     }
   };
-  cpu::run_tasks(executor_of(options), tasks, task);
+  cpu::run_tasks(cpu::executor_of(options), tasks, task);
   objects_.marked(dirty, inactive);
 }
 
@@ -122,7 +97,7 @@ void Tracker::update(const Options& options, Result& r) {
   THRONG_RANGE("update");
   using Clock = std::chrono::steady_clock;
   const auto start = options.measure_stages ? Clock::now() : Clock::time_point{};
-  const unsigned tasks = task_count(options);
+  const unsigned tasks = cpu::threads_of(options);
   r.plan.threads = tasks;
   r.plan.algorithm = Algorithm::grid;
   r.plan.reason = "nothing changed";
@@ -131,7 +106,7 @@ void Tracker::update(const Options& options, Result& r) {
     pairs_.commit_nothing();
   } else {
     const unsigned team = changed < threads_search_from ? 1 : tasks;
-    cpu::Team::lead(executor_of(options), team, [&](const Executor& executor) {
+    cpu::Team::lead(cpu::executor_of(options), team, [&](const Executor& executor) {
       Options mine = options;
       mine.executor = &executor;
       catch_up(mine, tasks, r);
@@ -189,7 +164,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks) {
 void Tracker::make_cells(const Options& options) {
   THRONG_RANGE("make cells");
   placed_ = false;
-  cells_.make(objects_, executor_of(options), tasks_to_move(objects_.limit(), options));
+  cells_.make(objects_, cpu::executor_of(options), tasks_to_move(objects_.limit(), options));
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
   placed_ = true;
@@ -247,7 +222,7 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   const Around::Scene scene{objects_, pairs_, cells_};
   cpu::Stop stop(options.stop);
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
-  cpu::run_tasks_or_throw(executor_of(options), tasks, [&](unsigned t) {
+  cpu::run_tasks_or_throw(cpu::executor_of(options), tasks, [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);)
       around_[t].search(scene, dirty.data() + begin, end - begin, stop);
   });
@@ -305,93 +280,9 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   asked_before_ = asked_.exchange(0);
   r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
-  pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), executor_of(options), tasks);
+  pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), cpu::executor_of(options),
+                       tasks);
   columned_ = engine_.whole_plan() != nullptr;
-}
-
-// Who asks beside others holds a lock meanwhile: no other thread's task may be waited for, as a
-// thread that waits may be given one that wants the lock, too.
-Options Tracker::to_prepare(const Queries& by, const Options& options) const noexcept {
-  Options mine = options;
-  if (&by != &queries_) mine.threads = 1;
-  return mine;
-}
-
-// Puts what changed where questions look for it; the first of several does.
-void Tracker::get_ready(const Queries& by, const Options& options) {
-  if (ready_.load(std::memory_order_acquire)) return;
-  const std::lock_guard<std::mutex> lock(preparing_);
-  if (ready_.load(std::memory_order_relaxed)) return;
-  objects_.dirty_list();
-  if (placed_) settle_cells(to_prepare(by, options), no_limit);
-  ready_.store(true, std::memory_order_release);
-}
-
-// Questions come one at a time, too: once cells would have saved those that went without what they
-// cost, cells are made; and at once where they would have saved as much of those before all pairs
-// were last found anew. So less than three times is paid what the better choices would have cost.
-void Tracker::asked(const Queries& by, std::size_t count, double ns, const Options& options) {
-  const double saved = std::max(0.0, ns - question_ns * static_cast<double>(count));
-  const double cells = cell_ns * static_cast<double>(objects_.count());
-  double sum = asked_.load(std::memory_order_relaxed);
-  if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
-  if (placed_ || std::max(sum, asked_before_) <= cells) return;
-  // While another one makes them there is the ground of before, for who has not much to ask.
-  std::unique_lock<std::mutex> lock(preparing_, std::defer_lock);
-  if (saved > cells)
-    lock.lock();
-  else if (!lock.try_lock())
-    return;
-  if (!placed_) make_cells(to_prepare(by, options));
-}
-
-std::optional<Columns> Tracker::columns() noexcept {
-  if (!columned_ || objects_.dirty_count() > objects_.count() / most_listed) return std::nullopt;
-  return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
-}
-Ground Tracker::ground() noexcept {
-  if (placed_) return {&cells_, std::nullopt};
-  return {nullptr, columns()};
-}
-
-void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
-  THRONG_RANGE("find overlaps");
-  const double all = search_object_ns * static_cast<double>(objects_.count());
-  const bool few = search_ns * static_cast<double>(boxes.size()) < all;
-  bool one_by_one = false;
-  if (few) {
-    get_ready(by, options);
-    const Ground now{nullptr, columns()};
-    const double cost =
-        cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
-    asked(by, boxes.size(), std::min(cost, all), options);
-    one_by_one = placed_ || cost < all;
-  }
-  cpu::Stop stop(options.stop);
-  if (one_by_one) {
-    by.find_overlaps(objects_, ground(), boxes, executor_of(options), task_count(options), stop);
-  } else {
-    if (&by == &queries_) columned_ = false;  // the engine is that of updates
-    const Boxes view = objects_.view();
-    r = find_into(by.engine(), by.overlaps(), boxes, &view, 0, options);
-    r.inactive = 0;
-  }
-  by.forget_hits();  // it may have been found there
-  r.found = r.written = by.overlaps().size();
-  if (stop()) r.status = Status::stopped;
-}
-
-void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
-  THRONG_RANGE("find hits");
-  get_ready(by, options);
-  const Ground now{nullptr, columns()};
-  const double cost =
-      cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
-  asked(by, sweeps.count, cost, options);
-  cpu::Stop stop(options.stop);
-  by.find_hits(objects_, ground(), sweeps, executor_of(options), task_count(options), stop);
-  r.found = r.written = by.hits().size();
-  if (stop()) r.status = Status::stopped;
 }
 
 void Tracker::reserve_for(const Tracker& other) {

@@ -57,17 +57,19 @@ class Tracker {
   void catch_up(const Options& options, unsigned tasks, Result& result);
   bool few_changed(const Options& options, unsigned tasks);
   void make_cells(const Options& options);
-  std::optional<Columns> columns() noexcept;
-  Ground ground() noexcept;
-  static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
-                          float margin, const Options& options);
-  void get_ready(const Queries& by, const Options& options);
-  void asked(const Queries& by, std::size_t count, double ns, const Options& options);
-  Options to_prepare(const Queries& by, const Options& options) const noexcept;
   bool settle_cells(const Options& options, double most_lines);
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
+  static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
+                          float margin, const Options& options);
+
+  // In tracker_questions.cpp.
+  Options to_prepare(const Queries& by, const Options& options) const noexcept;
+  void get_ready(const Queries& by, const Options& options);
+  void asked(const Queries& by, std::size_t count, double ns, const Options& options);
+  std::optional<Columns> columns() noexcept;
+  Ground ground() noexcept;
 
   cpu::Engine engine_;  // its memory is that of all
   Objects objects_;
@@ -86,9 +88,12 @@ class Tracker {
   // were last found anew, and from the time before that.
   std::atomic<double> asked_{0};
   double asked_before_ = 0;
+  // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
+  // Making cells, an object; searching around a box, and each comparison there.
+  static constexpr double cell_ns = 35, search_ns = 80, comparison_ns = 6;
   // What a box is compared with in a search around an object that changed: before the first, and
-  // as searches have shown it; what one takes, in ns.
-  static constexpr double first_comparisons = 24, comparison_ns = 6;
+  // as searches have shown it.
+  static constexpr double first_comparisons = 24;
   double comparisons_ = first_comparisons;
   double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
 };

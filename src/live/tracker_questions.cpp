@@ -1,0 +1,117 @@
+// What a Tracker does for questions: where they look, and once they are many, cells for them.
+#include <algorithm>
+#include <mutex>
+
+#include "core/profile.hpp"
+#include "cpu/threads.hpp"
+#include "live/tracker.hpp"
+
+namespace throng::live {
+namespace {
+
+// Finding the overlaps of many boxes with all objects as those of two sets, an object; a question
+// that has cells.
+constexpr double search_object_ns = 8, question_ns = 1500;
+constexpr double no_limit = 1e300;
+// Where more than one in so many objects has changed since columns were made, they are no help.
+constexpr std::size_t most_listed = 32;
+
+// What so many questions cost, by what some of them do: cost(i).
+template <class Cost>
+double cost_of(std::size_t count, const Cost& cost) noexcept {
+  const std::size_t priced = std::min<std::size_t>(count, 16);
+  double sum = 0;
+  for (std::size_t k = 0; k < priced; ++k) sum += cost(count * k / priced);
+  return priced == 0 ? 0 : sum / static_cast<double>(priced) * static_cast<double>(count);
+}
+
+}  // namespace
+
+// Who asks beside others holds a lock meanwhile: no other thread's task may be waited for, as a
+// thread that waits may be given one that wants the lock, too.
+Options Tracker::to_prepare(const Queries& by, const Options& options) const noexcept {
+  Options mine = options;
+  if (&by != &queries_) mine.threads = 1;
+  return mine;
+}
+
+// Puts what changed where questions look for it; the first of several does.
+void Tracker::get_ready(const Queries& by, const Options& options) {
+  if (ready_.load(std::memory_order_acquire)) return;
+  const std::lock_guard<std::mutex> lock(preparing_);
+  if (ready_.load(std::memory_order_relaxed)) return;
+  objects_.dirty_list();
+  if (placed_) settle_cells(to_prepare(by, options), no_limit);
+  ready_.store(true, std::memory_order_release);
+}
+
+// Questions come one at a time, too: once cells would have saved those that went without what they
+// cost, cells are made; and at once where they would have saved as much of those before all pairs
+// were last found anew. So less than three times is paid what the better choices would have cost.
+void Tracker::asked(const Queries& by, std::size_t count, double ns, const Options& options) {
+  const double saved = std::max(0.0, ns - question_ns * static_cast<double>(count));
+  const double cells = cell_ns * static_cast<double>(objects_.count());
+  double sum = asked_.load(std::memory_order_relaxed);
+  if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
+  if (placed_ || std::max(sum, asked_before_) <= cells) return;
+  // While another one makes them there is the ground of before, for who has not much to ask.
+  std::unique_lock<std::mutex> lock(preparing_, std::defer_lock);
+  if (saved > cells)
+    lock.lock();
+  else if (!lock.try_lock())
+    return;
+  if (!placed_) make_cells(to_prepare(by, options));
+}
+
+std::optional<Columns> Tracker::columns() noexcept {
+  if (!columned_ || objects_.dirty_count() > objects_.count() / most_listed) return std::nullopt;
+  return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
+}
+Ground Tracker::ground() noexcept {
+  if (placed_) return {&cells_, std::nullopt};
+  return {nullptr, columns()};
+}
+
+void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
+  THRONG_RANGE("find overlaps");
+  const double all = search_object_ns * static_cast<double>(objects_.count());
+  const bool few = search_ns * static_cast<double>(boxes.size()) < all;
+  bool one_by_one = false;
+  if (few) {
+    get_ready(by, options);
+    const Ground now{nullptr, columns()};
+    const double cost =
+        cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
+    asked(by, boxes.size(), std::min(cost, all), options);
+    one_by_one = placed_ || cost < all;
+  }
+  cpu::Stop stop(options.stop);
+  if (one_by_one) {
+    by.find_overlaps(objects_, ground(), boxes, cpu::executor_of(options), cpu::threads_of(options),
+                     stop);
+  } else {
+    if (&by == &queries_) columned_ = false;  // the engine is that of updates
+    const Boxes view = objects_.view();
+    r = find_into(by.engine(), by.overlaps(), boxes, &view, 0, options);
+    r.inactive = 0;
+  }
+  by.forget_hits();  // it may have been found there
+  r.found = r.written = by.overlaps().size();
+  if (stop()) r.status = Status::stopped;
+}
+
+void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
+  THRONG_RANGE("find hits");
+  get_ready(by, options);
+  const Ground now{nullptr, columns()};
+  const double cost =
+      cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
+  asked(by, sweeps.count, cost, options);
+  cpu::Stop stop(options.stop);
+  by.find_hits(objects_, ground(), sweeps, cpu::executor_of(options), cpu::threads_of(options),
+               stop);
+  r.found = r.written = by.hits().size();
+  if (stop()) r.status = Status::stopped;
+}
+
+}  // namespace throng::live
