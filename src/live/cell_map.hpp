@@ -109,6 +109,20 @@ class CellMap {
     }
     return cells;
   }
+  // Of a class along an axis: how long cells are, 1 << that; and boxes in them, at most. In units.
+  int shift(int size_class, int axis) const noexcept {
+    return cell_bits_ + level(size_class, axis);
+  }
+  std::int32_t span(int size_class, int axis) const noexcept {
+    return thin_ ? spans_.of[size_class][axis] : 1 << (span_bits + size_class);
+  }
+  // Whether it reaches to where coordinates are no longer told apart.
+  static bool is_cut_off(const Range& r) noexcept {
+    bool far = false;
+    for (int k = 0; k < 3; ++k)
+      far |= r.lower[k] <= -most_units || r.upper[k] >= most_units;
+    return far;
+  }
   // How many these are, or `most` where they are more. At most 2^26 an axis, so that the product
   // of two is known.
   static std::uint64_t count(const Range& cells, std::uint64_t most) noexcept {
@@ -127,10 +141,6 @@ class CellMap {
   static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
 
-  // From units to cells.
-  int shift(int size_class, int axis) const noexcept {
-    return cell_bits_ + level(size_class, axis);
-  }
   // A cell's home is the sum of four numbers, modulo the count of homes: one of its class and
   // world, and one an axis. Where the world is mostly full, those count cells, row by row and layer
   // by layer, and begin again after so many: neighbours lie side by side, and no two fall on one

@@ -85,8 +85,26 @@ class Cells {
   void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
-  // A length in the units that cells are made of.
-  double units(double length) const noexcept { return map_.units(length); }
+
+  // For who finds the way through cells: their map; f(class) for each that has boxes in cells;
+  // f(home) for each of some cells, in all worlds that are looked into.
+  const CellMap& map() const noexcept { return map_; }
+  template <class F>
+  void each_class(F&& f) const {
+    for (int axes = 0; axes < (map_.thin() ? CellMap::thin_sets : 1); ++axes) {
+      for (std::uint32_t used = used_[axes]; used != 0; used &= used - 1)
+        f(std::countr_zero(used) | axes << CellMap::thin_shift);
+    }
+  }
+  template <class F>
+  void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
+    map_.each_home(cells, c, worlds.own, f);
+    if (worlds.everywhere) map_.each_home(cells, c, -1, f);
+  }
+  const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
+  // That of boxes which are too wide for cells, if there are such.
+  bool has_wide() const noexcept { return class_count_[0][CellMap::classes] != 0; }
+  std::uint32_t wide_home() const noexcept { return map_.homes(); }
 
   void reserve_for(const Cells& other) {
     lines_.reserve(lines_for(other.map_.homes(), other.most_objects_));
@@ -98,9 +116,6 @@ class Cells {
   static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
     return homes + 1 + objects / 2 + 1;
   }
-  // Those of boxes too wide for any class share one chain.
-  std::uint32_t wide_home() const noexcept { return map_.homes(); }
-  bool has_wide() const noexcept { return class_count_[0][CellMap::classes] != 0; }
   std::uint64_t wide_lines() const noexcept { return class_count_[0][CellMap::classes] / 2; }
   void plan(const Objects& objects);
   // What some of the objects add up to: how many there are of each class, and how long they are.
@@ -135,20 +150,6 @@ class Cells {
   int class_in(const Line& line, std::uint32_t k) const noexcept {
     return !map_.thin() && one_class() ? std::countr_zero(used_[0])
                                        : map_.class_of(map_.quantise(line.box(k)));
-  }
-  // f(class) for each that has boxes in cells.
-  template <class F>
-  void each_class(F&& f) const {
-    for (int axes = 0; axes < (map_.thin() ? CellMap::thin_sets : 1); ++axes) {
-      for (std::uint32_t used = used_[axes]; used != 0; used &= used - 1)
-        f(std::countr_zero(used) | axes << CellMap::thin_shift);
-    }
-  }
-  // f(home) for each of these cells, in all worlds that are looked into.
-  template <class F>
-  void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
-    map_.each_home(cells, c, worlds.own, f);
-    if (worlds.everywhere) map_.each_home(cells, c, -1, f);
   }
   template <class F>
   std::uint64_t look(const CellQuery& query, std::uint32_t home, F&& f) const;

@@ -14,18 +14,11 @@
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
+#include "live/sweep.hpp"
 
 namespace throng::live {
 
 void set(Filter& filter, const Filters& from, std::size_t i) noexcept;
-
-// When a moving box touches another one: from `enter` to `leave`, if enter <= leave.
-struct Touch {
-  double enter, leave;
-};
-Touch touch(const Sweep& sweep, const Box& box) noexcept;
-// A box that holds where the sweep is from time a to b, and reaches a little further.
-Box cover(const Sweep& sweep, double a, double b) noexcept;
 
 // Columns in which all objects are but those that changed since, which are listed.
 struct Columns {
@@ -70,7 +63,8 @@ class Queries {
 
  private:
   struct Look;
-  template <class Prepare, class Ask>
+  struct Way;
+  template <class Look, class Prepare, class Ask>
   void run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
            cpu::Stop& stop, Prepare&& prepare, Ask&& ask);
 

@@ -1,5 +1,7 @@
-// Which of all objects a sweep may meet, four of them at once, in floats: says yes of some that it
-// does not meet, and of all that it does. See touch() in query.hpp for who decides.
+// Which boxes a sweep may meet, four objects or the two of a line of cells at once, in floats: says
+// yes of some that it does not meet, and of all that it does. See touch() in sweep.hpp for who
+// decides. Of a box that holds another one it says yes where it does of that one, as all steps are
+// nowhere decreasing.
 //
 // Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1.
 // Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's box is finite, a
@@ -23,19 +25,35 @@
 
 #include <throng/broad_phase.hpp>
 
-#include "core/bounds.hpp"
 #include "cpu/sse2.hpp"
+#include "live/cell_line.hpp"
 #include "live/objects.hpp"
+#include "live/sweep.hpp"
 
 namespace throng::live {
 
+// Along an axis a box and the sweep begin or end to touch at (lower - from_lower) * inverse and at
+// (upper - from_upper) * inverse.
+struct SieveTerms {
+  // `cover`: of the whole sweep, whose ends are all beyond where it is.
+  SieveTerms(const Sweep& sweep, const Box& cover) noexcept;
+
+  float from_lower[3], from_upper[3], inverse[3];
+  // So much later, at most, may it seem to begin than to end.
+  static constexpr float slack = 0x1p-18f;
+
+#if !defined(THRONG_SSE2)
+  bool pass(const Box& box) const noexcept;
+#endif
+};
+
+// Of objects.
 class Sieve {
  public:
-  // `cover`: of the whole sweep, see query.hpp: each of its ends is beyond where the sweep is.
-  Sieve(const Sweep& sweep, const Box& cover) noexcept;
+  explicit Sieve(const SieveTerms& terms) noexcept;
 
-  // Of four objects in a row, a bit each. Nothing but their boxes is read: another thread that asks
-  // may be making cells.
+  // Of four in a row, a bit each. Nothing but their boxes is read: another thread that asks may be
+  // making cells.
   std::uint32_t passes(const Body* four) const noexcept;
 
   // f(id) for all that pass.
@@ -57,16 +75,29 @@ class Sieve {
 
  private:
 #if defined(THRONG_SSE2)
-  // Of each axis: what is taken from lower and upper corners, and what the rest is multiplied by.
   __m128 from_lower_[3], from_upper_[3], inverse_[3];
 #else
-  Box cover_;
+  SieveTerms terms_;
 #endif
 };
 
-#if defined(THRONG_SSE2)
+// Of boxes in lines of cells.
+class LineSieve {
+ public:
+  explicit LineSieve(const SieveTerms& terms) noexcept;
 
-inline Sieve::Sieve(const Sweep& sweep, const Box& cover) noexcept {
+  // Of the two, a bit each.
+  std::uint32_t passes(const CellLine& line) const noexcept;
+
+ private:
+#if defined(THRONG_SSE2)
+  __m128 from_[3], inverse_[3];  // as corners lie in a line
+#else
+  SieveTerms terms_;
+#endif
+};
+
+inline SieveTerms::SieveTerms(const Sweep& sweep, const Box& cover) noexcept {
   const auto corners = [](const Box& b, int k) {
     const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
     const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
@@ -75,15 +106,24 @@ inline Sieve::Sieve(const Sweep& sweep, const Box& cover) noexcept {
   const float by[3] = {sweep.by.x, sweep.by.y, sweep.by.z};
   for (int k = 0; k < 3; ++k) {
     auto [lower, upper] = corners(sweep.box, k);
-    float inverse = 1 / by[k];
+    inverse[k] = 1 / by[k];
     if (!(std::fabs(by[k]) >= 0x1p-64f && std::isfinite(lower) && std::isfinite(upper))) {
       std::tie(lower, upper) = corners(cover, k);
       lower -= 0x1p-90f;
-      inverse = 0x1p110f;
+      inverse[k] = 0x1p110f;
     }
-    from_lower_[k] = _mm_set1_ps(upper);
-    from_upper_[k] = _mm_set1_ps(lower);
-    inverse_[k] = _mm_set1_ps(inverse);
+    from_lower[k] = upper;
+    from_upper[k] = lower;
+  }
+}
+
+#if defined(THRONG_SSE2)
+
+inline Sieve::Sieve(const SieveTerms& terms) noexcept {
+  for (int k = 0; k < 3; ++k) {
+    from_lower_[k] = _mm_set1_ps(terms.from_lower[k]);
+    from_upper_[k] = _mm_set1_ps(terms.from_upper[k]);
+    inverse_[k] = _mm_set1_ps(terms.inverse[k]);
   }
 }
 
@@ -106,16 +146,68 @@ inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
     leave = _mm_min_ps(_mm_max_ps(a, b), leave);
   }
   return static_cast<std::uint32_t>(
-      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(0x1p-18f)))));
+      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SieveTerms::slack)))));
+}
+
+// Where corners lie in a line: lower x and y, lower z and upper x, upper y and z, of both boxes each.
+inline LineSieve::LineSieve(const SieveTerms& t) noexcept {
+  const auto four = [](float a, float b) { return _mm_setr_ps(a, a, b, b); };
+  from_[0] = four(t.from_lower[0], t.from_lower[1]);
+  from_[1] = four(t.from_lower[2], -t.from_upper[0]);
+  from_[2] = four(-t.from_upper[1], -t.from_upper[2]);
+  inverse_[0] = four(t.inverse[0], t.inverse[1]);
+  inverse_[1] = four(t.inverse[2], -t.inverse[0]);
+  inverse_[2] = four(-t.inverse[1], -t.inverse[2]);
+}
+
+inline std::uint32_t LineSieve::passes(const CellLine& line) const noexcept {
+  const auto times = [&](int i) {
+    return _mm_mul_ps(_mm_sub_ps(_mm_load_ps(line.corner[2 * i]), from_[i]), inverse_[i]);
+  };
+  const __m128 lower_xy = times(0), mixed = times(1), upper_yz = times(2);
+  const __m128 upper_xy = _mm_shuffle_ps(mixed, upper_yz, _MM_SHUFFLE(1, 0, 3, 2));
+  const __m128 z = _mm_shuffle_ps(mixed, upper_yz, _MM_SHUFFLE(3, 2, 1, 0));
+  const __m128 upper_z = _mm_movehl_ps(z, z);
+  __m128 enter = _mm_max_ps(_mm_min_ps(upper_xy, lower_xy), _mm_setzero_ps());
+  __m128 leave = _mm_min_ps(_mm_max_ps(lower_xy, upper_xy), _mm_set1_ps(1));
+  enter = _mm_max_ps(enter, _mm_movehl_ps(enter, enter));
+  leave = _mm_min_ps(leave, _mm_movehl_ps(leave, leave));
+  enter = _mm_max_ps(_mm_min_ps(upper_z, z), enter);
+  leave = _mm_min_ps(_mm_max_ps(z, upper_z), leave);
+  const auto both = static_cast<std::uint32_t>(
+      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SieveTerms::slack)))));
+  return both & ((1u << line.used) - 1);  // what is not used is all NaN, which bounds nothing
 }
 
 #else
 
-inline Sieve::Sieve(const Sweep&, const Box& cover) noexcept : cover_(cover) {}
+inline bool SieveTerms::pass(const Box& box) const noexcept {
+  const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
+  const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
+  float enter = 0, leave = 1;
+  for (int k = 0; k < 3; ++k) {
+    const float a = (lower[k] - from_lower[k]) * inverse[k];
+    const float b = (upper[k] - from_upper[k]) * inverse[k];
+    const float first = b < a ? b : a, last = a > b ? a : b;  // a NaN is no bound
+    enter = first > enter ? first : enter;
+    leave = last < leave ? last : leave;
+  }
+  return enter <= leave + slack;
+}
+
+inline Sieve::Sieve(const SieveTerms& terms) noexcept : terms_(terms) {}
 
 inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
   std::uint32_t bits = 0;
-  for (unsigned i = 0; i < 4; ++i) bits |= std::uint32_t{core::overlaps(cover_, four[i].box)} << i;
+  for (unsigned i = 0; i < 4; ++i) bits |= (terms_.pass(four[i].box) ? 1u : 0u) << i;
+  return bits;
+}
+
+inline LineSieve::LineSieve(const SieveTerms& terms) noexcept : terms_(terms) {}
+
+inline std::uint32_t LineSieve::passes(const CellLine& line) const noexcept {
+  std::uint32_t bits = 0;
+  for (unsigned k = 0; k < line.used; ++k) bits |= (terms_.pass(line.box(k)) ? 1u : 0u) << k;
   return bits;
 }
 

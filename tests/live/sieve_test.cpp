@@ -23,7 +23,7 @@ struct Met {
   std::size_t met = 0, grazed = 0, passed = 0, lost = 0;
 };
 void ask(const Sweep& sweep, const Body (&four)[4], Met& sum) {
-  const std::uint32_t passes = Sieve(sweep, cover(sweep, 0, 1)).passes(four);
+  const std::uint32_t passes = Sieve(SieveTerms(sweep, Cover(sweep)(0, 1))).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
     const Touch t = touch(sweep, four[i].box);
@@ -142,7 +142,7 @@ TEST(Sieve, EachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    Sieve(sweep, cover(sweep, 0, 1)).each(objects, [&](ObjectId id) {
+    Sieve(SieveTerms(sweep, Cover(sweep)(0, 1))).each(objects, [&](ObjectId id) {
       if (objects.is_active(id)) got.push_back(id);
     });
     EXPECT_EQ(got, want) << count;

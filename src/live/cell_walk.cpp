@@ -1,0 +1,111 @@
+#include "live/cell_walk.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace throng::live {
+
+void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Cover& cover, bool to_first) noexcept {
+  cells_ = &cells;
+  worlds_ = worlds;
+  if (worlds.all) return;
+  left_ = cells.line_count() / 4 + most;
+  enough_ = to_first ? enough_to_first : enough_of_all;
+  count_ = 0;
+  if (cells.has_wide()) homes_[count_++] = cells.wide_home();
+  add_ways(cover);
+  choose();
+  list();
+}
+
+void CellWalk::add_ways(const Cover& cover) noexcept {
+  const CellMap& map = cells_->map();
+  const double scale = map.units(1);
+  double inverse[3], slack[3];
+  for (int k = 0; k < 3; ++k) {
+    lower_[k] = cover.lower(k) * scale;
+    upper_[k] = cover.upper(k) * scale;
+    by_[k] = cover.by(k) * scale;
+    inverse[k] = 1 / by_[k];
+    slack[k] = 1 + 0x1p-22 * (std::max(std::fabs(lower_[k]), std::fabs(upper_[k])) +
+                              std::fabs(by_[k]));
+  }
+  whole_ = map.quantise(cover(0, 1));
+  const bool cut_off = map.is_cut_off(whole_);
+  way_count_ = 0;
+  cells_->each_class([&](int c) {
+    const auto crossed = [&](int k) {
+      return std::fabs(by_[k]) / static_cast<double>(1 << map.shift(c, k));
+    };
+    int axis = crossed(0) < crossed(1) ? 1 : 0;
+    if (crossed(axis) < crossed(2)) axis = 2;
+    const CellMap::Range range = map.cells_of(whole_, c);
+    Way& way = ways_[way_count_];
+    way.size_class = static_cast<std::int16_t>(c);
+    way.axis = static_cast<std::int8_t>(axis);
+    way.on = by_[axis] < 0 ? -1 : 1;
+    way.layer = by_[axis] < 0 ? range.upper[axis] : range.lower[axis];
+    way.layers = range.upper[axis] - range.lower[axis] + 1;
+    way.timeless = by_[axis] == 0 || cut_off;
+    if (way.timeless) {
+      way.begin = way.step = 0;
+      way.length = 1;
+    } else {
+      const double size = 1 << map.shift(c, axis);
+      const double out = slack[axis] + 0x1p-22 * size;
+      const double lower = way.layer * size - out;
+      const double upper = lower + size + map.span(c, axis) + 2 * out;
+      const double a = (lower - upper_[axis]) * inverse[axis];
+      const double b = (upper - lower_[axis]) * inverse[axis];
+      way.begin = std::min(a, b);
+      way.length = std::fabs(a - b);
+      way.step = size * std::fabs(inverse[axis]);
+    }
+    if (is_reached(way)) ++way_count_;
+  });
+}
+
+// On to the first layer that the sweep comes to; false: there is none.
+bool CellWalk::is_reached(Way& way) noexcept {
+  while (way.layers > 0 && way.begin + way.length < 0) way.pass();
+  return way.layers > 0 && way.begin <= 1;
+}
+
+// Which way's layer is the next, and its cells.
+void CellWalk::choose() noexcept {
+  if (is_over()) return;
+  next_ = 0;
+  for (unsigned i = 1; i < way_count_; ++i) {
+    if (ways_[i].begin < ways_[next_].begin) next_ = i;
+  }
+  const Way& way = ways_[next_];
+  const CellMap& map = cells_->map();
+  if (way.timeless) {
+    range_ = map.cells_of(whole_, way.size_class);
+  } else {
+    const double begin = std::max(way.begin, 0.0), end = std::min(way.begin + way.length, 1.0);
+    for (int k = 0; k < 3; ++k) {
+      const double a = by_[k] * begin, b = by_[k] * end;
+      const auto lower = static_cast<std::int32_t>(lower_[k] + std::min(a, b));
+      const auto upper = static_cast<std::int32_t>(upper_[k] + std::max(a, b));
+      const int shift = map.shift(way.size_class, k);
+      range_.lower[k] = (lower - map.span(way.size_class, k)) >> shift;
+      range_.upper[k] = upper >> shift;
+    }
+  }
+  range_.lower[way.axis] = range_.upper[way.axis] = way.layer;
+}
+
+// If the next layer has more cells than there is room for, none.
+void CellWalk::list() noexcept {
+  while (!is_over() && count_ < enough_) {
+    const std::uint64_t more = next_cells();
+    if (count_ + more > most || more >= left_) break;
+    take_layer([&](std::uint32_t home) {
+      cells_->prefetch(home);
+      homes_[count_++] = home;
+    });
+  }
+}
+
+}  // namespace throng::live

@@ -1,0 +1,146 @@
+// A sweep's way through cells, layer by layer, in the order in which it may meet what is in them.
+//
+// The cells of a class are gone through along the axis along which the sweep crosses most of them.
+// The boxes whose home is in a layer lie between two bounds there: its first unit, and a span after
+// its last one. The sweep looks into the cells that it may need from when it comes to the one until
+// it leaves the other.
+//
+// Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned in
+// units, in doubles. A coordinate is off by less than one unit from the number that it is cut to,
+// and by 2^-24 of itself as its product is rounded; the bounds of a layer are put further out by
+// more than that. So the times at which the box and the sweep begin and end to touch along this axis
+// lie between those of the layer, but for what doubles round, some 2^-50, for which the latter are
+// put 2^-40 further out; and `enter` lies between the former. What the sweep meets then overlaps its
+// Cover of that time, which is further out, too, than a product may be rounded; so the box is in one
+// of the cells in which a search of that Cover looks (cell_map.hpp), and it is in this layer. Where
+// numbers of units are cut off, as they are from CellMap::most_units on, the sweep looks into all
+// layers for all of its time.
+#pragma once
+
+#include <cstdint>
+
+#include "live/cells.hpp"
+#include "live/sieve.hpp"
+#include "live/sweep.hpp"
+
+namespace throng::live {
+
+class CellWalk {
+ public:
+  // Asks for the cells that it looks into first: for not too many, if it may end early.
+  void start(const Cells& cells, Cells::Worlds worlds, const Cover& cover, bool to_first) noexcept;
+
+  // look(line, k) for box k of a line, all that pass the sieve, some several times; until nothing
+  // that is left is met before time `first`, which look() may make less. False: it gave up, as more
+  // cells are to be looked at than going through all objects takes.
+  template <class F>
+  bool go(const LineSieve& sieve, const double& first, F&& look);
+
+ private:
+  // Through the cells of a class.
+  struct Way {
+    double begin, length, step;  // the next layer's time, and how much later that after it begins
+    std::int32_t layer, layers;  // its number; how many are left
+    std::int16_t size_class;
+    std::int8_t axis, on;  // to the next number
+    bool timeless;         // each layer has all the time
+
+    void pass() noexcept {
+      layer += on;
+      --layers;
+      begin += step;
+    }
+  };
+  // Cells are listed, and so asked for, before they are looked at: some layers, until there are
+  // enough. What lies behind those cells goes on the list, too, as far as there is room.
+  static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
+
+  void add_ways(const Cover& cover) noexcept;
+  static bool is_reached(Way& way) noexcept;
+  void choose() noexcept;
+  bool is_over() const noexcept { return way_count_ == 0; }
+  // How many cells the next layer has, or too many; f(home) for each of them, and on to the next.
+  std::uint64_t next_cells() const noexcept {
+    return CellMap::count(range_, left_) * (worlds_.everywhere ? 2 : 1);
+  }
+  template <class F>
+  void take_layer(F&& f);
+  void list() noexcept;
+  template <class F>
+  void look_at_listed(const LineSieve& sieve, F&& look);
+  // At a home's lines, first to last.
+  template <class F>
+  void look_at_chain(const LineSieve& sieve, std::uint32_t home, F&& look) const;
+
+  const Cells* cells_;
+  Cells::Worlds worlds_;
+  double lower_[3], upper_[3], by_[3];  // the Cover, in units
+  CellMap::Range whole_, range_;        // the cells of all the way, and of the next layer
+  std::uint64_t left_;                  // so many cells, and it gives up
+  std::uint32_t count_, enough_;
+  std::uint32_t homes_[room];
+  unsigned way_count_, next_;
+  Way ways_[CellMap::class_numbers];
+};
+
+template <class F>
+void CellWalk::take_layer(F&& f) {
+  left_ -= next_cells();
+  Way& way = ways_[next_];
+  cells_->each_home(range_, way.size_class, worlds_, f);
+  way.pass();
+  if (!is_reached(way)) way = ways_[--way_count_];
+  choose();
+}
+
+template <class F>
+bool CellWalk::go(const LineSieve& sieve, const double& first, F&& look) {
+  if (worlds_.all) return false;
+  for (;;) {
+    look_at_listed(sieve, look);
+    if (is_over() || first < ways_[next_].begin) return true;
+    list();
+    if (count_ != 0) continue;
+    if (next_cells() >= left_) return false;
+    take_layer([&](std::uint32_t home) { look_at_chain(sieve, home, look); });
+  }
+}
+
+// Hits are noted, and chains put on the list, without a branch, as in Cells::search_few().
+template <class F>
+void CellWalk::look_at_listed(const LineSieve& sieve, F&& look) {
+  struct Hit {
+    const CellLine* line;
+    std::uint32_t k;
+  };
+  Hit hits[2 * room + 1];
+  std::uint32_t hit_count = 0, i = 0;
+  for (; i < count_ && count_ < room; ++i) {
+    const CellLine& line = cells_->line(homes_[i]);
+    cells_->prefetch(line.next);
+    homes_[count_] = line.next;
+    count_ += line.next != 0;
+    const std::uint32_t bits = sieve.passes(line);
+    hits[hit_count] = {&line, 0};
+    hit_count += bits & 1;
+    hits[hit_count] = {&line, 1};
+    hit_count += bits >> 1;
+  }
+  for (std::uint32_t h = 0; h < hit_count; ++h) look(*hits[h].line, hits[h].k);
+  for (; i < count_; ++i) look_at_chain(sieve, homes_[i], look);
+  count_ = 0;
+}
+
+template <class F>
+void CellWalk::look_at_chain(const LineSieve& sieve, std::uint32_t home, F&& look) const {
+  std::uint32_t i = home;
+  do {
+    const CellLine& line = cells_->line(i);
+    const std::uint32_t bits = sieve.passes(line);
+    if (bits & 1) look(line, 0);
+    if (bits & 2) look(line, 1);
+    i = line.next;
+  } while (i != 0);
+}
+
+}  // namespace throng::live

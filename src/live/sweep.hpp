@@ -1,0 +1,49 @@
+// A box on its way: when it touches another one, and where it is meanwhile.
+#pragma once
+
+#include <throng/broad_phase.hpp>
+
+namespace throng::live {
+
+// When a moving box touches another one: from `enter` to `leave`, if enter <= leave.
+struct Touch {
+  double enter, leave;
+};
+Touch touch(const Sweep& sweep, const Box& box) noexcept;
+
+struct SweepAxis {
+  float lower, upper, by;
+};
+void axes_of(const Sweep& sweep, SweepAxis (&axes)[3]) noexcept;
+
+// Boxes that hold where a sweep is from one time to another, both in 0 .. 1, and reach a little
+// further, by more than arithmetic may have rounded: whatever touch() says is met between the two
+// overlaps this box.
+//
+// touch() is off by some 2^-51 of the numbers that meet in it, and a bound of this box by 2^-24 of
+// itself, or 2^-150, as it becomes a float; it was put further out by 2^-22 of all that it may be,
+// and 2^-140.
+class Cover {
+ public:
+  Cover() noexcept = default;
+  explicit Cover(const Sweep& sweep) noexcept;
+  Box operator()(double begin, double end) const noexcept {
+    float lower[3], upper[3];
+    for (int k = 0; k < 3; ++k) {
+      const double a = by_[k] * begin, b = by_[k] * end;
+      lower[k] = static_cast<float>(lower_[k] + (a < b ? a : b));
+      upper[k] = static_cast<float>(upper_[k] + (a < b ? b : a));
+    }
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  }
+
+  // Along an axis: its bounds at the start, and how far it goes.
+  double lower(int k) const noexcept { return lower_[k]; }
+  double upper(int k) const noexcept { return upper_[k]; }
+  double by(int k) const noexcept { return by_[k]; }
+
+ private:
+  double lower_[3], upper_[3], by_[3];
+};
+
+}  // namespace throng::live
