@@ -119,8 +119,7 @@ class CellMap {
   // Whether it reaches to where coordinates are no longer told apart.
   static bool is_cut_off(const Range& r) noexcept {
     bool far = false;
-    for (int k = 0; k < 3; ++k)
-      far |= r.lower[k] <= -most_units || r.upper[k] >= most_units;
+    for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -most_units || r.upper[k] >= most_units;
     return far;
   }
   // How many these are, or `most` where they are more. At most 2^26 an axis, so that the product

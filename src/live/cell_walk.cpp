@@ -5,7 +5,8 @@
 
 namespace throng::live {
 
-void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Cover& cover, bool to_first) noexcept {
+void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Cover& cover,
+                     bool to_first) noexcept {
   cells_ = &cells;
   worlds_ = worlds;
   if (worlds.all) return;
@@ -27,8 +28,8 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
     upper_[k] = cover.upper(k) * scale;
     by_[k] = cover.by(k) * scale;
     inverse[k] = 1 / by_[k];
-    slack[k] = 1 + 0x1p-22 * (std::max(std::fabs(lower_[k]), std::fabs(upper_[k])) +
-                              std::fabs(by_[k]));
+    slack[k] =
+        1 + 0x1p-22 * (std::max(std::fabs(lower_[k]), std::fabs(upper_[k])) + std::fabs(by_[k]));
   }
   whole_ = map.quantise(cover(0, 1));
   const bool cut_off = map.is_cut_off(whole_);

@@ -5,16 +5,16 @@
 // its last one. The sweep looks into the cells that it may need from when it comes to the one until
 // it leaves the other.
 //
-// Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned in
-// units, in doubles. A coordinate is off by less than one unit from the number that it is cut to,
-// and by 2^-24 of itself as its product is rounded; the bounds of a layer are put further out by
-// more than that. So the times at which the box and the sweep begin and end to touch along this axis
-// lie between those of the layer, but for what doubles round, some 2^-50, for which the latter are
-// put 2^-40 further out; and `enter` lies between the former. What the sweep meets then overlaps its
-// Cover of that time, which is further out, too, than a product may be rounded; so the box is in one
-// of the cells in which a search of that Cover looks (cell_map.hpp), and it is in this layer. Where
-// numbers of units are cut off, as they are from CellMap::most_units on, the sweep looks into all
-// layers for all of its time.
+// Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned
+// in units, in doubles. A coordinate is off by less than one unit from the number that it is cut
+// to, and by 2^-24 of itself as its product is rounded; the bounds of a layer are put further out
+// by more than that. So the times at which the box and the sweep begin and end to touch along this
+// axis lie between those of the layer, but for what doubles round, some 2^-50, for which the latter
+// are put 2^-40 further out; and `enter` lies between the former. What the sweep meets then
+// overlaps its Cover of that time, which is further out, too, than a product may be rounded; so the
+// box is in one of the cells in which a search of that Cover looks (cell_map.hpp), and it is in
+// this layer. Where numbers of units are cut off, as they are from CellMap::most_units on, the
+// sweep looks into all layers for all of its time.
 #pragma once
 
 #include <cstdint>

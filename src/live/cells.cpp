@@ -125,6 +125,7 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
   for (std::uint32_t k = 0; k < count; ++k) {
     const Line& line = lines[reach.homes[k]];
     if (count < Reach::room) [[likely]] {
+      prefetch(line.next);
       reach.homes[count] = line.next;
       count += line.next != 0;
     } else if (line.next != 0) {

@@ -234,8 +234,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
       const auto look = [&](const CellLine& line, std::uint32_t k) {
         meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
       };
-      if (!way.walk.go(LineSieve(terms), best.time, look))
-        Sieve(terms).each(objects, meet);
+      if (!way.walk.go(LineSieve(terms), best.time, look)) Sieve(terms).each(objects, meet);
     } else if (columns_pay(ground, objects, sweep)) {
       for (const ObjectId id : ground.columns->changed) meet(id);
       const double piece = 1 / pieces(*ground.columns, sweep);

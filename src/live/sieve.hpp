@@ -149,7 +149,8 @@ inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
       _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SieveTerms::slack)))));
 }
 
-// Where corners lie in a line: lower x and y, lower z and upper x, upper y and z, of both boxes each.
+// Where corners lie in a line: lower x and y, lower z and upper x, upper y and z, of both boxes
+// each.
 inline LineSieve::LineSieve(const SieveTerms& t) noexcept {
   const auto four = [](float a, float b) { return _mm_setr_ps(a, a, b, b); };
   from_[0] = four(t.from_lower[0], t.from_lower[1]);

@@ -1,0 +1,289 @@
+// What a sweep meets is looked at on its way through cells, whatever lies in them, and where it
+// ends with the first, that is the first; and it looks at little else.
+#include "live/cell_walk.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "cpu/threads.hpp"
+#include "support/random.hpp"
+
+namespace throng::live {
+namespace {
+
+using tests::Random;
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+// Objects in cells.
+class World {
+ public:
+  explicit World(float margin = 0)
+      : memory_(std::pmr::new_delete_resource(), 0), objects_(memory_, margin), cells_(memory_) {}
+
+  void add(const Box& box, const Filter& filter = {}) {
+    objects_.reserve_more(1);
+    objects_.add(box, filter);
+  }
+  void make() { cells_.make(objects_, cpu::default_executor(), 1); }
+
+  const Objects& objects() const { return objects_; }
+  const Cells& cells() const { return cells_; }
+
+ private:
+  cpu::Memory memory_;
+  Objects objects_;
+  Cells cells_;
+};
+
+struct Sum {
+  std::size_t met = 0, looked = 0, given_up = 0, lost = 0;
+};
+
+// Both ways of going through: for all, and to the first.
+void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}) {
+  const Objects& objects = w.objects();
+  const Cover cover(sweep);
+  const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
+  std::set<ObjectId> looked;
+  double first = 2;  // of all objects, and as found by the one who ends there
+  for (std::size_t id = 0; id < objects.limit(); ++id) {
+    const Body& body = objects.body(static_cast<ObjectId>(id));
+    if (!core::is_active(body.box)) continue;
+    const Touch t = touch(sweep, body.box);
+    if (t.enter <= t.leave) first = std::min(first, t.enter);
+  }
+  CellWalk walk;
+  const double never = 2;
+  walk.start(w.cells(), worlds, cover, false);
+  if (!walk.go(sieve, never, [&](const CellLine& line, std::uint32_t k) {
+        looked.insert(line.id[k]);
+        ++sum.looked;
+      })) {
+    ++sum.given_up;
+    return;
+  }
+  for (std::size_t i = 0; i < objects.limit(); ++i) {
+    const auto id = static_cast<ObjectId>(i);
+    const Box& box = objects.body(id).box;
+    if (!core::is_active(box)) continue;
+    const Touch t = touch(sweep, box);
+    if (t.enter > t.leave) continue;
+    ++sum.met;
+    if (looked.count(id) != 0 || sum.lost++ != 0) continue;
+    ADD_FAILURE() << "box " << box.lower.x << ' ' << box.lower.y << ' ' << box.lower.z << ", "
+                  << box.upper.x << ' ' << box.upper.y << ' ' << box.upper.z << " of "
+                  << objects.limit() << "; sweep " << sweep.box.lower.x << ' ' << sweep.box.lower.y
+                  << ' ' << sweep.box.lower.z << ", " << sweep.box.upper.x << ' '
+                  << sweep.box.upper.y << ' ' << sweep.box.upper.z << " by " << sweep.by.x << ' '
+                  << sweep.by.y << ' ' << sweep.by.z << ", met from " << t.enter << " to "
+                  << t.leave;
+  }
+  double found = 2;
+  walk.start(w.cells(), worlds, cover, true);
+  ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
+    const Touch t = touch(sweep, objects.body(line.id[k]).box);
+    if (t.enter <= t.leave) found = std::min(found, t.enter);
+  }));
+  EXPECT_EQ(found, first);
+}
+
+Box cube(const Vec3& v, float e) { return {v, {v.x + e, v.y + e, v.z + e}}; }
+Vec3 any_way(Random& random, float most) { return random.point(-most, most); }
+
+// Boxes as `box` makes them, rays and fat sweeps as `sweep` does.
+using Make = std::function<Box(Random&)>;
+Sum go_through(std::uint64_t seed, int boxes, const Make& box, int sweeps,
+               const std::function<Sweep(Random&)>& sweep, float margin = 0) {
+  Random random(seed);
+  World world(margin);
+  for (int i = 0; i < boxes; ++i) world.add(box(random));
+  world.make();
+  Sum sum;
+  for (int i = 0; i < sweeps; ++i) ask(world, sweep(random), sum);
+  EXPECT_EQ(sum.lost, 0u);
+  return sum;
+}
+
+TEST(CellWalk, RaysAmongCubes) {
+  const Make box = [](Random& r) { return cube(r.point(0, 40), 1); };
+  const auto ray = [](Random& r) {
+    const Vec3 from = r.point(-5, 45);
+    return Sweep{{from, from}, any_way(r, 12)};
+  };
+  for (const float margin : {0.0f, 0.25f}) {
+    const Sum sum = go_through(1, 8000, box, 2000, ray, margin);
+    EXPECT_GT(sum.met, 2000u);
+    EXPECT_EQ(sum.given_up, 0u);
+    if (margin == 0) {
+      EXPECT_LE(sum.looked, sum.met + sum.met / 20);
+    }
+  }
+}
+
+TEST(CellWalk, FatAndSlow) {
+  const Make box = [](Random& r) { return cube(r.point(0, 30), r.one_in(9) ? 5 : 0.5f); };
+  const auto sweep = [](Random& r) {
+    const Vec3 by = {r.one_in(3) ? 0.0f : r.in(-9, 9), r.one_in(3) ? 0.0f : r.in(-1, 1),
+                     r.one_in(3) ? 0.0f : std::ldexp(r.in(-1, 1), r.between(-140, 3))};
+    return Sweep{cube(r.point(-2, 30), r.in(0, 3)), by};
+  };
+  const Sum sum = go_through(2, 6000, box, 2000, sweep);
+  EXPECT_GT(sum.met, 10'000u);
+  EXPECT_LT(sum.given_up, 200u);
+}
+
+// Sizes of many classes, long and thin ones, and some too wide for any.
+TEST(CellWalk, SizesOfAllKinds) {
+  const Make log_uniform = [](Random& r) { return cube(r.point(0, 60), r.magnitude(-4, 3)); };
+  const Make rods = [](Random& r) {
+    Vec3 e = {0.2f, 0.2f, 0.2f};
+    (&e.x)[r.below(3)] = r.in(4, 40);
+    const Vec3 v = r.point(-60, 60);
+    return Box{v, {v.x + e.x, v.y + e.y, v.z + e.z}};
+  };
+  const Make wide = [](Random& r) {
+    return r.one_in(20) ? cube(r.point(-60, 0), r.magnitude(2, 40)) : cube(r.point(0, 60), 1);
+  };
+  for (const Make& box : {log_uniform, rods, wide}) {
+    const Sum sum = go_through(3, 4000, box, 1500, [](Random& r) {
+      const Vec3 from = r.point(-20, 60);
+      return Sweep{r.one_in(2) ? Box{from, from} : cube(from, r.in(0, 2)), any_way(r, 30)};
+    });
+    EXPECT_GT(sum.met, 1000u);
+    EXPECT_LT(sum.given_up, 150u);
+  }
+}
+
+// Touching faces, edges and corners of a lattice, whose bounds lie on those of cells or next to
+// them, near and far from the origin.
+TEST(CellWalk, Grazing) {
+  Random pitches(4);
+  std::size_t met = 0;
+  for (int round = 0; round < 60; ++round) {
+    const float pitch =
+        std::ldexp(pitches.one_in(2) ? 1.0f : pitches.in(1, 2), pitches.between(-40, 40));
+    const float origin = pitches.one_in(2) ? 0 : pitch * std::ldexp(1.0f, pitches.between(0, 24));
+    const auto at = [=](Random& r, int low, int high) {
+      return tests::nudge(origin + pitch * static_cast<float>(r.between(low, high)),
+                          r.one_in(2) ? 0 : r.between(-2, 2));
+    };
+    const auto box = [=](Random& r) {
+      Box b;
+      for (int k = 0; k < 3; ++k) {
+        const float x = at(r, -6, 6), y = r.one_in(2) ? x : at(r, -6, 6);
+        (&b.lower.x)[k] = std::fmin(x, y);
+        (&b.upper.x)[k] = std::fmax(x, y);
+      }
+      return b;
+    };
+    const Sum sum = go_through(50 + round, 300, box, 150, [=](Random& r) {
+      const auto by = [&] { return pitch * static_cast<float>(r.between(-9, 9)); };
+      Box b = box(r);
+      if (r.one_in(2)) b.upper = b.lower;
+      return Sweep{b, {by(), by(), by()}};
+    });
+    met += sum.met;
+  }
+  EXPECT_GT(met, 20'000u);
+}
+
+// Numbers of any magnitude, infinite ones, and such as cells no longer tell apart.
+TEST(CellWalk, AnyNumbers) {
+  const auto number = [](Random& r, bool finite) {
+    const float some[] = {0,    1,     3,     10,       1e-20f,  1e-42f,   1e8f,
+                          3e8f, 1e20f, 1e30f, 0x1p100f, FLT_MAX, infinity, infinity};
+    float x = some[r.between(0, r.one_in(2) ? 3 : finite ? 11 : 13)];
+    if (r.one_in(3)) x = r.in(0, 10);
+    return r.one_in(2) ? -x : x;
+  };
+  const Make box = [&](Random& r) {
+    Box b;
+    for (int k = 0; k < 3; ++k) {
+      const float x = number(r, false), y = r.one_in(2) ? x + 1 : number(r, false);
+      (&b.lower.x)[k] = std::fmin(x, y);
+      (&b.upper.x)[k] = std::fmax(x, y);
+    }
+    return b;
+  };
+  Sum all;
+  for (int round = 0; round < 40; ++round) {
+    // Mostly small ones, which decide what cells are like.
+    const Make most = [&](Random& r) { return r.one_in(3) ? box(r) : cube(r.point(0, 20), 1); };
+    const Sum sum = go_through(200 + round, 400, round % 2 ? box : most, 150, [&](Random& r) {
+      Box b = box(r);
+      if (r.one_in(2)) b.upper = b.lower;
+      return Sweep{b, {number(r, true), number(r, true), number(r, true)}};
+    });
+    all.met += sum.met;
+    all.given_up += sum.given_up;
+  }
+  EXPECT_GT(all.met, 50'000u);
+  EXPECT_LT(all.given_up, 4'000u);
+}
+
+// A world's own objects and those of none; where every world is asked for it gives up.
+TEST(CellWalk, Worlds) {
+  Random random(6);
+  World world;
+  for (int i = 0; i < 6000; ++i) {
+    Filter filter;
+    filter.world = random.between(-1, 3);
+    world.add(cube(random.point(0, 25), 1), filter);
+  }
+  world.make();
+  std::size_t met = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 from = random.point(0, 25);
+    const Sweep ray = {{from, from}, any_way(random, 10)};
+    const Cover cover(ray);
+    const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
+    std::set<ObjectId> looked;
+    CellWalk walk;
+    const double never = 2;
+    const auto look = [&](const CellLine& line, std::uint32_t k) { looked.insert(line.id[k]); };
+    walk.start(world.cells(), {2, true, false}, cover, false);
+    ASSERT_TRUE(walk.go(sieve, never, look));
+    for (std::size_t k = 0; k < world.objects().limit(); ++k) {
+      const auto id = static_cast<ObjectId>(k);
+      const std::int32_t of = world.objects().filter(id).world;
+      const Touch t = touch(ray, world.objects().body(id).box);
+      if ((of != 2 && of != -1) || t.enter > t.leave) continue;
+      ++met;
+      EXPECT_EQ(looked.count(id), 1u);
+    }
+    walk.start(world.cells(), {-1, false, true}, cover, false);
+    EXPECT_FALSE(walk.go(sieve, never, look));
+  }
+  EXPECT_GT(met, 300u);
+}
+
+// Whatever touch() says is met lies in a box around where the sweep is then.
+TEST(Cover, HoldsWhatIsMet) {
+  Random random(7);
+  std::size_t met = 0;
+  for (int i = 0; i < 300'000; ++i) {
+    const float pitch = std::ldexp(random.in(0.5f, 1), random.between(-120, 120));
+    const auto at = [&] { return pitch * static_cast<float>(random.between(-4, 4)); };
+    const auto box = [&] {
+      const Vec3 v = {at(), at(), at()};
+      return cube(v, pitch * static_cast<float>(random.between(0, 2)));
+    };
+    const Sweep sweep = {box(), {2 * at(), 2 * at(), 2 * at()}};
+    const Box other = box();
+    const Touch t = touch(sweep, other);
+    if (t.enter > t.leave) continue;
+    ++met;
+    const double before = random.one_in(2) ? t.enter : t.enter * random.unit();
+    EXPECT_TRUE(core::overlaps(Cover(sweep)(before, t.enter), other));
+  }
+  EXPECT_GT(met, 10'000u);
+}
+
+}  // namespace
+}  // namespace throng::live
