@@ -11,8 +11,12 @@ namespace {
 // Of so many boxes all are looked at for a plan; of more one in eight, but at least so many, and at
 // most so many.
 constexpr std::size_t whole_sample = 1536, least_sample = 512, most_sample = 4096;
-constexpr double crowded = 4;
+constexpr double most_crowded = 4;
 constexpr int most_halvings = 16;
+// Of cells, floats may cut a box one unit of a sixteenth of a span longer than it is.
+constexpr double fitting = 1.07, least_fitting = 1.065;
+// Cells are planned otherwise only where that leaves so much of what searches cost.
+constexpr double much_saved = 0.85;
 
 float finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
@@ -26,6 +30,8 @@ double quantile(const List<CellPlan::Sampled>& sample, double q, Of&& of) noexce
   std::nth_element(some, some + at, some + n);
   return some[at];
 }
+
+double side_of(const CellPlan::Sampled& s) noexcept { return s.side; }
 
 // How likely two of the sample begin in the same of cells that are so long. Sorts it.
 double together(List<CellPlan::Sampled>& sample, double length) noexcept {
@@ -48,13 +54,99 @@ double together(List<CellPlan::Sampled>& sample, double length) noexcept {
   return sample.size() < 2 ? 0 : 2 * twos / (n * (n - 1));
 }
 
+// What a search looks at, in lines, by what cells are like: for boxes of several sizes, as those of
+// a sample, which lie evenly. A cell that is looked into costs some more than a line behind it, and
+// a class some lines, too.
+class SearchCost {
+ public:
+  // A span is `base` times 2^(step / steps).
+  static constexpr int steps = 4, least_step = -2, most_step = 8;
+
+  SearchCost(const List<CellPlan::Sampled>& sample, double base, double density, double boxes,
+             const CellPlan::Extent (&world)[3]) noexcept
+      : base_(base), density_(density), boxes_(boxes), world_(world) {
+    const std::size_t n = std::min(sample.size(), most_priced);
+    const double one = 1 / static_cast<double>(n);
+    // Few are so long that they look at a good part of the world.
+    const double longest = quantile(sample, 0.98, side_of);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double step = std::ceil(steps * std::log2(sample[i].side * least_fitting / base));
+      share_[static_cast<int>(std::clamp(step, double{least_step}, double{last_step})) -
+             least_step] += one;
+      double e[3];
+      for (int k = 0; k < 3; ++k) e[k] = std::min(double{sample[i].extent[k]}, longest);
+      sums_ += one * (e[0] + e[1] + e[2]);
+      areas_ += one * (e[0] * e[1] + e[1] * e[2] + e[2] * e[0]);
+      volumes_ += one * e[0] * e[1] * e[2];
+    }
+  }
+
+  double span(int step) const noexcept { return base_ * std::exp2(step / double{steps}); }
+
+  double operator()(int step, bool crowded) const noexcept {
+    double length = span(step) * (crowded ? 1 : 2), homes = 1;
+    for (const CellPlan::Extent& e : world_) homes *= std::floor(e.length / length) + 2;
+    const bool full = homes <= 2 * boxes_;  // as CellMap::lay_out() has it
+    const double on_a_home = full ? boxes_ / homes : 1 / 1.4;
+    double cost = 0;
+    int k = 0;
+    for (int c = 0; k < share_count; ++c, length *= 2) {
+      double share = 0;
+      for (; k < share_count && k + least_step <= step + steps * c; ++k) share += share_[k];
+      if (share == 0) continue;
+      const double of_its_own = share * density_ * length * length * length;
+      const double others = (full ? 1 - share : 1) * on_a_home;
+      cost += class_cost + cells(length, crowded) * (cell_cost + lines(of_its_own + others));
+    }
+    return cost;
+  }
+
+ private:
+  static constexpr std::size_t most_priced = 512;
+  static constexpr int last_step = 64, share_count = last_step - least_step + 1;
+  static constexpr double cell_cost = 0.8, class_cost = 6;
+
+  // That a search looks into, of a class, on average: each axis of a box has as many as it is long,
+  // and one and a half more, or two.
+  double cells(double length, bool crowded) const noexcept {
+    const double more = crowded ? 2 : 1.5;
+    return more * more * more +
+           (more * more * sums_ + (more * areas_ + volumes_ / length) / length) / length;
+  }
+  // Of so many boxes on average, two to a line, that lie by chance.
+  static double lines(double boxes) noexcept {
+    return boxes / 2 + (1 - std::exp(-2 * boxes)) / 4 + std::exp(-boxes);
+  }
+
+  double base_, density_, boxes_;
+  const CellPlan::Extent (&world_)[3];
+  double share_[share_count] = {};             // by the first step whose span holds a box
+  double sums_ = 0, areas_ = 0, volumes_ = 0;  // of a box's extents, on average
+};
+
+// Boxes of several sizes may want other cells than those of the usual one.
+void adapt(const List<CellPlan::Sampled>& sample, double density, double boxes,
+           CellPlan& plan) noexcept {
+  const SearchCost cost(sample, plan.span, density, boxes, plan.extent);
+  double best = much_saved * cost(0, plan.crowded), span = plan.span;
+  for (const bool crowded : {false, true}) {
+    for (int step = SearchCost::least_step; step <= SearchCost::most_step; ++step) {
+      const double now = cost(step, crowded);
+      if (!(now < best)) continue;
+      best = now;
+      span = cost.span(step);
+      plan.crowded = crowded;
+    }
+  }
+  plan.span = span;
+}
+
 // Equal boxes shall fit into the first class, and smaller ones shall share its cells until the cell
 // of a box holds about one other: large boxes look into fewer then. Where boxes lie together in an
 // empty world that is less than the world has room for.
 void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan) noexcept {
   if (sample.empty()) return;
-  const auto side_of = [](const CellPlan::Sampled& s) { return s.side; };
-  const double side = quantile(sample, 0.25, side_of) * 1.07;
+  const double side = quantile(sample, 0.25, side_of) * fitting;
   const double usual = quantile(sample, 0.5, side_of);
   const auto count = static_cast<double>(boxes);
   double volume = 1;
@@ -68,11 +160,15 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
   }
   plan.span = std::max(side, 0.5 * std::cbrt(volume / count));
   double crowding = count * together(sample, 2 * plan.span);
-  for (int k = 0; k < most_halvings && crowding > crowded && plan.span > side; ++k) {
+  for (int k = 0; k < most_halvings && crowding > most_crowded && plan.span > side; ++k) {
     plan.span = std::max(side, 0.5 * plan.span);
     crowding = count * together(sample, 2 * plan.span);
   }
-  plan.crowded = crowding > crowded;
+  plan.crowded = crowding > most_crowded;
+  const bool one_class =
+      std::all_of(sample.begin(), sample.end(), [&](const auto& s) { return s.side <= plan.span; });
+  if (plan.thin || one_class) return;
+  adapt(sample, std::max(crowding / std::pow(2 * plan.span, 3), count / volume), count, plan);
 }
 
 }  // namespace
@@ -103,7 +199,12 @@ CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
       side /= 1 << thinner;
       ++thin;
     }
-    sample.push({side, {lower[0], lower[1], lower[2]}, 0});
+    Sampled s{side, {}, {}, 0};
+    for (int k = 0; k < 3; ++k) {
+      s.lower[k] = lower[k];
+      s.extent[k] = finite(upper[k] - lower[k]);
+    }
+    sample.push(s);
   }
   CellPlan plan;
   plan.thin = thin > sample.size() / 2;

@@ -17,10 +17,10 @@ struct CellPlan {
     double begin, length;
   };
   // A box that is looked at: its longest side, of a thin one an eighth of that; where it begins,
-  // and in which cell.
+  // how long it is, and in which cell it begins.
   struct Sampled {
     double side;
-    float lower[3];
+    float lower[3], extent[3];
     std::uint64_t cell;
   };
 

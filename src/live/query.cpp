@@ -19,6 +19,9 @@ constexpr std::size_t threads_ask_from = 64;
 // Cells are asked for so many questions ahead.
 constexpr std::size_t ahead = 8;
 
+// Of no more objects than these a sweep looks at all, and not at cells.
+constexpr std::size_t few_objects = 256;
+
 // What it takes to look at an object, in ns, as tracker.cpp tells what things cost: where all are
 // gone through, and of a list.
 constexpr double look_ns = 1.6, listed_ns = 30;
@@ -191,12 +194,14 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
   const Allowed allowed(objects, sweeps.filters);
   const SweepTest& test = sweeps.test;
   const bool only_first = sweeps.which == SweepHits::first;
+  const bool by_cells = cells && objects.limit() > few_objects;
   const bool grown = objects.margin() != 0;
   const auto prepare = [&](std::size_t i, Way& way) {
     const Sweep& sweep = sweeps.data[i];
     if (!core::is_active(sweep.box)) return;
     way.cover = Cover(sweep);
-    if (cells) way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), way.cover, only_first);
+    if (by_cells)
+      way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), way.cover, only_first);
   };
   const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found) {
     const Sweep& sweep = sweeps.data[i];
@@ -230,12 +235,12 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     };
     const Box whole = way.cover(0, 1);
     const SieveTerms terms(sweep, whole);
-    if (cells) {
+    if (by_cells) {
       const auto look = [&](const CellLine& line, std::uint32_t k) {
         meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
       };
       if (!way.walk.go(LineSieve(terms), best.time, look)) Sieve(terms).each(objects, meet);
-    } else if (columns_pay(ground, objects, sweep)) {
+    } else if (!cells && columns_pay(ground, objects, sweep)) {
       for (const ObjectId id : ground.columns->changed) meet(id);
       const double piece = 1 / pieces(*ground.columns, sweep);
       for (double end; begin != 1; begin = end) {

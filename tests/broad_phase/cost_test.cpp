@@ -59,6 +59,39 @@ TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
   }
 }
 
+// Boxes of two sizes that fill twice their world: what searches compare by cells that are planned
+// for both, and not for the usual one alone.
+TEST(Comparisons, OfTwoSizes) {
+  Random random(2);
+  std::vector<Box> boxes(20000);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const float e = i % 2 == 0 ? 1 : 3;
+    const Vec3 v = random.point(0, 52);
+    boxes[i] = {v, {v.x + e, v.y + e, v.z + e}};
+  }
+  Options options;
+  options.threads = 1;
+  BroadPhase broad_phase(options);
+  ASSERT_TRUE(broad_phase.add(boxes, nullptr).ok());
+  ASSERT_TRUE(broad_phase.update().ok());
+  double compared = 0, searches = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    for (int k = 0; k < 200; ++k) {
+      const auto id = random.below(static_cast<std::uint32_t>(boxes.size()));
+      Box& b = boxes[id];
+      b.lower.x = nudge(b.lower.x, 1);
+      ASSERT_EQ(broad_phase.move(id, b), Status::ok);
+    }
+    const Result r = broad_phase.update();
+    ASSERT_TRUE(r.ok()) << r.message;
+    if (!searched_around(r)) continue;
+    compared += static_cast<double>(r.comparisons);
+    searches += 200;
+  }
+  EXPECT_GE(searches, 30 * 200);
+  EXPECT_LE(compared, 150 * searches);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scene::names()),
                          [](const auto& which) {
                            std::string name = which.param;
