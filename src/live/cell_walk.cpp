@@ -5,8 +5,8 @@
 
 namespace throng::live {
 
-void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Cover& cover,
-                     bool to_first) noexcept {
+void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep,
+                     const Cover& cover, bool to_first) noexcept {
   cells_ = &cells;
   worlds_ = worlds;
   if (worlds.all) return;
@@ -14,7 +14,9 @@ void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Cover& cove
   enough_ = to_first ? enough_to_first : enough_of_all;
   count_ = 0;
   if (cells.has_wide()) homes_[count_++] = cells.wide_home();
-  add_ways(cover);
+  way_count_ = 0;
+  inside_ = touch(sweep, cells.bounds());
+  if (inside_.enter <= inside_.leave) add_ways(cover);
   choose();
   list();
 }
@@ -31,9 +33,8 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
     slack[k] =
         1 + 0x1p-22 * (std::max(std::fabs(lower_[k]), std::fabs(upper_[k])) + std::fabs(by_[k]));
   }
-  whole_ = map.quantise(cover(0, 1));
+  whole_ = map.quantise(cover(inside_.enter, inside_.leave));
   const bool cut_off = map.is_cut_off(whole_);
-  way_count_ = 0;
   cells_->each_class([&](int c) {
     const auto crossed = [&](int k) {
       return std::fabs(by_[k]) / static_cast<double>(1 << map.shift(c, k));
@@ -49,8 +50,9 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
     way.layers = range.upper[axis] - range.lower[axis] + 1;
     way.timeless = by_[axis] == 0 || cut_off;
     if (way.timeless) {
-      way.begin = way.step = 0;
-      way.length = 1;
+      way.begin = inside_.enter;
+      way.length = inside_.leave - inside_.enter;
+      way.step = 0;
     } else {
       const double size = 1 << map.shift(c, axis);
       const double out = slack[axis] + 0x1p-22 * size;
@@ -67,9 +69,9 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
 }
 
 // On to the first layer that the sweep comes to; false: there is none.
-bool CellWalk::is_reached(Way& way) noexcept {
-  while (way.layers > 0 && way.begin + way.length < 0) way.pass();
-  return way.layers > 0 && way.begin <= 1;
+bool CellWalk::is_reached(Way& way) const noexcept {
+  while (way.layers > 0 && way.begin + way.length < inside_.enter) way.pass();
+  return way.layers > 0 && way.begin <= inside_.leave;
 }
 
 // Which way's layer is the next, and its cells.
@@ -84,7 +86,8 @@ void CellWalk::choose() noexcept {
   if (way.timeless) {
     range_ = map.cells_of(whole_, way.size_class);
   } else {
-    const double begin = std::max(way.begin, 0.0), end = std::min(way.begin + way.length, 1.0);
+    const double begin = std::max(way.begin, inside_.enter);
+    const double end = std::min(way.begin + way.length, inside_.leave);
     for (int k = 0; k < 3; ++k) {
       const double a = by_[k] * begin, b = by_[k] * end;
       const auto lower = static_cast<std::int32_t>(lower_[k] + std::min(a, b));

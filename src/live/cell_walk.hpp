@@ -6,15 +6,18 @@
 // it leaves the other.
 //
 // Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned
-// in units, in doubles. A coordinate is off by less than one unit from the number that it is cut
-// to, and by 2^-24 of itself as its product is rounded; the bounds of a layer are put further out
-// by more than that. So the times at which the box and the sweep begin and end to touch along this
-// axis lie between those of the layer, but for what doubles round, some 2^-50, for which the latter
-// are put 2^-40 further out; and `enter` lies between the former. What the sweep meets then
-// overlaps its Cover of that time, which is further out, too, than a product may be rounded; so the
-// box is in one of the cells in which a search of that Cover looks (cell_map.hpp), and it is in
-// this layer. Where numbers of units are cut off, as they are from CellMap::most_units on, the
-// sweep looks into all layers for all of its time.
+// in units, in doubles. A coordinate is less than one unit off the number that it is cut to, and
+// 2^-24 of itself, as its product is rounded; the bounds of a layer are put further out by a unit
+// and by 2^-22 of all the numbers that meet, which is more than that, and than what doubles round.
+// So the times at which the box and the sweep begin and end to touch along this axis lie between
+// those of the layer, and `enter` lies between the former. What the sweep meets then overlaps its
+// Cover of that time, which is further out, too, than a product may be rounded; so the box is in
+// one of the cells in which a search of that Cover looks (cell_map.hpp), and it is in this layer.
+// Where numbers of units are cut off, as they are from CellMap::most_units on, the sweep looks into
+// all layers for all of its time.
+//
+// Its time is that in which it meets what holds all boxes in cells: of none of them does touch()
+// say that it is met before, as none of its steps decreases.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +30,10 @@ namespace throng::live {
 
 class CellWalk {
  public:
-  // Asks for the cells that it looks into first: for not too many, if it may end early.
-  void start(const Cells& cells, Cells::Worlds worlds, const Cover& cover, bool to_first) noexcept;
+  // Asks for the cells that it looks into first: for not too many, if it may end early. `cover`:
+  // the sweep's.
+  void start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep, const Cover& cover,
+             bool to_first) noexcept;
 
   // look(line, k) for box k of a line, all that pass the sieve, some several times; until nothing
   // that is left is met before time `first`, which look() may make less. False: it gave up, as more
@@ -43,7 +48,7 @@ class CellWalk {
     std::int32_t layer, layers;  // its number; how many are left
     std::int16_t size_class;
     std::int8_t axis, on;  // to the next number
-    bool timeless;         // each layer has all the time
+    bool timeless;         // each layer has all of the sweep's time
 
     void pass() noexcept {
       layer += on;
@@ -56,7 +61,7 @@ class CellWalk {
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
 
   void add_ways(const Cover& cover) noexcept;
-  static bool is_reached(Way& way) noexcept;
+  bool is_reached(Way& way) const noexcept;
   void choose() noexcept;
   bool is_over() const noexcept { return way_count_ == 0; }
   // How many cells the next layer has, or too many; f(home) for each of them, and on to the next.
@@ -75,7 +80,8 @@ class CellWalk {
   const Cells* cells_;
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the Cover, in units
-  CellMap::Range whole_, range_;        // the cells of all the way, and of the next layer
+  Touch inside_;                        // its time
+  CellMap::Range whole_, range_;        // of all that time, in units; the next layer's cells
   std::uint64_t left_;                  // so many cells, and it gives up
   std::uint32_t count_, enough_;
   std::uint32_t homes_[room];

@@ -24,7 +24,7 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
-  map_.hold(box, place.size_class);
+  hold(box, place.size_class);
   enter(id, box, place.home);
 }
 
@@ -72,7 +72,7 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
     count_class(c, minus_one);
     count_class(place.size_class, 1);
   }
-  map_.hold(box, place.size_class);
+  hold(box, place.size_class);
   line->set(k, box);
 }
 
@@ -144,6 +144,7 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
 void Cells::copy(const Cells& other) noexcept {
   lines_.copy(other.lines_);
   map_ = other.map_;
+  bounds_ = other.bounds_;
   free_ = other.free_;
   most_objects_ = other.most_objects_;
   std::memcpy(class_count_, other.class_count_, sizeof class_count_);

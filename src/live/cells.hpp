@@ -13,6 +13,7 @@
 
 #include <throng/types.hpp>
 
+#include "live/bounds.hpp"
 #include "live/cell_line.hpp"
 #include "live/cell_map.hpp"
 #include "live/cell_plan.hpp"
@@ -86,9 +87,11 @@ class Cells {
 
   std::size_t line_count() const noexcept { return lines_.size(); }
 
-  // For who finds the way through cells: their map; f(class) for each that has boxes in cells;
-  // f(home) for each of some cells, in all worlds that are looked into.
+  // For who finds the way through cells: their map; what holds all boxes that are in them, of a
+  // class, and more, as boxes move; f(class) for each that has boxes in cells; f(home) for each of
+  // some cells, in all worlds that are looked into.
   const CellMap& map() const noexcept { return map_; }
+  Box bounds() const noexcept { return bounds_.box(); }
   template <class F>
   void each_class(F&& f) const {
     for (int axes = 0; axes < (map_.thin() ? CellMap::thin_sets : 1); ++axes) {
@@ -122,6 +125,7 @@ class Cells {
   struct Tally {
     std::size_t count[CellMap::class_numbers] = {};
     CellMap::Spans spans;
+    Bounds bounds;
   };
   void find_homes(const Objects& objects, const Executor& executor, unsigned tasks);
   void find_homes(const Objects& objects, std::size_t begin, std::size_t end,
@@ -129,6 +133,10 @@ class Cells {
   void fill(const Objects& objects) noexcept;
   // Its lines not counted.
   Place place_of(const CellMap::Range& r, std::int32_t world) const noexcept;
+  void hold(const Box& box, int size_class) noexcept {
+    map_.hold(box, size_class);
+    if (size_class != CellMap::classes) bounds_.hold(box);
+  }
   void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
   // Where a box is that is in the chain of this home.
@@ -157,6 +165,7 @@ class Cells {
   List<Line> lines_;
   List<CellPlan::Sampled> sample_;  // of the last plan
   CellMap map_;
+  Bounds bounds_;
   std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
   // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.

@@ -32,6 +32,7 @@ void Cells::plan(const Objects& objects) {
   lines_.renew(lines_for(map_.homes(), most));
   most_objects_ = most;
   free_ = 0;
+  bounds_ = {};
   for (auto& counts : class_count_) std::fill(counts, counts + CellMap::classes + 1, 0);
   std::fill(used_, used_ + CellMap::thin_sets, 0);
 }
@@ -48,6 +49,7 @@ void Cells::find_homes(const Objects& objects, const Executor& executor, unsigne
       if (tally.count[c] != 0) count_class(c, tally.count[c]);
     }
     if (map_.thin()) map_.hold(tally.spans);
+    bounds_.hold(tally.bounds);
   };
   cpu::run_tasks(executor, tasks, find);
 }
@@ -61,10 +63,12 @@ void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t en
     body.home = none;
     if (!objects.is_active(id)) continue;
     Box room;
-    const CellMap::Range r = map_.quantise(objects.grown(id, room));
+    const Box& box = objects.grown(id, room);
+    const CellMap::Range r = map_.quantise(box);
     const Place place = place_of(r, in_worlds ? objects.filter(id).world : -1);
     body.home = place.home;
     ++tally.count[place.size_class];
+    if (place.size_class != CellMap::classes) tally.bounds.hold(box);
     if (map_.thin()) tally.spans.hold(r, place.size_class);
   }
 }

@@ -201,7 +201,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     if (!core::is_active(sweep.box)) return;
     way.cover = Cover(sweep);
     if (by_cells)
-      way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), way.cover, only_first);
+      way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), sweep, way.cover, only_first);
   };
   const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found) {
     const Sweep& sweep = sweeps.data[i];

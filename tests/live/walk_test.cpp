@@ -60,7 +60,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}
   }
   CellWalk walk;
   const double never = 2;
-  walk.start(w.cells(), worlds, cover, false);
+  walk.start(w.cells(), worlds, sweep, cover, false);
   if (!walk.go(sieve, never, [&](const CellLine& line, std::uint32_t k) {
         looked.insert(line.id[k]);
         ++sum.looked;
@@ -85,7 +85,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}
                   << t.leave;
   }
   double found = 2;
-  walk.start(w.cells(), worlds, cover, true);
+  walk.start(w.cells(), worlds, sweep, cover, true);
   ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
     const Touch t = touch(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
@@ -124,6 +124,18 @@ TEST(CellWalk, RaysAmongCubes) {
       EXPECT_LE(sum.looked, sum.met + sum.met / 20);
     }
   }
+}
+
+// From far away, across all and to far behind it: it looks into cells where there are boxes alone.
+TEST(CellWalk, FarRays) {
+  const Make box = [](Random& r) { return cube(r.point(0, 40), 1); };
+  const Sum sum = go_through(8, 8000, box, 1000, [](Random& r) {
+    const Vec3 to = r.point(5, 35), by = any_way(r, 1e5f);
+    const Vec3 from = {to.x - by.x, to.y - by.y, to.z - by.z};
+    return Sweep{{from, from}, {2 * by.x, 2 * by.y, 2 * by.z}};
+  });
+  EXPECT_GT(sum.met, 2000u);
+  EXPECT_EQ(sum.given_up, 0u);
 }
 
 TEST(CellWalk, FatAndSlow) {
@@ -247,7 +259,7 @@ TEST(CellWalk, Worlds) {
     CellWalk walk;
     const double never = 2;
     const auto look = [&](const CellLine& line, std::uint32_t k) { looked.insert(line.id[k]); };
-    walk.start(world.cells(), {2, true, false}, cover, false);
+    walk.start(world.cells(), {2, true, false}, ray, cover, false);
     ASSERT_TRUE(walk.go(sieve, never, look));
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
@@ -257,7 +269,7 @@ TEST(CellWalk, Worlds) {
       ++met;
       EXPECT_EQ(looked.count(id), 1u);
     }
-    walk.start(world.cells(), {-1, false, true}, cover, false);
+    walk.start(world.cells(), {-1, false, true}, ray, cover, false);
     EXPECT_FALSE(walk.go(sieve, never, look));
   }
   EXPECT_GT(met, 300u);
