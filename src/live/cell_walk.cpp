@@ -10,7 +10,7 @@ void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& swee
   cells_ = &cells;
   worlds_ = worlds;
   if (worlds.all) return;
-  left_ = cells.line_count() / 4 + most;
+  left_ = cells.line_count() / lines_a_cell + most;
   enough_ = to_first ? enough_to_first : enough_of_all;
   count_ = 0;
   if (cells.has_wide()) homes_[count_++] = cells.wide_home();
@@ -24,20 +24,21 @@ void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& swee
 void CellWalk::add_ways(const Cover& cover) noexcept {
   const CellMap& map = cells_->map();
   const double scale = map.units(1);
-  double inverse[3], slack[3];
-  for (int k = 0; k < 3; ++k) {
-    lower_[k] = cover.lower(k) * scale;
-    upper_[k] = cover.upper(k) * scale;
-    by_[k] = cover.by(k) * scale;
-    inverse[k] = 1 / by_[k];
-    slack[k] =
-        1 + 0x1p-22 * (std::max(std::fabs(lower_[k]), std::fabs(upper_[k])) + std::fabs(by_[k]));
-  }
   whole_ = map.quantise(cover(inside_.enter, inside_.leave));
   const bool cut_off = map.is_cut_off(whole_);
+  double inverse[3], slack[3];
+  for (int k = 0; k < 3; ++k) {
+    const double furthest = 1 + std::max(std::fabs(static_cast<double>(whole_.lower[k])),
+                                         std::fabs(static_cast<double>(whole_.upper[k])));
+    slack[k] = 1 + furthest * 0x1p-22;
+    lower_[k] = cover.lower(k) * scale - furthest * 0x1p-22;
+    upper_[k] = cover.upper(k) * scale + furthest * 0x1p-22;
+    by_[k] = cover.by(k) * scale;
+    inverse[k] = 1 / by_[k];
+  }
   cells_->each_class([&](int c) {
-    const auto crossed = [&](int k) {
-      return std::fabs(by_[k]) / static_cast<double>(1 << map.shift(c, k));
+    const auto crossed = [&](int k) {  // cells, times 2^28
+      return std::fabs(by_[k]) * static_cast<double>(1 << (28 - map.shift(c, k)));
     };
     int axis = crossed(0) < crossed(1) ? 1 : 0;
     if (crossed(axis) < crossed(2)) axis = 2;
@@ -50,7 +51,7 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
     way.layers = range.upper[axis] - range.lower[axis] + 1;
     way.timeless = by_[axis] == 0 || cut_off;
     if (way.timeless) {
-      way.begin = inside_.enter;
+      way.first = inside_.enter;
       way.length = inside_.leave - inside_.enter;
       way.step = 0;
     } else {
@@ -60,18 +61,20 @@ void CellWalk::add_ways(const Cover& cover) noexcept {
       const double upper = lower + size + map.span(c, axis) + 2 * out;
       const double a = (lower - upper_[axis]) * inverse[axis];
       const double b = (upper - lower_[axis]) * inverse[axis];
-      way.begin = std::min(a, b);
+      way.first = std::min(a, b);
       way.length = std::fabs(a - b);
       way.step = size * std::fabs(inverse[axis]);
     }
+    way.begin = way.first;
+    way.passed = 0;
     if (is_reached(way)) ++way_count_;
   });
 }
 
 // On to the first layer that the sweep comes to; false: there is none.
 bool CellWalk::is_reached(Way& way) const noexcept {
-  while (way.layers > 0 && way.begin + way.length < inside_.enter) way.pass();
-  return way.layers > 0 && way.begin <= inside_.leave;
+  while (way.passed < way.layers && way.begin + way.length < inside_.enter) way.pass();
+  return way.passed < way.layers && way.begin <= inside_.leave;
 }
 
 // Which way's layer is the next, and its cells.

@@ -8,13 +8,14 @@
 // Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned
 // in units, in doubles. A coordinate is less than one unit off the number that it is cut to, and
 // 2^-24 of itself, as its product is rounded; the bounds of a layer are put further out by a unit
-// and by 2^-22 of all the numbers that meet, which is more than that, and than what doubles round.
-// So the times at which the box and the sweep begin and end to touch along this axis lie between
-// those of the layer, and `enter` lies between the former. What the sweep meets then overlaps its
-// Cover of that time, which is further out, too, than a product may be rounded; so the box is in
-// one of the cells in which a search of that Cover looks (cell_map.hpp), and it is in this layer.
-// Where numbers of units are cut off, as they are from CellMap::most_units on, the sweep looks into
-// all layers for all of its time.
+// and by 2^-22 of the furthest number there is. Those of the sweep are those of its Cover, so they
+// are further out by more than doubles round. So the times at which the box and the sweep begin and
+// end to touch along this axis lie between those of the layer, and `enter` lies between the former.
+// Where the sweep is then overlaps the box, and its bounds, put further out by 2^-22 of the
+// furthest number, too, are cut as a Cover's would be; so the box is in one of the cells in which a
+// search of a Cover looks (cell_map.hpp), and it is in this layer. Where numbers of units are cut
+// off, as they are from CellMap::most_units on, the sweep looks into all layers for all of its
+// time.
 //
 // Its time is that in which it meets what holds all boxes in cells: of none of them does touch()
 // say that it is met before, as none of its steps decreases.
@@ -44,18 +45,22 @@ class CellWalk {
  private:
   // Through the cells of a class.
   struct Way {
-    double begin, length, step;  // the next layer's time, and how much later that after it begins
-    std::int32_t layer, layers;  // its number; how many are left
+    double begin, length;        // of the next layer, in time
+    double first, step;          // when the first one begins, and how much later each other one
+    std::int32_t layer, passed;  // the next one's number; how many have been passed
+    std::int32_t layers;
     std::int16_t size_class;
     std::int8_t axis, on;  // to the next number
     bool timeless;         // each layer has all of the sweep's time
 
     void pass() noexcept {
       layer += on;
-      --layers;
-      begin += step;
+      begin = first + step * ++passed;
     }
   };
+  // A sweep that looks into one cell for each sixteen lines has cost as much as going through all
+  // objects does.
+  static constexpr std::size_t lines_a_cell = 16;
   // Cells are listed, and so asked for, before they are looked at: some layers, until there are
   // enough. What lies behind those cells goes on the list, too, as far as there is room.
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;

@@ -40,7 +40,7 @@ Cover::Cover(const Sweep& sweep) noexcept {
   for (int k = 0; k < 3; ++k) {
     by_[k] = axes[k].by;
     const auto slack = [&](double x) {
-      return std::isfinite(x) ? (std::fabs(x) + std::fabs(by_[k])) * 0x1p-22 + 0x1p-140 : 0.0;
+      return std::isfinite(x) ? (std::fabs(x) + std::fabs(by_[k])) * 0x1p-40 : 0.0;
     };
     lower_[k] = axes[k].lower - slack(axes[k].lower);
     upper_[k] = axes[k].upper + slack(axes[k].upper);

@@ -130,12 +130,18 @@ TEST(CellWalk, RaysAmongCubes) {
 TEST(CellWalk, FarRays) {
   const Make box = [](Random& r) { return cube(r.point(0, 40), 1); };
   const Sum sum = go_through(8, 8000, box, 1000, [](Random& r) {
-    const Vec3 to = r.point(5, 35), by = any_way(r, 1e5f);
+    const Vec3 to = r.point(5, 35), by = any_way(r, r.one_in(2) ? 1e3f : 1e5f);
     const Vec3 from = {to.x - by.x, to.y - by.y, to.z - by.z};
     return Sweep{{from, from}, {2 * by.x, 2 * by.y, 2 * by.z}};
   });
   EXPECT_GT(sum.met, 2000u);
   EXPECT_EQ(sum.given_up, 0u);
+  const Sum further = go_through(9, 8000, box, 1000, [](Random& r) {
+    const Vec3 from = r.point(-2, 42);
+    return Sweep{{from, from}, any_way(r, 1e9f)};
+  });
+  EXPECT_GT(further.met, 2000u);
+  EXPECT_EQ(further.given_up, 0u);
 }
 
 TEST(CellWalk, FatAndSlow) {
