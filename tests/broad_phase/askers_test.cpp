@@ -237,7 +237,14 @@ TEST(BroadPhaseAskers, WhatPlaysNoPartIsNotTested) {
     others.push_back(cube(2000 * at.x, 10 + 90 * at.y, 90 * at.z, 1));
   }
   ASSERT_TRUE(b.add(others, nullptr).ok());
+  BoxList planks;  // over many of the ray's parts
+  for (int k = 0; k < 40; ++k) {
+    const auto x = static_cast<float>(40 * k);
+    planks.push_back({{x, -10, 0}, {x + 400, -9, 1}});
+  }
+  ASSERT_TRUE(b.add(planks, nullptr).ok());
   const Sweep ray{{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {2000, 0, 0}};
+  const Sweep along{{{-1, -9.5f, 0.5f}, {-1, -9.5f, 0.5f}}, {2000, 0, 0}};
   BroadPhaseQuery query;
   for (int round = 0; round < 200; ++round) {  // before cells are made, and after
     std::atomic<std::size_t> count{0};
@@ -260,6 +267,15 @@ TEST(BroadPhaseAskers, WhatPlaysNoPartIsNotTested) {
     EXPECT_TRUE(query.hits().empty());
     EXPECT_GE(count, 1000u);
     EXPECT_LE(count, 1020u);
+    count = 0;
+    const SweepTest t{[](void* context, std::uint32_t, ObjectId, double time) {
+                        ++*static_cast<std::atomic<std::size_t>*>(context);
+                        return time;
+                      },
+                      &count};
+    ASSERT_TRUE(query.find_hits(b, &along, 1, SweepHits::all, {}, t).ok());
+    EXPECT_EQ(query.hits().size(), 40u);
+    EXPECT_LE(count, 50u);
   }
 }
 

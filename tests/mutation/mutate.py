@@ -144,7 +144,7 @@ def suites(build):
     test("boxes that move", "cpu", 20, "broad_phase_test", "BroadPhaseMoves*")
     test("live", "live", 20, "live_test", "*")
     test("calls", "live hall", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
-    test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*")
+    test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*:Comparisons*")
     add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
     add("soak of emulated", "core pipeline", 40,
         [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"])
