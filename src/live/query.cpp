@@ -156,6 +156,7 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
   } const forget{hits_};
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, boxes.filters);
+  const bool grown = objects.margin() != 0;
   const auto prepare = [&](std::size_t i, Look& look) {
     const Box box = boxes[i];
     if (!cells || !core::is_active(box)) return;
@@ -166,15 +167,19 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
     const Filter filter = allowed.filter(i);
-    const auto meet = [&](ObjectId id) {  // cells hold the boxes with their margin
+    const auto take = [&](ObjectId id) {
+      if (allowed(filter, id)) found.append({static_cast<std::uint32_t>(i), id, 0});
+    };
+    const auto meet = [&](ObjectId id) {
       const bool overlaps =
           cpu::overlap_in_memory(reinterpret_cast<const char*>(&box),
                                  reinterpret_cast<const char*>(&objects.body(id).box));
-      if (overlaps && objects.is_active(id) && allowed(filter, id))
-        found.append({static_cast<std::uint32_t>(i), id, 0});
+      if (overlaps && objects.is_active(id)) take(id);
     };
-    if (cells) {
+    if (cells && grown) {  // they hold the boxes with their margin
       cells->search(box, look.worlds, look.reach, meet);
+    } else if (cells) {
+      cells->search(box, look.worlds, look.reach, take);
     } else if (columns_pay(ground, objects, box)) {
       ground.columns->look.each(box, meet);
       for (const ObjectId id : ground.columns->changed) meet(id);

@@ -47,7 +47,7 @@ class Cover {
     return static_cast<float>(out < x ? out : x);  // an infinite one stays
   }
 
-  double lower_[3], upper_[3], by_[3];
+  double lower_[3] = {}, upper_[3] = {}, by_[3] = {};
 };
 
 }  // namespace throng::live

@@ -239,12 +239,13 @@ TEST(BroadPhaseAskers, WhatPlaysNoPartIsNotTested) {
   ASSERT_TRUE(b.add(others, nullptr).ok());
   BoxList planks;  // over many of the ray's parts
   for (int k = 0; k < 40; ++k) {
-    const auto x = static_cast<float>(40 * k);
-    planks.push_back({{x, -10, 0}, {x + 400, -9, 1}});
+    const auto y = static_cast<float>(10 + k);
+    planks.push_back({{1000, y, -10}, {1001, y + 40, -9}});
   }
   ASSERT_TRUE(b.add(planks, nullptr).ok());
+  ASSERT_TRUE(b.update().ok());  // which leaves columns
   const Sweep ray{{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {2000, 0, 0}};
-  const Sweep along{{{-1, -9.5f, 0.5f}, {-1, -9.5f, 0.5f}}, {2000, 0, 0}};
+  const Sweep along{{{1000.5f, 0, -9.5f}, {1000.5f, 0, -9.5f}}, {0, 100, 0}};
   BroadPhaseQuery query;
   for (int round = 0; round < 200; ++round) {  // before cells are made, and after
     std::atomic<std::size_t> count{0};
