@@ -10,7 +10,8 @@ constexpr std::size_t most_homes = std::size_t{1} << 30;
 
 }  // namespace
 
-// Cells row by row where there are no more than two a box, else about one home a box. One to two
+// Cells row by row where there are no more than two a box, else about one home a box; those of each
+// world begin at another one. One to two
 // boxes a cell: most of them then lie in its own line, and the lines in the cache.
 void CellMap::lay_out(const CellPlan& plan, std::size_t objects) noexcept {
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / plan.span, 1e-30, 1e30));
@@ -25,7 +26,8 @@ void CellMap::lay_out(const CellPlan& plan, std::size_t objects) noexcept {
     all *= cells[k];
   }
   const bool full = all <= 2 * limit;
-  homes_ = static_cast<std::uint32_t>(std::max(full ? all : 1.4 * limit, limit / 2));
+  homes_ = static_cast<std::uint32_t>(
+      std::max(full ? all : 1.4 * limit, plan.worlds ? 1.4 * limit : limit / 2));
   std::uint32_t stride = 1;
   for (int k = 0; k < 3; ++k) {
     Axis& axis = axis_[k];

@@ -33,13 +33,14 @@ double quantile(const List<CellPlan::Sampled>& sample, double q, Of&& of) noexce
 
 double side_of(const CellPlan::Sampled& s) noexcept { return s.side; }
 
-// How likely two of the sample begin in the same of cells that are so long. Sorts it.
+// How likely two of the sample are of one world and begin in the same of cells that are so long, or
+// anywhere, if that is 0. Sorts it.
 double together(List<CellPlan::Sampled>& sample, double length) noexcept {
   for (CellPlan::Sampled& s : sample) {
-    s.cell = 0;
+    s.cell = static_cast<std::uint32_t>(s.world);
     for (const float lower : s.lower) {
-      const auto place = std::bit_cast<std::uint64_t>(std::floor(lower / length) + 0.0);
-      s.cell = (s.cell ^ place) * 0x9e3779b97f4a7c15u;
+      const double cell = length == 0 ? 0 : std::floor(lower / length) + 0.0;
+      s.cell = (s.cell ^ std::bit_cast<std::uint64_t>(cell)) * 0x9e3779b97f4a7c15u;
       s.cell ^= s.cell >> 29;
     }
   }
@@ -63,8 +64,8 @@ class SearchCost {
   static constexpr int steps = 4, least_step = -2, most_step = 8;
 
   SearchCost(const List<CellPlan::Sampled>& sample, double base, double density, double boxes,
-             const CellPlan::Extent (&world)[3]) noexcept
-      : base_(base), density_(density), boxes_(boxes), world_(world) {
+             const CellPlan& plan) noexcept
+      : base_(base), density_(density), boxes_(boxes), plan_(plan) {
     const std::size_t n = std::min(sample.size(), most_priced);
     const double one = 1 / static_cast<double>(n);
     // Few are so long that they look at a good part of the world.
@@ -85,8 +86,9 @@ class SearchCost {
 
   double operator()(int step, bool crowded) const noexcept {
     double length = span(step) * (crowded ? 1 : 2), homes = 1;
-    for (const CellPlan::Extent& e : world_) homes *= std::floor(e.length / length) + 2;
-    const bool full = homes <= 2 * boxes_;  // as CellMap::lay_out() has it
+    for (const CellPlan::Extent& e : plan_.extent) homes *= std::floor(e.length / length) + 2;
+    // As CellMap::lay_out() has it.
+    const bool full = homes <= 2 * boxes_ && !plan_.worlds;
     const double on_a_home = full ? boxes_ / homes : 1 / 1.4;
     double cost = 0;
     int k = 0;
@@ -119,7 +121,7 @@ class SearchCost {
   }
 
   double base_, density_, boxes_;
-  const CellPlan::Extent (&world_)[3];
+  const CellPlan& plan_;
   double share_[share_count] = {};             // by the first step whose span holds a box
   double sums_ = 0, areas_ = 0, volumes_ = 0;  // of a box's extents, on average
 };
@@ -127,7 +129,7 @@ class SearchCost {
 // Boxes of several sizes may want other cells than those of the usual one.
 void adapt(const List<CellPlan::Sampled>& sample, double density, double boxes,
            CellPlan& plan) noexcept {
-  const SearchCost cost(sample, plan.span, density, boxes, plan.extent);
+  const SearchCost cost(sample, plan.span, density, boxes, plan);
   double best = much_saved * cost(0, plan.crowded), span = plan.span;
   for (const bool crowded : {false, true}) {
     for (int step = SearchCost::least_step; step <= SearchCost::most_step; ++step) {
@@ -149,7 +151,8 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
   const double side = quantile(sample, 0.25, side_of) * fitting;
   const double usual = quantile(sample, 0.5, side_of);
   const auto count = static_cast<double>(boxes);
-  double volume = 1;
+  // Worlds that lie in one place are as much more room.
+  double volume = plan.worlds ? 1 / std::max(together(sample, 0), 1 / count) : 1;
   for (int k = 0; k < 3; ++k) {
     const auto lower = [k](const CellPlan::Sampled& s) { return double{s.lower[k]}; };
     const double begin = quantile(sample, 0.05, lower);
@@ -178,6 +181,8 @@ CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
   const std::size_t wanted =
       limit <= whole_sample ? limit : std::clamp(limit / 8, least_sample, most_sample);
   sample.renew(wanted);
+  CellPlan plan;
+  plan.worlds = objects.in_worlds() != 0;
   std::size_t thin = 0;
   for (std::uint32_t i = 0; i < wanted; ++i) {
     // By the golden section: evenly, but in no steps of one length, as ids may have a rhythm. None
@@ -199,14 +204,13 @@ CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
       side /= 1 << thinner;
       ++thin;
     }
-    Sampled s{side, {}, {}, 0};
+    Sampled s{side, {}, {}, plan.worlds ? objects.filter(id).world : -1, 0};
     for (int k = 0; k < 3; ++k) {
       s.lower[k] = lower[k];
       s.extent[k] = finite(upper[k] - lower[k]);
     }
     sample.push(s);
   }
-  CellPlan plan;
   plan.thin = thin > sample.size() / 2;
   measure(sample, std::max<std::size_t>(objects.count(), 1), plan);
   return plan;

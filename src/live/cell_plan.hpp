@@ -17,16 +17,18 @@ struct CellPlan {
     double begin, length;
   };
   // A box that is looked at: its longest side, of a thin one an eighth of that; where it begins,
-  // how long it is, and in which cell it begins.
+  // how long it is, in which world, and in which cell of that it begins.
   struct Sampled {
     double side;
     float lower[3], extent[3];
+    std::int32_t world;
     std::uint64_t cell;
   };
 
   double span = 1;       // of the first class
   bool crowded = false;  // many boxes lie in a cell of two spans
   bool thin = false;     // most boxes are
+  bool worlds = false;   // there are several
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
   // For the active objects. `sample` is room; throws cpu::NoMemory.

@@ -71,7 +71,7 @@ class CellWalk {
   bool is_over() const noexcept { return way_count_ == 0; }
   // How many cells the next layer has, or too many; f(home) for each of them, and on to the next.
   std::uint64_t next_cells() const noexcept {
-    return CellMap::count(range_, left_) * (worlds_.everywhere ? 2 : 1);
+    return cells_->home_count(range_, ways_[next_].size_class, worlds_, left_);
   }
   template <class F>
   void take_layer(F&& f);

@@ -13,7 +13,7 @@ constexpr auto minus_one = static_cast<std::size_t>(-1);
 
 Cells::Place Cells::place_of(const CellMap::Range& r, std::int32_t world) const noexcept {
   const int c = map_.class_of(r);
-  return {c == CellMap::classes ? wide_home() : map_.home_of(r, c, world), c, 0};
+  return {c == CellMap::classes ? wide_home() : map_.home_of(r, c, world), c, 0, world};
 }
 Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
   const CellMap::Range r = map_.quantise(box);
@@ -24,7 +24,7 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
-  hold(box, place.size_class);
+  hold(box, place);
   enter(id, box, place.home);
 }
 
@@ -72,7 +72,7 @@ void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
     count_class(c, minus_one);
     count_class(place.size_class, 1);
   }
-  hold(box, place.size_class);
+  hold(box, place);
   line->set(k, box);
 }
 
@@ -88,9 +88,7 @@ std::uint64_t Cells::lines_of(const CellMap::Range& r, Worlds worlds) const noex
   const std::uint64_t most = lines_.size();
   if (worlds.all) return most;
   std::uint64_t count = wide_lines();
-  each_class([&](int c) {
-    count += CellMap::count(map_.cells_of(r, c), most) * (worlds.everywhere ? 2 : 1);
-  });
+  each_class([&](int c) { count += home_count(map_.cells_of(r, c), c, worlds, most); });
   return std::min(count, most);
 }
 
@@ -107,7 +105,7 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   };
   each_class([&](int c) {
     const CellMap::Range cells = map_.cells_of(range, c);
-    left -= std::min(left, CellMap::count(cells, most) * (worlds.everywhere ? 2 : 1));
+    left -= std::min(left, home_count(cells, c, worlds, most));
     if (left != 0) each_home(cells, c, worlds, list);
   });
   if (left == 0) return;
@@ -149,6 +147,7 @@ void Cells::copy(const Cells& other) noexcept {
   most_objects_ = other.most_objects_;
   std::memcpy(class_count_, other.class_count_, sizeof class_count_);
   std::memcpy(used_, other.used_, sizeof used_);
+  std::copy(other.kept_, other.kept_ + 2, kept_);
 }
 
 }  // namespace throng::live

@@ -22,6 +22,21 @@
 
 namespace throng::live {
 
+// A bit each class of boxes.
+class ClassSet {
+ public:
+  void add(int c) noexcept { bits_[c >> CellMap::thin_shift] |= bit(c); }
+  void add(const ClassSet& other) noexcept {
+    for (int axes = 0; axes < CellMap::thin_sets; ++axes) bits_[axes] |= other.bits_[axes];
+  }
+  bool has(int c) const noexcept { return (bits_[c >> CellMap::thin_shift] & bit(c)) != 0; }
+
+ private:
+  static std::uint32_t bit(int c) noexcept { return 1u << (c & ((1 << CellMap::thin_shift) - 1)); }
+
+  std::uint32_t bits_[CellMap::thin_sets] = {};
+};
+
 class Cells {
  public:
   // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
@@ -49,6 +64,7 @@ class Cells {
     std::uint32_t home;
     int size_class;
     std::uint64_t lines;
+    std::int32_t world;
   };
   Place place(const Box& box, Worlds worlds) const noexcept;
   void insert(ObjectId id, const Box& box, const Place& place) noexcept;
@@ -101,8 +117,14 @@ class Cells {
   }
   template <class F>
   void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
-    map_.each_home(cells, c, worlds.own, f);
-    if (worlds.everywhere) map_.each_home(cells, c, -1, f);
+    if (may_have(c, worlds.own)) map_.each_home(cells, c, worlds.own, f);
+    if (worlds.everywhere && may_have(c, -1)) map_.each_home(cells, c, -1, f);
+  }
+  // How many homes these are, or `most` where they are more, or twice that.
+  std::uint64_t home_count(const CellMap::Range& cells, int c, Worlds worlds,
+                           std::uint64_t most) const noexcept {
+    const int worlds_of_class = may_have(c, worlds.own) + (worlds.everywhere && may_have(c, -1));
+    return CellMap::count(cells, most) * static_cast<std::uint64_t>(worlds_of_class);
   }
   const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
   // That of boxes which are too wide for cells, if there are such.
@@ -119,11 +141,14 @@ class Cells {
   static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
     return homes + 1 + objects / 2 + 1;
   }
+  // Whether there may be boxes of a class in a world: not told apart but for that of no world.
+  bool may_have(int c, std::int32_t world) const noexcept { return kept_[world == -1].has(c); }
   std::uint64_t wide_lines() const noexcept { return class_count_[0][CellMap::classes] / 2; }
   void plan(const Objects& objects);
   // What some of the objects add up to: how many there are of each class, and how long they are.
   struct Tally {
     std::size_t count[CellMap::class_numbers] = {};
+    ClassSet kept[2];
     CellMap::Spans spans;
     Bounds bounds;
   };
@@ -133,9 +158,10 @@ class Cells {
   void fill(const Objects& objects) noexcept;
   // Its lines not counted.
   Place place_of(const CellMap::Range& r, std::int32_t world) const noexcept;
-  void hold(const Box& box, int size_class) noexcept {
-    map_.hold(box, size_class);
-    if (size_class != CellMap::classes) bounds_.hold(box);
+  void hold(const Box& box, const Place& place) noexcept {
+    map_.hold(box, place.size_class);
+    if (place.size_class != CellMap::classes) bounds_.hold(box);
+    kept_[place.world == -1].add(place.size_class);
   }
   void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
@@ -171,6 +197,7 @@ class Cells {
   // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
   std::size_t class_count_[CellMap::thin_sets][CellMap::classes + 1] = {};
   std::uint32_t used_[CellMap::thin_sets] = {};
+  ClassSet kept_[2];  // those that have, or have had, boxes of some world, and of no world
 };
 
 // Of an object with this filter, or a box that is asked about as if it had.

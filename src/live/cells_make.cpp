@@ -33,6 +33,7 @@ void Cells::plan(const Objects& objects) {
   most_objects_ = most;
   free_ = 0;
   bounds_ = {};
+  std::fill(kept_, kept_ + 2, ClassSet());
   for (auto& counts : class_count_) std::fill(counts, counts + CellMap::classes + 1, 0);
   std::fill(used_, used_ + CellMap::thin_sets, 0);
 }
@@ -50,6 +51,7 @@ void Cells::find_homes(const Objects& objects, const Executor& executor, unsigne
     }
     if (map_.thin()) map_.hold(tally.spans);
     bounds_.hold(tally.bounds);
+    for (int k = 0; k < 2; ++k) kept_[k].add(tally.kept[k]);
   };
   cpu::run_tasks(executor, tasks, find);
 }
@@ -69,6 +71,7 @@ void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t en
     body.home = place.home;
     ++tally.count[place.size_class];
     if (place.size_class != CellMap::classes) tally.bounds.hold(box);
+    tally.kept[place.world == -1].add(place.size_class);
     if (map_.thin()) tally.spans.hold(r, place.size_class);
   }
 }

@@ -92,6 +92,44 @@ TEST(Comparisons, OfTwoSizes) {
   EXPECT_LE(compared, 150 * searches);
 }
 
+// Worlds in one place, with a plane of them all: what a search compares is of its own world, and
+// little beside.
+TEST(Comparisons, OfWorlds) {
+  Random random(3);
+  std::vector<Box> boxes;
+  std::vector<std::int32_t> world;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 v = random.point(0, 9);
+    boxes.push_back({v, {v.x + 1, v.y + 1, v.z + 1}});
+    world.push_back(i % 200);
+  }
+  boxes.push_back({{-50, -1, -50}, {50, 0, 50}});
+  world.push_back(-1);
+  Options options;
+  options.threads = 1;
+  BroadPhase broad_phase(options);
+  Boxes view(boxes);
+  view.filters.world = {world.data(), world.size()};
+  ASSERT_TRUE(broad_phase.add(view, nullptr).ok());
+  ASSERT_TRUE(broad_phase.update().ok());
+  double compared = 0, searches = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    for (int k = 0; k < 200; ++k) {
+      const ObjectId id = random.below(20000);
+      Box& b = boxes[id];
+      b.lower.x = nudge(b.lower.x, 1);
+      ASSERT_EQ(broad_phase.move(id, b), Status::ok);
+    }
+    const Result r = broad_phase.update();
+    ASSERT_TRUE(r.ok()) << r.message;
+    if (!searched_around(r)) continue;
+    compared += static_cast<double>(r.comparisons);
+    searches += 200;
+  }
+  EXPECT_GE(searches, 30 * 200);
+  EXPECT_LE(compared, 45 * searches);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scene::names()),
                          [](const auto& which) {
                            std::string name = which.param;

@@ -238,6 +238,64 @@ TEST(BroadPhaseQuery, ALongerRod) {
   }
 }
 
+// Cells are made for worlds; then comes a box of every world, of a size that none had, or one of
+// them grows. Those of each world meet it, in copies, too.
+TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
+  Random random(6);
+  BoxList boxes;
+  std::vector<std::int32_t> world;
+  for (int k = 0; k < 2000; ++k) {
+    boxes.push_back(cube(random.point(0, 9), 1));
+    world.push_back(k < 3 ? -1 : k % 40);
+  }
+  Boxes view(boxes);
+  view.filters.world = {world.data(), world.size()};
+  BroadPhase worlds;
+  ASSERT_TRUE(worlds.add(view, nullptr).ok());
+  Result r;
+  for (int k = 0; k < 20; ++k) {  // few move: cells pay
+    ASSERT_EQ(worlds.move(5, boxes[static_cast<std::size_t>(k % 2)]), Status::ok);
+    r = worlds.update();
+  }
+  ASSERT_TRUE(searched_around(r));
+  for (const float size : {0.01f, 0.5f, 1.0f, 2.5f, 6.0f, 13.0f}) {
+    for (const bool grows : {false, true}) {
+      BroadPhase b(worlds);
+      const Box big = grows ? Box{boxes[1].lower, boxes[1].upper} : cube(20, 3, 3, size);
+      ObjectId id = 1;
+      Box now = {big.lower, {big.lower.x + size, big.lower.y + size, big.lower.z + size}};
+      if (grows)
+        ASSERT_EQ(b.move(1, now), Status::ok);
+      else
+        id = b.add(now);
+      const std::int32_t of = 7;
+      Filters filters;
+      filters.world = {&of, 1};
+      const Vec3 above = {(now.lower.x + now.upper.x) / 2, now.upper.y + 30,
+                          (now.lower.z + now.upper.z) / 2};
+      const Sweep down = {{above, above}, {0, -60, 0}};
+      ASSERT_TRUE(b.find_hits(&down, 1, SweepHits::all, filters).ok());
+      EXPECT_TRUE(std::any_of(b.hits().begin(), b.hits().end(),
+                              [&](const SweepHit& hit) { return hit.object == id; }))
+          << size << grows;
+      Boxes region(&now, 1);
+      region.filters = filters;
+      ASSERT_TRUE(b.find_overlaps(region).ok());
+      EXPECT_TRUE(std::any_of(b.overlaps().begin(), b.overlaps().end(),
+                              [&](const Pair& pair) { return pair.second == id; }))
+          << size << grows;
+      ASSERT_EQ(b.move(50, now), Status::ok);  // of world 10
+      ASSERT_TRUE(b.update().ok());
+      EXPECT_TRUE(std::any_of(b.pairs().begin(), b.pairs().end(),
+                              [&](const LivePair& pair) {
+                                return std::min(id, 50u) == pair.first &&
+                                       std::max(id, 50u) == pair.second;
+                              }))
+          << size << grows;
+    }
+  }
+}
+
 // Slanted sweeps through many small boxes: what is near the way at first may be met late, or never.
 TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
   Random random(3);
