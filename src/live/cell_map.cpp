@@ -18,6 +18,7 @@ void CellMap::lay_out(const CellPlan& plan, std::size_t objects) noexcept {
   // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
   cell_bits_ = plan.crowded ? 4 : 5;
   thin_ = plan.thin;
+  top_ = classes - 1;
   spans_ = {};
   const auto limit = static_cast<double>(std::clamp<std::size_t>(objects, 64, most_homes));
   double cells[3], all = 1;

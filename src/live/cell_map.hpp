@@ -52,13 +52,16 @@ class CellMap {
     std::int32_t span = 1;
     for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
     const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
-    const int c = std::clamp(bits - span_bits, 0, classes);
+    int c = std::clamp(bits - span_bits, 0, classes);
+    c = c <= top_ ? c : classes;
     if (!thin_ || c < thinner || c == classes) return c;
     const std::int32_t thin_span = 1 << (span_bits + c - thinner);
     int axes = 0;
     for (int k = 0; k < 3; ++k) axes |= (r.upper[k] - r.lower[k] <= thin_span) << k;
     return c | axes << thin_shift;
   }
+  // From now on boxes of classes above `c` are too wide for any.
+  void set_top(int c) noexcept { top_ = c; }
   // Its c along an axis.
   int level(int size_class, int axis) const noexcept {
     if (!thin_) return size_class;
@@ -202,6 +205,7 @@ class CellMap {
   std::uint32_t homes_ = 1;
   float scale_ = 1;
   int cell_bits_ = 5;
+  int top_ = classes - 1;
   bool thin_ = false;  // whether there are classes of thin boxes
   Spans spans_;        // then
 };

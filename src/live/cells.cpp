@@ -50,7 +50,7 @@ void Cells::enter(ObjectId id, const Box& box, std::uint32_t home) noexcept {
 void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
   Line& head = lines_[home];
   const auto [line, k] = find(id, home);
-  count_class(class_in(*line, k), minus_one);
+  count_class(class_in(home, *line, k), minus_one);
   const std::uint32_t last = --head.used;
   for (int c = 0; c < 6; ++c) {
     line->corner[c][k] = head.corner[c][last];
@@ -68,7 +68,7 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
 
 void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
   const auto [line, k] = find(id, place.home);
-  if (const int c = class_in(*line, k); c != place.size_class) {
+  if (const int c = class_in(place.home, *line, k); c != place.size_class) {
     count_class(c, minus_one);
     count_class(place.size_class, 1);
   }
@@ -145,6 +145,7 @@ void Cells::copy(const Cells& other) noexcept {
   bounds_ = other.bounds_;
   free_ = other.free_;
   most_objects_ = other.most_objects_;
+  most_wide_ = other.most_wide_;
   std::memcpy(class_count_, other.class_count_, sizeof class_count_);
   std::memcpy(used_, other.used_, sizeof used_);
   std::copy(other.kept_, other.kept_ + 2, kept_);

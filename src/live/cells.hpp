@@ -49,8 +49,10 @@ class Cells {
   // Cells for the objects as they are, with the active ones in them: all are told their homes.
   // Throws cpu::NoMemory; then there are none.
   void make(const Objects& objects, const Executor& executor, unsigned tasks);
-  // Whether so many fit without new ones.
-  bool takes(std::size_t objects) const noexcept { return objects <= most_objects_; }
+  // Whether so many fit without new ones, and not too many are too wide for those there are.
+  bool takes(std::size_t objects) const noexcept {
+    return objects <= most_objects_ && wide_count() <= most_wide_;
+  }
 
   // What a search looks into: which worlds, beside that of the box itself.
   struct Worlds {
@@ -117,18 +119,20 @@ class Cells {
   }
   template <class F>
   void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
-    if (may_have(c, worlds.own)) map_.each_home(cells, c, worlds.own, f);
+    if (worlds.own == -1 || may_have(c, worlds.own)) map_.each_home(cells, c, worlds.own, f);
     if (worlds.everywhere && may_have(c, -1)) map_.each_home(cells, c, -1, f);
   }
   // How many homes these are, or `most` where they are more, or twice that.
   std::uint64_t home_count(const CellMap::Range& cells, int c, Worlds worlds,
                            std::uint64_t most) const noexcept {
-    const int worlds_of_class = may_have(c, worlds.own) + (worlds.everywhere && may_have(c, -1));
-    return CellMap::count(cells, most) * static_cast<std::uint64_t>(worlds_of_class);
+    const std::uint64_t count = CellMap::count(cells, most);
+    if (worlds.own == -1) return count;
+    return (may_have(c, worlds.own) ? count : 0) +
+           (worlds.everywhere && may_have(c, -1) ? count : 0);
   }
   const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
   // That of boxes which are too wide for cells, if there are such.
-  bool has_wide() const noexcept { return class_count_[0][CellMap::classes] != 0; }
+  bool has_wide() const noexcept { return wide_count() != 0; }
   std::uint32_t wide_home() const noexcept { return map_.homes(); }
 
   void reserve_for(const Cells& other) {
@@ -141,18 +145,33 @@ class Cells {
   static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
     return homes + 1 + objects / 2 + 1;
   }
-  // Whether there may be boxes of a class in a world: not told apart but for that of no world.
+  // Whether there may be boxes of a class in a world, of which only -1 is told from the others.
   bool may_have(int c, std::int32_t world) const noexcept { return kept_[world == -1].has(c); }
-  std::uint64_t wide_lines() const noexcept { return class_count_[0][CellMap::classes] / 2; }
+  std::size_t wide_count() const noexcept { return class_count_[0][CellMap::classes]; }
+  std::uint64_t wide_lines() const noexcept { return wide_count() / 2; }
   void plan(const Objects& objects);
+  // By level, which is a class whatever its thin axes, how many boxes there are, and which, if they
+  // are few.
+  struct Few {
+    static constexpr std::size_t most = 8;
+    std::size_t count[CellMap::classes + 1] = {};
+    ObjectId id[CellMap::classes + 1][most] = {};
+
+    void add(int level, ObjectId one) noexcept {
+      if (count[level] < most) id[level][count[level]] = one;
+      ++count[level];
+    }
+    void add(const Few& other) noexcept;
+  };
   // What some of the objects add up to: how many there are of each class, and how long they are.
   struct Tally {
     std::size_t count[CellMap::class_numbers] = {};
     ClassSet kept[2];
     CellMap::Spans spans;
-    Bounds bounds;
+    Few few;
   };
   void find_homes(const Objects& objects, const Executor& executor, unsigned tasks);
+  void widen(const Objects& objects, const Few& few) noexcept;
   void find_homes(const Objects& objects, std::size_t begin, std::size_t end,
                   Tally& tally) const noexcept;
   void fill(const Objects& objects) noexcept;
@@ -179,11 +198,11 @@ class Cells {
     used = class_count_[axes][c] != 0 ? used | bit : used & ~bit;
     used &= (1u << CellMap::classes) - 1;
   }
-  // Not asked where boxes are thin.
-  bool one_class() const noexcept { return (used_[0] & (used_[0] - 1)) == 0 && !has_wide(); }
-  int class_in(const Line& line, std::uint32_t k) const noexcept {
-    return !map_.thin() && one_class() ? std::countr_zero(used_[0])
-                                       : map_.class_of(map_.quantise(line.box(k)));
+  // Of a box in this home's chain.
+  int class_in(std::uint32_t home, const Line& line, std::uint32_t k) const noexcept {
+    const bool one_class = !map_.thin() && (used_[0] & (used_[0] - 1)) == 0;
+    return one_class && home != wide_home() ? std::countr_zero(used_[0])
+                                            : map_.class_of(map_.quantise(line.box(k)));
   }
   template <class F>
   std::uint64_t look(const CellQuery& query, std::uint32_t home, F&& f) const;
@@ -194,6 +213,7 @@ class Cells {
   Bounds bounds_;
   std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
+  std::size_t most_wide_ = 0;     // of more that are too wide new cells are made
   // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
   std::size_t class_count_[CellMap::thin_sets][CellMap::classes + 1] = {};
   std::uint32_t used_[CellMap::thin_sets] = {};

@@ -41,6 +41,7 @@ void Cells::plan(const Objects& objects) {
 void Cells::find_homes(const Objects& objects, const Executor& executor, unsigned tasks) {
   cpu::Shares shares(objects.limit(), tasks, 1024);
   std::mutex one_by_one;
+  Few few;
   auto find = [&](unsigned t) {
     Tally tally;
     for (std::size_t begin, end; shares.take(t, begin, end);)
@@ -50,10 +51,38 @@ void Cells::find_homes(const Objects& objects, const Executor& executor, unsigne
       if (tally.count[c] != 0) count_class(c, tally.count[c]);
     }
     if (map_.thin()) map_.hold(tally.spans);
-    bounds_.hold(tally.bounds);
+    few.add(tally.few);
     for (int k = 0; k < 2; ++k) kept_[k].add(tally.kept[k]);
   };
   cpu::run_tasks(executor, tasks, find);
+  widen(objects, few);
+}
+
+void Cells::Few::add(const Few& other) noexcept {
+  for (int level = 0; level <= CellMap::classes; ++level) {
+    for (std::size_t k = 0; k < std::min(other.count[level], most); ++k)
+      add(level, other.id[level][k]);
+    count[level] += other.count[level] - std::min(other.count[level], most);
+  }
+}
+
+// The few largest boxes, as a ground is, and walls are, go where those are that are too wide for
+// any class: to look at them in each search takes less than to look for them.
+void Cells::widen(const Objects& objects, const Few& few) noexcept {
+  int top = CellMap::classes - 1;
+  for (std::size_t moved = 0; top > 0 && moved + few.count[top] <= Few::most; --top) {
+    moved += few.count[top];
+    for (std::size_t k = 0; k < few.count[top]; ++k) {
+      Body& body = objects.body(few.id[top][k]);
+      Box room;
+      const Box& box = objects.grown(few.id[top][k], room);
+      count_class(map_.class_of(map_.quantise(box)), static_cast<std::size_t>(-1));
+      count_class(CellMap::classes, 1);
+      body.home = wide_home();
+    }
+  }
+  map_.set_top(wide_count() == few.count[CellMap::classes] ? CellMap::classes - 1 : top);
+  most_wide_ = 2 * wide_count() + 64;
 }
 
 void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t end,
@@ -70,7 +99,7 @@ void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t en
     const Place place = place_of(r, in_worlds ? objects.filter(id).world : -1);
     body.home = place.home;
     ++tally.count[place.size_class];
-    if (place.size_class != CellMap::classes) tally.bounds.hold(box);
+    tally.few.add(place.size_class & ((1 << CellMap::thin_shift) - 1), id);
     tally.kept[place.world == -1].add(place.size_class);
     if (map_.thin()) tally.spans.hold(r, place.size_class);
   }
@@ -88,7 +117,10 @@ void Cells::fill(const Objects& objects) noexcept {
     const auto id = static_cast<ObjectId>(i);
     const std::uint32_t home = objects.body(id).home;
     Box room;
-    if (home != none) enter(id, objects.grown(id, room), home);
+    if (home == none) continue;
+    const Box& box = objects.grown(id, room);
+    if (home != wide_home()) bounds_.hold(box);
+    enter(id, box, home);
   }
 }
 

@@ -130,6 +130,48 @@ TEST(Comparisons, OfWorlds) {
   EXPECT_LE(compared, 45 * searches);
 }
 
+// A few large boxes are looked at in each search; once they are many they have cells of their own.
+TEST(Comparisons, OfLargeBoxesThatBecomeMany) {
+  const auto meet = [](const Box& a, const Box& b) {
+    return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
+           b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+  };
+  Random random(4);
+  std::vector<Box> boxes;
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3 v = random.point(0, 60);
+    boxes.push_back({v, {v.x + 1, v.y + 1, v.z + 1}});
+  }
+  BroadPhase broad_phase;
+  ASSERT_TRUE(broad_phase.add(boxes, nullptr).ok());
+  for (int large = 0; large < 300; ++large) {
+    const Vec3 v = random.point(0, 60);
+    const Box slab = {v, {v.x + 12, v.y + 12, v.z + 0.1f}};
+    boxes.push_back(slab);
+    broad_phase.add(slab);
+    double most = 0;
+    for (int frame = 0; frame < 4; ++frame) {
+      for (int k = 0; k < 20; ++k) {
+        const ObjectId id = random.below(10000);
+        boxes[id].lower.x = nudge(boxes[id].lower.x, 1);
+        ASSERT_EQ(broad_phase.move(id, boxes[id]), Status::ok);
+      }
+      const Result r = broad_phase.update();
+      ASSERT_TRUE(r.ok()) << r.message;
+      if (searched_around(r)) most = std::max(most, static_cast<double>(r.comparisons));
+    }
+    EXPECT_LE(most, 21 * 130);
+    if (large % 60 != 0) continue;
+    std::vector<Pair> want;
+    for (std::uint32_t a = 0; a < boxes.size(); ++a) {
+      for (std::uint32_t b = a + 1; b < boxes.size(); ++b) {
+        if (meet(boxes[a], boxes[b])) want.push_back({a, b});
+      }
+    }
+    EXPECT_EQ(plain(broad_phase.pairs()), want);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scene::names()),
                          [](const auto& which) {
                            std::string name = which.param;
