@@ -296,6 +296,32 @@ TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
   }
 }
 
+// A few large boxes go, which had no cells, and then all small ones but as many.
+TEST(BroadPhaseQuery, LargeBoxesGo) {
+  Random random(7);
+  BoxList boxes;
+  for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 20), 1));
+  for (int k = 0; k < 8; ++k) boxes.push_back(cube(random.point(0, 20), 9));
+  BroadPhase b;
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  Result r;
+  for (int k = 0; k < 20; ++k) {  // few move: cells pay
+    ASSERT_EQ(b.move(0, boxes[static_cast<std::size_t>(k % 2)]), Status::ok);
+    r = b.update();
+  }
+  ASSERT_TRUE(searched_around(r));
+  for (ObjectId id = 3007; id >= 8; --id) {
+    ASSERT_EQ(b.remove(id), Status::ok);
+    if (id != 8 && id % 100 != 0) continue;
+    const Vec3 at = b.box(5).lower;
+    const Sweep ray = {{at, at}, {0.5f, 0.5f, 0.5f}};
+    ASSERT_TRUE(b.find_hits(&ray, 1).ok());
+    EXPECT_TRUE(std::any_of(b.hits().begin(), b.hits().end(), [](const SweepHit& hit) {
+      return hit.object == 5;
+    })) << id;
+  }
+}
+
 // Slanted sweeps through many small boxes: what is near the way at first may be met late, or never.
 TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
   Random random(3);
