@@ -151,8 +151,7 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
   const double side = quantile(sample, 0.25, side_of) * fitting;
   const double usual = quantile(sample, 0.5, side_of);
   const auto count = static_cast<double>(boxes);
-  // Worlds that lie in one place are as much more room.
-  double volume = plan.worlds ? 1 / std::max(together(sample, 0), 1 / count) : 1;
+  double volume = 1;
   for (int k = 0; k < 3; ++k) {
     const auto lower = [k](const CellPlan::Sampled& s) { return double{s.lower[k]}; };
     const double begin = quantile(sample, 0.05, lower);
@@ -161,6 +160,9 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
     plan.extent[k] = {begin - 0.05 * length, length};
     volume *= length;
   }
+  // Worlds that lie in one place are as much more room. Asked once the order of the sample, which
+  // is by worlds then, plays no part.
+  if (plan.worlds) volume /= std::max(together(sample, 0), 1 / count);
   plan.span = std::max(side, 0.5 * std::cbrt(volume / count));
   double crowding = count * together(sample, 2 * plan.span);
   for (int k = 0; k < most_halvings && crowding > most_crowded && plan.span > side; ++k) {

@@ -70,7 +70,8 @@ void Cells::Few::add(const Few& other) noexcept {
 // any class: to look at them in each search takes less than to look for them.
 void Cells::widen(const Objects& objects, const Few& few) noexcept {
   int top = CellMap::classes - 1;
-  for (std::size_t moved = 0; top > 0 && moved + few.count[top] <= Few::most; --top) {
+  std::size_t moved = 0;
+  for (; top > 0 && moved + few.count[top] <= Few::most; --top) {
     moved += few.count[top];
     for (std::size_t k = 0; k < few.count[top]; ++k) {
       Body& body = objects.body(few.id[top][k]);
@@ -81,7 +82,7 @@ void Cells::widen(const Objects& objects, const Few& few) noexcept {
       body.home = wide_home();
     }
   }
-  map_.set_top(wide_count() == few.count[CellMap::classes] ? CellMap::classes - 1 : top);
+  if (moved != 0) map_.set_top(top);
   most_wide_ = 2 * wide_count() + 64;
 }
 
@@ -94,12 +95,11 @@ void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t en
     body.home = none;
     if (!objects.is_active(id)) continue;
     Box room;
-    const Box& box = objects.grown(id, room);
-    const CellMap::Range r = map_.quantise(box);
+    const CellMap::Range r = map_.quantise(objects.grown(id, room));
     const Place place = place_of(r, in_worlds ? objects.filter(id).world : -1);
     body.home = place.home;
     ++tally.count[place.size_class];
-    tally.few.add(place.size_class & ((1 << CellMap::thin_shift) - 1), id);
+    tally.few.add(map_.level(place.size_class, 3), id);
     tally.kept[place.world == -1].add(place.size_class);
     if (map_.thin()) tally.spans.hold(r, place.size_class);
   }

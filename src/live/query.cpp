@@ -1,8 +1,6 @@
 #include "live/query.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "cpu/packed_box.hpp"
 #include "cpu/sink.hpp"
@@ -107,6 +105,7 @@ struct Queries::Look {
   Cells::Reach reach;
 };
 
+// The same of a sweep.
 struct Queries::Way {
   Cover cover;
   CellWalk walk;

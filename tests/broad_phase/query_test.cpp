@@ -198,6 +198,21 @@ TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
   EXPECT_EQ(other.overlaps()[0].second, 5u);
 }
 
+// Few move, this one between the first two boxes: cells pay, and are made.
+void make_cells(BroadPhase& b, ObjectId moves, const BoxList& boxes) {
+  Result r;
+  for (std::size_t k = 0; k < 20; ++k) {
+    ASSERT_EQ(b.move(moves, boxes[(k + 1) % 2]), Status::ok);
+    r = b.update();
+  }
+  ASSERT_TRUE(searched_around(r));
+}
+bool is_hit(const BroadPhase& b, ObjectId id) {
+  const SweepHitList hits = b.hits();
+  return std::any_of(hits.begin(), hits.end(),
+                     [&](const SweepHit& hit) { return hit.object == id; });
+}
+
 // Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
 TEST(BroadPhaseQuery, ALongerRod) {
   const auto rod = [](float x, float y, float z, float length) {
@@ -212,12 +227,7 @@ TEST(BroadPhaseQuery, ALongerRod) {
   BroadPhase rods;
   ASSERT_TRUE(rods.add(boxes, nullptr).ok());
   ASSERT_TRUE(rods.update().ok());
-  Result r;
-  for (int k = 0; k < 20; ++k) {  // few move: cells pay
-    ASSERT_EQ(rods.move(0, k % 2 == 0 ? boxes[1] : boxes[0]), Status::ok);
-    r = rods.update();
-  }
-  ASSERT_TRUE(searched_around(r));
+  make_cells(rods, 0, boxes);
   for (float length = 9; length < 40; length += 0.0625f) {
     BroadPhase b(rods);
     const float x = random.in(0, 60);
@@ -233,8 +243,7 @@ TEST(BroadPhaseQuery, ALongerRod) {
     const Vec3 in = {boxes[5].lower.x + 1, boxes[5].lower.y, boxes[5].lower.z};
     const Sweep through = {{{in.x, in.y - 0.1f, in.z}, {in.x, in.y - 0.1f, in.z}}, {0, 0.2f, 0}};
     ASSERT_TRUE(b.find_hits(&through, 1).ok());
-    EXPECT_TRUE(std::any_of(b.hits().begin(), b.hits().end(),
-                            [](const SweepHit& hit) { return hit.object == 5; }));
+    EXPECT_TRUE(is_hit(b, 5));
   }
 }
 
@@ -252,12 +261,7 @@ TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
   view.filters.world = {world.data(), world.size()};
   BroadPhase worlds;
   ASSERT_TRUE(worlds.add(view, nullptr).ok());
-  Result r;
-  for (int k = 0; k < 20; ++k) {  // few move: cells pay
-    ASSERT_EQ(worlds.move(5, boxes[static_cast<std::size_t>(k % 2)]), Status::ok);
-    r = worlds.update();
-  }
-  ASSERT_TRUE(searched_around(r));
+  make_cells(worlds, 5, boxes);
   for (const float size : {0.01f, 0.5f, 1.0f, 2.5f, 6.0f, 13.0f}) {
     for (const bool grows : {false, true}) {
       BroadPhase b(worlds);
@@ -275,9 +279,7 @@ TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
                           (now.lower.z + now.upper.z) / 2};
       const Sweep down = {{above, above}, {0, -60, 0}};
       ASSERT_TRUE(b.find_hits(&down, 1, SweepHits::all, filters).ok());
-      EXPECT_TRUE(std::any_of(b.hits().begin(), b.hits().end(),
-                              [&](const SweepHit& hit) { return hit.object == id; }))
-          << size << grows;
+      EXPECT_TRUE(is_hit(b, id)) << size << grows;
       Boxes region(&now, 1);
       region.filters = filters;
       ASSERT_TRUE(b.find_overlaps(region).ok());
@@ -304,21 +306,14 @@ TEST(BroadPhaseQuery, LargeBoxesGo) {
   for (int k = 0; k < 8; ++k) boxes.push_back(cube(random.point(0, 20), 9));
   BroadPhase b;
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
-  Result r;
-  for (int k = 0; k < 20; ++k) {  // few move: cells pay
-    ASSERT_EQ(b.move(0, boxes[static_cast<std::size_t>(k % 2)]), Status::ok);
-    r = b.update();
-  }
-  ASSERT_TRUE(searched_around(r));
+  make_cells(b, 0, boxes);
   for (ObjectId id = 3007; id >= 8; --id) {
     ASSERT_EQ(b.remove(id), Status::ok);
     if (id != 8 && id % 100 != 0) continue;
     const Vec3 at = b.box(5).lower;
     const Sweep ray = {{at, at}, {0.5f, 0.5f, 0.5f}};
     ASSERT_TRUE(b.find_hits(&ray, 1).ok());
-    EXPECT_TRUE(std::any_of(b.hits().begin(), b.hits().end(), [](const SweepHit& hit) {
-      return hit.object == 5;
-    })) << id;
+    EXPECT_TRUE(is_hit(b, 5)) << id;
   }
 }
 

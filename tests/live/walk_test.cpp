@@ -46,7 +46,7 @@ struct Sum {
 };
 
 // Both ways of going through: for all, and to the first.
-void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}) {
+void ask(const World& w, const Sweep& sweep, Sum& sum) {
   const Objects& objects = w.objects();
   const Cover cover(sweep);
   const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
@@ -60,7 +60,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}
   }
   CellWalk walk;
   const double never = 2;
-  walk.start(w.cells(), worlds, sweep, cover, false);
+  walk.start(w.cells(), {}, sweep, cover, false);
   if (!walk.go(sieve, never, [&](const CellLine& line, std::uint32_t k) {
         looked.insert(line.id[k]);
         ++sum.looked;
@@ -85,7 +85,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum, Cells::Worlds worlds = {}
                   << t.leave;
   }
   double found = 2;
-  walk.start(w.cells(), worlds, sweep, cover, true);
+  walk.start(w.cells(), {}, sweep, cover, true);
   ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
     const Touch t = touch(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
