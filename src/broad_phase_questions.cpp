@@ -1,5 +1,4 @@
 // Questions to objects that live: what overlaps boxes, and what moving boxes hit.
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -47,25 +46,13 @@ Boxes boxes_of(const live::Sweeps& sweeps) noexcept {
 }
 
 bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& r) noexcept {
-  if (sweeps.which > SweepHits::first) {
-    say(r, "SweepHits is %d, which is none of its constants; use one",
-        static_cast<int>(sweeps.which));
-    return refuse(r, Status::bad_option);
-  }
-  if (!sweeps.data && sweeps.count != 0) {
-    say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{sweeps.count});
-    return refuse(r, Status::bad_boxes);
-  }
+  if (!valid_sweeps(sweeps.data, sweeps.count, sweeps.which, r)) return false;
   if (!valid(boxes_of(sweeps), nullptr, options, r)) return false;
   for (std::size_t i = 0; i < sweeps.count; ++i) {
-    const Vec3& by = sweeps.data[i].by;
-    const bool good = std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z) &&
-                      !core::has_nan(sweeps.data[i].box);
-    if (!good && r.invalid_count++ == 0) r.first_invalid = i;
+    if (!core::is_sound(sweeps.data[i]) && r.invalid_count++ == 0) r.first_invalid = i;
   }
   if (r.invalid_count == 0) return true;
-  say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
-      ull{r.invalid_count}, ull{r.first_invalid});
+  explain_sweeps(r);
   return refuse(r, Status::nan_box);
 }
 

@@ -9,6 +9,7 @@
 
 #include "cuda/backend.hpp"
 #include "pipeline/failure.hpp"
+#include "pipeline/questions.hpp"
 #include "validate.hpp"
 
 namespace throng::cuda {
@@ -51,6 +52,18 @@ struct BroadPhaseAccess {
     Result r;
     if (!valid_on_device(boxes, nullptr, it.options_, r)) return r;
     return run(it, [&](Scene& scene, Result& told) { f(scene, boxes, told); });
+  }
+  // The same with sweeps, and filters of theirs.
+  template <class F>
+  static Result ask(BroadPhase& it, const Sweep* sweeps, std::size_t count, SweepHits which,
+                    const Filters& filters, const F& f) noexcept {
+    Result r;
+    if (!valid_sweeps(sweeps, count, which, r)) return r;
+    return run(it, pipeline::Asked::about(sweeps, count, filters).boxes, true,
+               [&](Scene& scene, const Boxes&, Result& told) {
+                 f(scene, told);
+                 if (told.status == Status::nan_box) explain_sweeps(told);
+               });
   }
   static const Scene* scene(const BroadPhase& it) noexcept {
     return it.state_ ? it.state_->scene.get() : nullptr;
@@ -159,6 +172,32 @@ Result BroadPhase::pairs(LivePairs& out, Stream stream) noexcept {
     out = scene.gather_pairs(stream);
     r.found = out.size();
   });
+}
+
+Result BroadPhase::find_overlaps(const Boxes& boxes, Stream stream) noexcept {
+  return Access::run(*this, boxes, true, [&](Scene& scene, const Boxes& given, Result& r) {
+    scene.find_overlaps(given, stream, r);
+  });
+}
+Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
+                             const Filters& filters, Stream stream) noexcept {
+  return Access::ask(*this, sweeps, count, which, filters, [&](Scene& scene, Result& r) {
+    scene.find_hits(sweeps, count, which, filters, stream, r);
+  });
+}
+Result BroadPhase::find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
+                                   SweepHit* out, Stream stream) noexcept {
+  return Access::ask(*this, sweeps, count, SweepHits::first, filters, [&](Scene& scene, Result& r) {
+    scene.find_first_hits(sweeps, count, filters, out, stream, r);
+  });
+}
+Pairs BroadPhase::overlaps() const noexcept {
+  const Scene* scene = Access::scene(*this);
+  return scene ? scene->overlaps() : Pairs{};
+}
+SweepHitList BroadPhase::hits() const noexcept {
+  const Scene* scene = Access::scene(*this);
+  return scene ? scene->hits() : SweepHitList{};
 }
 
 std::uint64_t BroadPhase::object_count() const noexcept {

@@ -314,6 +314,20 @@ void explain_failure(Result& r, const pipeline::Failure& failure) noexcept {
   }
 }
 
+bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Result& r) noexcept {
+  if (which > SweepHits::first) {
+    say(r, "SweepHits is %d, which is none of its constants; use one", static_cast<int>(which));
+    return refuse(r, Status::bad_option);
+  }
+  if (sweeps || count == 0) return true;
+  say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
+  return refuse(r, Status::bad_boxes);
+}
+void explain_sweeps(Result& r) noexcept {
+  say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
+      ull{r.invalid_count}, ull{r.first_invalid});
+}
+
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
   if (r.message[0]) return;  // a device has said it
   const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <throng/boxes.hpp>
+#include <throng/broad_phase.hpp>
 #include <throng/options.hpp>
 #include <throng/update_boxes.hpp>
 
@@ -52,6 +53,12 @@ void explain_failure(Result& r, const pipeline::Failure&) noexcept;
 // that gives none.
 void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
                 Result& r) noexcept;
+
+// Whether there is an array, if there are any, and it is known what is wanted of them. False, with
+// status and message.
+bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Result& r) noexcept;
+// The message for sweeps of which some have a NaN or an infinite `by`.
+void explain_sweeps(Result& r) noexcept;
 
 // The message for what a backend found wrong.
 void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;

@@ -25,11 +25,11 @@ struct Arguments {
   bool device = false;
 };
 
-const std::vector<std::string> all_parts = {"scaling", "scenes", "stages", "crossover",
-                                            "bodies",  "live",   "machine"};
+const std::vector<std::string> all_parts = {"scaling", "scenes", "stages",    "crossover",
+                                            "bodies",  "live",   "questions", "machine"};
 // Those that choose what they measure themselves.
 bool is_bare(const std::string& part) {
-  return part == "machine" || part == "bodies" || part == "live";
+  return part == "machine" || part == "bodies" || part == "live" || part == "questions";
 }
 
 std::string describe_device() {
@@ -153,6 +153,7 @@ int run(Arguments a) {
     if (part == "machine") guarded("machine", [&] { measure_machine(s, a.most); });
     if (part == "bodies") guarded("bodies", [&] { measure_bodies(s, a.most); });
     if (part == "live") guarded("live", [&] { measure_live(s, a.least, a.most); });
+    if (part == "questions") guarded("questions", [&] { measure_questions(s, a.least, a.most); });
   }
   for (const Case& c : cases_for(a)) {
     // Of a recording that is not in the file, what the CPU finds here and now.
@@ -180,10 +181,10 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 answers differ, 2 bad usage, a bad file, or no GPU.",
       "throng-bench-gpu"};
   Arguments a;
-  app.add_option(
-      "--part", a.parts,
-      "scaling, scenes, stages, crossover, bodies, live or machine; all by default. May be given "
-      "again");
+  app.add_option("--part", a.parts,
+                 "scaling, scenes, stages, crossover, bodies, live, questions or machine; all by "
+                 "default. May be given "
+                 "again");
   app.add_option("--files", a.files, "Recorded boxes in .npy files, each frame");
   app.add_option("--least", a.least, "Leave out what has fewer boxes");
   app.add_option("--most", a.most, "Leave out what has more boxes");

@@ -27,6 +27,8 @@ void measure_stages(const Case& c, Session& s);
 void measure_bodies(Session& s, std::size_t most);
 // Updates of objects that live: a row a way to move. Bytes a box are all that is held.
 void measure_live(Session& s, std::size_t least, std::size_t most);
+// Questions to such objects: a row a kind and number of them, some held against the CPU.
+void measure_questions(Session& s, std::size_t least, std::size_t most);
 // Launches, copies, sorts, scans, atomics, gathers: what the machine does. Sets copy_gbs.
 void measure_machine(Session& s, std::size_t most);
 // Large copies alone.

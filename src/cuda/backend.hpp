@@ -49,12 +49,19 @@ class Scene {
   virtual void shift_origin(const Vec3& by, Stream, Result&) = 0;
   virtual void update(const Boxes*, Stream, Result&) = 0;
   virtual LivePairs gather_pairs(Stream) = 0;
+  virtual void find_overlaps(const Boxes&, Stream, Result&) = 0;
+  virtual void find_hits(const Sweep*, std::size_t count, SweepHits, const Filters&, Stream,
+                         Result&) = 0;
+  virtual void find_first_hits(const Sweep*, std::size_t count, const Filters&, SweepHit* out,
+                               Stream, Result&) = 0;
   // Of create_scene(), too.
   virtual void copy(const Scene&, Stream) = 0;
 
   virtual LivePairs begun() const noexcept = 0;
   virtual LivePairs ended() const noexcept = 0;
   virtual LivePairs candidates() const noexcept = 0;
+  virtual Pairs overlaps() const noexcept = 0;
+  virtual SweepHitList hits() const noexcept = 0;
   virtual std::uint64_t object_count() const noexcept = 0;
   virtual std::uint64_t pair_count() const noexcept = 0;
   virtual std::uint64_t id_limit() const noexcept = 0;

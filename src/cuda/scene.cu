@@ -60,6 +60,23 @@ class GpuScene final : public Scene {
     const Current current = begin(stream);
     return scene_.gather_pairs();
   }
+  void find_overlaps(const Boxes& boxes, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    scene_.find_overlaps(boxes, r);
+  }
+  void find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
+                 Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    scene_.find_hits(asked(sweeps, count, filters), which, r);
+  }
+  void find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
+                       SweepHit* out, Stream stream, Result& r) override {
+    const Current current = begin(stream);
+    if (count)
+      Reach(ordinal(), Status::bad_boxes).require(out, alignof(SweepHit), "the array of hits");
+    scene_.find_first_hits(asked(sweeps, count, filters), out, r);
+  }
   void copy(const Scene& other, Stream stream) override {
     const Current current = begin(stream);
     const auto& theirs = static_cast<const GpuScene&>(other);
@@ -73,6 +90,8 @@ class GpuScene final : public Scene {
   LivePairs begun() const noexcept override { return scene_.pairs().begun(); }
   LivePairs ended() const noexcept override { return scene_.pairs().ended(); }
   LivePairs candidates() const noexcept override { return scene_.pairs().candidates(); }
+  Pairs overlaps() const noexcept override { return scene_.questions().overlaps(); }
+  SweepHitList hits() const noexcept override { return scene_.questions().hits(); }
   std::uint64_t object_count() const noexcept override { return scene_.objects().count(); }
   std::uint64_t pair_count() const noexcept override { return scene_.pairs().count(); }
   std::uint64_t id_limit() const noexcept override { return scene_.objects().limit(); }
@@ -88,6 +107,11 @@ class GpuScene final : public Scene {
                     "the stream"};
     scene_.device().begin(stream, false);
     return Current(ordinal());
+  }
+  pipeline::Asked asked(const Sweep* sweeps, std::size_t count, const Filters& filters) const {
+    const auto asked = pipeline::Asked::about(sweeps, count, filters);
+    require_set(pipeline::make_set(asked.boxes), count, ordinal());
+    return asked;
   }
   void require_ids(const ObjectId* ids, std::size_t count) const {
     if (count)

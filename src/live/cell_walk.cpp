@@ -6,7 +6,7 @@
 namespace throng::live {
 
 void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep,
-                     const Cover& cover, bool to_first) noexcept {
+                     const core::Cover& cover, bool to_first) noexcept {
   cells_ = &cells;
   worlds_ = worlds;
   if (worlds.all) return;
@@ -15,13 +15,13 @@ void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& swee
   count_ = 0;
   if (cells.has_wide()) homes_[count_++] = cells.wide_home();
   way_count_ = 0;
-  inside_ = touch(sweep, cells.bounds());
+  inside_ = core::touch(sweep, cells.bounds());
   if (inside_.enter <= inside_.leave) add_ways(cover);
   choose();
   list();
 }
 
-void CellWalk::add_ways(const Cover& cover) noexcept {
+void CellWalk::add_ways(const core::Cover& cover) noexcept {
   const CellMap& map = cells_->map();
   const double scale = map.units(1);
   whole_ = map.quantise(cover(inside_.enter, inside_.leave));

@@ -23,9 +23,9 @@
 
 #include <cstdint>
 
+#include "core/sweep.hpp"
 #include "live/cells.hpp"
 #include "live/sieve.hpp"
-#include "live/sweep.hpp"
 
 namespace throng::live {
 
@@ -33,7 +33,7 @@ class CellWalk {
  public:
   // Asks for the cells that it looks into first: for not too many, if it may end early. `cover`:
   // the sweep's.
-  void start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep, const Cover& cover,
+  void start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep, const core::Cover& cover,
              bool to_first) noexcept;
 
   // look(line, k) for box k of a line, all that pass the sieve, some several times; until nothing
@@ -65,7 +65,7 @@ class CellWalk {
   // enough. What lies behind those cells goes on the list, too, as far as there is room.
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
 
-  void add_ways(const Cover& cover) noexcept;
+  void add_ways(const core::Cover& cover) noexcept;
   bool is_reached(Way& way) const noexcept;
   void choose() noexcept;
   bool is_over() const noexcept { return way_count_ == 0; }
@@ -85,7 +85,7 @@ class CellWalk {
   const Cells* cells_;
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the Cover, in units
-  Touch inside_;                        // its time
+  core::Touch inside_;                  // its time
   CellMap::Range whole_, range_;        // of all that time, in units; the next layer's cells
   std::uint64_t left_;                  // so many cells, and it gives up
   std::uint32_t count_, enough_;

@@ -40,7 +40,7 @@ double pieces(const Columns& columns, const Sweep& s) noexcept {
 }
 double cost_of(const Columns& columns, const Sweep& sweep) noexcept {
   const double count = pieces(columns, sweep);
-  const Box piece = Cover(sweep)(0, 1 / count);
+  const Box piece = core::Cover(sweep)(0, 1 / count);
   return count * columns.look.cost(columns.look.columns_in(piece)) + cost_of_changed(columns);
 }
 template <class Question>
@@ -107,7 +107,7 @@ struct Queries::Look {
 
 // The same of a sweep.
 struct Queries::Way {
-  Cover cover;
+  core::Cover cover;
   CellWalk walk;
 };
 
@@ -203,7 +203,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
   const auto prepare = [&](std::size_t i, Way& way) {
     const Sweep& sweep = sweeps.data[i];
     if (!core::is_active(sweep.box)) return;
-    way.cover = Cover(sweep);
+    way.cover = core::Cover(sweep);
     if (by_cells)
       way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), sweep, way.cover, only_first);
   };
@@ -219,7 +219,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     double begin = 0;  // whatever is met until then has been looked at, but for a start at 0
     const auto meet_box = [&](ObjectId id, const Box& box) {
       if (!allowed(filter, id)) return;
-      const Touch t = touch(sweep, box);
+      const core::Touch t = core::touch(sweep, box);
       if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
       if (only_first && !is_better(t.enter, id)) return;
       double time = t.enter;

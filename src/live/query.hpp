@@ -6,6 +6,7 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "core/sweep.hpp"
 #include "cpu/each_task.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/grid_look.hpp"
@@ -14,7 +15,6 @@
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
-#include "live/sweep.hpp"
 
 namespace throng::live {
 

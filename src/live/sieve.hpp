@@ -25,10 +25,10 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "core/sweep.hpp"
 #include "cpu/sse2.hpp"
 #include "live/cell_line.hpp"
 #include "live/objects.hpp"
-#include "live/sweep.hpp"
 
 namespace throng::live {
 

@@ -63,6 +63,8 @@ struct Input {
   bool two_sets = false;
   bool has_worlds = false, has_pair_filters = false, has_filters = false;
   std::uint32_t present = 0;  // group bits that occur
+  // Others than these boxes will look into the grid, so there is one whatever these need.
+  bool for_others = false;
   // In the memory of whoever runs it; 0 says that no grid is needed. Null: one is.
   const std::uint32_t* grid_wanted = nullptr;
 

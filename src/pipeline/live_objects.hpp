@@ -51,6 +51,9 @@ class LiveObjects {
   // Whether some object became inactive, was removed, or is active again, since the last update.
   bool gone() const noexcept { return gone_; }
   bool refiltered() const noexcept { return refiltered_; }  // some since the last update
+  // Another one whenever boxes or filters may have changed; and the boxes as they were given last.
+  std::uint64_t version() const noexcept { return version_; }
+  Boxes boxes() const noexcept { return with_filters(array<Box>(box_array)); }
   // Until the next settle(). Fat boxes are made, and the candidates are those of before.
   void set_stale() noexcept { stale_ = true; }
 
@@ -71,6 +74,7 @@ class LiveObjects {
       free_count_ -= std::min(count, free_count_);
       count_ += count;
       moved_ = stale_ = true;
+      ++version_;
     }
     r.found = count_;
   }
@@ -84,6 +88,7 @@ class LiveObjects {
       removed_count_ += static_cast<std::uint32_t>(n);
       count_ -= static_cast<std::uint32_t>(n);
       moved_ = gone_ = true;
+      ++version_;
     }
     r.found = count_;
   }
@@ -93,6 +98,7 @@ class LiveObjects {
     const bool moved_before = moved_;
     if (!check_list(ids, boxes.size(), given, true, nan_allowed, r)) return;
     if (!moved_before) settle_states();
+    ++version_;
     device_.launch(boxes.size(), MoveList{view(), ids, given});
     r.found = count_;
   }
@@ -113,6 +119,7 @@ class LiveObjects {
   // at->changed is empty then.
   void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at) {
     const Set given = make_set(boxes);
+    ++version_;
     device_.launch(limit_, MoveAll{view(), given, &at->checked, nan_allowed, &at->changed});
   }
   // Whether an object that lives has another box than before; that alone is looked at.
@@ -131,6 +138,7 @@ class LiveObjects {
       want_filters(filters);
       device_.launch(n, SetFiltersOfList{view(), ids, given});
       moved_ = stale_ = refiltered_ = true;
+      ++version_;
     }
     r.found = count_;
   }
@@ -139,6 +147,7 @@ class LiveObjects {
     settle_states();
     device_.launch(limit_, ShiftOrigin{view(), by});
     moved_ = stale_ = true;  // rounding can bring fat boxes together
+    ++version_;
     r.found = count_;
   }
 
@@ -192,17 +201,7 @@ class LiveObjects {
   Boxes fatten() {
     set_stale();
     device_.launch(limit_, Fatten{view()});
-    Boxes all(array<Box>(fat_array), limit_);
-    const auto give = [&](auto& column, auto* values) {
-      if (values) column = {values, limit_};
-    };
-    const LiveView v = view();
-    give(all.filters.group, v.group);
-    give(all.filters.mask, v.mask);
-    give(all.filters.owner, v.owner);
-    give(all.filters.world, v.world);
-    give(all.filters.is_static, v.is_static);
-    return all;
+    return with_filters(array<Box>(fat_array));
   }
   // The pairs are those of the boxes as they are. Ids of what was removed may be given again.
   void settle() {
@@ -230,6 +229,7 @@ class LiveObjects {
         device_.copy(blocks_[k].template as<char>(), other.blocks_[k].template as<char>(),
                      other.limit_ * sizes[k]);
     }
+    ++version_;
     margin_ = other.margin_;
     fat_margin_ = other.fat_margin_;
     limit_ = other.limit_;
@@ -272,6 +272,21 @@ class LiveObjects {
   template <class T>
   T* array(Array k) const noexcept {
     return wanted_[k] ? blocks_[k].template as<T>() : nullptr;
+  }
+
+  // Of all ids, with the objects' filters.
+  Boxes with_filters(const Box* boxes) const noexcept {
+    Boxes all(boxes, limit_);
+    const auto give = [&](auto& column, const auto* values) {
+      if (values) column = {values, limit_};
+    };
+    const LiveView v = view();
+    give(all.filters.group, v.group);
+    give(all.filters.mask, v.mask);
+    give(all.filters.owner, v.owner);
+    give(all.filters.world, v.world);
+    give(all.filters.is_static, v.is_static);
+    return all;
   }
 
   template <class F>
@@ -354,6 +369,7 @@ class LiveObjects {
   // States may say of objects that they moved though they did not since the last update.
   bool unsettled_ = false;
   bool told_is_clear_ = false;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace throng::pipeline

@@ -5,6 +5,7 @@
 
 #include "pipeline/live_objects.hpp"
 #include "pipeline/live_pairs.hpp"
+#include "pipeline/live_questions.hpp"
 
 namespace throng::pipeline {
 
@@ -17,13 +18,17 @@ class LiveScene {
       : device_(std::forward<Args>(args)...),
         options_(options),
         objects_(device_, options.margin, fat_margin),
-        pairs_(device_) {}
+        pairs_(device_),
+        questions_(device_) {}
 
   Device& device() noexcept { return device_; }
   const Device& device() const noexcept { return device_; }
   const LiveObjects<Device>& objects() const noexcept { return objects_; }
   const LivePairSet<Device>& pairs() const noexcept { return pairs_; }
-  std::size_t held() const noexcept { return device_.held() + objects_.held() + pairs_.held(); }
+  const LiveQuestions<Device>& questions() const noexcept { return questions_; }
+  std::size_t held() const noexcept {
+    return device_.held() + objects_.held() + pairs_.held() + questions_.held();
+  }
 
   void add(const Boxes& boxes, ObjectId* ids, Result& r) {
     objects_.add(boxes, ids, nan_allowed(), r);
@@ -82,6 +87,16 @@ class LiveScene {
   }
   LivePairs gather_pairs() { return pairs_.pairs(); }
 
+  void find_overlaps(const Boxes& boxes, Result& r) {
+    questions_.find_overlaps(objects_, boxes, nan_allowed(), r);
+  }
+  void find_hits(const Asked& sweeps, SweepHits which, Result& r) {
+    questions_.find_hits(objects_, sweeps, which, r);
+  }
+  void find_first_hits(const Asked& sweeps, SweepHit* out, Result& r) {
+    questions_.find_first_hits(objects_, sweeps, out, r);
+  }
+
   // Of one device. Failure: nothing has changed.
   void copy(const LiveScene& other) {
     objects_.reserve_for(other.objects_);
@@ -98,6 +113,7 @@ class LiveScene {
   Options options_;
   LiveObjects<Device> objects_;
   LivePairSet<Device> pairs_;
+  LiveQuestions<Device> questions_;
   bool still_ = false;  // nothing had moved in the last update that was given boxes
 };
 

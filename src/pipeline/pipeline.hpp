@@ -247,7 +247,9 @@ class Pipeline {
   }
 
   // Whether small worlds, if that is what there is, are searched one by one.
-  static bool by_worlds(const Input& in) noexcept { return in.has_worlds && !in.two_sets; }
+  static bool by_worlds(const Input& in) noexcept {
+    return in.has_worlds && !in.two_sets && !in.for_others;
+  }
 
   // Both, where nothing is asked in between.
   void build_and_find(const Input& in, bool brute, const Workspace& w, const PairSink& sink) const {

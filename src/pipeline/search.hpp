@@ -113,6 +113,18 @@ struct GridSearchOf {
         world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
     }
 
+    // `around`: a box that is asked about, which may then be another one: by bits of its group,
+    // and of a world, or 0.
+    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, const Box& box,
+                   std::uint32_t bits, std::uint32_t world) noexcept
+        : s_(search), cells_(cells), index_(0), class_(0), bits_(bits), world_(world) {
+      turn_to(box);
+    }
+    THRONG_HD void turn_to(const Box& box) noexcept {
+      box_ = Record{box.lower, 0, box.upper, 0};
+      span_ = core::cells_of(cells_, box);
+    }
+
     // Turns to a target; tells how many rows there are to look into.
     THRONG_HD std::uint32_t aim(std::uint32_t target) noexcept {
       const std::uint32_t group = Plain ? 0 : target / core::max_size_classes;

@@ -89,6 +89,13 @@ TEST_F(NoDevice, ObjectsThatLive) {
     expect_no_device(scene.update(boxes, nullptr));
     LivePairs pairs;
     expect_no_device(scene.pairs(pairs, nullptr));
+    const Sweep sweep{};
+    SweepHit hit;
+    expect_no_device(scene.find_overlaps(boxes, nullptr));
+    expect_no_device(scene.find_hits(&sweep, 1, SweepHits::all, {}, nullptr));
+    expect_no_device(scene.find_first_hits(&sweep, 1, {}, &hit, nullptr));
+    EXPECT_TRUE(scene.overlaps().empty());
+    EXPECT_TRUE(scene.hits().empty());
     expect_no_device(scene.copy_from(cuda::BroadPhase(), nullptr));
     EXPECT_TRUE(scene.begun().empty() && scene.ended().empty() && scene.candidates().empty());
     EXPECT_EQ(scene.object_count() + scene.pair_count() + scene.id_limit() + scene.slot_limit(),
@@ -114,6 +121,14 @@ TEST_F(NoDevice, BadArgumentsAreToldFirst) {
   cuda::BroadPhase live;
   EXPECT_EQ(live.add(odd, nullptr, nullptr).status, Status::bad_filter);
   EXPECT_EQ(live.update(Boxes(nullptr, 5), nullptr).status, Status::bad_boxes);
+  EXPECT_EQ(live.find_overlaps(odd, nullptr).status, Status::bad_filter);
+  const Result none = live.find_hits(nullptr, 5, SweepHits::all, {}, nullptr);
+  EXPECT_EQ(none.status, Status::bad_boxes);
+  EXPECT_NE(std::string(none.message).find("array of sweeps is null"), std::string::npos);
+  const Sweep sweep{};
+  EXPECT_EQ(live.find_hits(&sweep, 1, static_cast<SweepHits>(7), {}, nullptr).status,
+            Status::bad_option);
+  EXPECT_EQ(live.find_first_hits(nullptr, 5, {}, nullptr, nullptr).status, Status::bad_boxes);
   for (const float margin : {-1.0f, INFINITY, std::nanf("")}) {
     const Result r = cuda::BroadPhase(margin).update(nullptr);
     EXPECT_EQ(r.status, Status::bad_option);

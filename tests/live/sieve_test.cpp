@@ -23,7 +23,7 @@ struct Met {
   std::size_t met = 0, grazed = 0, passed = 0, lost = 0;
 };
 void ask(const Sweep& sweep, const Body (&four)[4], Met& sum) {
-  const SieveTerms terms(sweep, Cover(sweep)(0, 1));
+  const SieveTerms terms(sweep, core::Cover(sweep)(0, 1));
   const std::uint32_t passes = Sieve(terms).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
@@ -34,7 +34,7 @@ void ask(const Sweep& sweep, const Body (&four)[4], Met& sum) {
     const std::uint32_t in_line = LineSieve(terms).passes(line);
     EXPECT_EQ((in_line & 1) != 0, passed);
     EXPECT_EQ(in_line >> 1, i % 2 & passes >> (i + 1) % 4);
-    const Touch t = touch(sweep, four[i].box);
+    const core::Touch t = core::touch(sweep, four[i].box);
     const bool met = core::is_active(four[i].box) && t.enter <= t.leave;
     sum.met += met;
     sum.grazed += met && t.enter == t.leave;
@@ -147,7 +147,7 @@ TEST(Sieve, EachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    Sieve(SieveTerms(sweep, Cover(sweep)(0, 1))).each(objects, [&](ObjectId id) {
+    Sieve(SieveTerms(sweep, core::Cover(sweep)(0, 1))).each(objects, [&](ObjectId id) {
       if (objects.is_active(id)) got.push_back(id);
     });
     EXPECT_EQ(got, want) << count;

@@ -48,14 +48,14 @@ struct Sum {
 // Both ways of going through: for all, and to the first.
 void ask(const World& w, const Sweep& sweep, Sum& sum) {
   const Objects& objects = w.objects();
-  const Cover cover(sweep);
+  const core::Cover cover(sweep);
   const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
   std::set<ObjectId> looked;
   double first = 2;  // of all objects, and as found by the one who ends there
   for (std::size_t id = 0; id < objects.limit(); ++id) {
     const Body& body = objects.body(static_cast<ObjectId>(id));
     if (!core::is_active(body.box)) continue;
-    const Touch t = touch(sweep, body.box);
+    const core::Touch t = core::touch(sweep, body.box);
     if (t.enter <= t.leave) first = std::min(first, t.enter);
   }
   CellWalk walk;
@@ -72,7 +72,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum) {
     const auto id = static_cast<ObjectId>(i);
     const Box& box = objects.body(id).box;
     if (!core::is_active(box)) continue;
-    const Touch t = touch(sweep, box);
+    const core::Touch t = core::touch(sweep, box);
     if (t.enter > t.leave) continue;
     ++sum.met;
     if (looked.count(id) != 0 || sum.lost++ != 0) continue;
@@ -87,7 +87,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum) {
   double found = 2;
   walk.start(w.cells(), {}, sweep, cover, true);
   ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
-    const Touch t = touch(sweep, objects.body(line.id[k]).box);
+    const core::Touch t = core::touch(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
   }));
   EXPECT_EQ(found, first);
@@ -259,7 +259,7 @@ TEST(CellWalk, Worlds) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 from = random.point(0, 25);
     const Sweep ray = {{from, from}, any_way(random, 10)};
-    const Cover cover(ray);
+    const core::Cover cover(ray);
     const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
     std::set<ObjectId> looked;
     CellWalk walk;
@@ -270,7 +270,7 @@ TEST(CellWalk, Worlds) {
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
       const std::int32_t of = world.objects().filter(id).world;
-      const Touch t = touch(ray, world.objects().body(id).box);
+      const core::Touch t = core::touch(ray, world.objects().body(id).box);
       if ((of != 2 && of != -1) || t.enter > t.leave) continue;
       ++met;
       EXPECT_EQ(looked.count(id), 1u);
@@ -294,11 +294,11 @@ TEST(Cover, HoldsWhatIsMet) {
     };
     const Sweep sweep = {box(), {2 * at(), 2 * at(), 2 * at()}};
     const Box other = box();
-    const Touch t = touch(sweep, other);
+    const core::Touch t = core::touch(sweep, other);
     if (t.enter > t.leave) continue;
     ++met;
     const double before = random.one_in(2) ? t.enter : t.enter * random.unit();
-    EXPECT_TRUE(core::overlaps(Cover(sweep)(before, t.enter), other));
+    EXPECT_TRUE(core::overlaps(core::Cover(sweep)(before, t.enter), other));
   }
   EXPECT_GT(met, 10'000u);
 }

@@ -54,6 +54,24 @@ class LiveMachine {
   Result copy_from(const LiveMachine& other) {
     return call([&](Result&) { scene_->copy(*other.scene_); });
   }
+  // A test is no device's to call.
+  Result find_overlaps(const Boxes& boxes) {
+    return call([&](Result& r) { scene_->find_overlaps(boxes, r); });
+  }
+  Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
+                   const SweepTest& = {}) {
+    return call([&](Result& r) {
+      scene_->find_hits(pipeline::Asked::about(sweeps, count, filters), which, r);
+    });
+  }
+  Result find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
+                         SweepHit* out) {
+    return call([&](Result& r) {
+      scene_->find_first_hits(pipeline::Asked::about(sweeps, count, filters), out, r);
+    });
+  }
+  Pairs overlaps() const { return scene_->questions().overlaps(); }
+  SweepHitList hits() const { return scene_->questions().hits(); }
   const char* last_reason() const { return reason_; }
   void move_at_once(bool at_once) { at_once_ = at_once; }
 

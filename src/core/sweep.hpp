@@ -1,0 +1,100 @@
+// A box on its way: when it touches another one, and where it is meanwhile.
+#pragma once
+
+#include <throng/broad_phase.hpp>
+
+#include "core/bounds.hpp"
+#include "core/hd.hpp"
+
+namespace throng::core {
+
+THRONG_HD constexpr bool is_finite(double x) noexcept { return x - x == 0; }
+
+// Whether it may be asked: no NaN, and it does not go infinitely far.
+THRONG_HD constexpr bool is_sound(const Sweep& s) noexcept {
+  return is_finite(s.by.x) && is_finite(s.by.y) && is_finite(s.by.z) && !has_nan(s.box);
+}
+
+struct SweepAxis {
+  float lower, upper, by;
+};
+THRONG_HD inline void axes_of(const Sweep& s, SweepAxis (&axes)[3]) noexcept {
+  axes[0] = {s.box.lower.x, s.box.upper.x, s.by.x};
+  axes[1] = {s.box.lower.y, s.box.upper.y, s.by.y};
+  axes[2] = {s.box.lower.z, s.box.upper.z, s.by.z};
+}
+
+// When a moving box touches another one: from `enter` to `leave`, if enter <= leave. Divisions and
+// differences of floats in doubles neither overflow nor make a NaN, but where an infinite bound
+// meets an infinite one: those are at the same place from the start.
+struct Touch {
+  double enter, leave;
+};
+THRONG_HD inline Touch touch(const Sweep& sweep, const Box& b) noexcept {
+  SweepAxis axes[3];
+  axes_of(sweep, axes);
+  const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
+  const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
+  Touch t{0, 1};
+  for (int k = 0; k < 3; ++k) {
+    const double by = axes[k].by;
+    if (by == 0) {
+      if (lower[k] <= axes[k].upper && axes[k].lower <= upper[k]) continue;
+      return {1, 0};
+    }
+    const double at_lower = (double{lower[k]} - double{axes[k].upper}) / by;
+    const double at_upper = (double{upper[k]} - double{axes[k].lower}) / by;
+    const double first = by < 0 ? at_upper : at_lower, last = by < 0 ? at_lower : at_upper;
+    if (first > t.enter) t.enter = first;  // a NaN is no bound
+    if (last < t.leave) t.leave = last;
+  }
+  return t;
+}
+
+// Boxes that hold where a sweep is from one time to another, both in 0 .. 1, and reach a little
+// further, by more than arithmetic may have rounded: whatever touch() says is met between the two
+// overlaps this box.
+//
+// touch() is off by some 2^-51 of the numbers that meet in it, for which a bound is put 2^-40 of
+// them further out. And a bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for
+// which it is put out by 2^-22 of itself and 2^-140.
+class Cover {
+ public:
+  Cover() noexcept = default;
+  THRONG_HD explicit Cover(const Sweep& sweep) noexcept {
+    SweepAxis axes[3];
+    axes_of(sweep, axes);
+    for (int k = 0; k < 3; ++k) {
+      by_[k] = axes[k].by;
+      lower_[k] = axes[k].lower - slack(axes[k].lower, by_[k]);
+      upper_[k] = axes[k].upper + slack(axes[k].upper, by_[k]);
+    }
+  }
+  THRONG_HD Box operator()(double begin, double end) const noexcept {
+    float lower[3], upper[3];
+    for (int k = 0; k < 3; ++k) {
+      const double a = by_[k] * begin, b = by_[k] * end;
+      lower[k] = below(lower_[k] + (a < b ? a : b));
+      upper[k] = -below(-upper_[k] - (a < b ? b : a));
+    }
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  }
+  // Along an axis: its bounds at the start, not for floats, and how far it goes.
+  double lower(int k) const noexcept { return lower_[k]; }
+  double upper(int k) const noexcept { return upper_[k]; }
+  double by(int k) const noexcept { return by_[k]; }
+
+ private:
+  THRONG_HD static double magnitude(double x) noexcept { return x < 0 ? -x : x; }
+  THRONG_HD static double slack(double x, double by) noexcept {
+    return is_finite(x) ? (magnitude(x) + magnitude(by)) * 0x1p-40 : 0.0;
+  }
+  THRONG_HD static float below(double x) noexcept {
+    const double out = x - magnitude(x) * 0x1p-22 - 0x1p-140;
+    return static_cast<float>(out < x ? out : x);  // an infinite one stays
+  }
+
+  double lower_[3] = {}, upper_[3] = {}, by_[3] = {};
+};
+
+}  // namespace throng::core

@@ -1,0 +1,149 @@
+// Questions to objects that live on a device: in a grid of their boxes, which is made for the first
+// question after some change. Waits for the device once, and once more where what was found does
+// not fit.
+#pragma once
+
+#include <cstdint>
+
+#include <throng/broad_phase.hpp>
+
+#include "pipeline/block.hpp"
+#include "pipeline/failure.hpp"
+#include "pipeline/live_objects.hpp"
+#include "pipeline/pipeline.hpp"
+#include "pipeline/questions.hpp"
+
+namespace throng::pipeline {
+
+template <class Device>
+class LiveQuestions {
+ public:
+  explicit LiveQuestions(Device& device) noexcept : device_(device) {}
+
+  // In canonical order.
+  void find_overlaps(const LiveObjects<Device>& objects, const Boxes& boxes, bool nan_allowed,
+                     Result& r) {
+    forget();
+    overlap_count_ = find<Question::overlaps>(objects, {boxes, nullptr}, nan_allowed, r);
+    r.found = r.written = overlap_count_;
+  }
+  void find_hits(const LiveObjects<Device>& objects, const Asked& asked, SweepHits which,
+                 Result& r) {
+    forget();
+    const auto count = static_cast<std::size_t>(
+        which == SweepHits::first ? find<Question::first_hit>(objects, asked, false, r)
+                                  : find<Question::all_hits>(objects, asked, false, r));
+    if (count != 0) {
+      auto* hits = reinterpret_cast<SweepHit*>(hits_.room(count * sizeof(SweepHit)));
+      device_.launch(count, TimeHits{asked.sweeps, make_set(objects.boxes()),
+                                     pairs_.template as<Pair>(), hits});
+    }
+    r.found = r.written = hit_count_ = count;
+  }
+  // Into out[i] what sweep i meets first.
+  void find_first_hits(const LiveObjects<Device>& objects, const Asked& asked, SweepHit* out,
+                       Result& r) {
+    forget();
+    const Input in = begin(objects, asked, out);
+    if (in.count > in.first_count && in.first_count != 0)
+      search<Question::first_hit>(in, asked, out, {nullptr, 0, report()});
+    r.found = r.written = tell(in, false, r) ? seen_.found : 0;
+  }
+
+  Pairs overlaps() const noexcept { return {pairs_.template as<Pair>(), overlap_count_}; }
+  SweepHitList hits() const noexcept { return {hits_.template as<SweepHit>(), hit_count_}; }
+
+  std::size_t held() const noexcept {
+    return workspace_.bytes() + report_.bytes() + pairs_.bytes() + sorting_.bytes() + hits_.bytes();
+  }
+
+ private:
+  Report* report() const noexcept { return report_.template as<Report>(); }
+  void forget() noexcept { overlap_count_ = hit_count_ = 0; }
+
+  // What is asked and the objects, as two sets; with what is wrong put into the report.
+  Input begin(const LiveObjects<Device>& objects, const Asked& asked, SweepHit* out) {
+    if (asked.boxes.size() > max_pipeline_boxes)
+      throw Failure{Status::too_many_boxes, asked.boxes.size()};
+    make_grid(objects);
+    const Boxes all = objects.boxes();
+    const Input in = make_input(asked.boxes, &all, {});
+    report_.room(sizeof(Report));
+    device_.clear(report(), sizeof(Report));
+    device_.launch(in.first_count, CheckQuestion{in, asked.sweeps, out, report()});
+    return in;
+  }
+  // Whether what was asked is good, once that is known.
+  bool tell(const Input& in, bool nan_allowed, Result& r) {
+    seen_ = device_.read(*report());
+    r.comparisons = seen_.comparisons;
+    const auto refuse = [&](Status status, std::uint64_t count, std::uint32_t first) {
+      r.status = status;
+      r.invalid_count = count;
+      r.first_invalid = in.local(first);
+      return false;
+    };
+    if (seen_.bad_worlds)
+      return refuse(Status::bad_filter, seen_.bad_worlds, seen_.first_bad_world());
+    if (seen_.nan_count && !nan_allowed)
+      return refuse(Status::nan_box, seen_.nan_count, seen_.first_nan());
+    return true;
+  }
+
+  // Into pairs_, sorted; tells how many.
+  template <Question question>
+  std::uint64_t find(const LiveObjects<Device>& objects, const Asked& asked, bool nan_allowed,
+                     Result& r) {
+    const Input in = begin(objects, asked, nullptr);
+    const bool some = in.count > in.first_count && in.first_count != 0;
+    const std::size_t usual = question == Question::first_hit ? 1 : 4;
+    if (some) pairs_.room((usual * in.first_count + 512) * sizeof(Pair));
+    for (;;) {
+      const std::uint64_t room = pairs_.bytes() / sizeof(Pair);
+      if (some) search<question>(in, asked, nullptr, {pairs_.template as<Pair>(), room, report()});
+      if (!tell(in, nan_allowed, r)) return 0;
+      if (seen_.found <= room) break;
+      pairs_.room(static_cast<std::size_t>(seen_.found + seen_.found / 8 + 512) * sizeof(Pair));
+      device_.clear(&report()->found, sizeof seen_.found);
+      device_.clear(&report()->comparisons, sizeof seen_.comparisons);
+    }
+    const auto n = static_cast<std::size_t>(seen_.found);
+    const std::size_t bytes = Device::sort_bytes(n);
+    auto* pairs = pairs_.template as<Pair>();
+    device_.sort(pairs, bytes ? sorting_.room(bytes) : nullptr, bytes, pairs, n, n, report(), in);
+    return n;
+  }
+  template <Question question>
+  void search(const Input& in, const Asked& asked, SweepHit* firsts, const PairSink& sink) {
+    const GridSearchOf<Looking::around> grid{grid_of_,   w_.grid,   w_.table, w_.occupied,
+                                             w_.records, w_.report, {}};
+    device_.search(in.first_count, QuestionSearch<question>{in, asked.sweeps, grid, firsts}, sink);
+  }
+
+  // Of the boxes as they are; kept until something changes.
+  void make_grid(const LiveObjects<Device>& objects) {
+    const std::uint32_t before = grid_of_.present;
+    grid_of_ = make_input(objects.boxes(), nullptr, {});
+    grid_of_.for_others = true;
+    if (made_ && made_of_ == objects.version() && before == grid_of_.present) return;
+    made_ = false;
+    if (grid_of_.count == 0) return;
+    const std::size_t bytes = w_.template carve<Device>(grid_of_.count, nullptr);
+    w_.template carve<Device>(grid_of_.count, workspace_.room(bytes));
+    Pipeline<Device>(device_).build(grid_of_, false, w_);
+    made_ = true;
+    made_of_ = objects.version();
+  }
+
+  Device& device_;
+  Block<Device> workspace_{device_}, report_{device_}, pairs_{device_}, sorting_{device_},
+      hits_{device_};
+  Report seen_;
+  std::size_t overlap_count_ = 0, hit_count_ = 0;
+  Input grid_of_;  // the objects
+  Workspace w_;
+  bool made_ = false;
+  std::uint64_t made_of_ = 0;
+};
+
+}  // namespace throng::pipeline

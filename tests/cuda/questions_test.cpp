@@ -1,0 +1,110 @@
+// Questions to objects that live on a GPU: against a loop over all objects, and byte for byte
+// against throng::BroadPhase.
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "cuda/gpu_machine.hpp"
+
+namespace throng::tests {
+namespace {
+
+using GpuActor = ActorOf<GpuMachine>;
+
+class GpuQuestions : public testing::Test {
+ protected:
+  void SetUp() override { THRONG_NEEDS_GPU(); }
+};
+
+void live(std::uint64_t seed, std::size_t objects, float side, bool filtered, int steps) {
+  GpuActor actor({}, seed, side, 0.5f);
+  ASSERT_TRUE(actor.add(objects, filtered));
+  for (int step = 0; step < steps; ++step) {
+    ASSERT_TRUE(actor.some_calls(step % 3 != 2, objects, filtered, true));
+    if (step % 3 == 0) {
+      ASSERT_TRUE(actor.update());
+    }
+    const std::size_t n = 1 + actor.random.below(60);
+    BoxList boxes;
+    std::vector<Sweep> sweeps;
+    std::vector<Filter> filters;
+    for (std::size_t k = 0; k < n; ++k) {
+      boxes.push_back(actor.any_box());
+      sweeps.push_back(actor.any_sweep());
+      filters.push_back(filtered ? actor.any_filter() : Filter{});
+    }
+    ASSERT_TRUE(same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered)) << step;
+    ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters)) << step;
+  }
+}
+
+TEST_F(GpuQuestions, Plain) { live(1, 2000, 22, false, 12); }
+TEST_F(GpuQuestions, Filtered) { live(2, 700, 14, true, 20); }
+// For the sanitizers, under which everything takes long.
+TEST_F(GpuQuestions, Small) { live(3, 150, 8, true, 4); }
+
+// More than one block of everything, and more to tell than room was made for.
+TEST_F(GpuQuestions, Many) {
+  GpuMachine gpu({}, 0);
+  BroadPhase cpu;
+  Random random(1);
+  const BoxList boxes = uniform_boxes(60000, 5);
+  ASSERT_TRUE(gpu.add(boxes, nullptr).ok());
+  std::vector<ObjectId> ids(boxes.size());
+  ASSERT_TRUE(cpu.add(boxes, ids.data()).ok());
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 30000; ++k) {
+    const Box& from = boxes[random.below(60000)];
+    sweeps.push_back({{from.lower, k % 3 ? from.lower : from.upper}, random.point(-30, 30)});
+  }
+  const auto same = [](const auto& a, const auto& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+  };
+  ASSERT_TRUE(gpu.find_overlaps(boxes).ok());
+  ASSERT_TRUE(cpu.find_overlaps(boxes).ok());
+  EXPECT_TRUE(same(gpu.overlaps(), cpu.overlaps()));
+  for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+    const Result r = gpu.find_hits(sweeps.data(), sweeps.size(), which, {});
+    ASSERT_TRUE(r.ok()) << r.message;
+    ASSERT_TRUE(cpu.find_hits(sweeps.data(), sweeps.size(), which).ok());
+    EXPECT_TRUE(same(gpu.hits(), cpu.hits()));
+    EXPECT_EQ(r.found, cpu.hits().size());
+  }
+  std::vector<SweepHit> out(sweeps.size());
+  const Result r = gpu.find_first_hits(sweeps.data(), sweeps.size(), {}, out.data());
+  EXPECT_EQ(r.found, cpu.hits().size());
+  std::size_t next = 0;
+  for (std::uint32_t i = 0; i < out.size(); ++i) {
+    const bool some = next < cpu.hits().size() && cpu.hits()[next].sweep == i;
+    const SweepHit want =
+        some ? cpu.hits()[next++]
+             : SweepHit{i, cuda::no_object, std::numeric_limits<double>::infinity()};
+    ASSERT_EQ(std::memcmp(&out[i], &want, sizeof want), 0) << i;
+  }
+}
+
+TEST_F(GpuQuestions, Refuses) {
+  GpuMachine m({}, 0);
+  const BoxList boxes = uniform_boxes(300, 1);
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  std::vector<Sweep> sweeps(5, Sweep{boxes[0], {1, 1, 1}});
+  sweeps[3].by.z = std::nanf("");
+  Result r = m.find_hits(sweeps.data(), 5, SweepHits::all, {});
+  EXPECT_EQ(r.status, Status::nan_box);
+  EXPECT_EQ(r.first_invalid, 3u);
+  EXPECT_NE(std::string(r.message).find("1 sweeps have a NaN"), std::string::npos) << r.message;
+  cuda::BroadPhase& scene = m.scene();
+  const OnDevice<Sweep> there(5);
+  SweepHit here[5];
+  EXPECT_EQ(scene.find_hits(sweeps.data(), 5, SweepHits::all, {}, nullptr).status,
+            Status::bad_boxes)
+      << "host memory";
+  r = scene.find_first_hits(there.data(), 5, {}, here, nullptr);
+  EXPECT_EQ(r.status, Status::bad_boxes);
+  EXPECT_NE(std::string(r.message).find("the array of hits"), std::string::npos) << r.message;
+  EXPECT_EQ(scene.find_first_hits(there.data(), 5, {}, nullptr, nullptr).status, Status::bad_boxes);
+}
+
+}  // namespace
+}  // namespace throng::tests
