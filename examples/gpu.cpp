@@ -73,6 +73,28 @@ int main() {
     CHECK(result.ok() && result.found == 0 && broad_phase.ended().size() == count - 2);
     CHECK(begun.empty());
   }
+
+  {
+    auto* rays = on_device<throng::Sweep>(2);
+    auto* hits = on_device<throng::SweepHit>(2);
+    const throng::Sweep two[2] = {{{{-9, 0.5f, 0.5f}, {-9, 0.5f, 0.5f}}, {100, 0, 0}},
+                                  {{{-9, 0.5f, 0.5f}, {-9, 0.5f, 0.5f}}, {-100, 0, 0}}};
+    cudaMemcpy(rays, two, sizeof two, cudaMemcpyHostToDevice);
+    throng::cuda::BroadPhase broad_phase;
+    broad_phase.add({boxes, count}, nullptr, stream);
+    // snippet-begin: rays
+    // rays: throng::Sweep[2], hits: throng::SweepHit[2], both in device memory
+    const throng::Result asked = broad_phase.find_first_hits(rays, 2, {}, hits, stream);
+    if (!asked.ok()) std::fprintf(stderr, "%s\n", asked.message);
+    // snippet-end: rays
+    throng::SweepHit first[2];
+    cudaMemcpyAsync(first, hits, sizeof first, cudaMemcpyDeviceToHost, stream);
+    cudaStreamSynchronize(stream);
+    CHECK(asked.ok() && asked.found == 1 && first[0].object == 0);
+    CHECK(first[1].object == throng::cuda::no_object);
+    cudaFree(rays);
+    cudaFree(hits);
+  }
   cudaMemcpy(boxes, close.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice);
 
   // snippet-begin: graph

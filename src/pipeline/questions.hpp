@@ -186,8 +186,9 @@ struct QuestionSearch {
         sum += most * most;
         classes += 1;
       }
-      constexpr float most_pieces = 65536;
-      const float pieces = fminf(ceilf(0.5f * sqrtf(sum / classes)), most_pieces);
+      // Of a first hit the later ones are mostly not gone through, and they may be shorter.
+      constexpr float part = First ? 0.75f : 0.5f, most_pieces = 65536;
+      const float pieces = fminf(ceilf(part * sqrtf(sum / classes)), most_pieces);
       if (!(pieces > 1)) return;
       inner_ = static_cast<std::uint32_t>(pieces);
     }

@@ -163,6 +163,8 @@ def suites(build):
 
 def of_room(mutant, tests):
     room = mutant.file.split("/")[0] if "/" in mutant.file else "hall"
+    if mutant.file == "core/sweep.hpp":  # what none but those who answer questions need
+        room = "live"
     return [test for test in tests if room in test[1]]
 
 
