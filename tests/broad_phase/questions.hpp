@@ -123,4 +123,27 @@ testing::AssertionResult same_hits(Asked& b, const Model& model, const std::vect
   return testing::AssertionSuccess();
 }
 
+// Any at all, as an actor makes them.
+struct Questions {
+  std::vector<Box> boxes;
+  std::vector<Sweep> sweeps;
+  std::vector<Filter> filters;
+
+  template <class Actor>
+  Questions(Actor& actor, std::size_t count, bool filtered) {
+    for (std::size_t i = 0; i < count; ++i) {
+      boxes.push_back(actor.any_box());
+      sweeps.push_back(actor.any_sweep());
+      filters.push_back(filtered ? actor.any_filter() : Filter{});
+    }
+  }
+};
+
+template <class Asked>
+testing::AssertionResult answers(Asked& asked, const Model& model, const Questions& q,
+                                 const SweepTest& test = {}) {
+  if (auto r = same_overlaps(asked, model, q.boxes, q.filters, true); !r) return r;
+  return same_hits(asked, model, q.sweeps, q.filters, test);
+}
+
 }  // namespace throng::tests

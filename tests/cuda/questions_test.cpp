@@ -25,17 +25,8 @@ void live(std::uint64_t seed, std::size_t objects, float side, bool filtered, in
     if (step % 3 == 0) {
       ASSERT_TRUE(actor.update());
     }
-    const std::size_t n = 1 + actor.random.below(60);
-    BoxList boxes;
-    std::vector<Sweep> sweeps;
-    std::vector<Filter> filters;
-    for (std::size_t k = 0; k < n; ++k) {
-      boxes.push_back(actor.any_box());
-      sweeps.push_back(actor.any_sweep());
-      filters.push_back(filtered ? actor.any_filter() : Filter{});
-    }
-    ASSERT_TRUE(same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered)) << step;
-    ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters)) << step;
+    const Questions questions(actor, 1 + actor.random.below(60), filtered);
+    ASSERT_TRUE(answers(actor.broad_phase, actor.model, questions)) << step;
   }
 }
 

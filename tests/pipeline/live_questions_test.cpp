@@ -15,24 +15,9 @@ namespace {
 
 constexpr ObjectId nothing = 0xffffffffu;
 
-std::vector<Sweep> some_sweeps(LiveActor& actor, std::size_t count) {
-  std::vector<Sweep> sweeps;
-  for (std::size_t k = 0; k < count; ++k) sweeps.push_back(actor.any_sweep());
-  return sweeps;
-}
-std::vector<Filter> some_filters(LiveActor& actor, std::size_t count, bool filtered) {
-  std::vector<Filter> filters;
-  for (std::size_t k = 0; k < count; ++k)
-    filters.push_back(filtered ? actor.any_filter() : Filter{});
-  return filters;
-}
 testing::AssertionResult answers(LiveActor& actor, std::size_t count, bool filtered) {
-  BoxList boxes;
-  for (std::size_t k = 0; k < count; ++k) boxes.push_back(actor.any_box());
-  const std::vector<Filter> filters = some_filters(actor, count, filtered);
-  if (auto a = same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered); !a)
-    return a << " (overlaps)";
-  return same_hits(actor.broad_phase, actor.model, some_sweeps(actor, count), filters);
+  const Questions questions(actor, count, filtered);
+  return answers(actor.broad_phase, actor.model, questions);
 }
 
 // Moves that no update has told yet, ids given again, filters that come late, roll-backs.
@@ -51,11 +36,11 @@ void live(std::uint64_t seed, std::size_t objects, float side, bool filtered, bo
   }
   LiveMachine copy({});
   ASSERT_TRUE(copy.copy_from(actor.broad_phase).ok());
-  const std::vector<Sweep> sweeps = some_sweeps(actor, 30);
-  ASSERT_TRUE(same_hits(copy, actor.model, sweeps, some_filters(actor, 30, filtered)));
+  const Questions questions(actor, 30, filtered);
+  ASSERT_TRUE(answers(copy, actor.model, questions));
   ASSERT_TRUE(actor.remove(actor.model.count()));
   ASSERT_TRUE(copy.copy_from(actor.broad_phase).ok());
-  ASSERT_TRUE(same_hits(copy, actor.model, sweeps, some_filters(actor, 30, filtered)));
+  ASSERT_TRUE(answers(copy, actor.model, questions));
   ASSERT_TRUE(answers(actor, 20, filtered));
 }
 

@@ -1,0 +1,133 @@
+// Questions to cells, whatever comes into them and goes once they are made, against a loop over all
+// objects.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "broad_phase/actor.hpp"
+#include "broad_phase/state.hpp"
+
+namespace throng::tests {
+namespace {
+
+// Few move, this one between the first two boxes: cells pay, and are made.
+void make_cells(BroadPhase& b, ObjectId moves, const BoxList& boxes) {
+  Result r;
+  for (std::size_t k = 0; k < 20; ++k) {
+    ASSERT_EQ(b.move(moves, boxes[(k + 1) % 2]), Status::ok);
+    r = b.update();
+  }
+  ASSERT_TRUE(searched_around(r));
+}
+bool is_hit(const BroadPhase& b, ObjectId id) {
+  const SweepHitList hits = b.hits();
+  return std::any_of(hits.begin(), hits.end(),
+                     [&](const SweepHit& hit) { return hit.object == id; });
+}
+
+// Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
+TEST(BroadPhaseQuery, ALongerRod) {
+  const auto rod = [](float x, float y, float z, float length) {
+    return Box{{x, y, z}, {x + length, y + 0.5f, z + 0.5f}};
+  };
+  Random random(4);
+  BoxList boxes;
+  for (int k = 0; k < 800; ++k) {
+    const Vec3 v = random.point(0, 60);
+    boxes.push_back(rod(v.x, v.y, v.z, 9));
+  }
+  BroadPhase rods;
+  ASSERT_TRUE(rods.add(boxes, nullptr).ok());
+  ASSERT_TRUE(rods.update().ok());
+  make_cells(rods, 0, boxes);
+  for (float length = 9; length < 40; length += 0.0625f) {
+    BroadPhase b(rods);
+    const float x = random.in(0, 60);
+    const ObjectId id = b.add(rod(x, 80, 80, length));
+    const Box end = cube(x + length, 80, 80, 0.25f);
+    ASSERT_TRUE(b.find_overlaps(Boxes(&end, 1)).ok());
+    ASSERT_EQ(b.overlaps().size(), 1u) << length;
+    EXPECT_EQ(b.overlaps()[0].second, id);
+    const Sweep down = {{{end.lower.x, 99, 80}, {end.upper.x, 99, 80}}, {0, -50, 0}};
+    ASSERT_TRUE(b.find_hits(&down, 1).ok());
+    ASSERT_EQ(b.hits().size(), 1u) << length;
+    EXPECT_EQ(b.hits()[0].object, id);
+    const Vec3 in = {boxes[5].lower.x + 1, boxes[5].lower.y, boxes[5].lower.z};
+    const Sweep through = {{{in.x, in.y - 0.1f, in.z}, {in.x, in.y - 0.1f, in.z}}, {0, 0.2f, 0}};
+    ASSERT_TRUE(b.find_hits(&through, 1).ok());
+    EXPECT_TRUE(is_hit(b, 5));
+  }
+}
+
+// Cells are made for worlds; then comes a box of every world, of a size that none had, or one of
+// them grows. Those of each world meet it, in copies, too.
+TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
+  Random random(6);
+  BoxList boxes;
+  std::vector<std::int32_t> world;
+  for (int k = 0; k < 2000; ++k) {
+    boxes.push_back(cube(random.point(0, 9), 1));
+    world.push_back(k < 3 ? -1 : k % 40);
+  }
+  Boxes view(boxes);
+  view.filters.world = {world.data(), world.size()};
+  BroadPhase worlds;
+  ASSERT_TRUE(worlds.add(view, nullptr).ok());
+  make_cells(worlds, 5, boxes);
+  for (const float size : {0.01f, 0.5f, 1.0f, 2.5f, 6.0f, 13.0f}) {
+    for (const bool grows : {false, true}) {
+      BroadPhase b(worlds);
+      const Box big = grows ? Box{boxes[1].lower, boxes[1].upper} : cube(20, 3, 3, size);
+      ObjectId id = 1;
+      Box now = {big.lower, {big.lower.x + size, big.lower.y + size, big.lower.z + size}};
+      if (grows)
+        ASSERT_EQ(b.move(1, now), Status::ok);
+      else
+        id = b.add(now);
+      const std::int32_t of = 7;
+      Filters filters;
+      filters.world = {&of, 1};
+      const Vec3 above = {(now.lower.x + now.upper.x) / 2, now.upper.y + 30,
+                          (now.lower.z + now.upper.z) / 2};
+      const Sweep down = {{above, above}, {0, -60, 0}};
+      ASSERT_TRUE(b.find_hits(&down, 1, SweepHits::all, filters).ok());
+      EXPECT_TRUE(is_hit(b, id)) << size << grows;
+      Boxes region(&now, 1);
+      region.filters = filters;
+      ASSERT_TRUE(b.find_overlaps(region).ok());
+      EXPECT_TRUE(std::any_of(b.overlaps().begin(), b.overlaps().end(),
+                              [&](const Pair& pair) { return pair.second == id; }))
+          << size << grows;
+      ASSERT_EQ(b.move(50, now), Status::ok);  // of world 10
+      ASSERT_TRUE(b.update().ok());
+      EXPECT_TRUE(std::any_of(b.pairs().begin(), b.pairs().end(),
+                              [&](const LivePair& pair) {
+                                return std::min(id, 50u) == pair.first &&
+                                       std::max(id, 50u) == pair.second;
+                              }))
+          << size << grows;
+    }
+  }
+}
+
+// A few large boxes go, which had no cells, and then all small ones but as many.
+TEST(BroadPhaseQuery, LargeBoxesGo) {
+  Random random(7);
+  BoxList boxes;
+  for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 20), 1));
+  for (int k = 0; k < 8; ++k) boxes.push_back(cube(random.point(0, 20), 9));
+  BroadPhase b;
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  make_cells(b, 0, boxes);
+  for (ObjectId id = 3007; id >= 8; --id) {
+    ASSERT_EQ(b.remove(id), Status::ok);
+    if (id != 8 && id % 100 != 0) continue;
+    const Vec3 at = b.box(5).lower;
+    const Sweep ray = {{at, at}, {0.5f, 0.5f, 0.5f}};
+    ASSERT_TRUE(b.find_hits(&ray, 1).ok());
+    EXPECT_TRUE(is_hit(b, 5)) << id;
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
