@@ -1,6 +1,8 @@
 // A box on its way: when it touches another one, and where it is meanwhile.
 #pragma once
 
+#include <cmath>
+
 #include <throng/broad_phase.hpp>
 
 #include "core/bounds.hpp"
@@ -85,12 +87,11 @@ class Cover {
   double by(int k) const noexcept { return by_[k]; }
 
  private:
-  THRONG_HD static double magnitude(double x) noexcept { return x < 0 ? -x : x; }
   THRONG_HD static double slack(double x, double by) noexcept {
-    return is_finite(x) ? (magnitude(x) + magnitude(by)) * 0x1p-40 : 0.0;
+    return is_finite(x) ? (fabs(x) + fabs(by)) * 0x1p-40 : 0.0;
   }
   THRONG_HD static float below(double x) noexcept {
-    const double out = x - magnitude(x) * 0x1p-22 - 0x1p-140;
+    const double out = x - fabs(x) * 0x1p-22 - 0x1p-140;
     return static_cast<float>(out < x ? out : x);  // an infinite one stays
   }
 

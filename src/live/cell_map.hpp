@@ -88,6 +88,12 @@ class CellMap {
     if (thin_) spans_.hold(quantise(box), size_class);
   }
   void hold(const Spans& spans) noexcept { spans_.hold(spans); }
+  // Where a box of this class has its home: one cell.
+  Range home_cell(const Range& r, int size_class) const noexcept {
+    Range cell{};
+    for (int k = 0; k < 3; ++k) cell.lower[k] = cell.upper[k] = r.lower[k] >> shift(size_class, k);
+    return cell;
+  }
   // Of a box of class c, which is not `classes`: 0 .. homes() - 1.
   std::uint32_t home_of(const Range& r, int c, std::int32_t world) const noexcept {
     std::uint32_t home = first_part(c, world);

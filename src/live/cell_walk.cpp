@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace throng::live {
 
-void CellWalk::start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep,
-                     const core::Cover& cover, bool to_first) noexcept {
+void CellWalk::start(const Cells& cells, const Blocks* blocks, Cells::Worlds worlds,
+                     const Sweep& sweep, const core::Cover& cover, bool to_first) noexcept {
   cells_ = &cells;
+  blocks_ = blocks;
   worlds_ = worlds;
+  far_ = 0;
   if (worlds.all) return;
   left_ = cells.line_count() / lines_a_cell + most;
   enough_ = to_first ? enough_to_first : enough_of_all;
@@ -67,6 +70,7 @@ void CellWalk::add_ways(const core::Cover& cover) noexcept {
     }
     way.begin = way.first;
     way.passed = 0;
+    way.known = blocks_ && !way.timeless ? patience : std::numeric_limits<std::int32_t>::max();
     if (is_reached(way)) ++way_count_;
   });
 }
@@ -74,7 +78,54 @@ void CellWalk::add_ways(const core::Cover& cover) noexcept {
 // On to the first layer that the sweep comes to; false: there is none.
 bool CellWalk::is_reached(Way& way) const noexcept {
   while (way.passed < way.layers && way.begin + way.length < inside_.enter) way.pass();
+  if (way.passed >= way.known) skip_empty(way);
   return way.passed < way.layers && way.begin <= inside_.leave;
+}
+
+// The cells that the sweep may need of so many layers, from the next one on; when the last begins.
+inline void CellWalk::find_cells(const Way& way, std::int32_t layers, double last,
+                                 CellMap::Range& cells) const noexcept {
+  const CellMap& map = cells_->map();
+  if (way.timeless) {
+    cells = map.cells_of(whole_, way.size_class);
+  } else {
+    const double begin = std::max(way.begin, inside_.enter);
+    const double end = std::min(last + way.length, inside_.leave);
+    for (int k = 0; k < 3; ++k) {
+      const double a = by_[k] * begin, b = by_[k] * end;
+      const auto lower = static_cast<std::int32_t>(lower_[k] + std::min(a, b));
+      const auto upper = static_cast<std::int32_t>(upper_[k] + std::max(a, b));
+      const int shift = map.shift(way.size_class, k);
+      cells.lower[k] = (lower - map.span(way.size_class, k)) >> shift;
+      cells.upper[k] = upper >> shift;
+    }
+  }
+  const std::int32_t end = way.layer + way.on * (layers - 1);
+  cells.lower[way.axis] = std::min(way.layer, end);
+  cells.upper[way.axis] = std::max(way.layer, end);
+}
+
+// Over layers of whose cells that the sweep may need none is a home: those up to the end of a
+// block, of a larger one if they lie in that. What it needs of some layers together holds what it
+// needs of each, as all steps are nowhere decreasing.
+void CellWalk::skip_empty(Way& way) const noexcept {
+  while (way.passed < way.layers && way.begin <= inside_.leave) {
+    std::int32_t empty = 0, asked = 0;
+    for (int level = 1; level <= Blocks::levels; ++level) {
+      const std::int32_t length = Blocks::length(level), within = way.layer & (length - 1);
+      asked = std::min(way.on > 0 ? length - within : within + 1, way.layers - way.passed);
+      const double last = way.first + way.step * (way.passed + asked - 1);
+      CellMap::Range cells;
+      find_cells(way, asked, last, cells);
+      if (blocks_->any(cells, way.size_class, level)) break;
+      empty = asked;
+    }
+    if (empty == 0) {
+      way.known = way.passed + asked;
+      return;
+    }
+    way.pass(empty);
+  }
 }
 
 // Which way's layer is the next, and its cells.
@@ -85,22 +136,7 @@ void CellWalk::choose() noexcept {
     if (ways_[i].begin < ways_[next_].begin) next_ = i;
   }
   const Way& way = ways_[next_];
-  const CellMap& map = cells_->map();
-  if (way.timeless) {
-    range_ = map.cells_of(whole_, way.size_class);
-  } else {
-    const double begin = std::max(way.begin, inside_.enter);
-    const double end = std::min(way.begin + way.length, inside_.leave);
-    for (int k = 0; k < 3; ++k) {
-      const double a = by_[k] * begin, b = by_[k] * end;
-      const auto lower = static_cast<std::int32_t>(lower_[k] + std::min(a, b));
-      const auto upper = static_cast<std::int32_t>(upper_[k] + std::max(a, b));
-      const int shift = map.shift(way.size_class, k);
-      range_.lower[k] = (lower - map.span(way.size_class, k)) >> shift;
-      range_.upper[k] = upper >> shift;
-    }
-  }
-  range_.lower[way.axis] = range_.upper[way.axis] = way.layer;
+  find_cells(way, 1, way.begin, range_);
 }
 
 // If the next layer has more cells than there is room for, none.

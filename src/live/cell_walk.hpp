@@ -33,14 +33,17 @@ class CellWalk {
  public:
   // Asks for the cells that it looks into first: for not too many, if it may end early. `cover`:
   // the sweep's.
-  void start(const Cells& cells, Cells::Worlds worlds, const Sweep& sweep, const core::Cover& cover,
-             bool to_first) noexcept;
+  // Where empty blocks are known (Cells::blocks), layers of those are passed over.
+  void start(const Cells& cells, const Blocks* blocks, Cells::Worlds worlds, const Sweep& sweep,
+             const core::Cover& cover, bool to_first) noexcept;
 
   // look(line, k) for box k of a line, all that pass the sieve, some several times; until nothing
   // that is left is met before time `first`, which look() may make less. False: it gave up, as more
   // cells are to be looked at than going through all objects takes.
   template <class F>
   bool go(const LineSieve& sieve, const double& first, F&& look);
+  // How many cells it has looked into further on than where blocks of them are of use.
+  std::uint64_t looked_far() const noexcept { return far_; }
 
  private:
   // Through the cells of a class.
@@ -49,13 +52,16 @@ class CellWalk {
     double first, step;          // when the first one begins, and how much later each other one
     std::int32_t layer, passed;  // the next one's number; how many have been passed
     std::int32_t layers;
+    std::int32_t
+        known;  // once so many have been passed, it is asked whether those behind are empty
     std::int16_t size_class;
     std::int8_t axis, on;  // to the next number
     bool timeless;         // each layer has all of the sweep's time
 
-    void pass() noexcept {
-      layer += on;
-      begin = first + step * ++passed;
+    void pass(std::int32_t n = 1) noexcept {
+      layer += n * on;
+      passed += n;
+      begin = first + step * passed;
     }
   };
   // A sweep that looks into one cell for each sixteen lines has cost as much as going through all
@@ -65,8 +71,14 @@ class CellWalk {
   // enough. What lies behind those cells goes on the list, too, as far as there is room.
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
 
+  // Blocks of cells are looked at from so many layers on: most sweeps end before.
+  static constexpr std::int32_t patience = 16;
+
   void add_ways(const core::Cover& cover) noexcept;
   bool is_reached(Way& way) const noexcept;
+  void skip_empty(Way& way) const noexcept;
+  void find_cells(const Way& way, std::int32_t layers, double last,
+                  CellMap::Range& cells) const noexcept;
   void choose() noexcept;
   bool is_over() const noexcept { return way_count_ == 0; }
   // How many cells the next layer has, or too many; f(home) for each of them, and on to the next.
@@ -83,11 +95,12 @@ class CellWalk {
   void look_at_chain(const LineSieve& sieve, std::uint32_t home, F&& look) const;
 
   const Cells* cells_;
+  const Blocks* blocks_;
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the Cover, in units
   core::Touch inside_;                  // its time
   CellMap::Range whole_, range_;        // of all that time, in units; the next layer's cells
-  std::uint64_t left_;                  // so many cells, and it gives up
+  std::uint64_t left_, far_;            // so many cells, and it gives up; see looked_far()
   std::uint32_t count_, enough_;
   std::uint32_t homes_[room];
   unsigned way_count_, next_;
@@ -96,8 +109,10 @@ class CellWalk {
 
 template <class F>
 void CellWalk::take_layer(F&& f) {
-  left_ -= next_cells();
   Way& way = ways_[next_];
+  const std::uint64_t count = next_cells();
+  left_ -= count;
+  if (way.passed >= patience) far_ += count;
   cells_->each_home(range_, way.size_class, worlds_, f);
   way.pass();
   if (!is_reached(way)) way = ways_[--way_count_];

@@ -143,6 +143,7 @@ void Cells::copy(const Cells& other) noexcept {
   lines_.copy(other.lines_);
   map_ = other.map_;
   bounds_ = other.bounds_;
+  blocks_.forget();
   free_ = other.free_;
   most_objects_ = other.most_objects_;
   most_wide_ = other.most_wide_;

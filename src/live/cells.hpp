@@ -13,6 +13,7 @@
 
 #include <throng/types.hpp>
 
+#include "live/blocks.hpp"
 #include "live/bounds.hpp"
 #include "live/cell_line.hpp"
 #include "live/cell_map.hpp"
@@ -44,7 +45,7 @@ class Cells {
   // is in none; `used`: how many boxes are in this one.
   using Line = CellLine;
 
-  explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory) {}
+  explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory), blocks_(memory) {}
 
   // Cells for the objects as they are, with the active ones in them: all are told their homes.
   // Throws cpu::NoMemory; then there are none.
@@ -131,6 +132,11 @@ class Cells {
            (worlds.everywhere && may_have(c, -1) ? count : 0);
   }
   const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
+  // Which blocks of cells are empty, for sweeps that go far; if somebody has asked for that, until
+  // cells are made anew, or copied, or it no longer tells much. Throws cpu::NoMemory.
+  const Blocks& blocks() const noexcept { return blocks_; }
+  void make_blocks(const Objects& objects);
+  void forget_blocks() noexcept { blocks_.forget(); }
   // That of boxes which are too wide for cells, if there are such.
   bool has_wide() const noexcept { return wide_count() != 0; }
   std::uint32_t wide_home() const noexcept { return map_.homes(); }
@@ -181,6 +187,11 @@ class Cells {
     map_.hold(box, place.size_class);
     if (place.size_class != CellMap::classes) bounds_.hold(box);
     kept_[place.world == -1].add(place.size_class);
+    if (blocks_.made()) add_to_blocks(box, place.size_class);
+  }
+  void add_to_blocks(const Box& box, int size_class) noexcept {
+    if (size_class == CellMap::classes) return;
+    blocks_.add(map_.home_cell(map_.quantise(box), size_class), size_class);
   }
   void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
@@ -211,6 +222,7 @@ class Cells {
   List<CellPlan::Sampled> sample_;  // of the last plan
   CellMap map_;
   Bounds bounds_;
+  Blocks blocks_;
   std::uint32_t free_ = 0;        // lines to be used again
   std::size_t most_objects_ = 0;  // so many have room
   std::size_t most_wide_ = 0;     // of more that are too wide new cells are made

@@ -33,6 +33,7 @@ void Cells::plan(const Objects& objects) {
   most_objects_ = most;
   free_ = 0;
   bounds_ = {};
+  blocks_.forget();
   std::fill(kept_, kept_ + 2, ClassSet());
   for (auto& counts : class_count_) std::fill(counts, counts + CellMap::classes + 1, 0);
   std::fill(used_, used_ + CellMap::thin_sets, 0);
@@ -102,6 +103,17 @@ void Cells::find_homes(const Objects& objects, std::size_t begin, std::size_t en
     tally.few.add(map_.level(place.size_class, 3), id);
     tally.kept[place.world == -1].add(place.size_class);
     if (map_.thin()) tally.spans.hold(r, place.size_class);
+  }
+}
+
+void Cells::make_blocks(const Objects& objects) {
+  blocks_.make(objects.count());
+  for (std::size_t i = 0; i < objects.limit(); ++i) {
+    const auto id = static_cast<ObjectId>(i);
+    if (!objects.is_active(id)) continue;
+    Box room;
+    const Box& box = objects.grown(id, room);
+    add_to_blocks(box, map_.class_of(map_.quantise(box)));
   }
 }
 

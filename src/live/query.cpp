@@ -1,6 +1,7 @@
 #include "live/query.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "cpu/packed_box.hpp"
 #include "cpu/sink.hpp"
@@ -192,8 +193,9 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
 }
 
-void Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
-                        const Executor& executor, unsigned tasks, cpu::Stop& stop) {
+std::uint64_t Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
+                                 const Executor& executor, unsigned tasks, cpu::Stop& stop) {
+  std::atomic<std::uint64_t> looked_far{0};
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, sweeps.filters);
   const SweepTest& test = sweeps.test;
@@ -205,7 +207,8 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     if (!core::is_active(sweep.box)) return;
     way.cover = core::Cover(sweep);
     if (by_cells)
-      way.walk.start(*cells, worlds_of(objects, allowed.filter(i)), sweep, way.cover, only_first);
+      way.walk.start(*cells, ground.blocks, worlds_of(objects, allowed.filter(i)), sweep, way.cover,
+                     only_first);
   };
   const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found) {
     const Sweep& sweep = sweeps.data[i];
@@ -244,6 +247,8 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
         meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
       };
       if (!way.walk.go(LineSieve(terms), best.time, look)) Sieve(terms).each(objects, meet);
+      if (const std::uint64_t far = way.walk.looked_far(); far != 0)
+        looked_far.fetch_add(far, std::memory_order_relaxed);
     } else if (!cells && columns_pay(ground, objects, sweep)) {
       for (const ObjectId id : ground.columns->changed) meet(id);
       const double piece = 1 / pieces(*ground.columns, sweep);
@@ -258,6 +263,7 @@ void Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     if (only_first && best.object != none) found.append(best);
   };
   run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
+  return looked_far;
 }
 
 }  // namespace throng::live

@@ -29,6 +29,7 @@ struct Columns {
 // and where they have neither, or columns do not pay, at all objects.
 struct Ground {
   const Cells* cells = nullptr;
+  const Blocks* blocks = nullptr;  // of these cells, once they are made
   std::optional<Columns> columns = {};
 
   // What a question costs without cells, in ns.
@@ -58,8 +59,9 @@ class Queries {
   // Throw cpu::NoMemory. Once `stop` is true the questions that are left are not asked.
   void find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, cpu::Stop& stop);
-  void find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
-                 const Executor& executor, unsigned tasks, cpu::Stop& stop);
+  // Tells CellWalk::looked_far() of all sweeps.
+  std::uint64_t find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
+                          const Executor& executor, unsigned tasks, cpu::Stop& stop);
 
  private:
   struct Look;

@@ -163,7 +163,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks) {
 
 void Tracker::make_cells(const Options& options) {
   THRONG_RANGE("make cells");
-  placed_ = false;
+  placed_ = blocked_ = false;
   cells_.make(objects_, cpu::executor_of(options), tasks_to_move(objects_.limit(), options));
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
@@ -298,6 +298,7 @@ void Tracker::copy(const Tracker& other) noexcept {
   ready_ = false;
   columned_ = false;
   placed_ = other.placed_.load();
+  blocked_ = false;
   linked_ = other.linked_;
   regret_ = other.regret_;
   asked_ = other.asked_.load();

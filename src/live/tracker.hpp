@@ -68,6 +68,7 @@ class Tracker {
   Options to_prepare(const Queries& by, const Options& options) const noexcept;
   void get_ready(const Queries& by, const Options& options);
   void asked(const Queries& by, std::size_t count, double ns, const Options& options);
+  void walked(std::uint64_t cells) noexcept;
   std::optional<Columns> columns() noexcept;
   Ground ground() noexcept;
 
@@ -78,16 +79,18 @@ class Tracker {
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  std::mutex preparing_;             // what questions share
-  std::atomic<bool> ready_{false};   // what changed is where questions look for it
-  std::atomic<bool> placed_{false};  // cells are kept
-  bool linked_ = false;              // and linked pairs, too
-  bool columned_ = false;            // the engine's columns hold all but what has changed since
+  std::mutex preparing_;              // what questions share
+  std::atomic<bool> ready_{false};    // what changed is where questions look for it
+  std::atomic<bool> placed_{false};   // cells are kept
+  std::atomic<bool> blocked_{false};  // and which blocks of them are empty
+  bool linked_ = false;               // and linked pairs, too
+  bool columned_ = false;             // the engine's columns hold all but what has changed since
   double regret_ = 0;  // ns that cells would have saved, or better cells than those there are
   // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
   // were last found anew, and from the time before that.
   std::atomic<double> asked_{0};
   double asked_before_ = 0;
+  std::atomic<std::uint64_t> walked_{0};  // cells that sweeps looked into, without blocks
   // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
   // Making cells, an object; searching around a box, and each comparison there.
   static constexpr double cell_ns = 35, search_ns = 80, comparison_ns = 6;

@@ -13,6 +13,8 @@ namespace {
 // that has cells.
 constexpr double search_object_ns = 8, question_ns = 1500;
 constexpr double no_limit = 1e300;
+// To tell which blocks of cells are empty takes, an object, as long as to look into so many cells.
+constexpr double block_cells = 0.5;
 // Where more than one in so many objects has changed since columns were made, they are no help.
 constexpr std::size_t most_listed = 32;
 
@@ -42,6 +44,10 @@ void Tracker::get_ready(const Queries& by, const Options& options) {
   if (ready_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
   if (placed_) settle_cells(to_prepare(by, options), no_limit);
+  if (cells_.blocks().worn()) {
+    blocked_ = false;
+    cells_.forget_blocks();
+  }
   ready_.store(true, std::memory_order_release);
 }
 
@@ -63,13 +69,28 @@ void Tracker::asked(const Queries& by, std::size_t count, double ns, const Optio
   if (!placed_) make_cells(to_prepare(by, options));
 }
 
+// Sweeps that looked into as many cells as blocks of them cost; they might have passed over most.
+void Tracker::walked(std::uint64_t cells) noexcept {
+  if (blocked_ || !placed_ || cells == 0) return;
+  walked_ += cells;
+  if (block_cells * static_cast<double>(objects_.count()) > static_cast<double>(walked_)) return;
+  const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
+  if (!lock || blocked_) return;
+  walked_ = 0;
+  try {
+    cells_.make_blocks(objects_);
+    blocked_ = true;
+  } catch (const cpu::NoMemory&) {  // the sweeps have been answered without
+  }
+}
+
 std::optional<Columns> Tracker::columns() noexcept {
   if (!columned_ || objects_.dirty_count() > objects_.count() / most_listed) return std::nullopt;
   return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
 }
 Ground Tracker::ground() noexcept {
-  if (placed_) return {&cells_, std::nullopt};
-  return {nullptr, columns()};
+  if (placed_) return {&cells_, blocked_ ? &cells_.blocks() : nullptr, std::nullopt};
+  return {nullptr, nullptr, columns()};
 }
 
 void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
@@ -79,7 +100,7 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
   bool one_by_one = false;
   if (few) {
     get_ready(by, options);
-    const Ground now{nullptr, columns()};
+    const Ground now{nullptr, nullptr, columns()};
     const double cost =
         cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
     asked(by, boxes.size(), std::min(cost, all), options);
@@ -103,13 +124,13 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
 void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
   get_ready(by, options);
-  const Ground now{nullptr, columns()};
+  const Ground now{nullptr, nullptr, columns()};
   const double cost =
       cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
   asked(by, sweeps.count, cost, options);
   cpu::Stop stop(options.stop);
-  by.find_hits(objects_, ground(), sweeps, cpu::executor_of(options), cpu::threads_of(options),
-               stop);
+  walked(by.find_hits(objects_, ground(), sweeps, cpu::executor_of(options),
+                      cpu::threads_of(options), stop));
   r.found = r.written = by.hits().size();
   if (stop()) r.status = Status::stopped;
 }

@@ -120,12 +120,12 @@ class LiveQuestions {
     device_.search(in.first_count, QuestionSearch<question>{in, asked.sweeps, grid, firsts}, sink);
   }
 
-  // Of the boxes as they are; kept until something changes.
+  // Of the boxes as they are; kept until something changes. A call that was refused may have given
+  // filters to objects that had none: the grid tells which it knows of.
   void make_grid(const LiveObjects<Device>& objects) {
-    const std::uint32_t before = grid_of_.present;
     grid_of_ = make_input(objects.boxes(), nullptr, {});
     grid_of_.for_others = true;
-    if (made_ && made_of_ == objects.version() && before == grid_of_.present) return;
+    if (made_ && made_of_ == objects.version()) return;
     made_ = false;
     if (grid_of_.count == 0) return;
     const std::size_t bytes = w_.template carve<Device>(grid_of_.count, nullptr);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "broad_phase/actor.hpp"
 #include "broad_phase/state.hpp"
@@ -126,6 +127,49 @@ TEST(BroadPhaseQuery, LargeBoxesGo) {
     const Sweep ray = {{at, at}, {0.5f, 0.5f, 0.5f}};
     ASSERT_TRUE(b.find_hits(&ray, 1).ok());
     EXPECT_TRUE(is_hit(b, 5)) << id;
+  }
+}
+
+// So few in so large a world that sweeps pass over blocks of cells that are empty, which are told
+// apart once it would have paid; objects come there, and go, until that is done anew.
+TEST(BroadPhaseQuery, FewInALargeWorld) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    Options options;
+    options.threads = seed % 2 ? 1 : 3;
+    options.margin = seed == 3 ? 0.25f : 0;
+    const bool filtered = seed == 2;
+    Actor actor(options, seed, 300);
+    actor.thin = seed == 1;
+    ASSERT_TRUE(actor.add(900, filtered));
+    for (int step = 0; step < 40; ++step) {
+      ASSERT_TRUE(actor.move(step % 4 == 3 ? 200 : 5));
+      if (step % 5 == 0) {
+        ASSERT_TRUE(actor.remove(20));
+        ASSERT_TRUE(actor.add(22, filtered));
+      }
+      if (step % 3 == 0) {
+        ASSERT_TRUE(actor.update());
+      }
+      std::vector<Sweep> sweeps;
+      std::vector<Filter> filters;
+      const std::vector<ObjectId> ids = actor.model.ids();
+      for (int k = 0; k < 60; ++k) {
+        sweeps.push_back(actor.any_sweep());
+        // From one object towards another.
+        const Vec3 from = actor.model.at(ids[actor.random.below(900)]).box.lower;
+        const Vec3 to = actor.model.at(ids[actor.random.below(900)]).box.upper;
+        const Vec3 by = {2 * (to.x - from.x), 2 * (to.y - from.y), 2 * (to.z - from.z)};
+        if (std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z))
+          sweeps.back() = {{from, k % 2 ? from : Vec3{from.x + 1, from.y + 1, from.z + 1}}, by};
+        filters.push_back(filtered ? actor.any_filter() : Filter{});
+      }
+      ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters))
+          << "step " << step << " seed " << seed;
+      if (step % 10 == 9) {
+        BroadPhase copy = actor.broad_phase;
+        ASSERT_TRUE(same_hits(copy, actor.model, sweeps, filters));
+      }
+    }
   }
 }
 

@@ -30,7 +30,10 @@ class World {
     objects_.reserve_more(1);
     objects_.add(box, filter);
   }
-  void make() { cells_.make(objects_, cpu::default_executor(), 1); }
+  void make() {
+    cells_.make(objects_, cpu::default_executor(), 1);
+    cells_.make_blocks(objects_);
+  }
 
   const Objects& objects() const { return objects_; }
   const Cells& cells() const { return cells_; }
@@ -46,7 +49,7 @@ struct Sum {
 };
 
 // Both ways of going through: for all, and to the first.
-void ask(const World& w, const Sweep& sweep, Sum& sum) {
+void ask(const World& w, const Blocks* blocks, const Sweep& sweep, Sum& sum) {
   const Objects& objects = w.objects();
   const core::Cover cover(sweep);
   const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
@@ -60,7 +63,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum) {
   }
   CellWalk walk;
   const double never = 2;
-  walk.start(w.cells(), {}, sweep, cover, false);
+  walk.start(w.cells(), blocks, {}, sweep, cover, false);
   if (!walk.go(sieve, never, [&](const CellLine& line, std::uint32_t k) {
         looked.insert(line.id[k]);
         ++sum.looked;
@@ -85,7 +88,7 @@ void ask(const World& w, const Sweep& sweep, Sum& sum) {
                   << t.leave;
   }
   double found = 2;
-  walk.start(w.cells(), {}, sweep, cover, true);
+  walk.start(w.cells(), blocks, {}, sweep, cover, true);
   ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
     const core::Touch t = core::touch(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
@@ -105,7 +108,11 @@ Sum go_through(std::uint64_t seed, int boxes, const Make& box, int sweeps,
   for (int i = 0; i < boxes; ++i) world.add(box(random));
   world.make();
   Sum sum;
-  for (int i = 0; i < sweeps; ++i) ask(world, sweep(random), sum);
+  for (int i = 0; i < sweeps; ++i) {
+    const Sweep one = sweep(random);
+    ask(world, nullptr, one, sum);
+    ask(world, &world.cells().blocks(), one, sum);
+  }
   EXPECT_EQ(sum.lost, 0u);
   return sum;
 }
@@ -241,8 +248,81 @@ TEST(CellWalk, AnyNumbers) {
     all.met += sum.met;
     all.given_up += sum.given_up;
   }
-  EXPECT_GT(all.met, 50'000u);
-  EXPECT_LT(all.given_up, 4'000u);
+  EXPECT_GT(all.met, 100'000u);  // each by both ways
+  EXPECT_LT(all.given_up, 8'000u);
+}
+
+// Clusters in an empty world, and what lies along its diagonal: of the cells between a few are
+// looked into, and a sweep gives up no more.
+TEST(CellWalk, PassesOverEmptyBlocks) {
+  Random random(8);
+  for (const bool diagonal : {false, true}) {
+    World world;
+    std::vector<Vec3> middles;
+    for (int k = 0; k < 20; ++k) middles.push_back(random.point(-2000, 2000));
+    for (int i = 0; i < 4000; ++i) {
+      const float x = random.in(-2000, 2000);
+      const Vec3 m = diagonal ? Vec3{x, x, x} : middles[random.below(20)];
+      world.add(cube({m.x + random.in(0, 12), m.y + random.in(0, 12), m.z + random.in(0, 12)}, 1));
+    }
+    world.make();
+    const Blocks& blocks = world.cells().blocks();
+    std::uint64_t looked[2] = {};
+    std::size_t given_up[2] = {};
+    Sum sum;
+    for (int k = 0; k < 300; ++k) {
+      const Vec3 from = world.objects().body(random.below(4000)).box.lower;
+      const Sweep ray{{from, from}, any_way(random, 4000)};
+      const core::Cover cover(ray);
+      const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
+      for (const bool passes : {false, true}) {
+        CellWalk walk;
+        const double never = 2;
+        walk.start(world.cells(), passes ? &blocks : nullptr, {}, ray, cover, false);
+        given_up[passes] += !walk.go(sieve, never, [](const CellLine&, std::uint32_t) {});
+        looked[passes] += walk.looked_far();
+      }
+      ask(world, &blocks, ray, sum);
+    }
+    EXPECT_GT(given_up[false], 100u);
+    EXPECT_LT(given_up[true], 10u);  // along the diagonal
+    EXPECT_LT(looked[true] * 10, looked[false]);
+    EXPECT_LT(looked[true], 300u * 50);
+    EXPECT_EQ(sum.lost, 0u);
+    EXPECT_GT(sum.met, 300u);
+  }
+}
+
+// Bits stay when boxes go, so they are made anew once as many have come twice.
+TEST(Blocks, WearOut) {
+  cpu::Memory memory(std::pmr::new_delete_resource(), 0);
+  Blocks blocks(memory);
+  EXPECT_FALSE(blocks.made() || blocks.worn());
+  blocks.make(100);
+  EXPECT_TRUE(blocks.made());
+  CellMap::Range cell{};
+  for (std::int32_t k = 0; k < 200; ++k) {
+    cell.lower[0] = cell.upper[0] = -100'000 + 1000 * k;
+    blocks.add(cell, 2);
+    EXPECT_FALSE(blocks.worn());
+    for (int level = 1; level <= Blocks::levels; ++level) EXPECT_TRUE(blocks.any(cell, 2, level));
+  }
+  blocks.add(cell, 2);
+  EXPECT_TRUE(blocks.worn());
+  // Few others are taken for these, of another class and elsewhere; of very many it is not asked.
+  std::size_t wrong = 0;
+  for (std::int32_t k = 0; k < 200; ++k) {
+    cell.lower[0] = cell.upper[0] = -100'000 + 1000 * k;
+    wrong += blocks.any(cell, 3, 1);
+    cell.lower[1] = cell.upper[1] = 5000;
+    wrong += blocks.any(cell, 2, 1);
+    cell.lower[1] = cell.upper[1] = 0;
+  }
+  EXPECT_LT(wrong, 200u);
+  cell.upper[1] = 100'000;
+  EXPECT_TRUE(blocks.any(cell, 3, 1));
+  blocks.forget();
+  EXPECT_FALSE(blocks.made() || blocks.worn());
 }
 
 // A world's own objects and those of none; where every world is asked for it gives up.
@@ -265,7 +345,7 @@ TEST(CellWalk, Worlds) {
     CellWalk walk;
     const double never = 2;
     const auto look = [&](const CellLine& line, std::uint32_t k) { looked.insert(line.id[k]); };
-    walk.start(world.cells(), {2, true, false}, ray, cover, false);
+    walk.start(world.cells(), nullptr, {2, true, false}, ray, cover, false);
     ASSERT_TRUE(walk.go(sieve, never, look));
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
@@ -275,7 +355,7 @@ TEST(CellWalk, Worlds) {
       ++met;
       EXPECT_EQ(looked.count(id), 1u);
     }
-    walk.start(world.cells(), {-1, false, true}, ray, cover, false);
+    walk.start(world.cells(), nullptr, {-1, false, true}, ray, cover, false);
     EXPECT_FALSE(walk.go(sieve, never, look));
   }
   EXPECT_GT(met, 300u);

@@ -170,18 +170,36 @@ TEST(LiveQuestions, Lattices) {
   EXPECT_GT(told, 300'000u);
 }
 
+// A world one cell deep, in which a region looks into more rows of cells than there are boxes, and
+// so at all boxes; of two sizes, so that some are of another class.
+TEST(LiveQuestions, FlatWorld) {
+  Random random(3);
+  BoxList boxes;
+  for (int i = 0; i < 2200; ++i) {
+    const Vec3 at = random.point(0, 100);
+    boxes.push_back(cube({0, at.y, at.z}, i % 10 ? 0.8f : 7.0f));
+  }
+  const BoxList asked = {{{-1, -1, -1}, {9, 200, 200}},
+                         {{0, 20, 5}, {1, 90, 99}},
+                         {{-infinity, 3, -infinity}, {infinity, 3, infinity}}};
+  std::vector<Sweep> sweeps = sweeps_among(boxes, 100, random);
+  for (const Box& box : asked) sweeps.push_back({box, {1, 2, 3}});
+  Both both(boxes);
+  both.ask(asked, sweeps);
+  EXPECT_GT(both.told, 4000u);
+}
+
 // Worlds in one place: small ones, which pairs are found in one by one, and a ground of none.
 TEST(LiveQuestions, Worlds) {
-  for (const std::int32_t worlds : {3, 100}) {
+  for (const bool one_by_one : {true, false}) {
+    const std::int32_t worlds = one_by_one ? 100 : 3;
     Random random(static_cast<std::uint64_t>(worlds));
-    BoxList boxes;
-    std::vector<std::int32_t> world;
+    BoxList boxes = {{{0, 0, -1}, {12, 12, 0}}};
+    std::vector<std::int32_t> world = {-1};
     for (int i = 0; i < 6000; ++i) {
       boxes.push_back(cube(random.point(0, 12), 0.4f));
-      world.push_back(random.between(0, worlds - 1));
+      world.push_back(one_by_one ? i / 60 : random.between(0, worlds - 1));
     }
-    boxes.push_back({{0, 0, -1}, {12, 12, 0}});
-    world.push_back(-1);
     Boxes view = boxes;
     view.filters.world = {world.data(), world.size()};
     Both both(view);
@@ -194,6 +212,15 @@ TEST(LiveQuestions, Worlds) {
     both.ask(asked, sweeps, filters);
     both.ask(asked, sweeps);
     EXPECT_GT(both.told, 1000u);
+    // Others go to other worlds, and nothing else changes.
+    std::vector<ObjectId> ids;
+    for (ObjectId id = 5; id < 6000; id += 3) ids.push_back(id);
+    const std::vector<std::int32_t> other(ids.size(), 1);
+    Filters moved;
+    moved.world = {other.data(), other.size()};
+    EXPECT_TRUE(both.device.set_filters(ids.data(), ids.size(), moved).ok());
+    EXPECT_TRUE(both.host.set_filters(ids.data(), ids.size(), moved).ok());
+    both.ask(asked, sweeps, filters);
   }
 }
 
@@ -279,6 +306,7 @@ TEST(LiveQuestions, WhatIsRefused) {
   const std::vector<Sweep> good = scene.rays;
   std::vector<SweepHit> out(good.size());
   for (const float bad : {std::nanf(""), infinity, -infinity}) {
+    EXPECT_GT(scene.hits(SweepHits::all).found, 0u);
     scene.rays[5].by.y = bad;
     scene.rays[9].box.lower.x = std::nanf("");
     refused(scene.hits(SweepHits::all), Status::nan_box, 5, 2);
