@@ -271,8 +271,10 @@ TEST(CellWalk, PassesOverEmptyBlocks) {
     std::size_t given_up[2] = {};
     Sum sum;
     for (int k = 0; k < 300; ++k) {
-      const Vec3 from = world.objects().body(random.below(4000)).box.lower;
-      const Sweep ray{{from, from}, any_way(random, 4000)};
+      const auto any = [&] { return world.objects().body(random.below(4000)).box.lower; };
+      const Vec3 from = any(), to = any();
+      Sweep ray{{from, from}, any_way(random, 4000)};
+      if (k % 2 && !diagonal) ray.by = {to.x - from.x, to.y - from.y, to.z - from.z};
       const core::Cover cover(ray);
       const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
       for (const bool passes : {false, true}) {
