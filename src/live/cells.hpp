@@ -187,11 +187,11 @@ class Cells {
     map_.hold(box, place.size_class);
     if (place.size_class != CellMap::classes) bounds_.hold(box);
     kept_[place.world == -1].add(place.size_class);
-    if (blocks_.made()) add_to_blocks(box, place.size_class);
+    if (blocks_.made()) add_to_blocks(map_.quantise(box), place.size_class);
   }
-  void add_to_blocks(const Box& box, int size_class) noexcept {
-    if (size_class == CellMap::classes) return;
-    blocks_.add(map_.home_cell(map_.quantise(box), size_class), size_class);
+  // Of one that is too wide for cells it is asked by nobody.
+  void add_to_blocks(const CellMap::Range& r, int size_class) noexcept {
+    blocks_.add(map_.home_cell(r, size_class), size_class);
   }
   void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;

@@ -112,8 +112,8 @@ void Cells::make_blocks(const Objects& objects) {
     const auto id = static_cast<ObjectId>(i);
     if (!objects.is_active(id)) continue;
     Box room;
-    const Box& box = objects.grown(id, room);
-    add_to_blocks(box, map_.class_of(map_.quantise(box)));
+    const CellMap::Range r = map_.quantise(objects.grown(id, room));
+    add_to_blocks(r, map_.class_of(r));
   }
 }
 
