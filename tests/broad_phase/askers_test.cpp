@@ -76,16 +76,8 @@ TEST(BroadPhaseAskers, AtOnceWithFilters) {
   for (std::uint64_t seed = 4; seed < 6; ++seed) ask_at_once(seed, true, 400, 5);
 }
 
-// One who asks makes cells while others go through all objects, or through columns.
-TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
-  Random random(7);
-  BoxList boxes;
-  for (int k = 0; k < 6000; ++k) boxes.push_back(cube(random.point(0, 40), random.in(0, 2)));
-  std::vector<Sweep> sweeps;
-  for (int k = 0; k < 60; ++k) {
-    const Vec3 at = random.point(0, 40);
-    sweeps.push_back({{at, at}, random.point(-9, 9)});
-  }
+// All ask all, each from another one on, of objects that nobody has asked before.
+void ask_new_objects(const BoxList& boxes, const std::vector<Sweep>& sweeps) {
   BroadPhase original;
   ASSERT_TRUE(original.add(boxes, nullptr).ok());
   ASSERT_TRUE(original.find_hits(sweeps.data(), sweeps.size()).ok());
@@ -117,6 +109,38 @@ TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
     });
     ASSERT_EQ(wrong, 0u) << "round " << round;
   }
+}
+
+// One who asks makes cells while others go through all objects, or through columns.
+TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
+  Random random(7);
+  BoxList boxes;
+  for (int k = 0; k < 6000; ++k) boxes.push_back(cube(random.point(0, 40), random.in(0, 2)));
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 60; ++k) {
+    const Vec3 at = random.point(0, 40);
+    sweeps.push_back({{at, at}, random.point(-9, 9)});
+  }
+  ask_new_objects(boxes, sweeps);
+}
+
+// And one tells which blocks of these are empty while others go through all that lies between.
+TEST(BroadPhaseAskers, OneTellsBlocksWhileOthersAsk) {
+  Random random(8);
+  BoxList boxes;
+  for (int k = 0; k < 30; ++k) {
+    const Vec3 m = random.point(0, 5000);
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 at = random.point(0, 9);
+      boxes.push_back(cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1));
+    }
+  }
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 60; ++k) {
+    const Vec3 from = boxes[random.below(3000)].lower, to = boxes[random.below(3000)].lower;
+    sweeps.push_back({{from, from}, {to.x - from.x, to.y - from.y, to.z - from.z}});
+  }
+  ask_new_objects(boxes, sweeps);
 }
 
 // A scheduler's thread that waits for tasks may be given another one, that asks, too.
