@@ -1,0 +1,84 @@
+// Which blocks of cells boxes have their home in: blocks of 8, 64, 512 and 4,096 cells along each
+// axis. A bit is found by a hash, so it may stand for several; and it stays when boxes go. So it is
+// said of all blocks that hold a home, and of a few that do not.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/hd.hpp"
+
+namespace throng::core {
+
+// The bits, which whoever has them clears before the first.
+class BlockBits {
+ public:
+  static constexpr int levels = 4;
+  // A block of a level, from 1 on, is so many cells long.
+  THRONG_HD static constexpr std::int32_t length(int level) noexcept { return 1 << 3 * level; }
+  // Words of 32 bits for the blocks of so many boxes.
+  static std::size_t words_for(std::size_t boxes) noexcept {
+    return std::bit_ceil(std::max<std::size_t>(16 * boxes, 1024)) / 32;
+  }
+
+  BlockBits() noexcept = default;
+  // As many words as words_for() tells.
+  BlockBits(std::uint32_t* words, std::size_t count) noexcept
+      : words_(words), drop_(64 - 5 - std::countr_zero(count)) {}
+
+  // put(word, bits): what is to be set there for a box of this class whose home is this cell.
+  template <class Put>
+  THRONG_HD void add(const std::int32_t* cell, std::uint32_t size_class,
+                     const Put& put) const noexcept {
+    for (int level = 1; level <= levels; ++level) {
+      const int s = 3 * level;
+      const std::uint64_t bit =
+          number(cell[0] >> s, cell[1] >> s, cell[2] >> s, size_class, level);
+      put(words_ + bit / 32, 1u << bit % 32);
+    }
+  }
+  // Whether one of the cells from `lower` to `upper` may be a home, going by blocks of a level; of
+  // many it is said.
+  THRONG_HD bool any(const std::int32_t* lower, const std::int32_t* upper,
+                     std::uint32_t size_class, int level) const noexcept {
+    std::int32_t first[3], last[3];
+    std::int64_t count = 1;
+    for (int k = 0; k < 3; ++k) {
+      first[k] = lower[k] >> 3 * level;
+      last[k] = upper[k] >> 3 * level;
+      const std::int64_t n = std::int64_t{last[k]} - first[k] + 1;
+      count *= n < most ? n : most + 1;
+    }
+    if (count > most) return true;
+    for (std::int32_t z = first[2]; z <= last[2]; ++z) {
+      for (std::int32_t y = first[1]; y <= last[1]; ++y) {
+        for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+          const std::uint64_t bit = number(x, y, z, size_class, level);
+          if (words_[bit / 32] >> bit % 32 & 1) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  static constexpr std::int64_t most = 32;
+
+  THRONG_HD std::uint64_t number(std::int32_t x, std::int32_t y, std::int32_t z,
+                                 std::uint32_t size_class, int level) const noexcept {
+    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15u +
+                      static_cast<std::uint64_t>(y) * 0xc2b2ae3d27d4eb4fu +
+                      static_cast<std::uint64_t>(z) * 0x165667b19e3779f9u +
+                      (std::uint64_t{size_class} * (levels + 1) + static_cast<unsigned>(level)) *
+                          0xd6e8feb86659fd93u;
+    h = (h ^ h >> 32) * 0xd6e8feb86659fd93u;
+    return h >> drop_;
+  }
+
+  std::uint32_t* words_ = nullptr;
+  int drop_ = 0;
+};
+
+}  // namespace throng::core
