@@ -34,15 +34,14 @@ class BlockBits {
                      const Put& put) const noexcept {
     for (int level = 1; level <= levels; ++level) {
       const int s = 3 * level;
-      const std::uint64_t bit =
-          number(cell[0] >> s, cell[1] >> s, cell[2] >> s, size_class, level);
+      const std::uint64_t bit = number(cell[0] >> s, cell[1] >> s, cell[2] >> s, size_class, level);
       put(words_ + bit / 32, 1u << bit % 32);
     }
   }
   // Whether one of the cells from `lower` to `upper` may be a home, going by blocks of a level; of
   // many it is said.
-  THRONG_HD bool any(const std::int32_t* lower, const std::int32_t* upper,
-                     std::uint32_t size_class, int level) const noexcept {
+  THRONG_HD bool any(const std::int32_t* lower, const std::int32_t* upper, std::uint32_t size_class,
+                     int level) const noexcept {
     std::int32_t first[3], last[3];
     std::int64_t count = 1;
     for (int k = 0; k < 3; ++k) {

@@ -1,6 +1,6 @@
 // Questions to objects that live on a device: in a grid of their boxes, which is made for the first
-// question after some change. Waits for the device once, and once more where what was found does
-// not fit.
+// question after some change; and where its cells are empty is told once sweeps have gone far.
+// Waits for the device once, and once more where what was found does not fit.
 #pragma once
 
 #include <cstdint>
@@ -54,11 +54,20 @@ class LiveQuestions {
   SweepHitList hits() const noexcept { return {hits_.template as<SweepHit>(), hit_count_}; }
 
   std::size_t held() const noexcept {
-    return workspace_.bytes() + report_.bytes() + pairs_.bytes() + sorting_.bytes() + hits_.bytes();
+    return workspace_.bytes() + blocks_.bytes() + told_.bytes() + pairs_.bytes() +
+           sorting_.bytes() + hits_.bytes();
   }
 
  private:
-  Report* report() const noexcept { return report_.template as<Report>(); }
+  struct Told {
+    Report report;
+    std::uint64_t far_rows;  // see QuestionSearch
+  };
+  // To tell where cells are empty takes, an object, as long as to look into so many rows.
+  static constexpr double block_rows = 0.5;
+
+  Told* told() const noexcept { return told_.template as<Told>(); }
+  Report* report() const noexcept { return &told()->report; }
   void forget() noexcept { overlap_count_ = hit_count_ = 0; }
 
   // What is asked and the objects, as two sets; with what is wrong put into the report.
@@ -68,14 +77,16 @@ class LiveQuestions {
     make_grid(objects);
     const Boxes all = objects.boxes();
     const Input in = make_input(asked.boxes, &all, {});
-    report_.room(sizeof(Report));
-    device_.clear(report(), sizeof(Report));
+    told_.room(sizeof(Told));
+    device_.clear(told(), sizeof(Told));
     device_.launch(in.first_count, CheckQuestion{in, asked.sweeps, out, report()});
     return in;
   }
   // Whether what was asked is good, once that is known.
   bool tell(const Input& in, bool nan_allowed, Result& r) {
-    seen_ = device_.read(*report());
+    const Told told = device_.read(*this->told());
+    seen_ = told.report;
+    far_rows_ += told.far_rows;
     r.comparisons = seen_.comparisons;
     const auto refuse = [&](Status status, std::uint64_t count, std::uint32_t first) {
       r.status = status;
@@ -117,7 +128,10 @@ class LiveQuestions {
   void search(const Input& in, const Asked& asked, SweepHit* firsts, const PairSink& sink) {
     const GridSearchOf<Looking::around> grid{grid_of_,   w_.grid,   w_.table, w_.occupied,
                                              w_.records, w_.report, {}};
-    device_.search(in.first_count, QuestionSearch<question>{in, asked.sweeps, grid, firsts}, sink);
+    device_.search(in.first_count,
+                   QuestionSearch<question>{in, asked.sweeps, grid, firsts, bits_, has_blocks_,
+                                            &told()->far_rows},
+                   sink);
   }
 
   // Of the boxes as they are; kept until something changes. A call that was refused may have given
@@ -125,24 +139,48 @@ class LiveQuestions {
   void make_grid(const LiveObjects<Device>& objects) {
     grid_of_ = make_input(objects.boxes(), nullptr, {});
     grid_of_.for_others = true;
-    if (made_ && made_of_ == objects.version()) return;
-    made_ = false;
+    if (made_ && made_of_ == objects.version()) return make_blocks();
+    made_ = has_blocks_ = false;
+    far_before_ = far_rows_;
+    far_rows_ = 0;
     if (grid_of_.count == 0) return;
     const std::size_t bytes = w_.template carve<Device>(grid_of_.count, nullptr);
     w_.template carve<Device>(grid_of_.count, workspace_.room(bytes));
     Pipeline<Device>(device_).build(grid_of_, false, w_);
     made_ = true;
     made_of_ = objects.version();
+    make_blocks();
+  }
+
+  // Where its cells are empty, once that would have paid, or if it would have in the grid before.
+  // It goes without, too.
+  void make_blocks() {
+    const auto far = static_cast<double>(far_rows_ > far_before_ ? far_rows_ : far_before_);
+    if (has_blocks_ || far < block_rows * grid_of_.count) return;
+    const std::size_t words = core::BlockBits::words_for(grid_of_.count), bytes = 4 * words;
+    try {
+      blocks_.room(bytes);
+    } catch (const Failure& failure) {
+      if (failure.status != Status::out_of_memory) throw;
+      far_rows_ = far_before_ = 0;
+      return;
+    }
+    bits_ = {blocks_.template as<std::uint32_t>(), words};
+    device_.clear(blocks_.template as<char>(), bytes);
+    device_.launch(grid_of_.count, TellBlocks{w_.grid, w_.records, w_.report, bits_});
+    has_blocks_ = true;
   }
 
   Device& device_;
-  Block<Device> workspace_{device_}, report_{device_}, pairs_{device_}, sorting_{device_},
-      hits_{device_};
+  Block<Device> workspace_{device_}, blocks_{device_}, told_{device_}, pairs_{device_},
+      sorting_{device_}, hits_{device_};
   Report seen_;
   std::size_t overlap_count_ = 0, hit_count_ = 0;
   Input grid_of_;  // the objects
   Workspace w_;
-  bool made_ = false;
+  core::BlockBits bits_;
+  std::uint64_t far_rows_ = 0, far_before_ = 0;  // in this grid, and in the one before
+  bool made_ = false, has_blocks_ = false;
   std::uint64_t made_of_ = 0;
 };
 

@@ -1,11 +1,15 @@
 // Questions to objects that live on a device: what one thread does for one of them. It looks into a
-// grid of the objects' boxes (core/class_grid.hpp), a sweep piece by piece on its way.
+// grid of the objects' boxes (core/class_grid.hpp), class by class, a sweep piece by piece on its
+// way.
 //
-// Why a sweep loses nothing, and tells nothing twice: its time is cut by numbers that nowhere
-// decrease, from 0 to 1. Let touch() say that it meets a box from `enter` on. One piece tells of
-// that: the one that begins at `enter` or before and ends after it, or the last. The box overlaps
-// the Cover of that piece; who looks for a box in the grid finds all that it overlaps, and each
-// once. So what is met first is told by the first piece that tells of anything.
+// Why a sweep loses nothing, and tells nothing twice: for each class its time is cut by numbers
+// that nowhere decrease, from 0 to 1. Let touch() say that it meets a box of the class from `enter`
+// on. One piece tells of that: the one that begins at `enter` or before and ends after it, or the
+// last. The box overlaps the Cover of that piece; who looks for a box in the grid finds all that it
+// overlaps, and each once. So what is met first in a class is told by the first piece that tells of
+// anything, and pieces that begin later than something is met tell of nothing that is met first.
+// Pieces are passed over where the Cover of all of them, which holds that of each, as no step of
+// its arithmetic decreases, reaches no home.
 #pragma once
 
 #include <cmath>
@@ -14,6 +18,7 @@
 
 #include <throng/cuda_broad_phase.hpp>
 
+#include "core/blocks.hpp"
 #include "core/sweep.hpp"
 #include "pipeline/search.hpp"
 #include "pipeline/stages.hpp"
@@ -50,6 +55,11 @@ struct QuestionSearch {
   const Sweep* sweeps;
   GridSearchOf<Looking::around> objects;
   SweepHit* firsts;  // if not null, the first hit goes there, at the sweep's own place
+  // Where cells are empty, if that is known; and how many rows sweeps looked into further on than
+  // where that is of use, or would have without it.
+  core::BlockBits blocks;
+  bool has_blocks;
+  std::uint64_t* far_rows;
 
   THRONG_HD std::uint64_t count() const noexcept { return in.first_count; }
   // The world whose cells are looked into, beside those of objects of none; 0 where there are none
@@ -71,17 +81,20 @@ struct QuestionSearch {
           look_(search.objects, cells_, search.in.sets[0].box(asked_), search.in.group_bits(asked_),
                 search.world(asked_)) {
       if (!core::is_active(look_.box().box())) return;
+      float pieces = 0;
       if constexpr (Sweeps) {
-        const Sweep sweep = s_.sweeps[asked_];
+        const Sweep& sweep = s_.sweeps[asked_];
         if (!core::is_sound(sweep)) return;
         cover_ = core::Cover(sweep);
-        cut(sweep);
+        inside_ = among_cells(sweep);
+        for (std::uint32_t k = 0; k < targets(); ++k)
+          if (s_.objects.occupied[k]) pieces += pieces_of(k);
       }
       // Who meets all worlds does not know their cells; and a piece costs more than so many
       // comparisons.
       everything_ = (s_.meets_worlds() && s_.in.world(asked_) < 0) ||
-                    std::uint64_t{inner_} * 16 > s_.objects.report->active;
-      pieces_ = everything_ || inner_ == 0 ? 1 : inner_ + 2;
+                    pieces * 16 > static_cast<float>(s_.objects.report->active);
+      left_ = everything_ ? 1 : targets();
       advance();
     }
     THRONG_HD bool over() const noexcept { return range_.begin == range_.end; }
@@ -113,7 +126,7 @@ struct QuestionSearch {
         return false;
       // Others may be stored in the same place as those that are looked for.
       if (!everything_ && (cells_.hashed || range_.row == s_.objects.all_rows) &&
-          !s_.objects.is_home_in(cells_, c, next_ - 1, range_.row))
+          !s_.objects.is_home_in(cells_, c, left_, range_.row))
         return false;
       if constexpr (!Sweeps) return true;
       const core::Touch t = core::touch(s_.sweeps[asked_], c.box());
@@ -121,76 +134,122 @@ struct QuestionSearch {
       return t.enter <= t.leave && begin_ <= t.enter && (t.enter < end_ || piece_ == pieces_);
     }
 
-    // To the next range of records that is not empty, if there is one.
+    // To the next range of records that is not empty, if there is one. Coarse classes come first,
+    // of which a sweep has few pieces: what is met there leaves less of the others.
     THRONG_HD void advance() noexcept {
-      const std::uint32_t targets = s_.objects.target(core::group_count(cells_.present), 0);
       while (range_.begin == range_.end) {
         if (rows_ > 0) {
           range_ = look_.row();
           --rows_;
-        } else if (next_ < targets) {
-          if (s_.objects.occupied[next_]) rows_ = look_.aim(next_);
-          ++next_;
-        } else if (!next_piece()) {
+        } else if (piece_ < pieces_) {
+          next_piece();
+        } else if (left_ > 0) {
+          --left_;
+          begin_pieces();
+        } else {
+          if (far_ != 0) fetch_add(s_.far_rows, std::uint64_t{far_});
           return;
         }
       }
     }
-    // False: there is none that could tell of anything.
-    THRONG_HD bool next_piece() noexcept {
-      if (piece_ == pieces_ || (First && first_.object != cuda::no_object)) return false;
+    THRONG_HD std::uint32_t targets() const noexcept {
+      return s_.objects.target(core::group_count(cells_.present), 0);
+    }
+    THRONG_HD const core::SizeClass& class_of(std::uint32_t target) const noexcept {
+      return cells_.classes[target % core::max_size_classes];
+    }
+
+    // Of the target that has come.
+    THRONG_HD void begin_pieces() noexcept {
+      piece_ = pieces_ = 0;
+      end_ = 0;
+      known_ = s_.has_blocks ? patience : ~0u;
+      if (everything_) {
+        pieces_ = 1;
+      } else if (s_.objects.occupied[left_]) {
+        if constexpr (Sweeps) inner_ = static_cast<std::uint32_t>(pieces_of(left_));
+        pieces_ = inner_ > 1 ? inner_ + 2 : 1;
+      }
+    }
+    THRONG_HD void next_piece() noexcept {
       if constexpr (Sweeps) {
-        do {
-          begin_ = end_;
-          end_ = end_of(++piece_);
-        } while (begin_ == end_ && piece_ < pieces_);
+        if (piece_ >= known_) skip_empty();
+        // What is met from here on is not the first.
+        if (piece_ == pieces_ || (First && end_ > first_.time)) {
+          piece_ = pieces_;
+          return;
+        }
+        begin_ = end_;
+        end_ = end_of(++piece_);
+        if (begin_ == end_ && piece_ < pieces_) return;
         look_.turn_to(cover_(begin_, end_));
       } else {
         ++piece_;
       }
-      if (everything_)
+      if (everything_) {
         range_ = {0, s_.objects.report->active, s_.objects.all_rows};
-      else
-        next_ = 0;
-      return true;
+      } else {
+        rows_ = look_.aim(left_);
+        if (piece_ > patience) far_ += rows_;
+      }
+    }
+    // Over pieces that need no cell in which there is a home: some that are about as long as a
+    // block together, of a larger one if that is so.
+    THRONG_HD void skip_empty() noexcept {
+      const core::SizeClass& c = class_of(left_);
+      const float a_cell = static_cast<float>(inner_) / crossed(c);
+      while (piece_ < pieces_) {
+        std::uint32_t empty = 0, asked = 0;
+        for (int level = 1; level <= core::BlockBits::levels; ++level) {
+          const float length = a_cell * static_cast<float>(core::BlockBits::length(level));
+          const std::uint32_t left = pieces_ - piece_;
+          asked = length < static_cast<float>(left) ? static_cast<std::uint32_t>(length) : left;
+          if (asked == 0) asked = 1;
+          const core::CellSpan span = core::cells_of(cells_, cover_(end_, end_of(piece_ + asked)));
+          std::int32_t lower[3], upper[3];
+          for (int k = 0; k < 3; ++k) {
+            lower[k] = (span.lower[k] >> c.shift[k]) - 1;
+            upper[k] = span.upper[k] >> c.shift[k];
+          }
+          if (s_.blocks.any(lower, upper, left_ % core::max_size_classes, level)) break;
+          empty = asked;
+        }
+        if (empty == 0) {
+          known_ = piece_ + asked;
+          return;
+        }
+        far_ += rows_a_piece * empty;
+        piece_ += empty;
+        end_ = end_of(piece_);
+      }
     }
 
-    // Into pieces as long as is best where they meet as many cells of one class as of another: of a
-    // class whose cells the sweep crosses u of, m pieces look into some (u / m + 2)^2 rows each, in
-    // all some m (4 + u^2 / m^2) and what does not depend on m. Before it comes among the cells,
-    // and once it has left them, it is one piece.
-    THRONG_HD void cut(const Sweep& sweep) noexcept {
-      core::SweepAxis axes[3];
-      core::axes_of(sweep, axes);
+    // When the sweep is among the cells: before and after that it has one piece each.
+    THRONG_HD core::Touch among_cells(const Sweep& sweep) const noexcept {
       float ends[2][3];
       for (int k = 0; k < 3; ++k) {
         ends[0][k] = cells_.origin[k];
         ends[1][k] = cells_.origin[k] + (cells_.last[k] + 1) / cells_.scale[k];
       }
-      inside_ = core::touch(
+      return core::touch(
           sweep, {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}});
-      if (!(inside_.enter < inside_.leave)) return;
+    }
+    // How many cells of a class it crosses.
+    THRONG_HD float crossed(const core::SizeClass& c) const noexcept {
+      const Vec3& by = s_.sweeps[asked_].by;
       const auto time = static_cast<float>(inside_.leave - inside_.enter);
-      float sum = 0, classes = 0;
-      for (std::uint32_t c = 0; c < cells_.class_count; ++c) {
-        std::uint32_t some = 0;
-        for (std::uint32_t group = 0; group < core::group_count(cells_.present); ++group)
-          some |= s_.objects.occupied[s_.objects.target(group, c)];
-        if (!some) continue;
-        float most = 0;
-        for (int k = 0; k < 3; ++k) {
-          const float crossed = fabsf(axes[k].by) * time * cells_.scale[k] /
-                                static_cast<float>(1u << cells_.classes[c].shift[k]);
-          most = fmaxf(most, crossed);
-        }
-        sum += most * most;
-        classes += 1;
-      }
-      // Of a first hit the later ones are mostly not gone through, and they may be shorter.
-      constexpr float part = First ? 0.75f : 0.5f, most_pieces = 65536;
-      const float pieces = fminf(ceilf(part * sqrtf(sum / classes)), most_pieces);
-      if (!(pieces > 1)) return;
-      inner_ = static_cast<std::uint32_t>(pieces);
+      const auto along = [&](float x, int k) {
+        return fabsf(x) * time * cells_.scale[k] / static_cast<float>(1u << c.shift[k]);
+      };
+      return fmaxf(fmaxf(along(by.x, 0), along(by.y, 1)), along(by.z, 2));
+    }
+    // Of m pieces that cross u cells each looks into some (u / m + 2)^2 rows: two cells a piece are
+    // best. Of a first hit the later ones are mostly not gone through, and they may be shorter.
+    THRONG_HD float pieces_of(std::uint32_t target) const noexcept {
+      if (!(inside_.enter < inside_.leave)) return 1;
+      constexpr float part = First ? 0.75f : 0.5f, most = 65536;
+      const float pieces = ceilf(part * crossed(class_of(target)));
+      return pieces > 1 ? fminf(pieces, most) : 1;
     }
     THRONG_HD double end_of(std::uint32_t piece) const noexcept {
       if (piece == pieces_) return 1;
@@ -199,21 +258,44 @@ struct QuestionSearch {
       return end < 1 ? end : 1;
     }
 
+    // Where cells are empty is asked from so many pieces on: most sweeps end before.
+    static constexpr std::uint32_t patience = 8, rows_a_piece = 12;
+
     const QuestionSearch& s_;
     const core::ClassGrid& cells_;
     std::uint32_t asked_;
     GridSearchOf<Looking::around>::Look<true> look_;
     GridSearchOf<Looking::around>::Range range_{0, 0, 0};
-    std::uint32_t next_ = GridSearchOf<Looking::around>::most_targets;
-    std::uint32_t rows_ = 0, comparisons_ = 0;
-    std::uint32_t piece_ = 0, pieces_ = 0, inner_ = 0;  // begun; in all; those among cells
-    bool everything_ = false;                           // all objects are gone through
+    std::uint32_t left_ = 0;  // targets that are yet to come; the number of the present one
+    std::uint32_t rows_ = 0, comparisons_ = 0, far_ = 0;
+    // Of the present target: pieces begun, all, those among cells; once so many have begun, it is
+    // asked whether those behind are empty.
+    std::uint32_t piece_ = 0, pieces_ = 0, inner_ = 1, known_ = 0;
+    bool everything_ = false;  // all objects are gone through
     core::Cover cover_;
     core::Touch inside_{0, 1};
     double begin_ = 0, end_ = 0;
     SweepHit first_ = no_hit(0);
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
+};
+
+// Tells of a box in the grid where its home is.
+struct TellBlocks {
+  const core::ClassGrid* grid;
+  const Record* records;
+  const Report* report;
+  core::BlockBits blocks;
+
+  THRONG_HD void operator()(std::uint64_t i) const noexcept {
+    if (i >= report->active) return;
+    const core::CellSpan span = core::cells_of(*grid, load(records + i).box());
+    const std::uint32_t size_class = core::class_of(*grid, span);
+    std::int32_t home[3];
+    for (int k = 0; k < 3; ++k) home[k] = span.lower[k] >> grid->classes[size_class].shift[k];
+    blocks.add(home, size_class,
+               [](std::uint32_t* word, std::uint32_t bits) { fetch_or(word, bits); });
+  }
 };
 
 // What is wrong with a question; and nothing is met yet.
