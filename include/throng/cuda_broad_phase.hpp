@@ -88,7 +88,7 @@ class THRONG_API BroadPhase {
   // play no part. What is found is that which throng::BroadPhase finds, byte for byte, and lies in
   // device memory, good until the next question, and gone if that fails. The first question after a
   // change puts all objects into a grid, which takes as long as finding all pairs does for the most
-  // part, and 49 to 57 bytes an object that stay.
+  // part, and 49 to 57 bytes an object that stay, and two to four more once sweeps go far.
   //
   // All objects that each box overlaps: first is the number of the box, second the object; sorted.
   Result find_overlaps(const Boxes& boxes, Stream stream) noexcept;

@@ -75,6 +75,41 @@ TEST_F(GpuQuestions, Many) {
   }
 }
 
+// Where cells are empty is told from the second question on.
+TEST_F(GpuQuestions, ClustersInAnEmptyWorld) {
+  GpuMachine gpu({}, 0);
+  BroadPhase cpu;
+  Random random(9);
+  std::vector<Vec3> middles;
+  for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
+  BoxList boxes;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
+    boxes.push_back(cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1));
+  }
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 2000; ++k) {
+    const Vec3 from = boxes[random.below(5000)].lower, to = boxes[random.below(5000)].upper;
+    sweeps.push_back({{from, from}, {2 * (to.x - from.x), 2 * (to.y - from.y), to.z - from.z}});
+  }
+  ASSERT_TRUE(gpu.add(boxes, nullptr).ok());
+  std::vector<ObjectId> ids(boxes.size());
+  ASSERT_TRUE(cpu.add(boxes, ids.data()).ok());
+  std::size_t held = 0;
+  for (int again = 0; again < 3; ++again) {
+    for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+      ASSERT_TRUE(gpu.find_hits(sweeps.data(), sweeps.size(), which, {}).ok());
+      ASSERT_TRUE(cpu.find_hits(sweeps.data(), sweeps.size(), which).ok());
+      ASSERT_EQ(gpu.hits().size(), cpu.hits().size());
+      EXPECT_EQ(
+          std::memcmp(gpu.hits().data(), cpu.hits().data(), gpu.hits().size() * sizeof(SweepHit)),
+          0);
+      if (held == 0) held = gpu.scene().memory_bytes();
+    }
+  }
+  EXPECT_GE(gpu.scene().memory_bytes(), held + 2 * boxes.size());
+}
+
 TEST_F(GpuQuestions, Refuses) {
   GpuMachine m({}, 0);
   const BoxList boxes = uniform_boxes(300, 1);

@@ -187,6 +187,51 @@ TEST(LiveQuestions, FlatWorld) {
   Both both(boxes);
   both.ask(asked, sweeps);
   EXPECT_GT(both.told, 4000u);
+  std::vector<ObjectId> gone;
+  for (ObjectId id = 0; id < 2200; ++id)
+    if (id % 18 > 1) gone.push_back(id);
+  EXPECT_TRUE(both.device.remove(gone.data(), gone.size()).ok());
+  EXPECT_TRUE(both.host.remove(gone.data(), gone.size()).ok());
+  both.ask(asked, sweeps);
+}
+
+// Clusters in an empty world, and a ground: where cells are empty is told once sweeps have gone
+// far, and in each grid after that.
+TEST(LiveQuestions, ClustersInAnEmptyWorld) {
+  Random random(9);
+  std::vector<Vec3> middles;
+  for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
+  const auto in_a_cluster = [&] {
+    const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
+    return cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1);
+  };
+  BoxList boxes = {{{0, 0, -1}, {4000, 4000, 0}}};
+  for (int i = 0; i < 5000; ++i) boxes.push_back(in_a_cluster());
+  const auto sweeps = [&] {  // from one to another, and on
+    std::vector<Sweep> list;
+    for (int k = 0; k < 150; ++k) {
+      const Vec3 from = boxes[1 + random.below(5000)].lower, to = boxes[random.below(5001)].upper;
+      const float far = k % 3 ? 1.01f : 2;
+      list.push_back(
+          {{from, from}, {far * (to.x - from.x), far * (to.y - from.y), far * (to.z - from.z)}});
+    }
+    return list;
+  };
+  Both both(boxes);
+  const auto held = [&] { return both.device.scene().questions().held(); };
+  const std::vector<Sweep> first = sweeps();
+  EXPECT_TRUE(both.device.find_hits(first.data(), first.size(), SweepHits::all, {}).ok());
+  const std::size_t without = held();
+  both.ask({}, first);
+  EXPECT_GE(held(), without + boxes.size() * 2) << "two bytes a box";
+  for (int step = 0; step < 6; ++step) {
+    middles[step] = random.point(0, 4000);
+    for (std::size_t i = 1 + random.below(9); i < boxes.size(); i += 9) boxes[i] = in_a_cluster();
+    EXPECT_TRUE(both.device.move_all(boxes).ok());
+    EXPECT_TRUE(both.host.move_all(boxes).ok());
+    both.ask({}, sweeps());
+  }
+  EXPECT_GT(both.told, 5000u);
 }
 
 // Worlds in one place: small ones, which pairs are found in one by one, and a ground of none.
