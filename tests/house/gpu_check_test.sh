@@ -57,20 +57,20 @@ expect() {
   fi
 }
 # None of these needs a GPU's tools.
-steps=(conformance door lattices check scaling scenes stages bodies live crossover machine files paper-tests paper)
+steps=(conformance door lattices check scaling scenes stages bodies live questions crossover machine files paper-tests paper)
 rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
 expect 0 'all that ran and must hold does' "${steps[@]}"
-grep -q ', 22 of 24 checks ran' "$folder/said"
+grep -q ', 24 of 26 checks ran' "$folder/said"
 [ -s "$out/gpu_check.log" ]
-[ "$(rows | wc -l)" -eq 8 ]  # the columns once, a row a part
+[ "$(rows | wc -l)" -eq 9 ]  # the columns once, a row a part
 grep -q 'skipped: no throng-paper' "$folder/said"
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 # A part by itself adds to what is there, data beside the programs are taken.
 mkdir "$bin/data" && touch "$bin/data/boxes.npy"
 expect 0 '1 of 1 checks ran' files
-[ "$(rows | wc -l)" -eq 9 ]
+[ "$(rows | wc -l)" -eq 10 ]
 [ "$(grep -c '^####' "$out/gpu_check.log")" -eq 2 ]
 
 sound_programs
@@ -117,7 +117,7 @@ together || { cat "$folder/said" && exit 1; }
 grep -q 'all that ran and must hold does' "$folder/said"
 grep -q 'door: GpuFaults  *ok' "$folder/said"
 grep -q 'racecheck cuda_test  *ok' "$folder/said"
-[ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 7 ]
+[ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 8 ]
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 program lattice_test "$listing; echo '[  FAILED  ] one'; exit 1"
 if together; then echo "what fails beside others is not told" && exit 1; fi
