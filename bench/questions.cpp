@@ -121,17 +121,35 @@ struct Case {
   Questions::Kind kind;
   std::size_t count;
   bool at_once;
+  bool far;  // rays as long as the world, not ten units
   int frames;
+
+  std::string kind_name() const {
+    constexpr const char* names[] = {"first", "all", "region"};
+    return std::string(far ? "far " : "") + names[kind];
+  }
 };
-constexpr const char* kind_names[] = {"first", "all", "region"};
 constexpr std::size_t object_count = 100'000;
 
-// Rays of ten units in any direction, and regions of four, from near some box.
+float extent_of(const std::vector<Box>& boxes) {
+  Box all = boxes[0];
+  for (const Box& b : boxes) {
+    all.lower = {std::min(all.lower.x, b.lower.x), std::min(all.lower.y, b.lower.y),
+                 std::min(all.lower.z, b.lower.z)};
+    all.upper = {std::max(all.upper.x, b.upper.x), std::max(all.upper.y, b.upper.y),
+                 std::max(all.upper.z, b.upper.z)};
+  }
+  return std::max(
+      {all.upper.x - all.lower.x, all.upper.y - all.lower.y, all.upper.z - all.lower.z});
+}
+
+// Rays in any direction, and regions of four units, from near some box.
 Questions questions_of(const Case& c, const std::vector<Box>& boxes, std::mt19937& random) {
   Questions q;
   q.kind = c.kind;
   q.at_once = c.at_once;
   std::uniform_real_distribution<float> near(-3, 3), any(-1, 1);
+  const float wanted = c.far ? extent_of(boxes) : 10;
   for (std::size_t i = 0; i < c.count; ++i) {
     const Vec3& v = boxes[random() % boxes.size()].lower;
     const Vec3 from = {v.x + near(random), v.y + near(random), v.z + near(random)};
@@ -141,7 +159,7 @@ Questions questions_of(const Case& c, const std::vector<Box>& boxes, std::mt1993
       by = {any(random), any(random), any(random)};
       length = std::sqrt(by.x * by.x + by.y * by.y + by.z * by.z);
     } while (length > 1 || length < 0.1f);
-    const float scale = 10 / length;
+    const float scale = wanted / length;
     if (c.kind == Questions::region)
       q.regions.push_back({from, {from.x + 4, from.y + 4, from.z + 4}});
     else
@@ -188,7 +206,7 @@ void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_ri
     }
     const double asked = median(ask[a]);
     std::printf("%s,%zu,%g,%s,%zu,%s,%s,%u,%d,%.4f,%.4f,%.3f,%.2f\n", c.scene, object_count,
-                c.share, kind_names[c.kind], c.count, c.at_once ? "yes" : "no",
+                c.share, c.kind_name().c_str(), c.count, c.at_once ? "yes" : "no",
                 all[a]->name().c_str(), threads[a], c.frames, median(update[a]), asked,
                 1000 * asked / static_cast<double>(c.count),
                 static_cast<double>(found[a]) / static_cast<double>(c.count) / (c.frames + warm));
@@ -222,16 +240,18 @@ int main(int argc, char** argv) {
                       {Questions::first, 1000, true}, {Questions::first, 20'000, true},
                       {Questions::all, 1000, true},   {Questions::region, 10, false},
                       {Questions::region, 1000, true}};
+  const Set far_sets[] = {{Questions::first, 1000, true}, {Questions::all, 1000, true}};
+  const auto go = [&](const char* scene, double share, const Set& set, bool far) {
+    const Case c{scene, share, set.kind, set.count, set.at_once, far, share == 1 ? 12 : 40};
+    char name[96];
+    std::snprintf(name, sizeof name, "%s-%g-%s-%zu", scene, share, c.kind_name().c_str(),
+                  set.count);
+    if (std::string(name).find(only) != std::string::npos) run(c, threads, rivals);
+  };
   for (const char* scene : {"uniform", "pile", "mixed"}) {
-    for (const double share : {0.01, 1.0}) {
-      for (const Set& set : sets) {
-        char name[96];
-        std::snprintf(name, sizeof name, "%s-%g-%s-%zu", scene, share, kind_names[set.kind],
-                      set.count);
-        if (std::string(name).find(only) == std::string::npos) continue;
-        run({scene, share, set.kind, set.count, set.at_once, share == 1 ? 12 : 40}, threads,
-            rivals);
-      }
-    }
+    for (const double share : {0.01, 1.0})
+      for (const Set& set : sets) go(scene, share, set, false);
   }
+  for (const char* scene : {"uniform", "mixed", "clusters"})
+    for (const Set& set : far_sets) go(scene, 0.01, set, true);
 }
