@@ -201,7 +201,9 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   Random random(9);
   std::vector<Vec3> middles;
   for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
+  // And one by one, so that a sweep meets them at the first cell of a block, or the last.
   const auto in_a_cluster = [&] {
+    if (random.one_in(3)) return cube(random.point(0, 4000), 1);
     const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
     return cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1);
   };
@@ -209,7 +211,7 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   for (int i = 0; i < 5000; ++i) boxes.push_back(in_a_cluster());
   const auto sweeps = [&] {  // from one to another, and on
     std::vector<Sweep> list;
-    for (int k = 0; k < 150; ++k) {
+    for (int k = 0; k < 400; ++k) {
       const Vec3 from = boxes[1 + random.below(5000)].lower, to = boxes[random.below(5001)].upper;
       const float far = k % 3 ? 1.01f : 2;
       list.push_back(
