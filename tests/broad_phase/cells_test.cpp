@@ -181,6 +181,8 @@ TEST(BroadPhaseQuery, ClustersInAnEmptyWorld) {
       if (step % 10 == 9) {
         BroadPhase copy = actor.broad_phase;
         ASSERT_TRUE(same_hits(copy, actor.model, sweeps, filters));
+        actor.broad_phase = copy;
+        ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, sweeps, filters));
       }
     }
   }

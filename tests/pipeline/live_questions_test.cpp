@@ -88,6 +88,7 @@ class Both {
       EXPECT_TRUE(device.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
       EXPECT_TRUE(host.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
       EXPECT_TRUE(same_list(device.hits(), host.hits())) << (which == SweepHits::all);
+      EXPECT_TRUE(device.overlaps().empty());  // those of the question before
       told += host.hits().size();
     }
     // Each at its own place; the host has them in a row.
@@ -203,7 +204,7 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
   // And one by one, so that a sweep meets them at the first cell of a block, or the last.
   const auto in_a_cluster = [&] {
-    if (random.one_in(3)) return cube(random.point(0, 4000), 1);
+    if (random.one_in(3)) return cube(random.point(0, 4000), random.one_in(3) ? 40.0f : 1.0f);
     const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
     return cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1);
   };
@@ -269,6 +270,39 @@ TEST(LiveQuestions, Worlds) {
     EXPECT_TRUE(both.host.set_filters(ids.data(), ids.size(), moved).ok());
     both.ask(asked, sweeps, filters);
   }
+}
+
+// What has changed and is no move.
+TEST(LiveQuestions, FiltersAndOriginThatChange) {
+  Random random(5);
+  const BoxList boxes = uniform_boxes(3000, 6);
+  const std::vector<std::uint8_t> fixed(3000, 1), free(3000, 0);
+  Boxes view = boxes;
+  view.filters.is_static = {fixed.data(), fixed.size()};
+  Both both(view);
+  BoxList asked(boxes.begin(), boxes.begin() + 300);
+  std::vector<Sweep> sweeps = sweeps_among(boxes, 300, random);
+  Filters filters;
+  filters.is_static = {fixed.data(), 300};
+  both.ask(asked, sweeps, filters);
+  EXPECT_EQ(both.told, 0u);  // of two that are static
+  std::vector<ObjectId> ids;
+  for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id);
+  Filters now;
+  now.is_static = {free.data(), ids.size()};
+  EXPECT_TRUE(both.device.set_filters(ids.data(), ids.size(), now).ok());
+  EXPECT_TRUE(both.host.set_filters(ids.data(), ids.size(), now).ok());
+  both.ask(asked, sweeps, filters);
+  EXPECT_GT(both.told, 300u);
+  const Vec3 by = {500, -70, 3};
+  EXPECT_TRUE(both.device.shift_origin(by).ok());
+  EXPECT_TRUE(both.host.shift_origin(by).ok());
+  const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
+  for (Box& box : asked) box = {shifted(box.lower), shifted(box.upper)};
+  for (Sweep& sweep : sweeps) sweep.box = {shifted(sweep.box.lower), shifted(sweep.box.upper)};
+  const std::uint64_t before = both.told;
+  both.ask(asked, sweeps, filters);
+  EXPECT_GT(both.told, before + 300);
 }
 
 // ---- what it costs ------------------------------------------------------------------------------
