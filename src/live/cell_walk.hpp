@@ -71,8 +71,9 @@ class CellWalk {
   // enough. What lies behind those cells goes on the list, too, as far as there is room.
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
 
-  // Blocks of cells are looked at from so many layers on: most sweeps end before.
-  static constexpr std::int32_t patience = 16;
+  // Blocks of cells, if there are any, are looked at from so many layers on; and from so many they
+  // would be of use to a sweep that has none, as most end before.
+  static constexpr std::int32_t patience = 8, far = 16;
 
   void add_ways(const core::Cover& cover) noexcept;
   bool is_reached(Way& way) const noexcept;
@@ -112,7 +113,7 @@ void CellWalk::take_layer(F&& f) {
   Way& way = ways_[next_];
   const std::uint64_t count = next_cells();
   left_ -= count;
-  if (way.passed >= patience) far_ += count;
+  if (way.passed >= far) far_ += count;
   cells_->each_home(range_, way.size_class, worlds_, f);
   way.pass();
   if (!is_reached(way)) way = ways_[--way_count_];
