@@ -40,9 +40,7 @@ bool valid_question(const Boxes& boxes, const Options& options, Result& r) noexc
 }
 
 Boxes boxes_of(const live::Sweeps& sweeps) noexcept {
-  Boxes boxes(sweeps.data ? &sweeps.data->box : nullptr, sweeps.count, sizeof(Sweep));
-  boxes.filters = sweeps.filters;
-  return boxes;
+  return core::boxes_of(sweeps.data, sweeps.count, sweeps.filters);
 }
 
 bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& r) noexcept {

@@ -59,11 +59,11 @@ struct BroadPhaseAccess {
                     const Filters& filters, const F& f) noexcept {
     Result r;
     if (!valid_sweeps(sweeps, count, which, r)) return r;
-    return run(it, pipeline::Asked::about(sweeps, count, filters).boxes, true,
-               [&](Scene& scene, const Boxes&, Result& told) {
-                 f(scene, told);
-                 if (told.status == Status::nan_box) explain_sweeps(told);
-               });
+    const auto asked = pipeline::Asked::about(sweeps, count, filters);
+    return run(it, asked.boxes, true, [&](Scene& scene, const Boxes&, Result& told) {
+      f(scene, asked, told);
+      if (told.status == Status::nan_box) explain_sweeps(told);
+    });
   }
   static const Scene* scene(const BroadPhase& it) noexcept {
     return it.state_ ? it.state_->scene.get() : nullptr;
@@ -181,15 +181,17 @@ Result BroadPhase::find_overlaps(const Boxes& boxes, Stream stream) noexcept {
 }
 Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                              const Filters& filters, Stream stream) noexcept {
-  return Access::ask(*this, sweeps, count, which, filters, [&](Scene& scene, Result& r) {
-    scene.find_hits(sweeps, count, which, filters, stream, r);
-  });
+  return Access::ask(*this, sweeps, count, which, filters,
+                     [&](Scene& scene, const pipeline::Asked& asked, Result& r) {
+                       scene.find_hits(asked, which, stream, r);
+                     });
 }
 Result BroadPhase::find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
                                    SweepHit* out, Stream stream) noexcept {
-  return Access::ask(*this, sweeps, count, SweepHits::first, filters, [&](Scene& scene, Result& r) {
-    scene.find_first_hits(sweeps, count, filters, out, stream, r);
-  });
+  return Access::ask(*this, sweeps, count, SweepHits::first, filters,
+                     [&](Scene& scene, const pipeline::Asked& asked, Result& r) {
+                       scene.find_first_hits(asked, out, stream, r);
+                     });
 }
 Pairs BroadPhase::overlaps() const noexcept {
   const Scene* scene = Access::scene(*this);

@@ -71,6 +71,14 @@ std::vector<Case> cases_of_files(const std::vector<std::string>& files) {
   return all;
 }
 
+float mean_width(const Box* boxes, std::size_t n) {
+  double sum = 0;
+  const std::size_t some = std::min<std::size_t>(n, 1000);
+  for (std::size_t i = 0; i < some; ++i)
+    sum += static_cast<double>(boxes[i].upper.x) - static_cast<double>(boxes[i].lower.x);
+  return static_cast<float>(sum / static_cast<double>(some));
+}
+
 struct FrameMaker::Source {
   std::unique_ptr<scene::Scene> scene;
   bool backwards = false;

@@ -30,6 +30,9 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most);
 // One a file, all of its frames; throws scene::FileError.
 std::vector<Case> cases_of_files(const std::vector<std::string>& files);
 
+// Along x, of the first thousand.
+float mean_width(const Box* boxes, std::size_t n);
+
 // Makes the frames of a case, one at a time.
 class FrameMaker {
  public:

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include <throng/options.hpp>
 #include <throng/types.hpp>
 
 namespace throng::bench::gpu {
@@ -18,6 +19,10 @@ inline void need(cudaError_t error) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();
   throw std::runtime_error(std::string("CUDA: ") + cudaGetErrorString(error));
+}
+
+inline void must(const Result& r) {
+  if (!r.ok()) throw std::runtime_error(r.message);
 }
 
 template <class T>

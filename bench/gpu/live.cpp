@@ -1,7 +1,6 @@
 // Objects that live on the device: what an update costs when nothing moves, when all move and stay
 // in their fat boxes, when some leave theirs.
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,10 +14,6 @@
 
 namespace throng::bench::gpu {
 namespace {
-
-void must(const Result& r) {
-  if (!r.ok()) throw std::runtime_error(r.message);
-}
 
 // What moves between two frames, as shares of the boxes and of the fat margin.
 struct Motion {
@@ -35,14 +30,6 @@ constexpr Motion motions[] = {
     {"live, 1 % leave fat boxes", 100, 2.5f, "candidates mended in the grid"},
     {"live, all leave fat boxes", 1, 2.5f, "all candidates found anew"},
 };
-
-float mean_width(const Box* boxes, std::size_t n) {
-  double sum = 0;
-  const std::size_t some = std::min<std::size_t>(n, 1000);
-  for (std::size_t i = 0; i < some; ++i)
-    sum += static_cast<double>(boxes[i].upper.x) - static_cast<double>(boxes[i].lower.x);
-  return static_cast<float>(sum / static_cast<double>(some));
-}
 
 void measure_objects(const Case& c, Session& s) {
   FrameMaker maker(c);

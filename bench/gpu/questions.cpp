@@ -1,7 +1,6 @@
 // Questions to objects that live on the device: rays and regions, in a grid that is kept, and in
 // one that is made for them.
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,21 +15,13 @@
 namespace throng::bench::gpu {
 namespace {
 
-void must(const Result& r) {
-  if (!r.ok()) throw std::runtime_error(r.message);
-}
-
 // Ten widths of a box long, any way, from beside a box; and cubes of four widths there.
 struct Questions {
   std::vector<Sweep> rays;
   std::vector<Box> regions;
 };
 Questions questions_among(const Box* boxes, std::size_t n, std::size_t count) {
-  double sum = 0;
-  const std::size_t some = std::min<std::size_t>(n, 1000);
-  for (std::size_t i = 0; i < some; ++i)
-    sum += static_cast<double>(boxes[i].upper.x) - static_cast<double>(boxes[i].lower.x);
-  const auto width = static_cast<float>(sum / static_cast<double>(some));
+  const float width = mean_width(boxes, n);
   std::uint64_t drawn = 0;
   // From -1 to 1.
   const auto any = [&] { return static_cast<float>(scene::mix(++drawn) >> 40) * 0x1p-23f - 1; };

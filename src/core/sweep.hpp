@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 
+#include <throng/boxes.hpp>
 #include <throng/broad_phase.hpp>
 
 #include "core/bounds.hpp"
@@ -15,6 +17,13 @@ THRONG_HD constexpr bool is_finite(double x) noexcept { return x - x == 0; }
 // Whether it may be asked: no NaN, and it does not go infinitely far.
 THRONG_HD constexpr bool is_sound(const Sweep& s) noexcept {
   return is_finite(s.by.x) && is_finite(s.by.y) && is_finite(s.by.z) && !has_nan(s.box);
+}
+
+// Where they begin, with filters of theirs.
+inline Boxes boxes_of(const Sweep* sweeps, std::size_t count, const Filters& filters) noexcept {
+  Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
+  boxes.filters = filters;
+  return boxes;
 }
 
 struct SweepAxis {

@@ -11,6 +11,10 @@
 #include "core/output.hpp"
 #include "core/update_boxes.hpp"
 
+namespace throng::pipeline {
+struct Asked;
+}
+
 namespace throng::cuda {
 
 // All throw pipeline::Failure. The arguments are valid but for what only the device can tell.
@@ -50,10 +54,8 @@ class Scene {
   virtual void update(const Boxes*, Stream, Result&) = 0;
   virtual LivePairs gather_pairs(Stream) = 0;
   virtual void find_overlaps(const Boxes&, Stream, Result&) = 0;
-  virtual void find_hits(const Sweep*, std::size_t count, SweepHits, const Filters&, Stream,
-                         Result&) = 0;
-  virtual void find_first_hits(const Sweep*, std::size_t count, const Filters&, SweepHit* out,
-                               Stream, Result&) = 0;
+  virtual void find_hits(const pipeline::Asked& sweeps, SweepHits, Stream, Result&) = 0;
+  virtual void find_first_hits(const pipeline::Asked& sweeps, SweepHit* out, Stream, Result&) = 0;
   // Of create_scene(), too.
   virtual void copy(const Scene&, Stream) = 0;
 

@@ -65,17 +65,20 @@ class GpuScene final : public Scene {
     require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
     scene_.find_overlaps(boxes, r);
   }
-  void find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
-                 Stream stream, Result& r) override {
+  void find_hits(const pipeline::Asked& sweeps, SweepHits which, Stream stream,
+                 Result& r) override {
     const Current current = begin(stream);
-    scene_.find_hits(asked(sweeps, count, filters), which, r);
+    require_set(pipeline::make_set(sweeps.boxes), sweeps.boxes.size(), ordinal());
+    scene_.find_hits(sweeps, which, r);
   }
-  void find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
-                       SweepHit* out, Stream stream, Result& r) override {
+  void find_first_hits(const pipeline::Asked& sweeps, SweepHit* out, Stream stream,
+                       Result& r) override {
     const Current current = begin(stream);
+    const std::size_t count = sweeps.boxes.size();
     if (count)
       Reach(ordinal(), Status::bad_boxes).require(out, alignof(SweepHit), "the array of hits");
-    scene_.find_first_hits(asked(sweeps, count, filters), out, r);
+    require_set(pipeline::make_set(sweeps.boxes), count, ordinal());
+    scene_.find_first_hits(sweeps, out, r);
   }
   void copy(const Scene& other, Stream stream) override {
     const Current current = begin(stream);
@@ -107,11 +110,6 @@ class GpuScene final : public Scene {
                     "the stream"};
     scene_.device().begin(stream, false);
     return Current(ordinal());
-  }
-  pipeline::Asked asked(const Sweep* sweeps, std::size_t count, const Filters& filters) const {
-    const auto asked = pipeline::Asked::about(sweeps, count, filters);
-    require_set(pipeline::make_set(asked.boxes), count, ordinal());
-    return asked;
   }
   void require_ids(const ObjectId* ids, std::size_t count) const {
     if (count)

@@ -89,8 +89,8 @@ std::optional<Columns> Tracker::columns() noexcept {
   return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
 }
 Ground Tracker::ground() noexcept {
-  if (placed_) return {&cells_, blocked_ ? &cells_.blocks() : nullptr, std::nullopt};
-  return {nullptr, nullptr, columns()};
+  if (placed_) return {.cells = &cells_, .blocks = blocked_ ? &cells_.blocks() : nullptr};
+  return {.columns = columns()};
 }
 
 void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
@@ -100,7 +100,7 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
   bool one_by_one = false;
   if (few) {
     get_ready(by, options);
-    const Ground now{nullptr, nullptr, columns()};
+    const Ground now{.columns = columns()};
     const double cost =
         cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
     asked(by, boxes.size(), std::min(cost, all), options);
@@ -124,7 +124,7 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
 void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
   get_ready(by, options);
-  const Ground now{nullptr, nullptr, columns()};
+  const Ground now{.columns = columns()};
   const double cost =
       cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
   asked(by, sweeps.count, cost, options);

@@ -45,8 +45,7 @@ class LiveQuestions {
                        Result& r) {
     forget();
     const Input in = begin(objects, asked, out);
-    if (in.count > in.first_count && in.first_count != 0)
-      search<Question::first_hit>(in, asked, out, {nullptr, 0, report()});
+    search<Question::first_hit>(in, asked, out, {nullptr, 0, report()});
     r.found = r.written = tell(in, false, r) ? seen_.found : 0;
   }
 
@@ -106,12 +105,11 @@ class LiveQuestions {
   std::uint64_t find(const LiveObjects<Device>& objects, const Asked& asked, bool nan_allowed,
                      Result& r) {
     const Input in = begin(objects, asked, nullptr);
-    const bool some = in.count > in.first_count && in.first_count != 0;
     const std::size_t usual = question == Question::first_hit ? 1 : 4;
-    if (some) pairs_.room((usual * in.first_count + 512) * sizeof(Pair));
+    pairs_.room((usual * in.first_count + 512) * sizeof(Pair));
     for (;;) {
       const std::uint64_t room = pairs_.bytes() / sizeof(Pair);
-      if (some) search<question>(in, asked, nullptr, {pairs_.template as<Pair>(), room, report()});
+      search<question>(in, asked, nullptr, {pairs_.template as<Pair>(), room, report()});
       if (!tell(in, nan_allowed, r)) return 0;
       if (seen_.found <= room) break;
       pairs_.room(static_cast<std::size_t>(seen_.found + seen_.found / 8 + 512) * sizeof(Pair));
@@ -126,6 +124,7 @@ class LiveQuestions {
   }
   template <Question question>
   void search(const Input& in, const Asked& asked, SweepHit* firsts, const PairSink& sink) {
+    if (!made_) return;  // there are no objects
     const GridSearchOf<Looking::around> grid{grid_of_,   w_.grid,   w_.table, w_.occupied,
                                              w_.records, w_.report, {}};
     device_.search(in.first_count,

@@ -34,9 +34,7 @@ struct Asked {
   const Sweep* sweeps = nullptr;
 
   static Asked about(const Sweep* sweeps, std::size_t count, const Filters& filters) noexcept {
-    Asked asked{Boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep)), sweeps};
-    asked.boxes.filters = filters;
-    return asked;
+    return {core::boxes_of(sweeps, count, filters), sweeps};
   }
 };
 

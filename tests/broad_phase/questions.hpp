@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <vector>
+
+#include <throng/cuda_broad_phase.hpp>
 
 #include "broad_phase/model.hpp"
 
@@ -144,6 +147,15 @@ testing::AssertionResult answers(Asked& asked, const Model& model, const Questio
                                  const SweepTest& test = {}) {
   if (auto r = same_overlaps(asked, model, q.boxes, q.filters, true); !r) return r;
   return same_hits(asked, model, q.sweeps, q.filters, test);
+}
+
+// First hits that stand in a row, each at its own sweep's place, as a GPU tells them.
+inline std::vector<SweepHit> in_place(const SweepHitList& firsts, std::size_t count) {
+  std::vector<SweepHit> hits;
+  for (std::uint32_t i = 0; i < count; ++i)
+    hits.push_back({i, cuda::no_object, std::numeric_limits<double>::infinity()});
+  for (const SweepHit& hit : firsts) hits[hit.sweep] = hit;
+  return hits;
 }
 
 }  // namespace throng::tests

@@ -1,11 +1,10 @@
 // Questions to objects that live on a GPU: against a loop over all objects, and byte for byte
 // against throng::BroadPhase.
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <string>
 
 #include "cuda/gpu_machine.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::tests {
 namespace {
@@ -49,30 +48,20 @@ TEST_F(GpuQuestions, Many) {
     const Box& from = boxes[random.below(60000)];
     sweeps.push_back({{from.lower, k % 3 ? from.lower : from.upper}, random.point(-30, 30)});
   }
-  const auto same = [](const auto& a, const auto& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
-  };
   ASSERT_TRUE(gpu.find_overlaps(boxes).ok());
   ASSERT_TRUE(cpu.find_overlaps(boxes).ok());
-  EXPECT_TRUE(same(gpu.overlaps(), cpu.overlaps()));
+  EXPECT_TRUE(same_bytes(gpu.overlaps(), cpu.overlaps()));
   for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
     const Result r = gpu.find_hits(sweeps.data(), sweeps.size(), which, {});
     ASSERT_TRUE(r.ok()) << r.message;
     ASSERT_TRUE(cpu.find_hits(sweeps.data(), sweeps.size(), which).ok());
-    EXPECT_TRUE(same(gpu.hits(), cpu.hits()));
+    EXPECT_TRUE(same_bytes(gpu.hits(), cpu.hits()));
     EXPECT_EQ(r.found, cpu.hits().size());
   }
   std::vector<SweepHit> out(sweeps.size());
   const Result r = gpu.find_first_hits(sweeps.data(), sweeps.size(), {}, out.data());
   EXPECT_EQ(r.found, cpu.hits().size());
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < out.size(); ++i) {
-    const bool some = next < cpu.hits().size() && cpu.hits()[next].sweep == i;
-    const SweepHit want =
-        some ? cpu.hits()[next++]
-             : SweepHit{i, cuda::no_object, std::numeric_limits<double>::infinity()};
-    ASSERT_EQ(std::memcmp(&out[i], &want, sizeof want), 0) << i;
-  }
+  EXPECT_TRUE(same_bytes(out, in_place(cpu.hits(), out.size())));
 }
 
 // Where cells are empty is told from the second question on.
@@ -100,10 +89,7 @@ TEST_F(GpuQuestions, ClustersInAnEmptyWorld) {
     for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
       ASSERT_TRUE(gpu.find_hits(sweeps.data(), sweeps.size(), which, {}).ok());
       ASSERT_TRUE(cpu.find_hits(sweeps.data(), sweeps.size(), which).ok());
-      ASSERT_EQ(gpu.hits().size(), cpu.hits().size());
-      EXPECT_EQ(
-          std::memcmp(gpu.hits().data(), cpu.hits().data(), gpu.hits().size() * sizeof(SweepHit)),
-          0);
+      EXPECT_TRUE(same_bytes(gpu.hits(), cpu.hits()));
       if (held == 0) held = gpu.scene().memory_bytes();
     }
   }

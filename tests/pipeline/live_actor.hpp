@@ -1,12 +1,12 @@
 // Objects that live on a device, run by the host: acted upon, and what can be seen of them.
 #pragma once
 
-#include <cstring>
 #include <string>
 #include <vector>
 
 #include "broad_phase/actor.hpp"
 #include "pipeline/live_machine.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::tests {
 
@@ -23,11 +23,6 @@ struct Ways {
   }
 };
 
-inline bool same_bytes(const LivePairs& a, const LivePairs& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(LivePair)) == 0);
-}
-
 // All that can be seen.
 class Seen {
  public:
@@ -39,9 +34,7 @@ class Seen {
     all_.push_back({static_cast<ObjectId>(m.object_count()), static_cast<ObjectId>(m.id_limit()),
                     static_cast<std::uint32_t>(m.slot_limit())});
   }
-  friend bool operator==(const Seen& a, const Seen& b) {
-    return same_bytes({a.all_.data(), a.all_.size()}, {b.all_.data(), b.all_.size()});
-  }
+  friend bool operator==(const Seen& a, const Seen& b) { return same_bytes(a.all_, b.all_); }
 
  private:
   static constexpr ObjectId no_id = 0xffffffffu;

@@ -1,0 +1,248 @@
+// Questions to objects that live on a device, run by the host: byte for byte against
+// throng::BroadPhase, of hard scenes, worlds, clusters, and what changes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pipeline/live_actor.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+// Objects that both have, and the same questions to both.
+class Both {
+ public:
+  explicit Both(const Boxes& boxes) {
+    std::vector<ObjectId> ids(boxes.size());
+    EXPECT_TRUE(device.add(boxes, ids.data()).ok());
+    EXPECT_TRUE(host.add(boxes, ids.data()).ok());
+  }
+  LiveMachine device{{}};
+  BroadPhase host;
+  std::uint64_t told = 0;
+
+  void ask(const BoxList& boxes, const std::vector<Sweep>& sweeps, const Filters& filters = {}) {
+    Boxes view = boxes;
+    view.filters = filters;
+    EXPECT_TRUE(device.find_overlaps(view).ok());
+    EXPECT_TRUE(host.find_overlaps(view).ok());
+    EXPECT_TRUE(same_bytes(device.overlaps(), host.overlaps()));
+    told += host.overlaps().size();
+    for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+      EXPECT_TRUE(device.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
+      EXPECT_TRUE(host.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
+      EXPECT_TRUE(same_bytes(device.hits(), host.hits())) << (which == SweepHits::all);
+      EXPECT_TRUE(device.overlaps().empty());  // those of the question before
+      told += host.hits().size();
+    }
+    // Each at its own place; the host has them in a row.
+    std::vector<SweepHit> out(sweeps.size(), SweepHit{7, 7, 7});
+    const Result r = device.find_first_hits(sweeps.data(), sweeps.size(), filters, out.data());
+    EXPECT_EQ(r.found, host.hits().size());
+    EXPECT_TRUE(device.hits().empty());
+    EXPECT_TRUE(same_bytes(out, in_place(host.hits(), out.size())));
+  }
+};
+
+// Sweeps that begin at boxes of the scene and end at others, or go much further; some of them rays,
+// some along an axis.
+std::vector<Sweep> sweeps_among(const BoxList& boxes, std::size_t count, Random& random) {
+  std::vector<Sweep> sweeps;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto any = [&] { return boxes[random.below(static_cast<std::uint32_t>(boxes.size()))]; };
+    const Box from = any(), to = any();
+    Vec3 by = {to.lower.x - from.lower.x, to.lower.y - from.lower.y, to.lower.z - from.lower.z};
+    if (!std::isfinite(by.x) || !std::isfinite(by.y) || !std::isfinite(by.z)) by = {1, 2, 3};
+    if (random.one_in(5)) by.x = by.z = 0;
+    if (random.one_in(5)) by.y = 0;
+    if (random.one_in(9)) by = {by.x * 64, by.y * 64, by.z * 64};
+    if (!std::isfinite(by.x) || !std::isfinite(by.y) || !std::isfinite(by.z)) by = {};
+    Box box = from;
+    if (random.one_in(2)) box.upper = box.lower;
+    sweeps.push_back({box, by});
+  }
+  return sweeps;
+}
+
+TEST(LiveQuestions, HardScenes) {
+  for (const HardScene& scene : hard_scenes(6000)) {
+    SCOPED_TRACE(scene.name);
+    Random random(1);
+    BoxList active;
+    for (const Box& b : scene.boxes)
+      if (core::is_active(b)) active.push_back(b);
+    if (active.empty()) continue;
+    Both both(scene.boxes);
+    BoxList some;
+    for (std::size_t k = 0; k < active.size(); k += 37) some.push_back(active[k]);
+    both.ask(some, sweeps_among(active, 150, random));
+    EXPECT_GT(both.told, 100u);
+  }
+}
+
+// Boxes that touch where a sweep begins and ends, and face to face all along: what decides is
+// whether a piece ends before its hit or after it.
+TEST(LiveQuestions, Lattices) {
+  std::uint64_t told = 0;
+  for (const float pitch : {1.0f, 0.7f, 1.0f / 3}) {
+    BoxList boxes;
+    for (int x = 0; x < 16; ++x)
+      for (int y = 0; y < 16; ++y)
+        for (int z = 0; z < 16; ++z) {
+          const auto at = [&](int i) { return static_cast<float>(i) * pitch; };
+          boxes.push_back({{at(x), at(y), at(z)}, {at(x + 1), at(y + 1), at(z + 1)}});
+        }
+    Random random(7);
+    std::vector<Sweep> sweeps;
+    for (int k = 0; k < 300; ++k) {
+      const auto any = [&] { return static_cast<float>(random.between(-2, 18)) * pitch; };
+      const Vec3 from = {any(), any(), any()};
+      Vec3 by = {any(), any(), any()};
+      if (random.one_in(2)) by.x = 0;
+      if (random.one_in(3)) by.y = 0;
+      sweeps.push_back({{from, from}, by});
+    }
+    Both both(boxes);
+    both.ask(boxes, sweeps);
+    told += both.told;
+  }
+  EXPECT_GT(told, 300'000u);
+}
+
+// A world one cell deep, in which a region looks into more rows of cells than there are boxes, and
+// so at all boxes; of two sizes, so that some are of another class.
+TEST(LiveQuestions, FlatWorld) {
+  Random random(3);
+  BoxList boxes;
+  for (int i = 0; i < 2200; ++i) {
+    const Vec3 at = random.point(0, 100);
+    boxes.push_back(cube({0, at.y, at.z}, i % 10 ? 0.8f : 7.0f));
+  }
+  const BoxList asked = {{{-1, -1, -1}, {9, 200, 200}},
+                         {{0, 20, 5}, {1, 90, 99}},
+                         {{-infinity, 3, -infinity}, {infinity, 3, infinity}}};
+  std::vector<Sweep> sweeps = sweeps_among(boxes, 100, random);
+  for (const Box& box : asked) sweeps.push_back({box, {1, 2, 3}});
+  Both both(boxes);
+  both.ask(asked, sweeps);
+  EXPECT_GT(both.told, 4000u);
+  std::vector<ObjectId> gone;
+  for (ObjectId id = 0; id < 2200; ++id)
+    if (id % 18 > 1) gone.push_back(id);
+  EXPECT_TRUE(both.device.remove(gone.data(), gone.size()).ok());
+  EXPECT_TRUE(both.host.remove(gone.data(), gone.size()).ok());
+  both.ask(asked, sweeps);
+}
+
+// Clusters in an empty world, and a ground: where cells are empty is told once sweeps have gone
+// far, and in each grid after that.
+TEST(LiveQuestions, ClustersInAnEmptyWorld) {
+  Random random(9);
+  std::vector<Vec3> middles;
+  for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
+  // And one by one, so that a sweep meets them at the first cell of a block, or the last.
+  const auto in_a_cluster = [&] {
+    if (random.one_in(3)) return cube(random.point(0, 4000), random.one_in(3) ? 40.0f : 1.0f);
+    const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
+    return cube({m.x + at.x, m.y + at.y, m.z + at.z}, 1);
+  };
+  BoxList boxes = {{{0, 0, -1}, {4000, 4000, 0}}};
+  for (int i = 0; i < 5000; ++i) boxes.push_back(in_a_cluster());
+  const auto sweeps = [&] {  // from one to another, and on
+    std::vector<Sweep> list;
+    for (int k = 0; k < 400; ++k) {
+      const Vec3 from = boxes[1 + random.below(5000)].lower, to = boxes[random.below(5001)].upper;
+      const float far = k % 3 ? 1.01f : 2;
+      list.push_back(
+          {{from, from}, {far * (to.x - from.x), far * (to.y - from.y), far * (to.z - from.z)}});
+    }
+    return list;
+  };
+  Both both(boxes);
+  const auto held = [&] { return both.device.scene().questions().held(); };
+  const std::vector<Sweep> first = sweeps();
+  EXPECT_TRUE(both.device.find_hits(first.data(), first.size(), SweepHits::all, {}).ok());
+  const std::size_t without = held();
+  both.ask({}, first);
+  EXPECT_GE(held(), without + boxes.size() * 2) << "two bytes a box";
+  for (int step = 0; step < 6; ++step) {
+    middles[step] = random.point(0, 4000);
+    for (std::size_t i = 1 + random.below(9); i < boxes.size(); i += 9) boxes[i] = in_a_cluster();
+    EXPECT_TRUE(both.device.move_all(boxes).ok());
+    EXPECT_TRUE(both.host.move_all(boxes).ok());
+    both.ask({}, sweeps());
+  }
+  EXPECT_GT(both.told, 5000u);
+}
+
+// Worlds in one place: small ones, which pairs are found in one by one, and a ground of none.
+TEST(LiveQuestions, Worlds) {
+  for (const bool one_by_one : {true, false}) {
+    const std::int32_t worlds = one_by_one ? 100 : 3;
+    Random random(static_cast<std::uint64_t>(worlds));
+    BoxList boxes = {{{0, 0, -1}, {12, 12, 0}}};
+    std::vector<std::int32_t> world = {-1};
+    for (int i = 0; i < 6000; ++i) {
+      boxes.push_back(cube(random.point(0, 12), 0.4f));
+      world.push_back(one_by_one ? i / 60 : random.between(0, worlds - 1));
+    }
+    Boxes view = boxes;
+    view.filters.world = {world.data(), world.size()};
+    Both both(view);
+    const std::vector<Sweep> sweeps = sweeps_among(boxes, 200, random);
+    const BoxList asked(boxes.begin(), boxes.begin() + 200);
+    std::vector<std::int32_t> of;
+    for (int i = 0; i < 200; ++i) of.push_back(random.between(-1, worlds));
+    Filters filters;
+    filters.world = {of.data(), of.size()};
+    both.ask(asked, sweeps, filters);
+    both.ask(asked, sweeps);
+    EXPECT_GT(both.told, 1000u);
+    // Others go to other worlds, and nothing else changes.
+    std::vector<ObjectId> ids;
+    for (ObjectId id = 5; id < 6000; id += 3) ids.push_back(id);
+    const std::vector<std::int32_t> other(ids.size(), 1);
+    Filters moved;
+    moved.world = {other.data(), other.size()};
+    EXPECT_TRUE(both.device.set_filters(ids.data(), ids.size(), moved).ok());
+    EXPECT_TRUE(both.host.set_filters(ids.data(), ids.size(), moved).ok());
+    both.ask(asked, sweeps, filters);
+  }
+}
+
+// What has changed and is no move.
+TEST(LiveQuestions, FiltersAndOriginThatChange) {
+  Random random(5);
+  const BoxList boxes = uniform_boxes(3000, 6);
+  const std::vector<std::uint8_t> fixed(3000, 1), free(3000, 0);
+  Boxes view = boxes;
+  view.filters.is_static = {fixed.data(), fixed.size()};
+  Both both(view);
+  BoxList asked(boxes.begin(), boxes.begin() + 300);
+  std::vector<Sweep> sweeps = sweeps_among(boxes, 300, random);
+  Filters filters;
+  filters.is_static = {fixed.data(), 300};
+  both.ask(asked, sweeps, filters);
+  EXPECT_EQ(both.told, 0u);  // of two that are static
+  std::vector<ObjectId> ids;
+  for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id);
+  Filters now;
+  now.is_static = {free.data(), ids.size()};
+  EXPECT_TRUE(both.device.set_filters(ids.data(), ids.size(), now).ok());
+  EXPECT_TRUE(both.host.set_filters(ids.data(), ids.size(), now).ok());
+  both.ask(asked, sweeps, filters);
+  EXPECT_GT(both.told, 300u);
+  const Vec3 by = {500, -70, 3};
+  EXPECT_TRUE(both.device.shift_origin(by).ok());
+  EXPECT_TRUE(both.host.shift_origin(by).ok());
+  const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
+  for (Box& box : asked) box = {shifted(box.lower), shifted(box.upper)};
+  for (Sweep& sweep : sweeps) sweep.box = {shifted(sweep.box.lower), shifted(sweep.box.upper)};
+  const std::uint64_t before = both.told;
+  both.ask(asked, sweeps, filters);
+  EXPECT_GT(both.told, before + 300);
+}
+
+}  // namespace
+}  // namespace throng::tests
