@@ -63,6 +63,22 @@ class Engine {
     body.awake = true;
   }
 
+  // snippet-begin: wake
+  void wake(throng::ObjectId first) {
+    std::vector<throng::ObjectId> waking = {first};
+    while (!waking.empty()) {
+      const throng::ObjectId id = waking.back();
+      waking.pop_back();
+      if (bodies_[id].awake) continue;
+      bodies_[id].awake = true;
+      touching_.resize(phase_.pairs_of(id, nullptr, 0));  // how many there are
+      phase_.pairs_of(id, touching_.data(), touching_.size());
+      for (const throng::LivePair& pair : touching_)
+        waking.push_back(pair.first == id ? pair.second : pair.first);
+    }
+  }
+  // snippet-end: wake
+
   // snippet-begin: step
   bool step() {
     ids_.clear();
@@ -112,6 +128,7 @@ class Engine {
   std::vector<Contact> contacts_;
   std::vector<throng::ObjectId> ids_;
   std::vector<throng::Box> boxes_;
+  std::vector<throng::LivePair> touching_;
   std::size_t solved_ = 0;
 };
 
@@ -138,6 +155,24 @@ int main() {
     CHECK(engine.solved() - before == wanted);
     CHECK(wanted > 100);
   }
+  // Who is woken wakes all that hang together with it, by the boxes as they were handed over.
+  engine.sleep();
+  engine.wake(9);
+  std::vector<bool> reached(400);
+  reached[9] = true;
+  std::size_t count = 0;
+  for (bool more = true; more;) {
+    more = false;
+    for (const Contact& c : engine.contacts()) {
+      if (!c.alive || reached[c.first] == reached[c.second]) continue;
+      reached[c.first] = reached[c.second] = more = true;
+    }
+  }
+  for (std::size_t i = 0; i < 400; ++i) {
+    CHECK(engine.bodies()[i].awake == reached[i]);
+    count += reached[i];
+  }
+  CHECK(count > 1);
   // Contacts that lived through all steps have kept what was hung on them.
   double most = 0;
   for (const Contact& contact : engine.contacts())

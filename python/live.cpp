@@ -6,6 +6,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <nanobind/stl/unique_ptr.h>
 
@@ -99,6 +100,16 @@ class LiveObject {
   }
   nb::object pairs() {
     return told([&] { return live_.pairs(); });
+  }
+
+  nb::object pairs_of(nb::handle id) const {
+    const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
+    std::vector<LivePair> pairs;
+    return told([&] {
+      pairs.resize(live_.pairs_of(index, nullptr, 0));
+      live_.pairs_of(index, pairs.data(), pairs.size());
+      return LivePairs{pairs.data(), pairs.size()};
+    });
   }
 
   nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) {
@@ -258,6 +269,7 @@ void bind_live(nb::module_& m) {
       .def("begun", &LiveObject::begun)
       .def("ended", &LiveObject::ended)
       .def("pairs", &LiveObject::pairs)
+      .def("pairs_of", &LiveObject::pairs_of, nb::arg("id").none())
       .def("find_overlaps", &LiveObject::find_overlaps, nb::arg("boxes").none(), nb::arg("filters"))
       .def("find_hits", &LiveObject::find_hits, nb::arg("boxes").none(), nb::arg("by").none(),
            nb::arg("which").none(), nb::arg("filters"))

@@ -268,6 +268,10 @@ LivePairs BroadPhase::pairs() noexcept {
   return view(state_->tracker.pairs().sorted(state_->tracker.objects().limit()));
 }
 
+std::size_t BroadPhase::pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept {
+  return state_ ? state_->tracker.pairs_of(id, out, room) : 0;
+}
+
 bool BroadPhase::is_alive(ObjectId id) const noexcept {
   const live::Objects* objects = Access::objects(*this);
   return objects && objects->is_alive(id);

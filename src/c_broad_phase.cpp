@@ -132,6 +132,13 @@ const throng_live_pair* throng_broad_phase_pairs(throng_broad_phase* broad_phase
                                 count);
 }
 
+size_t throng_broad_phase_pairs_of(const throng_broad_phase* broad_phase, uint32_t id,
+                                   throng_live_pair* out, size_t capacity) {
+  if (!broad_phase) return 0;
+  return broad_phase->objects.pairs_of(id, reinterpret_cast<throng::LivePair*>(out),
+                                       out ? capacity : 0);
+}
+
 throng_status throng_broad_phase_find_overlaps(throng_broad_phase* broad_phase,
                                                const throng_boxes* boxes) {
   return answer(broad_phase, boxes != nullptr, "boxes",
@@ -169,6 +176,15 @@ throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint
   if (!box) return THRONG_BAD_BOXES;
   const throng::Box b = broad_phase->objects.box(id);
   *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
+  return THRONG_OK;
+}
+throng_status throng_broad_phase_filter(const throng_broad_phase* broad_phase, uint32_t id,
+                                        throng_filter* filter) {
+  if (!broad_phase) return THRONG_OUT_OF_MEMORY;
+  if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
+  if (!filter) return THRONG_BAD_FILTER;
+  const throng::Filter f = broad_phase->objects.filter(id);
+  *filter = {f.group, f.mask, f.owner, f.world, f.is_static};
   return THRONG_OK;
 }
 uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase) {

@@ -144,6 +144,12 @@ class THRONG_API BroadPhase {
   // All pairs there are since the last update; good until the next. They are put into order when
   // they are asked for.
   LivePairs pairs() noexcept;
+  // Those of one object, sorted by the other one. Returns how many there are, and writes them if
+  // `room` is enough; if not, what is in `out` then is of no use. 0 of an id that has none. It
+  // costs what the object's own pairs do; only after an update that found all pairs anew the first
+  // calls look through all of them. Several threads may call it at once, and beside each
+  // BroadPhaseQuery.
+  std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
 
   // Questions to the objects as they were given last, with an update since or without. Each takes
   // many at once and shares them out among threads. The margin plays no part. What they find is

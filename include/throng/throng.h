@@ -15,7 +15,7 @@
 #include <throng/export.h>
 
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 4
+#define THRONG_C_VERSION 5
 
 #ifdef __cplusplus
 extern "C" {
@@ -169,6 +169,13 @@ typedef struct throng_live_pair {
   uint32_t first, second, slot;
 } throng_live_pair;
 
+/* What one object pairs with; throng_boxes holds the same by arrays. */
+typedef struct throng_filter {
+  uint32_t group, mask;
+  int32_t owner, world;
+  uint8_t is_static;
+} throng_filter;
+
 /* A box that goes straight by `by` in the time from 0 to 1. A ray is a point that does. */
 typedef struct throng_sweep {
   throng_box box;
@@ -229,6 +236,12 @@ THRONG_API const throng_live_pair* throng_broad_phase_ended(const throng_broad_p
 THRONG_API const throng_live_pair* throng_broad_phase_pairs(throng_broad_phase* broad_phase,
                                                             size_t* count);
 
+/* Those of one object, sorted by the other one: returns how many there are, and writes them if
+ * `capacity` is enough; if not, what is in `out` then is of no use. Several threads may call it at
+ * once, and beside each throng_query. `out` may be NULL where `capacity` is 0. */
+THRONG_API size_t throng_broad_phase_pairs_of(const throng_broad_phase* broad_phase, uint32_t id,
+                                              throng_live_pair* out, size_t capacity);
+
 /* Questions to the objects as they were given last, with an update since or without. What they
  * find is good until the next question. The margin plays no part. */
 
@@ -251,13 +264,16 @@ THRONG_API int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase
  * THRONG_BAD_BOXES where `box` is NULL. */
 THRONG_API throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                                 throng_box* box);
+/* Its filters, likewise; THRONG_BAD_FILTER where `filter` is NULL. */
+THRONG_API throng_status throng_broad_phase_filter(const throng_broad_phase* broad_phase,
+                                                   uint32_t id, throng_filter* filter);
 THRONG_API uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase);
 THRONG_API uint64_t throng_broad_phase_pair_count(const throng_broad_phase* broad_phase);
 /* All ids, and all slots of pairs that live or ended in the last update, are below these. */
 THRONG_API uint64_t throng_broad_phase_id_limit(const throng_broad_phase* broad_phase);
 THRONG_API uint64_t throng_broad_phase_slot_limit(const throng_broad_phase* broad_phase);
-/* Of the last call that answered with a status, but for throng_broad_phase_box; good until the
- * next. */
+/* Of the last call that answered with a status, but for throng_broad_phase_box and _filter; good
+ * until the next. */
 THRONG_API const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase);
 
 /* As throng_finder_stop; an update or question that is stopped changes nothing. */

@@ -76,6 +76,9 @@ def test_calls() -> None:
     both = numpy.arange(3000) % 2 == 0
     wanted = [(i, j) for i, j in brute_force(boxes) if not (both[i] and both[j])]
     assert ids_of(live.pairs) == set(wanted)
+    for one in range(0, 3001, 50):
+        of_one = [pair for pair in live.pairs.tolist() if one in pair[:2]]
+        assert live.pairs_of(one).tolist() == of_one and live.pairs_of(one).shape == (len(of_one), 3)
     live.set_filters(ids[::2], static=numpy.zeros(1500, bool))
     live.update()
     assert ids_of(live.pairs) == set(brute_force(boxes))
@@ -193,6 +196,8 @@ def test_wrong() -> None:
     refuses(ValueError, r"by: found .* wanted float32 of shape \(3, 3\)", live.find_hits, boxes, by[:2])
     refuses(ValueError, "first is sweep 0", live.find_hits, boxes, by + numpy.float32(numpy.inf))
     refuses(ValueError, "which: found 'any'", live.find_hits, boxes, by, which="any")
+    refuses(TypeError, "id: found", live.pairs_of, None)
+    refuses(ValueError, "id: found -1", live.pairs_of, -1)
     refuses(ValueError, "margin", throng.BroadPhase, margin=-1)
     refuses(ValueError, "nan", throng.BroadPhase, nan="ok")
     assert len(live) == 3 and len(live.pairs) == 3

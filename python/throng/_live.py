@@ -106,6 +106,14 @@ class BroadPhase:
         """(m, 3) as begun: all pairs there are since the last update."""
         return self._live.pairs()
 
+    def pairs_of(self, id: int) -> NDArray[numpy.uint32]:
+        """(m, 3) as begun: the pairs of one object since the last update, sorted by the other one.
+
+        Empty for an id that has none. It costs what the object's own pairs do; only after an update
+        that found all pairs anew the first calls look through all of them.
+        """
+        return self._live.pairs_of(id)
+
     def find_overlaps(
         self,
         boxes: BoxesLike,

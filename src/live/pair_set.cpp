@@ -211,6 +211,32 @@ const List<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {
   return sorted_;
 }
 
+std::size_t PairSet::linked_of(const Objects& objects, ObjectId id, LivePair* out,
+                               std::size_t room) const noexcept {
+  std::size_t count = 0;
+  for (std::uint32_t e = objects.body(id).first_edge; e != 0; ++count) {
+    const Edge& edge = edges_[e];
+    if (count < room) out[count] = {edge.id[0], edge.id[1], e - 1};
+    e = edge.next[edge.id[1] == id];
+  }
+  if (count <= room) std::sort(out, out + count, before);
+  return count;
+}
+
+std::size_t PairSet::sorted_of(ObjectId id, LivePair* out, std::size_t room) const noexcept {
+  std::size_t count = 0;
+  const auto take = [&](const LivePair& pair) {
+    if (count < room) out[count] = pair;
+    ++count;
+  };
+  const LivePair* pair = sorted_.begin();
+  for (; pair != sorted_.end() && pair->first < id; ++pair) {
+    if (pair->second == id) take(*pair);
+  }
+  for (; pair != sorted_.end() && pair->first == id; ++pair) take(*pair);
+  return count;
+}
+
 void PairSet::reserve_for(const PairSet& other) {
   edges_.reserve(other.edges_.size());
   free_slots_.reserve(other.slot_limit_);

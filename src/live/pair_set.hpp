@@ -27,6 +27,15 @@ class PairSet {
   // Puts the sorted form in order where it is not. Takes no memory: a commit has made room.
   const List<LivePair>& sorted(std::size_t id_limit) noexcept;
 
+  // The sorted form, where it is in order.
+  const List<LivePair>& in_order() const noexcept { return sorted_; }
+  // Those of one object in canonical order, if `out` has room for them all; returns how many there
+  // are. By its list, where pairs are linked; or by looking at all in the sorted form, which must
+  // be in order.
+  std::size_t linked_of(const Objects& objects, ObjectId id, LivePair* out,
+                        std::size_t room) const noexcept;
+  std::size_t sorted_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
+
   // What is found goes here, and becomes the pairs by a commit. begun: without slots.
   // make_room() empties both, for so many.
   void make_room(std::size_t begun, std::size_t ended) {

@@ -54,6 +54,7 @@ Tracker::Tracker(std::pmr::memory_resource* memory, float margin, std::size_t al
     : engine_(memory, already_held),
       objects_(engine_.memory(), margin),
       pairs_(engine_.memory()),
+      by_object_(engine_.memory()),
       cells_(engine_.memory()),
       queries_(engine_),
       around_(engine_.memory()),
@@ -145,11 +146,11 @@ bool Tracker::few_changed(const Options& options, unsigned tasks) {
     comparisons_ += forgotten * (first_comparisons - comparisons_);
     return false;
   }
-  if (!linked_) {
+  if (!placed_ || !linked_) {
     regret_ += all - few;
     if (regret_ < objects * cell_ns + pairs * link_ns) return false;
     if (!placed_) make_cells(options);
-    pairs_.link_all(objects_);
+    if (!linked_) pairs_.link_all(objects_);
     linked_ = true;
     regret_ = 0;
   } else if (regret_ > objects * cell_ns) {
@@ -275,13 +276,14 @@ Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  placed_ = linked_ = false;
-  columned_ = false;
+  placed_ = columned_ = false;
   asked_before_ = asked_.exchange(0);
   r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
   pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), cpu::executor_of(options),
                        tasks);
+  linked_ = indexed_ = false;
+  looked_ = 0;
   columned_ = engine_.whole_plan() != nullptr;
 }
 
@@ -299,6 +301,8 @@ void Tracker::copy(const Tracker& other) noexcept {
   columned_ = false;
   placed_ = other.placed_.load();
   blocked_ = false;
+  indexed_ = false;
+  looked_ = 0;
   linked_ = other.linked_;
   regret_ = other.regret_;
   asked_ = other.asked_.load();

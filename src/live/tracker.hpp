@@ -19,6 +19,7 @@
 #include "live/cells.hpp"
 #include "live/objects.hpp"
 #include "live/pair_set.hpp"
+#include "live/pairs_by_object.hpp"
 #include "live/query.hpp"
 
 namespace throng::live {
@@ -43,6 +44,10 @@ class Tracker {
   static bool has_nan(const Boxes& boxes, const Options& options) noexcept;
   // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
   void move_all(const Boxes& boxes, const Options& options) noexcept;
+
+  // The pairs of an object in canonical order, if `out` has room for them all; how many there are.
+  // Several threads may ask at once, and beside questions.
+  std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) noexcept;
 
   // Questions; see query.hpp. While nothing else is called several may be asked at once, each by
   // Queries of its own. Throw cpu::NoMemory.
@@ -69,21 +74,24 @@ class Tracker {
   void get_ready(const Queries& by, const Options& options);
   void asked(const Queries& by, std::size_t count, double ns, const Options& options);
   void walked(std::uint64_t cells) noexcept;
+  bool index_pairs() noexcept;
   std::optional<Columns> columns() noexcept;
   Ground ground() noexcept;
 
   cpu::Engine engine_;  // its memory is that of all
   Objects objects_;
   PairSet pairs_;
+  PairsByObject by_object_;
   Cells cells_;
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  std::mutex preparing_;              // what questions share
+  std::mutex preparing_;              // what those who ask share
   std::atomic<bool> ready_{false};    // what changed is where questions look for it
   std::atomic<bool> placed_{false};   // cells are kept
   std::atomic<bool> blocked_{false};  // and which blocks of them are empty
-  bool linked_ = false;               // and linked pairs, too
+  std::atomic<bool> indexed_{false};  // which of the pairs, as they are in order, an object has
+  bool linked_ = false;               // pairs are linked; where not, they are in order
   bool columned_ = false;             // the engine's columns hold all but what has changed since
   double regret_ = 0;  // ns that cells would have saved, or better cells than those there are
   // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
@@ -91,6 +99,7 @@ class Tracker {
   std::atomic<double> asked_{0};
   double asked_before_ = 0;
   std::atomic<std::uint64_t> walked_{0};  // cells that sweeps looked into, without blocks
+  std::atomic<std::uint64_t> looked_{0};  // pairs that were looked at for those of one object
   // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
   // Making cells, an object; searching around a box, and each comparison there.
   static constexpr double cell_ns = 35, search_ns = 80, comparison_ns = 6;

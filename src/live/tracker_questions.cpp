@@ -13,6 +13,8 @@ namespace {
 // that has cells.
 constexpr double search_object_ns = 8, question_ns = 1500;
 constexpr double no_limit = 1e300;
+// Looking at a pair, for those of one object; telling which each object has: a pair, an object.
+constexpr double look_ns = 0.5, index_pair_ns = 6, index_object_ns = 2;
 // To tell which blocks of cells are empty takes, an object, as long as to look into so many cells.
 constexpr double block_cells = 0.5;
 // Where more than one in so many objects has changed since columns were made, they are no help.
@@ -91,6 +93,36 @@ std::optional<Columns> Tracker::columns() noexcept {
 Ground Tracker::ground() noexcept {
   if (placed_) return {.cells = &cells_, .blocks = blocked_ ? &cells_.blocks() : nullptr};
   return {.columns = columns()};
+}
+
+// Where pairs are not linked all are looked at, until that has taken as long as telling once for
+// all which each object has.
+std::size_t Tracker::pairs_of(ObjectId id, LivePair* out, std::size_t room) noexcept {
+  if (id >= objects_.limit()) return 0;
+  if (linked_) return pairs_.linked_of(objects_, id, out, room);
+  if (indexed_.load(std::memory_order_acquire) || index_pairs())
+    return by_object_.of(pairs_.in_order(), id, out, room);
+  return pairs_.sorted_of(id, out, room);
+}
+
+// If enough has been asked for that; false: not, or another one is at it.
+bool Tracker::index_pairs() noexcept {
+  const auto pairs = static_cast<double>(pairs_.count());
+  const auto looked = static_cast<double>(looked_ += pairs_.count());
+  if (look_ns * looked <
+      index_pair_ns * pairs + index_object_ns * static_cast<double>(objects_.limit()))
+    return false;
+  const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
+  if (!lock) return false;
+  if (indexed_) return true;
+  looked_ = 0;
+  try {
+    by_object_.make(pairs_.in_order(), objects_.limit());
+  } catch (const cpu::NoMemory&) {
+    return false;  // looking at all will do
+  }
+  indexed_.store(true, std::memory_order_release);
+  return true;
 }
 
 void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {

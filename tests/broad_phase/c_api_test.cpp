@@ -1,95 +1,27 @@
 // The C door of objects that live: what it tells is what the C++ one tells after the same calls,
 // and what it refuses.
-#include <throng/throng.h>
-
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <random>
-#include <string>
-#include <tuple>
-#include <vector>
 
-#include <throng/broad_phase.hpp>
-
-#include "support/hard_boxes.hpp"
-#include "support/reference.hpp"
+#include "broad_phase/c_door.hpp"
 
 namespace throng::tests {
 namespace {
-
-using Row = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
-
-std::vector<Row> rows(const throng_live_pair* pairs, size_t count) {
-  std::vector<Row> told;
-  for (size_t i = 0; i < count; ++i)
-    told.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
-  return told;
-}
-std::vector<Row> rows(const LivePairs& pairs) {
-  std::vector<Row> told;
-  for (const LivePair& p : pairs) told.emplace_back(p.first, p.second, p.slot);
-  return told;
-}
-throng_boxes view(const std::vector<Box>& boxes) {
-  return throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
-}
-
-void expect_same(const throng_pair* got, size_t count, const Pairs& want) {
-  ASSERT_EQ(count, want.size());
-  for (size_t i = 0; i < count; ++i) {
-    EXPECT_EQ(got[i].first, want[i].first);
-    EXPECT_EQ(got[i].second, want[i].second);
-  }
-}
-void expect_same(const throng_sweep_hit* got, size_t count, const SweepHitList& want) {
-  ASSERT_EQ(count, want.size());
-  for (size_t i = 0; i < count; ++i) {
-    EXPECT_EQ(got[i].sweep, want[i].sweep);
-    EXPECT_EQ(got[i].object, want[i].object);
-    EXPECT_EQ(got[i].time, want[i].time);
-  }
-}
-
-class CBroadPhase : public testing::Test {
- protected:
-  void TearDown() override { throng_broad_phase_destroy(c_); }
-
-  std::string message() const { return throng_broad_phase_result(c_)->message; }
-  std::vector<Row> told(const throng_live_pair* (*get)(const throng_broad_phase*, size_t*)) {
-    size_t count = 0;
-    const throng_live_pair* const pairs = get(c_, &count);
-    return rows(pairs, count);
-  }
-  void update_both_and_compare() {
-    ASSERT_EQ(throng_broad_phase_update(c_), THRONG_OK) << message();
-    ASSERT_TRUE(cpp_.update().ok());
-    EXPECT_EQ(told(throng_broad_phase_begun), rows(cpp_.begun()));
-    EXPECT_EQ(told(throng_broad_phase_ended), rows(cpp_.ended()));
-    size_t count = 0;
-    const throng_live_pair* const pairs = throng_broad_phase_pairs(c_, &count);
-    EXPECT_EQ(rows(pairs, count), rows(cpp_.pairs()));
-    EXPECT_EQ(throng_broad_phase_result(c_)->found, count);
-    EXPECT_EQ(throng_broad_phase_pair_count(c_), count);
-    EXPECT_EQ(throng_broad_phase_object_count(c_), cpp_.object_count());
-    EXPECT_EQ(throng_broad_phase_id_limit(c_), cpp_.id_limit());
-    EXPECT_EQ(throng_broad_phase_slot_limit(c_), cpp_.slot_limit());
-  }
-
-  throng_broad_phase* c_ = throng_broad_phase_create(nullptr);
-  BroadPhase cpp_;
-  std::vector<Box> boxes_ = snapped_boxes(300, 10, 0.25f, 7);
-};
 
 TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
   std::vector<std::int32_t> owners(boxes_.size());
   for (std::size_t i = 0; i < owners.size(); ++i) owners[i] = static_cast<std::int32_t>(i % 5);
   std::vector<std::uint32_t> ids(boxes_.size()), cpp_ids(boxes_.size());
+  const std::vector<std::uint32_t> groups(boxes_.size(), 6), masks(boxes_.size(), 3);
   throng_boxes c_view = view(boxes_);
+  c_view.group = {groups.data(), sizeof(std::uint32_t)};
+  c_view.mask = {masks.data(), sizeof(std::uint32_t)};
   c_view.owner = {owners.data(), sizeof(std::int32_t)};
   Boxes cpp_view(boxes_);
+  cpp_view.filters.group = {groups.data(), groups.size(), sizeof(std::uint32_t)};
+  cpp_view.filters.mask = {masks.data(), masks.size(), sizeof(std::uint32_t)};
   cpp_view.filters.owner = {owners.data(), owners.size(), sizeof(std::int32_t)};
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, ids.data()), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.add(cpp_view, cpp_ids.data()).ok());
@@ -131,6 +63,35 @@ TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
   ASSERT_EQ(throng_broad_phase_box(c_, 17, &box), THRONG_OK);
   EXPECT_EQ(box.upper[2], cpp_.box(17).upper.z);
   EXPECT_EQ(throng_broad_phase_box(c_, ids[100], &box), THRONG_BAD_ID);
+  throng_filter filter;
+  ASSERT_EQ(throng_broad_phase_filter(c_, 63, &filter), THRONG_OK);
+  EXPECT_EQ(filter.owner, 3);
+  EXPECT_EQ(filter.group, 6u);
+  EXPECT_EQ(filter.mask, 3u);
+  EXPECT_EQ(filter.world, -1);
+  EXPECT_EQ(filter.is_static, 0);
+  ASSERT_EQ(throng_broad_phase_filter(c_, 59, &filter), THRONG_OK);
+  EXPECT_EQ(filter.owner, -1);
+}
+
+TEST_F(CBroadPhase, ThePairsOfOne) {
+  throng_boxes c_view = view(boxes_);
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
+  ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
+  update_both_and_compare();
+  std::size_t most = 0;
+  for (std::uint32_t id = 0; id < boxes_.size() + 2; ++id) {
+    std::vector<LivePair> want(boxes_.size());
+    want.resize(cpp_.pairs_of(id, want.data(), want.size()));
+    const std::size_t count = throng_broad_phase_pairs_of(c_, id, nullptr, 0);
+    ASSERT_EQ(count, want.size());
+    EXPECT_EQ(throng_broad_phase_pairs_of(c_, id, nullptr, 999), count);
+    std::vector<throng_live_pair> got(count);
+    EXPECT_EQ(throng_broad_phase_pairs_of(c_, id, got.data(), count), count);
+    EXPECT_EQ(rows(got.data(), count), rows({want.data(), want.size()}));
+    most = std::max(most, count);
+  }
+  EXPECT_GT(most, 2u);
 }
 
 TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
@@ -165,98 +126,6 @@ TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
             THRONG_BAD_FILTER);
   EXPECT_EQ(throng_broad_phase_find_hits(c_, c_sweeps, 1, 7, nullptr), THRONG_BAD_OPTION);
   EXPECT_NE(message().find("THRONG_HITS_"), std::string::npos) << message();
-}
-
-TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
-  throng_boxes c_view = view(boxes_);
-  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
-  ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
-  const std::vector<Box> asked = snapped_boxes(20, 10, 0.25f, 10);
-  c_view = view(asked);
-  throng_query* const query = throng_query_create(nullptr);
-  ASSERT_NE(query, nullptr);
-  BroadPhaseQuery cpp;
-  ASSERT_EQ(throng_query_find_overlaps(query, c_, &c_view), THRONG_OK);
-  ASSERT_TRUE(cpp.find_overlaps(cpp_, asked).ok());
-  size_t count = 0;
-  const throng_pair* const overlaps = throng_query_overlaps(query, &count);
-  expect_same(overlaps, count, cpp.overlaps());
-  EXPECT_GT(count, 20u);
-
-  std::vector<Sweep> sweeps;
-  for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
-  const auto* const c_sweeps = reinterpret_cast<const throng_sweep*>(sweeps.data());
-  const auto later = [](void* context, std::uint32_t sweep, std::uint32_t object, double time) {
-    return (sweep + object) % 3 == 0 ? 2.0 : time + *static_cast<const double*>(context);
-  };
-  double by = 0.125;
-  for (const throng_sweep_test test : {throng_sweep_test{later}, throng_sweep_test{nullptr}}) {
-    for (const int which : {THRONG_HITS_ALL, THRONG_HITS_FIRST}) {
-      ASSERT_EQ(
-          throng_query_find_hits(query, c_, c_sweeps, sweeps.size(), which, nullptr, test, &by),
-          THRONG_OK);
-      const SweepTest cpp_test{test, &by};
-      ASSERT_TRUE(cpp.find_hits(cpp_, sweeps.data(), sweeps.size(), static_cast<SweepHits>(which),
-                                {}, cpp_test)
-                      .ok());
-      const throng_sweep_hit* const hits = throng_query_hits(query, &count);
-      expect_same(hits, count, cpp.hits());
-      EXPECT_EQ(throng_query_result(query)->found, count);
-      EXPECT_GT(count, 10u);
-    }
-  }
-  EXPECT_GT(throng_query_memory_bytes(query), 0u);
-
-  const auto hits_of = [&](throng_query* q, const throng_broad_phase* b, int which) {
-    return throng_query_find_hits(q, b, c_sweeps, 1, which, nullptr, nullptr, nullptr);
-  };
-  EXPECT_EQ(hits_of(query, c_, 7), THRONG_BAD_OPTION);
-  EXPECT_EQ(hits_of(query, nullptr, THRONG_HITS_ALL), THRONG_BAD_BOXES);
-  EXPECT_STREQ(throng_query_result(query)->message,
-               "found no broad phase (NULL), which this call needs");
-  EXPECT_EQ(throng_query_find_overlaps(query, nullptr, &c_view), THRONG_BAD_BOXES);
-  EXPECT_EQ(throng_query_find_overlaps(query, c_, nullptr), THRONG_BAD_BOXES);
-  EXPECT_STREQ(throng_query_result(query)->message, "found no boxes (NULL), which this call needs");
-  throng_query_destroy(query);
-
-  throng_query* const none = nullptr;
-  EXPECT_EQ(hits_of(none, c_, THRONG_HITS_ALL), THRONG_OUT_OF_MEMORY);
-  EXPECT_EQ(throng_query_hits(none, &count), nullptr);
-  EXPECT_EQ(throng_query_overlaps(none, &count), nullptr);
-  EXPECT_EQ(throng_query_result(none)->status, THRONG_OUT_OF_MEMORY);
-  EXPECT_EQ(throng_query_memory_bytes(none), 0u);
-  throng_query_stop(none);
-  throng_query_destroy(none);
-}
-
-// From within a question, as from another thread.
-TEST_F(CBroadPhase, NothingChangesWhileAQueryAsks) {
-  throng_boxes c_view = view(boxes_);
-  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
-  struct Meddler {
-    throng_broad_phase* objects;
-    throng_query *query, *other;
-    throng_boxes region;
-    int update, own, others;
-  } m{c_, throng_query_create(nullptr), throng_query_create(nullptr), view(boxes_), -1, -1, -1};
-  m.region.count = 1;
-  const auto meddle = [](void* context, std::uint32_t, std::uint32_t, double time) {
-    auto& me = *static_cast<Meddler*>(context);
-    me.update = throng_broad_phase_update(me.objects);
-    me.own = throng_query_find_overlaps(me.query, me.objects, &me.region);
-    me.others = throng_query_find_overlaps(me.other, me.objects, &me.region);
-    return time;
-  };
-  const Sweep sweep{boxes_[0], {1, 0, 0}};
-  EXPECT_EQ(throng_query_find_hits(m.query, c_, reinterpret_cast<const throng_sweep*>(&sweep), 1,
-                                   THRONG_HITS_FIRST, nullptr, meddle, &m),
-            THRONG_OK);
-  EXPECT_EQ(m.update, THRONG_BUSY);
-  EXPECT_EQ(m.own, THRONG_BUSY);
-  EXPECT_EQ(m.others, THRONG_OK);
-  EXPECT_EQ(throng_broad_phase_update(c_), THRONG_OK) << message();
-  throng_query_destroy(m.query);
-  throng_query_destroy(m.other);
 }
 
 TEST_F(CBroadPhase, CopiesAreSnapshots) {
@@ -296,6 +165,9 @@ TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
   EXPECT_EQ(throng_broad_phase_move(c_, twice, nullptr), THRONG_BAD_BOXES);
   EXPECT_EQ(throng_broad_phase_box(c_, 0, nullptr), THRONG_BAD_BOXES);
   EXPECT_EQ(throng_broad_phase_box(c_, dead, nullptr), THRONG_BAD_ID);
+  EXPECT_EQ(throng_broad_phase_filter(c_, 0, nullptr), THRONG_BAD_FILTER);
+  throng_filter filter;
+  EXPECT_EQ(throng_broad_phase_filter(c_, dead, &filter), THRONG_BAD_ID);
   std::vector<Box> broken(1, boxes_[0]);
   broken[0].lower.x = std::numeric_limits<float>::quiet_NaN();
   c_view = view(broken);
@@ -330,6 +202,10 @@ TEST_F(CBroadPhase, ANullHandleIsAnswered) {
   EXPECT_EQ(throng_broad_phase_update(nullptr), THRONG_OUT_OF_MEMORY);
   throng_box box;
   EXPECT_EQ(throng_broad_phase_box(nullptr, 0, &box), THRONG_OUT_OF_MEMORY);
+  throng_filter filter;
+  EXPECT_EQ(throng_broad_phase_filter(nullptr, 0, &filter), THRONG_OUT_OF_MEMORY);
+  throng_live_pair pair;
+  EXPECT_EQ(throng_broad_phase_pairs_of(nullptr, 0, &pair, 1), 0u);
   EXPECT_EQ(throng_broad_phase_begun(nullptr, &count), nullptr);
   EXPECT_EQ(count, 0u);
   EXPECT_EQ(throng_broad_phase_pairs(nullptr, nullptr), nullptr);

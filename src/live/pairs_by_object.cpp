@@ -1,0 +1,40 @@
+#include "live/pairs_by_object.hpp"
+
+namespace throng::live {
+
+PairsByObject::PairsByObject(cpu::Memory& memory) noexcept
+    : firsts_(memory), seconds_(memory), places_(memory) {}
+
+void PairsByObject::make(const List<LivePair>& pairs, std::size_t limit) {
+  firsts_.renew(limit + 1);
+  seconds_.renew(limit + 2);
+  places_.renew(pairs.size());
+  firsts_.resize(limit + 1);
+  seconds_.resize(limit + 2);
+  places_.resize(pairs.size());
+  for (std::uint32_t& begin : seconds_) begin = 0;
+  std::size_t id = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (; id <= pairs[i].first; ++id) firsts_[id] = static_cast<std::uint32_t>(i);
+    ++seconds_[pairs[i].second + 2];
+  }
+  for (; id <= limit; ++id) firsts_[id] = static_cast<std::uint32_t>(pairs.size());
+  // One place further on, so that they are where they belong once all places are dealt out.
+  for (std::size_t k = 1; k < seconds_.size(); ++k) seconds_[k] += seconds_[k - 1];
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    places_[seconds_[pairs[i].second + 1]++] = static_cast<std::uint32_t>(i);
+}
+
+std::size_t PairsByObject::of(const List<LivePair>& pairs, ObjectId id, LivePair* out,
+                              std::size_t room) const noexcept {
+  if (id + std::size_t{1} >= firsts_.size()) return 0;  // it came later
+  const std::uint32_t first = firsts_[id], second = seconds_[id];
+  const std::size_t as_first = firsts_[id + 1] - first, as_second = seconds_[id + 1] - second;
+  const std::size_t count = as_first + as_second;
+  if (count > room) return count;
+  for (std::size_t k = 0; k < as_second; ++k) out[k] = pairs[places_[second + k]];
+  for (std::size_t k = 0; k < as_first; ++k) out[as_second + k] = pairs[first + k];
+  return count;
+}
+
+}  // namespace throng::live
