@@ -211,6 +211,10 @@ class Life {
     must(phase_.update().ok(), "an update failed");
     model_.update();
     must(model_.check(phase_, bytes_.next() % 2 == 0));
+    for (std::uint64_t i = 0; i < 4 && model_.limit() != 0; ++i) {
+      const std::uint64_t id = (5 * count_.updates + i) % model_.limit();
+      must(model_.check_pairs_of(phase_, static_cast<ObjectId>(id)));
+    }
     ++count_.updates;
     count_.boxes += model_.count();
     count_.pairs += phase_.pair_count();

@@ -134,6 +134,21 @@ class Model {
         return testing::AssertionFailure() << "a pair lies at slot " << p.slot << ", another's";
     return testing::AssertionSuccess();
   }
+  // Those of one object, once check() has followed the slots.
+  testing::AssertionResult check_pairs_of(const BroadPhase& b, ObjectId id) const {
+    std::vector<Pair> want;
+    for (const auto& p : pairs_)
+      if (p.first == id || p.second == id) want.push_back({p.first, p.second});
+    std::vector<LivePair> got(want.size());
+    const std::size_t count = b.pairs_of(id, got.data(), got.size());
+    if (count != want.size())
+      return testing::AssertionFailure() << count << " pairs of " << id << ", not " << want.size();
+    for (const LivePair& p : got)
+      if (const auto it = slots_.find(p.slot);
+          it == slots_.end() || it->second != Pair{p.first, p.second})
+        return testing::AssertionFailure() << "a pair of " << id << " at slot " << p.slot;
+    return same({got.data(), got.size()}, want, "pairs of one object");
+  }
 
  private:
   static testing::AssertionResult same(const LivePairs& got, const std::vector<Pair>& want,
