@@ -329,6 +329,45 @@ TEST(BulletPairs, a_cache_of_the_callers) {
   EXPECT_THROW(BulletBroadphase({}, &late), Error);
 }
 
+// At once, and those of nobody else.
+TEST(BulletPairs, who_goes_takes_its_pairs_out_of_the_cache) {
+  for (const int others : {5, 63, 64, 65, 200}) {
+    BulletBroadphase phase;
+    btBroadphaseProxy* const middle = add(phase, 0, btScalar(others));
+    std::vector<btBroadphaseProxy*> around;
+    for (int i = 0; i < others; ++i) around.push_back(add(phase, btScalar(i), btScalar(i + 1)));
+    phase.calculateOverlappingPairs(nullptr);
+    Uids want = held(phase);
+    ASSERT_EQ(want.size(), static_cast<std::size_t>(2 * others - 1));
+    const auto drop = [&](btBroadphaseProxy* proxy) {
+      const int uid = proxy->m_uniqueId;
+      for (auto it = want.begin(); it != want.end();)
+        it = it->first == uid || it->second == uid ? want.erase(it) : std::next(it);
+      phase.destroyProxy(proxy, nullptr);
+      return held(phase) == want;
+    };
+    EXPECT_TRUE(drop(around[1]));
+    EXPECT_TRUE(drop(around[2]));  // of whose pairs one went with the last
+    EXPECT_TRUE(drop(middle));
+    EXPECT_EQ(want.size(), static_cast<std::size_t>(others - 4));
+    phase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(held(phase), want);
+  }
+}
+
+TEST(BulletPairs, what_somebody_put_into_the_cache_goes_with_its_proxy) {
+  BulletBroadphase phase;
+  btBroadphaseProxy *a = add(phase, 0, 1), *b = add(phase, 5, 6), *c = add(phase, 5, 7);
+  phase.calculateOverlappingPairs(nullptr);
+  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
+  phase.getOverlappingPairCache()->addOverlappingPair(a, b);
+  phase.destroyProxy(a, nullptr);
+  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
+  phase.getOverlappingPairCache()->removeOverlappingPair(b, c, nullptr);
+  phase.destroyProxy(c, nullptr);
+  EXPECT_TRUE(held(phase).empty());
+}
+
 TEST(BulletPairs, a_pool_that_is_reset_is_as_new) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);

@@ -193,6 +193,34 @@ TYPED_TEST(World, fast_bodies_do_not_pass_through) {
   EXPECT_LT(bullet.getWorldTransform().getOrigin().x(), target.getWorldTransform().getOrigin().x());
 }
 
+// What is kept of its contacts goes, and what is kept of those of others stays.
+TYPED_TEST(World, a_body_is_cleaned_from_its_pairs_alone) {
+  this->add_ground();
+  for (int i = 0; i < 80; ++i) this->add_cube(btScalar(0.95 * i), 0.5);
+  btOverlappingPairCache& cache = *this->phase_.getOverlappingPairCache();
+  for (const std::size_t which : {std::size_t{4}, std::size_t{40}, std::size_t{0}}) {
+    this->step();
+    btBroadphaseProxy* const proxy = this->bodies_[which]->getBroadphaseProxy();
+    const auto kept = [&] {  // of whose pairs something is kept: its own, and others
+      std::pair<int, int> count;
+      for (int i = 0; i < cache.getNumOverlappingPairs(); ++i) {
+        const btBroadphasePair& pair = cache.getOverlappingPairArrayPtr()[i];
+        if (!pair.m_algorithm) continue;
+        ++(pair.m_pProxy0 == proxy || pair.m_pProxy1 == proxy ? count.first : count.second);
+      }
+      return count;
+    };
+    const int pairs = cache.getNumOverlappingPairs();
+    const auto before = kept();
+    EXPECT_GE(before.first, 3);  // neighbours, and the ground, which has 80
+    EXPECT_GT(before.second, 70);
+    cache.cleanProxyFromPairs(proxy, &this->dispatcher_);
+    EXPECT_EQ(kept().first, 0);
+    EXPECT_EQ(kept().second, before.second);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), pairs);
+  }
+}
+
 TYPED_TEST(World, bodies_come_and_go_while_it_runs) {
   this->add_ground();
   for (int round = 0; round < 30; ++round) {

@@ -44,7 +44,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   explicit BulletBroadphase(const Options& options = {}, btOverlappingPairCache* cache = nullptr)
       : phase_(usable(options)), cache_(cache) {
     if (!cache) {
-      own_cache_ = std::make_unique<btHashedOverlappingPairCache>();
+      own_cache_ = std::make_unique<Cache>(*this);
       cache_ = own_cache_.get();
     } else if (cache->hasDeferredRemoval()) {
       Result r;
@@ -93,6 +93,23 @@ class BulletBroadphase : public btBroadphaseInterface {
   const BroadPhase& phase() const { return phase_; }
 
  private:
+  // Bullet's, but that it need not look for the pairs of one proxy among all.
+  class Cache : public btHashedOverlappingPairCache {
+   public:
+    explicit Cache(const BulletBroadphase& phase) : phase_(phase) {}
+    void cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override {
+      const auto clean = [&](btBroadphaseProxy* other) {
+        btBroadphasePair* const pair = findPair(proxy, other);
+        if (pair) cleanOverlappingPair(*pair, dispatcher);
+      };
+      if (!phase_.each_partner(*proxy, clean))
+        btHashedOverlappingPairCache::cleanProxyFromPairs(proxy, dispatcher);
+    }
+
+   private:
+    const BulletBroadphase& phase_;
+  };
+
   // Bullet's proxy fills a cache line, and setAabb() is called of every object in every step: what
   // else is known of it lies apart, by its id.
   using Proxy = btBroadphaseProxy;
@@ -173,6 +190,8 @@ class BulletBroadphase : public btBroadphaseInterface {
   void unlist_mute(ObjectId id);
   void hand_over_moves();
   void refilter();
+  template <class Tell>
+  bool each_partner(const Proxy& proxy, Tell&& tell) const;
   bool offer(Pair pair);
   void drop_ended(LivePairs ended);
   void part_unsure(btDispatcher* dispatcher);
@@ -188,7 +207,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   }
 
   BroadPhase phase_;
-  std::unique_ptr<btHashedOverlappingPairCache> own_cache_;
+  std::unique_ptr<Cache> own_cache_;
   btOverlappingPairCache* cache_;
   std::vector<Proxy*> proxies_;  // by id
   std::vector<State> states_;    // by id
@@ -206,6 +225,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
   // parts them. Sorted.
   std::vector<Pair> waiting_;
+  int cached_ = 0;  // pairs in the cache when this last changed it
 };
 
 }  // namespace throng

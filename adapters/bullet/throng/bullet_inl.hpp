@@ -67,9 +67,28 @@ inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatche
   }
   if (state.is_mute()) unlist_mute(id);
   unsure_ -= is_unsure(proxy->m_aabbMin, proxy->m_aabbMax);
+  const auto part = [&](Proxy* other) { cache_->removeOverlappingPair(proxy, other, dispatcher); };
+  if (!each_partner(*proxy, part)) cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
+  cached_ = cache_->getNumOverlappingPairs();
   proxies_[id] = nullptr;
-  cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
   free_rooms_.push_back(proxy);  // where it came from, so there is room in the list
+}
+
+// Tells of all that the proxy has a pair with in the cache, and of some more. False, having told of
+// none, where somebody else has changed the cache, or they are many: then the cache has to look.
+template <class Tell>
+bool BulletBroadphase::each_partner(const Proxy& proxy, Tell&& tell) const {
+  const ObjectId id = id_of(proxy);
+  if (id >= proxies_.size() || proxies_[id] != &proxy) return false;
+  constexpr std::size_t most = 64;
+  LivePair pairs[most];
+  const std::size_t count = phase_.pairs_of(id, pairs, most);
+  if (count > most || cache_->getNumOverlappingPairs() != cached_) return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    Proxy* const other = proxies_[pairs[i].first == id ? pairs[i].second : pairs[i].first];
+    if (other) tell(other);
+  }
+  return true;
 }
 
 inline void BulletBroadphase::list_mute(ObjectId id) {
@@ -167,6 +186,7 @@ inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher
       phase_.pair_count()) {
     restore();
   }
+  cached_ = cache_->getNumOverlappingPairs();
   moved_.clear();
   moved_boxes_.clear();
   ++round_;
