@@ -368,6 +368,23 @@ TEST(BulletPairs, what_somebody_put_into_the_cache_goes_with_its_proxy) {
   EXPECT_TRUE(held(phase).empty());
 }
 
+// As by programs that end: without them a world's end goes through all pairs for each object. The
+// cache's hash table is left as it was, so nobody can be looked up.
+TEST(BulletPairs, a_cache_whose_pairs_are_taken_out_by_hand) {
+  BulletBroadphase phase;
+  std::vector<btBroadphaseProxy*> all;
+  for (int i = 0; i < 40; ++i) all.push_back(add(phase, btScalar(i), btScalar(i + 1)));
+  phase.calculateOverlappingPairs(nullptr);
+  ASSERT_EQ(held(phase).size(), 39u);
+  btOverlappingPairCache& cache = *phase.getOverlappingPairCache();
+  cache.getOverlappingPairArray().clear();
+  for (btBroadphaseProxy* proxy : all) {
+    cache.cleanProxyFromPairs(proxy, nullptr);
+    phase.destroyProxy(proxy, nullptr);
+  }
+  EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+}
+
 TEST(BulletPairs, a_pool_that_is_reset_is_as_new) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);

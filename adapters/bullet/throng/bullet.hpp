@@ -225,7 +225,9 @@ class BulletBroadphase : public btBroadphaseInterface {
   // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
   // parts them. Sorted.
   std::vector<Pair> waiting_;
-  int cached_ = 0;  // pairs in the cache when this last changed it
+  // Pairs in the cache when this last changed it; -1 where somebody else has changed it since the
+  // last step.
+  int cached_ = 0;
 };
 
 }  // namespace throng

@@ -68,8 +68,9 @@ inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatche
   if (state.is_mute()) unlist_mute(id);
   unsure_ -= is_unsure(proxy->m_aabbMin, proxy->m_aabbMax);
   const auto part = [&](Proxy* other) { cache_->removeOverlappingPair(proxy, other, dispatcher); };
+  const bool is_ours = cache_->getNumOverlappingPairs() == cached_;
   if (!each_partner(*proxy, part)) cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
-  cached_ = cache_->getNumOverlappingPairs();
+  cached_ = is_ours ? cache_->getNumOverlappingPairs() : -1;
   proxies_[id] = nullptr;
   free_rooms_.push_back(proxy);  // where it came from, so there is room in the list
 }
@@ -80,10 +81,12 @@ template <class Tell>
 bool BulletBroadphase::each_partner(const Proxy& proxy, Tell&& tell) const {
   const ObjectId id = id_of(proxy);
   if (id >= proxies_.size() || proxies_[id] != &proxy) return false;
+  if (cache_->getNumOverlappingPairs() != cached_) return false;
+  if (cached_ == 0) return true;
   constexpr std::size_t most = 64;
   LivePair pairs[most];
   const std::size_t count = phase_.pairs_of(id, pairs, most);
-  if (count > most || cache_->getNumOverlappingPairs() != cached_) return false;
+  if (count > most) return false;
   for (std::size_t i = 0; i < count; ++i) {
     Proxy* const other = proxies_[pairs[i].first == id ? pairs[i].second : pairs[i].first];
     if (other) tell(other);
