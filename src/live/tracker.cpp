@@ -276,7 +276,8 @@ Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  placed_ = columned_ = false;
+  placed_ = false;
+  columned_ = false;
   asked_before_ = asked_.exchange(0);
   r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
