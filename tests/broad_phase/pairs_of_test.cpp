@@ -72,7 +72,7 @@ TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
   ASSERT_TRUE(b.update().ok());
   EXPECT_EQ(BroadPhase().pairs_of(0, nullptr, 0), 0u);
-  for (int again = 0; again < 300; ++again) {  // looked up, then linked
+  for (int again = 0; again < 300; ++again) {  // looked at all, then by an index
     std::vector<LivePair> out(41, LivePair{9, 9, 9});
     for (const std::size_t room : {0, 1, 38, 39}) {
       ASSERT_EQ(b.pairs_of(20, out.data(), room), 39u);
@@ -82,7 +82,7 @@ TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
   }
 }
 
-// One of those who ask links them while the others look at all.
+// One of those who ask makes an index while the others look at all.
 TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
   Options one;
   one.threads = 1;
@@ -114,9 +114,26 @@ TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
   }
 }
 
-// They are not linked where there is no memory for that; the answer is the same, and the next
-// update is right.
-TEST(BroadPhasePairsOf, WithoutMemoryToLinkThem) {
+// What was told of which each object has is another scene's after a copy; and it knows nothing of
+// objects that came after it.
+TEST(BroadPhasePairsOf, OfAnotherSceneAndOfObjectsThatCameLater) {
+  Options one;
+  one.threads = 1;
+  BroadPhase b(one), small(one);
+  ASSERT_TRUE(b.add(uniform_boxes(600, 1), nullptr).ok());
+  ASSERT_TRUE(b.update().ok());
+  for (int again = 0; again < 3; ++again) ASSERT_TRUE(right_of_all(b));
+  ASSERT_TRUE(small.add(uniform_boxes(300, 2), nullptr).ok());
+  ASSERT_TRUE(small.update().ok());
+  ASSERT_TRUE(b.copy_from(small).ok());
+  for (int again = 0; again < 3; ++again) ASSERT_TRUE(right_of_all(b));
+  ASSERT_TRUE(b.add(uniform_boxes(250, 3), nullptr).ok());
+  ASSERT_TRUE(right_of_all(b));
+}
+
+// There is no index where there is no memory for that; the answer is the same, and the next update
+// is right.
+TEST(BroadPhasePairsOf, WithoutMemoryForAnIndex) {
   FailingResource memory;
   Options options;
   options.threads = 1;
