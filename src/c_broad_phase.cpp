@@ -45,6 +45,17 @@ const Out* show(const List& list, size_t* count) noexcept {
   return reinterpret_cast<const Out*>(list.data());
 }
 
+// Calls write(), which tells of an object by `to`.
+template <class Write>
+throng_status show_object(const throng_broad_phase* broad_phase, std::uint32_t id, const void* to,
+                          throng_status if_null, const Write& write) noexcept {
+  if (!broad_phase) return THRONG_OUT_OF_MEMORY;
+  if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
+  if (!to) return if_null;
+  write();
+  return THRONG_OK;
+}
+
 // Calls ask(sweeps, count, which, filters) with what the C door was given.
 template <class Ask>
 throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which,
@@ -171,21 +182,17 @@ int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t 
 }
 throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                      throng_box* box) {
-  if (!broad_phase) return THRONG_OUT_OF_MEMORY;
-  if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
-  if (!box) return THRONG_BAD_BOXES;
-  const throng::Box b = broad_phase->objects.box(id);
-  *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
-  return THRONG_OK;
+  return show_object(broad_phase, id, box, THRONG_BAD_BOXES, [&] {
+    const throng::Box b = broad_phase->objects.box(id);
+    *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
+  });
 }
 throng_status throng_broad_phase_filter(const throng_broad_phase* broad_phase, uint32_t id,
                                         throng_filter* filter) {
-  if (!broad_phase) return THRONG_OUT_OF_MEMORY;
-  if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
-  if (!filter) return THRONG_BAD_FILTER;
-  const throng::Filter f = broad_phase->objects.filter(id);
-  *filter = {f.group, f.mask, f.owner, f.world, f.is_static};
-  return THRONG_OK;
+  return show_object(broad_phase, id, filter, THRONG_BAD_FILTER, [&] {
+    const throng::Filter f = broad_phase->objects.filter(id);
+    *filter = {f.group, f.mask, f.owner, f.world, f.is_static};
+  });
 }
 uint64_t throng_broad_phase_object_count(const throng_broad_phase* broad_phase) {
   return broad_phase ? broad_phase->objects.object_count() : 0;

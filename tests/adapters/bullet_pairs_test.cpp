@@ -5,7 +5,6 @@
 #include <limits>
 #include <set>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -13,25 +12,14 @@
 
 #include <throng/bullet.hpp>
 
+#include "adapters/bullet_proxies.hpp"
 #include "support/random.hpp"
 
 namespace throng::tests {
 namespace {
 
-using Uids = std::set<std::pair<int, int>>;
-
 bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
   return TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
-}
-
-Uids held(btBroadphaseInterface& phase) {
-  Uids pairs;
-  const btOverlappingPairCache& cache = *phase.getOverlappingPairCache();
-  for (int i = 0; i < cache.getNumOverlappingPairs(); ++i) {
-    const btBroadphasePair& p = cache.getOverlappingPairArrayPtr()[i];
-    EXPECT_TRUE(pairs.emplace(p.m_pProxy0->m_uniqueId, p.m_pProxy1->m_uniqueId).second);
-  }
-  return pairs;
 }
 
 // Refuses by what is written in it; counts how often it was asked.
@@ -217,13 +205,6 @@ TEST(BulletPairs, any_sequence_of_calls) {
   EXPECT_GT(total, 10000u);  // there was something to find
 }
 
-btBroadphaseProxy* add(btBroadphaseInterface& phase, btScalar low, btScalar high) {
-  return phase.createProxy(btVector3(low, 0, 0), btVector3(high, 1, 1), 0, nullptr, 1, -1, nullptr);
-}
-void put(btBroadphaseInterface& phase, btBroadphaseProxy* proxy, btScalar low, btScalar high) {
-  phase.setAabb(proxy, btVector3(low, 0, 0), btVector3(high, 1, 1), nullptr);
-}
-
 TEST(BulletPairs, touching_to_the_last_bit) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 1), *b = add(phase, 1, 2);
@@ -327,62 +308,6 @@ TEST(BulletPairs, a_cache_of_the_callers) {
   }
   btSortedOverlappingPairCache late;
   EXPECT_THROW(BulletBroadphase({}, &late), Error);
-}
-
-// At once, and those of nobody else.
-TEST(BulletPairs, who_goes_takes_its_pairs_out_of_the_cache) {
-  for (const int others : {5, 63, 64, 65, 200}) {
-    BulletBroadphase phase;
-    btBroadphaseProxy* const middle = add(phase, 0, btScalar(others));
-    std::vector<btBroadphaseProxy*> around;
-    for (int i = 0; i < others; ++i) around.push_back(add(phase, btScalar(i), btScalar(i + 1)));
-    phase.calculateOverlappingPairs(nullptr);
-    Uids want = held(phase);
-    ASSERT_EQ(want.size(), static_cast<std::size_t>(2 * others - 1));
-    const auto drop = [&](btBroadphaseProxy* proxy) {
-      const int uid = proxy->m_uniqueId;
-      for (auto it = want.begin(); it != want.end();)
-        it = it->first == uid || it->second == uid ? want.erase(it) : std::next(it);
-      phase.destroyProxy(proxy, nullptr);
-      return held(phase) == want;
-    };
-    EXPECT_TRUE(drop(around[1]));
-    EXPECT_TRUE(drop(around[2]));  // of whose pairs one went with the last
-    EXPECT_TRUE(drop(middle));
-    EXPECT_EQ(want.size(), static_cast<std::size_t>(others - 4));
-    phase.calculateOverlappingPairs(nullptr);
-    EXPECT_EQ(held(phase), want);
-  }
-}
-
-TEST(BulletPairs, what_somebody_put_into_the_cache_goes_with_its_proxy) {
-  BulletBroadphase phase;
-  btBroadphaseProxy *a = add(phase, 0, 1), *b = add(phase, 5, 6), *c = add(phase, 5, 7);
-  phase.calculateOverlappingPairs(nullptr);
-  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
-  phase.getOverlappingPairCache()->addOverlappingPair(a, b);
-  phase.destroyProxy(a, nullptr);
-  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
-  phase.getOverlappingPairCache()->removeOverlappingPair(b, c, nullptr);
-  phase.destroyProxy(c, nullptr);
-  EXPECT_TRUE(held(phase).empty());
-}
-
-// As by programs that end: without them a world's end goes through all pairs for each object. The
-// cache's hash table is left as it was, so nobody can be looked up.
-TEST(BulletPairs, a_cache_whose_pairs_are_taken_out_by_hand) {
-  BulletBroadphase phase;
-  std::vector<btBroadphaseProxy*> all;
-  for (int i = 0; i < 40; ++i) all.push_back(add(phase, btScalar(i), btScalar(i + 1)));
-  phase.calculateOverlappingPairs(nullptr);
-  ASSERT_EQ(held(phase).size(), 39u);
-  btOverlappingPairCache& cache = *phase.getOverlappingPairCache();
-  cache.getOverlappingPairArray().clear();
-  for (btBroadphaseProxy* proxy : all) {
-    cache.cleanProxyFromPairs(proxy, nullptr);
-    phase.destroyProxy(proxy, nullptr);
-  }
-  EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
 }
 
 TEST(BulletPairs, a_pool_that_is_reset_is_as_new) {

@@ -7,28 +7,21 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>
 
+#include "broad_phase/state.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
 
 namespace throng::tests {
 
-using Row = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
-
 inline std::vector<Row> rows(const throng_live_pair* pairs, size_t count) {
   std::vector<Row> told;
   for (size_t i = 0; i < count; ++i)
     told.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
-  return told;
-}
-inline std::vector<Row> rows(const LivePairs& pairs) {
-  std::vector<Row> told;
-  for (const LivePair& p : pairs) told.emplace_back(p.first, p.second, p.slot);
   return told;
 }
 inline throng_boxes view(const std::vector<Box>& boxes) {

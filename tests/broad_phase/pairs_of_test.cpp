@@ -11,18 +11,10 @@
 namespace throng::tests {
 namespace {
 
-using Row = std::tuple<ObjectId, ObjectId, std::uint32_t>;
-
-std::vector<Row> rows(const LivePair* pairs, std::size_t count) {
-  std::vector<Row> all;
-  for (std::size_t i = 0; i < count; ++i)
-    all.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
-  return all;
-}
 std::vector<Row> rows_of(const BroadPhase& b, ObjectId id) {
   std::vector<LivePair> pairs(b.pairs_of(id, nullptr, 0));
   EXPECT_EQ(b.pairs_of(id, pairs.data(), pairs.size()), pairs.size());
-  return rows(pairs.data(), pairs.size());
+  return rows({pairs.data(), pairs.size()});
 }
 
 // Of all objects, and of ids that are none. A copy is asked for all pairs: to ask for them puts
@@ -35,7 +27,7 @@ testing::AssertionResult right_of_all(const BroadPhase& b) {
     std::vector<LivePair> want;
     for (const LivePair& p : all)
       if (p.first == id || p.second == id) want.push_back(p);
-    if (rows_of(b, id) != rows(want.data(), want.size()))
+    if (rows_of(b, id) != rows({want.data(), want.size()}))
       return testing::AssertionFailure() << "of object " << id << ", which has " << want.size();
   }
   return testing::AssertionSuccess();

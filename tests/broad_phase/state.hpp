@@ -4,12 +4,20 @@
 #include <cstring>
 #include <ostream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <throng/throng.hpp>
 
 namespace throng::tests {
 
+// Pairs with their slots, to be compared.
+using Row = std::tuple<ObjectId, ObjectId, std::uint32_t>;
+inline std::vector<Row> rows(const LivePairs& pairs) {
+  std::vector<Row> all;
+  for (const LivePair& p : pairs) all.emplace_back(p.first, p.second, p.slot);
+  return all;
+}
 // Pairs without their slots.
 inline std::vector<Pair> plain(const LivePairs& pairs) {
   std::vector<Pair> all;

@@ -1,0 +1,72 @@
+// Proxies that are destroyed: their pairs leave the cache at once, whoever has changed it
+// meanwhile. Compiled for Bullet of floats and of doubles.
+#include <iterator>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <throng/bullet.hpp>
+
+#include "adapters/bullet_proxies.hpp"
+
+namespace throng::tests {
+namespace {
+
+// At once, and those of nobody else.
+TEST(BulletDestroyed, who_goes_takes_its_pairs_out_of_the_cache) {
+  for (const int others : {5, 63, 64, 65, 200}) {
+    BulletBroadphase phase;
+    btBroadphaseProxy* const middle = add(phase, 0, btScalar(others));
+    std::vector<btBroadphaseProxy*> around;
+    for (int i = 0; i < others; ++i) around.push_back(add(phase, btScalar(i), btScalar(i + 1)));
+    phase.calculateOverlappingPairs(nullptr);
+    Uids want = held(phase);
+    ASSERT_EQ(want.size(), static_cast<std::size_t>(2 * others - 1));
+    const auto drop = [&](btBroadphaseProxy* proxy) {
+      const int uid = proxy->m_uniqueId;
+      for (auto it = want.begin(); it != want.end();)
+        it = it->first == uid || it->second == uid ? want.erase(it) : std::next(it);
+      phase.destroyProxy(proxy, nullptr);
+      return held(phase) == want;
+    };
+    EXPECT_TRUE(drop(around[1]));
+    EXPECT_TRUE(drop(around[2]));  // of whose pairs one went with the last
+    EXPECT_TRUE(drop(middle));
+    EXPECT_EQ(want.size(), static_cast<std::size_t>(others - 4));
+    phase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(held(phase), want);
+  }
+}
+
+TEST(BulletDestroyed, what_somebody_put_into_the_cache_goes_with_its_proxy) {
+  BulletBroadphase phase;
+  btBroadphaseProxy *a = add(phase, 0, 1), *b = add(phase, 5, 6), *c = add(phase, 5, 7);
+  phase.calculateOverlappingPairs(nullptr);
+  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
+  phase.getOverlappingPairCache()->addOverlappingPair(a, b);
+  phase.destroyProxy(a, nullptr);
+  EXPECT_EQ(held(phase), (Uids{{2, 3}}));
+  phase.getOverlappingPairCache()->removeOverlappingPair(b, c, nullptr);
+  phase.destroyProxy(c, nullptr);
+  EXPECT_TRUE(held(phase).empty());
+}
+
+// As by programs that end: without them a world's end goes through all pairs for each object. The
+// cache's hash table is left as it was, so nobody can be looked up.
+TEST(BulletDestroyed, a_cache_whose_pairs_are_taken_out_by_hand) {
+  BulletBroadphase phase;
+  std::vector<btBroadphaseProxy*> all;
+  for (int i = 0; i < 40; ++i) all.push_back(add(phase, btScalar(i), btScalar(i + 1)));
+  phase.calculateOverlappingPairs(nullptr);
+  ASSERT_EQ(held(phase).size(), 39u);
+  btOverlappingPairCache& cache = *phase.getOverlappingPairCache();
+  cache.getOverlappingPairArray().clear();
+  for (btBroadphaseProxy* proxy : all) {
+    cache.cleanProxyFromPairs(proxy, nullptr);
+    phase.destroyProxy(proxy, nullptr);
+  }
+  EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+}
+
+}  // namespace
+}  // namespace throng::tests
