@@ -180,7 +180,7 @@ std::size_t pairs_across(const std::vector<throng::Box>& boxes, int length) {
 
 int main() {
   // Across each side, edge and corner; and boxes as long as the domain, which touch several times.
-  CHECK(pairs_across(some(400, 8, 20, 1), 8) > 100);
+  CHECK(pairs_across(some(1000, 8, 20, 1), 8) > 100);
   CHECK(pairs_across(some(60, 2, 32, 2), 2) > 1000);
   CHECK(pairs_across({}, 1) == 0);
 

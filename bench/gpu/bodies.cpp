@@ -99,12 +99,9 @@ void measure_kind(const Kind& kind, const std::vector<Transform>& transforms, Se
   row.what = kind.name;
   row.objects = n;
   row.device = s.device;
-  row.median_ms = t.median_ms;
-  row.min_ms = t.min_ms;
-  row.in_a_row_ms = t.in_a_row_ms;
-  row.runs = t.runs;
+  row.time = t;
   row.bytes_per_box = sizeof(Transform) + sizeof(std::uint32_t) + sizeof(Box);
-  row.rate = 100 * row.bytes_per_box * static_cast<double>(n) / (row.median_ms * 1e6) / s.copy_gbs;
+  row.rate = 100 * row.bytes_per_box * static_cast<double>(n) / (t.median_ms * 1e6) / s.copy_gbs;
   row.rate_unit = "% of the copy";
   row.note = "transform 28, shape 4, box 24; shapes and points in the caches";
   s.rows.push_back(std::move(row));

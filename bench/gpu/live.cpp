@@ -83,10 +83,7 @@ void measure_objects(const Case& c, Session& s) {
     row.order = "any";
     row.pairs = scene.pair_count();
     row.device = s.device;
-    row.median_ms = t.median_ms;
-    row.min_ms = t.min_ms;
-    row.in_a_row_ms = t.in_a_row_ms;
-    row.runs = t.runs;
+    row.time = t;
     row.pairs_per_box = static_cast<double>(row.pairs) / static_cast<double>(n);
     row.bytes_per_box = static_cast<double>(scene.memory_bytes()) / static_cast<double>(n);
     row.rate = static_cast<double>(comparisons) / static_cast<double>(n);

@@ -99,12 +99,9 @@ class Machine {
     row.experiment = "machine";
     row.what = what;
     row.objects = objects;
-    row.median_ms = t.median_ms;
-    row.min_ms = t.min_ms;
-    row.in_a_row_ms = t.in_a_row_ms;
+    row.time = t;
     row.rate = rate;
     row.rate_unit = unit;
-    row.runs = t.runs;
     row.device = s_.device;
     row.note = note;
     s_.rows.push_back(std::move(row));

@@ -123,10 +123,7 @@ class Asker {
     row.order = std::to_string(count);
     row.pairs = last.found;
     row.device = s_.device;
-    row.median_ms = t.median_ms;
-    row.min_ms = t.min_ms;
-    row.in_a_row_ms = t.in_a_row_ms;
-    row.runs = t.runs;
+    row.time = t;
     row.bytes_per_box = static_cast<double>(gpu_.memory_bytes()) / static_cast<double>(n_);
     row.rate = static_cast<double>(count) / (1e3 * t.median_ms);
     row.rate_unit = std::string("million ") + unit + " a second";

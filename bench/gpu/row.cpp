@@ -36,8 +36,8 @@ report::Table table(const std::string& title, const std::vector<Row>& rows) {
   report::Table t(title, {"what", "objects", "order", "pairs", "checksum", "median ms", "min ms",
                           "in a row ms", "pairs/box", "bytes/box", "rate", "", "note"});
   for (const Row& r : rows)
-    t.add_row({r.what, count(r.objects), r.order, count(r.pairs), sum_of(r), ms(r.median_ms),
-               ms(r.min_ms), ms(r.in_a_row_ms), short_number(r.pairs_per_box),
+    t.add_row({r.what, count(r.objects), r.order, count(r.pairs), sum_of(r), ms(r.time.median_ms),
+               ms(r.time.min_ms), ms(r.time.in_a_row_ms), short_number(r.pairs_per_box),
                short_number(r.bytes_per_box), short_number(r.rate), r.rate_unit, r.note});
   return t;
 }
@@ -48,9 +48,9 @@ std::string csv(const std::vector<Row>& rows) {
                        "driver_bytes_per_box", "rate", "rate_unit", "runs", "device", "note"});
   for (const Row& r : rows)
     t.add_row({r.experiment, r.what, std::to_string(r.objects), r.order, std::to_string(r.pairs),
-               sum_of(r), r.checksum_by, number(r.median_ms), number(r.min_ms),
-               number(r.in_a_row_ms), number(r.pairs_per_box), number(r.bytes_per_box),
-               number(r.driver_bytes_per_box), number(r.rate), r.rate_unit, count(r.runs), r.device,
+               sum_of(r), r.checksum_by, number(r.time.median_ms), number(r.time.min_ms),
+               number(r.time.in_a_row_ms), number(r.pairs_per_box), number(r.bytes_per_box),
+               number(r.driver_bytes_per_box), number(r.rate), r.rate_unit, count(r.time.runs), r.device,
                r.note});
   return t.csv();
 }

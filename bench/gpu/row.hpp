@@ -10,6 +10,12 @@
 
 namespace throng::bench::gpu {
 
+struct Timing {
+  double median_ms = 0, min_ms = 0;
+  double in_a_row_ms = 0;  // a run, of many between two events only
+  std::uint64_t runs = 0;
+};
+
 struct Row {
   std::string experiment;
   std::string what;  // the scene, or what of the machine was measured
@@ -17,13 +23,11 @@ struct Row {
   std::string order;                      // any, canonical; or the stage
   std::uint64_t pairs = 0, checksum = 0;  // of the first frame
   std::string checksum_by;                // host, device; empty: there is none
-  double median_ms = 0, min_ms = 0;
-  double in_a_row_ms = 0;  // a run, of many in a row
+  Timing time;
   double pairs_per_box = 0, bytes_per_box = 0;
   double driver_bytes_per_box = 0;  // taken, as cudaMemGetInfo sees it
   double rate = 0;
   std::string rate_unit;
-  std::uint64_t runs = 0;
   std::string device;
   std::string note;
 };

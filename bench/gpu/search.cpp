@@ -156,10 +156,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     const Timing t = time_runs(stream.get(), budget, [&](std::size_t k) {
       graphs[file ? f : k % graphs.size()]->launch(stream.get());
     });
-    row.median_ms = t.median_ms;
-    row.min_ms = t.min_ms;
-    row.in_a_row_ms = t.in_a_row_ms;
-    row.runs = t.runs;
+    row.time = t;
     row.note =
         file ? "frame " + std::to_string(f) : std::to_string(frames.size()) + " frames in turn";
     s.rows.push_back(std::move(row));
@@ -243,15 +240,15 @@ void measure_stages(const Case& c, Session& s) {
     row.pairs = frames.found(0);
     row.pairs_per_box = static_cast<double>(row.pairs) / n;
     row.device = s.device;
-    row.runs = times[stage].size();
-    row.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
-    row.median_ms = program::median(times[stage]);
+    row.time.runs = times[stage].size();
+    row.time.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
+    row.time.median_ms = program::median(times[stage]);
     const double bytes = n * (m.per_box + (in_l2 ? 0 : m.random_per_box)) +
                          static_cast<double>(row.pairs) * m.per_pair;
     row.note = m.reason;
-    if (bytes > 0 && row.median_ms > 0) {
+    if (bytes > 0 && row.time.median_ms > 0) {
       row.bytes_per_box = bytes / n;
-      row.rate = 100 * bytes / (row.median_ms * 1e6) / s.copy_gbs;
+      row.rate = 100 * bytes / (row.time.median_ms * 1e6) / s.copy_gbs;
       row.rate_unit = "% of the copy";
       row.note += in_l2 ? "; the table lies in L2" : "";
     }

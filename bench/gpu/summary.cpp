@@ -56,15 +56,15 @@ report::Table summary(const std::vector<Row>& rows) {
     const Row* r = find(rows, g.scene, g.objects);
     if (!r) continue;
     t.add_row({std::string(g.scene) + ", " + report::format_count(g.objects) + ", ms",
-               text(g.must_ms), text(g.aim_ms), text(r->median_ms),
-               verdict(r->median_ms, g.must_ms, g.aim_ms)});
+               text(g.must_ms), text(g.aim_ms), text(r->time.median_ms),
+               verdict(r->time.median_ms, g.must_ms, g.aim_ms)});
   }
   for (const char* scene : {"pile", "mixed", "clusters"}) {
     for (const std::uint64_t n : {100000u, 1000000u, 10000000u}) {
       const Row *r = find(rows, scene, n), *base = find(rows, "uniform, density 2", n);
       if (!r || !base) continue;
       const auto each = [](const Row& row) {
-        return row.median_ms / static_cast<double>(row.objects + row.pairs);
+        return row.time.median_ms / static_cast<double>(row.objects + row.pairs);
       };
       const double ratio = each(*r) / each(*base);
       t.add_row(
@@ -75,8 +75,8 @@ report::Table summary(const std::vector<Row>& rows) {
   for (const Row& r : rows) {
     if (r.order != "canonical" || r.experiment != "scaling") continue;
     const Row* any = find(rows, r.what, r.objects);
-    if (!any || any->median_ms <= 0) continue;
-    const double ratio = r.median_ms / any->median_ms;
+    if (!any || any->time.median_ms <= 0) continue;
+    const double ratio = r.time.median_ms / any->time.median_ms;
     t.add_row({"canonical order, " + report::format_count(r.objects) + ", against any",
                text(most_for_order), "", text(ratio), verdict(ratio, most_for_order, 0)});
   }
@@ -99,7 +99,7 @@ report::Table summary(const std::vector<Row>& rows) {
     if (r.experiment != "crossover" || r.what.find("all-pairs") == std::string::npos) continue;
     for (const Row& g : rows) {
       const bool grid = g.experiment == "crossover" && g.objects == r.objects && &g != &r;
-      if (grid && r.median_ms <= g.median_ms && (!brute || brute->objects < r.objects)) brute = &r;
+      if (grid && r.time.median_ms <= g.time.median_ms && (!brute || brute->objects < r.objects)) brute = &r;
     }
   }
   if (brute)

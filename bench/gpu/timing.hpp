@@ -6,15 +6,10 @@
 #include <vector>
 
 #include "bench/gpu/gpu.hpp"
+#include "bench/gpu/row.hpp"
 #include "program/median.hpp"
 
 namespace throng::bench::gpu {
-
-struct Timing {
-  double median_ms = 0, min_ms = 0;
-  double in_a_row_ms = 0;  // a run, of many between two events only
-  std::size_t runs = 0;
-};
 
 // run(k) puts the k-th run on the stream. So many runs as `budget_ms` has room for, at least 10.
 template <class F>
