@@ -50,8 +50,8 @@ std::string csv(const std::vector<Row>& rows) {
     t.add_row({r.experiment, r.what, std::to_string(r.objects), r.order, std::to_string(r.pairs),
                sum_of(r), r.checksum_by, number(r.time.median_ms), number(r.time.min_ms),
                number(r.time.in_a_row_ms), number(r.pairs_per_box), number(r.bytes_per_box),
-               number(r.driver_bytes_per_box), number(r.rate), r.rate_unit, count(r.time.runs), r.device,
-               r.note});
+               number(r.driver_bytes_per_box), number(r.rate), r.rate_unit, count(r.time.runs),
+               r.device, r.note});
   return t.csv();
 }
 

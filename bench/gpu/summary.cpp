@@ -99,7 +99,8 @@ report::Table summary(const std::vector<Row>& rows) {
     if (r.experiment != "crossover" || r.what.find("all-pairs") == std::string::npos) continue;
     for (const Row& g : rows) {
       const bool grid = g.experiment == "crossover" && g.objects == r.objects && &g != &r;
-      if (grid && r.time.median_ms <= g.time.median_ms && (!brute || brute->objects < r.objects)) brute = &r;
+      if (grid && r.time.median_ms <= g.time.median_ms && (!brute || brute->objects < r.objects))
+        brute = &r;
     }
   }
   if (brute)
