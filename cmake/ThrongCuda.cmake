@@ -53,6 +53,7 @@ function(throng_cuda_sources target)
   target_sources(${target} PRIVATE ${ARGN})
   set_target_properties(${target} PROPERTIES CUDA_STANDARD_REQUIRED OFF CUDA_SEPARABLE_COMPILATION OFF)
   set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS
-    -std=c++20 --fmad=false --expt-relaxed-constexpr -Xcompiler=-ffp-contract=off,-Wall,-Wextra,-Wno-unknown-pragmas
+    -std=c++20 --expt-relaxed-constexpr --fmad=false --ftz=false --prec-div=true --prec-sqrt=true
+    -Xcompiler=-fno-fast-math,-fno-finite-math-only,-ffp-contract=off,-Wall,-Wextra,-Wno-unknown-pragmas
     "$<$<BOOL:${THRONG_WERROR}>:-Werror=all-warnings>")
 endfunction()

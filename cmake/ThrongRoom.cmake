@@ -14,11 +14,16 @@ endif()
 
 function(throng_room target)
   target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)
-  set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF)
-  if(NOT MSVC)
-    # Host and device must compute the same bits: no fused multiply-add behind our back.
+  set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF UNITY_BUILD OFF)
+  if(MSVC)
+    target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:/fp:precise;/EHsc>")
+  else()
+    # Whatever flags come from the tree around us: NaN and infinity are looked for, memory that runs out
+    # is an exception inside, and host and device must compute the same bits, so there is no fused
+    # multiply-add behind our back (last, as -fno-fast-math brings clang's default back).
     target_compile_options(${target} PRIVATE
-      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off>"
+      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-fexceptions;-fno-fast-math;-fno-finite-math-only>"
+      "$<$<COMPILE_LANGUAGE:CXX>:-fno-associative-math;-fno-reciprocal-math;-fsigned-zeros;-ffp-contract=off>"
       "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${THRONG_WERROR}>>:-Werror>")
   endif()
   if(THRONG_HARDEN)

@@ -10,6 +10,13 @@
 
 #include "core/hd.hpp"
 
+// A compiler that takes for granted that there is no NaN would leave out the look for one.
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error \
+    "Throng must be built without -ffast-math (-ffinite-math-only, /fp:fast): pairs would be lost"
+#endif
+
 namespace throng::core {
 
 // Closed boxes: touching counts. False where a NaN takes part; -0 equals 0. Says nothing of

@@ -1,8 +1,12 @@
-# Configures, builds and tests one outside project from nothing, against the installed library.
+# Configures, builds and tests one outside project from nothing, against the installed library or, where
+# THRONG_SOURCE tells of them, with the sources of it.
 file(REMOVE_RECURSE "${BINARY}")
 set(languages -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${FLAGS}")
 if(C)
   set(languages -DCMAKE_C_COMPILER=${C} -DEXAMPLE=${EXAMPLE})
+endif()
+if(THRONG_SOURCE)
+  list(APPEND languages -DTHRONG_SOURCE=${THRONG_SOURCE})
 endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BINARY} -G "${GENERATOR}"
                         -DCMAKE_PREFIX_PATH=${PREFIX} ${languages} -DCMAKE_BUILD_TYPE=${CONFIG}
