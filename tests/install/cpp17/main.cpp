@@ -6,17 +6,11 @@
 #include <limits>
 #include <vector>
 
+#include "../expect.hpp"
+
 #if __cplusplus >= 202002L || defined(__cpp_exceptions) || defined(__cpp_rtti)
 #error "this consumer is there to be C++17 without exceptions and RTTI"
 #endif
-
-#define EXPECT(condition)                                          \
-  do {                                                             \
-    if (!(condition)) {                                            \
-      std::fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
-      return 1;                                                    \
-    }                                                              \
-  } while (false)
 
 int main() {
   throng::Box boxes[3] = {{{0, 0, 0}, {1, 1, 1}}, {{1, 1, 1}, {2, 2, 2}}, {{3, 3, 3}, {4, 4, 4}}};

@@ -6,13 +6,7 @@
 #include <span>
 #include <vector>
 
-#define EXPECT(condition)                                          \
-  do {                                                             \
-    if (!(condition)) {                                            \
-      std::fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
-      return 1;                                                    \
-    }                                                              \
-  } while (false)
+#include "../expect.hpp"
 
 int main() {
   std::vector<throng::Box> boxes(1000);

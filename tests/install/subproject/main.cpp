@@ -7,17 +7,11 @@
 #include <cstring>
 #include <vector>
 
+#include "../expect.hpp"
+
 #if defined(__GNUC__) && !defined(__FAST_MATH__)
 #error "this consumer is there to be built with -ffast-math"
 #endif
-
-#define EXPECT(condition)                                          \
-  do {                                                             \
-    if (!(condition)) {                                            \
-      std::fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
-      return 1;                                                    \
-    }                                                              \
-  } while (false)
 
 namespace {
 
