@@ -98,6 +98,7 @@ TEST(BroadPhaseMemory, NoHitsAreLeftOfOverlapsThatRanOut) {
 }
 
 TEST(BroadPhaseMemory, QuestionsRunOut) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   FailingResource memory;
   const Options options = options_of(memory, 1);
   Actor actor(options, 8, 24);
@@ -206,7 +207,7 @@ TEST(BroadPhaseMemory, LargePages) {
 
 // A snapshot goes its own way; rolled back, the same calls tell the same, slots and ids included.
 TEST(BroadPhaseMemory, SnapshotAndRollback) {
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed) {
     Options options;
     options.threads = 1 + seed % 2;
     Actor actor(options, seed, 9);
@@ -264,6 +265,7 @@ class UncountedResource : public CountingResource {
 };
 
 TEST(BroadPhaseMemory, WarmFramesTakeNone) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   UncountedResource memory;
   struct Inline {
     static void run(void*, unsigned count, void (*task)(void*, unsigned), void* context) {

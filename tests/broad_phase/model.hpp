@@ -72,10 +72,10 @@ class Model {
       id.push_back(i);
       items.push_back(item);
     }
-    for (std::size_t i = 0; i < items.size(); ++i)
-      for (std::size_t j = i + 1; j < items.size(); ++j)
-        if (!disjoint(items[i], items[j]) && wanted(items[i], items[j]))
-          pairs_.insert({id[i], id[j]});
+    const std::size_t n = items.size();
+    for (std::uint32_t i = 0; i < n; ++i)
+      for (std::uint32_t j = i; (j = next_met(items[i], items.data(), j + 1, n)) < n;)
+        pairs_.insert({id[i], id[j]});
     begun_.clear();
     ended_.clear();
     for (const auto& p : pairs_)

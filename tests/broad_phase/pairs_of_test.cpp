@@ -55,7 +55,8 @@ void live(std::uint64_t seed, bool filtered) {
   EXPECT_TRUE(searched && found);
 }
 TEST(BroadPhasePairsOf, IsWhatPairsHave) {
-  for (std::uint64_t seed = 0; seed < 4; ++seed) live(seed, seed % 2);
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed) live(seed, seed % 2);
 }
 
 TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
@@ -150,6 +151,7 @@ TEST(BroadPhasePairsOf, WithoutMemoryForAnIndex) {
 
 // A search of all that was stopped leaves the pairs as they were, linked or in order.
 TEST(BroadPhasePairsOf, AfterAnUpdateThatWasStopped) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   std::atomic<bool> stop{false};
   Options options;
   options.threads = 1;

@@ -61,16 +61,16 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
 }
 
 TEST(BroadPhaseQuery, Few) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, 3, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, false, 3, 0);
 }
 TEST(BroadPhaseQuery, Many) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, 150, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, false, 150, 0);
 }
 TEST(BroadPhaseQuery, Filtered) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, true, 40, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, true, 40, 0);
 }
 TEST(BroadPhaseQuery, RodsAndPlates) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed)
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed)
     ask(seed, seed % 3 == 0, 3 + 20 * (seed % 2), 0, true);
 }
 TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {

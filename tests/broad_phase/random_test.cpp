@@ -35,22 +35,28 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
 }
 
 TEST(BroadPhaseRandom, Plain) {
-  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 300, 12, false, 150);
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) live({}, seed, 300, 12, false, 150);
 }
 TEST(BroadPhaseRandom, Filtered) {
-  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 250, 8, true, 150);
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) live({}, seed, 250, 8, true, 150);
 }
 TEST(BroadPhaseRandom, Margin) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   Options options;
   options.margin = 0.1f;
-  for (std::uint64_t seed = 0; seed < 4; ++seed) live(options, seed, 200, 8, seed % 2, 100);
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed) live(options, seed, 200, 8, seed % 2, 100);
 }
 TEST(BroadPhaseRandom, RodsAndPlates) {
-  for (std::uint64_t seed = 0; seed < 8; ++seed) live({}, seed, 300, 30, seed % 2, 150, true);
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(8); ++seed)
+    live({}, seed, 300, 30, seed % 2, 150, true);
 }
 // First cubes, then rods, then cubes: cells of each are made of what was there.
 TEST(BroadPhaseRandom, RodsComeAndGo) {
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed) {
     Options one;
     one.threads = 1;
     Actor actor(one, seed, 20);
@@ -67,6 +73,7 @@ TEST(BroadPhaseRandom, RodsComeAndGo) {
 }
 // A rod grows where it is; then another comes to touch nothing but its new end, in a copy.
 TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   Random random(5);
   Options one;
   one.threads = 1;
@@ -97,6 +104,7 @@ TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
   }
 }
 TEST(BroadPhaseRandom, FewObjects) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     Options one;
     one.threads = 1;
@@ -191,6 +199,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
 
 // THRONG_SOAK: so many random operations, a million for a night; some thousands otherwise.
 TEST(BroadPhaseRandom, Soak) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
   const char* wanted = std::getenv("THRONG_SOAK");
   const std::size_t operations = wanted ? std::strtoull(wanted, nullptr, 10) : 4000;
   for (std::size_t done = 0, seed = 100; done < operations; ++seed) {

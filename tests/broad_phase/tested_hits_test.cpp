@@ -30,7 +30,7 @@ double some_later(void*, std::uint32_t sweep, ObjectId object, double time) {
 }
 
 TEST(BroadPhaseAskers, ATestOfEachObject) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) {
     Options options;
     options.threads = seed % 2 ? 1 : 3;
     Actor actor(options, seed, 14);

@@ -59,6 +59,7 @@ std::vector<Pair> make_pairs(const Bucket& bucket, Lists lists, std::uint32_t se
 }
 
 TEST(Buckets, AreSortedWhateverTheirLists) {
+  if (tests::watches_threads) GTEST_SKIP() << tests::one_thread;
   std::mt19937 random(1);
   for (const Kernels* kernels : all_kernels()) {
     for (const unsigned first_bits : {0u, 1u, 3u, 5u, 10u, 11u}) {

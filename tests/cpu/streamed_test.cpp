@@ -19,7 +19,7 @@ using How = SearchedGrid::How;
 How streamed(Isa isa, unsigned tasks) { return {tasks, 1, isa, 0}; }
 
 TEST(Streamed, HardScenes) {
-  for (const tests::HardScene& scene : tests::hard_scenes(3000)) {
+  for (const tests::HardScene& scene : tests::hard_scenes(tests::sanitized ? 1000 : 3000)) {
     const BoxList boxes = scene.boxes;
     const SearchedGrid direct(boxes, How{});
     EXPECT_FALSE(direct.buffered());
@@ -57,6 +57,7 @@ TEST(Streamed, ManyColumns) {
   };
   for (const Case& c : {Case{250'000, 4096, 8192, true}, Case{450'000, 8192, 16384, true},
                         Case{1'200'000, 16384, 32768, false}}) {
+    if (tests::watches_threads && c.boxes > 250'000) continue;
     const BoxList boxes = tests::uniform_boxes(c.boxes, 3);
     const SearchedGrid grid(boxes, How{2, finer, Isa::automatic, 0});
     EXPECT_GT(grid.plan().column_count(), c.more);
@@ -67,6 +68,7 @@ TEST(Streamed, ManyColumns) {
 }
 
 TEST(Streamed, FromSoManyBoxesOn) {
+  if (tests::watches_threads) GTEST_SKIP() << tests::one_thread;
   EXPECT_FALSE(SearchedGrid(tests::uniform_boxes(100'000, 4), How{}).buffered());
   if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no vectors here";
   constexpr int boxes = static_cast<int>(usual_stream_from / sizeof(Record));

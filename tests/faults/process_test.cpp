@@ -116,7 +116,7 @@ unsigned every_new(const Act& act) {
 }
 
 TEST(AFailingProcess, FindPairs) {
-  const BoxList boxes = uniform_boxes(3000, 1);
+  const BoxList boxes = uniform_boxes(sanitized ? 1000 : 3000, 1);
   const Answer answer = swept_pairs(boxes);
   for (const Backend backend : {Backend::cpu, Backend::emulated}) {
     for (const unsigned threads : {1u, 3u}) {

@@ -48,19 +48,32 @@ struct Sum {
   std::size_t met = 0, looked = 0, given_up = 0, lost = 0;
 };
 
+struct Meeting {
+  ObjectId id;
+  core::Touch touch;
+};
+// What a sweep meets, of all objects.
+std::vector<Meeting> meetings(const Objects& objects, const Sweep& sweep) {
+  std::vector<Meeting> all;
+  for (std::size_t i = 0; i < objects.limit(); ++i) {
+    const auto id = static_cast<ObjectId>(i);
+    const Box& box = objects.body(id).box;
+    if (!core::is_active(box)) continue;
+    const core::Touch t = core::touch(sweep, box);
+    if (t.enter <= t.leave) all.push_back({id, t});
+  }
+  return all;
+}
+
 // Both ways of going through: for all, and to the first.
-void ask(const World& w, const Blocks* blocks, const Sweep& sweep, Sum& sum) {
+void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
+         const std::vector<Meeting>& wanted, Sum& sum) {
   const Objects& objects = w.objects();
   const core::Cover cover(sweep);
   const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
   std::set<ObjectId> looked;
   double first = 2;  // of all objects, and as found by the one who ends there
-  for (std::size_t id = 0; id < objects.limit(); ++id) {
-    const Body& body = objects.body(static_cast<ObjectId>(id));
-    if (!core::is_active(body.box)) continue;
-    const core::Touch t = core::touch(sweep, body.box);
-    if (t.enter <= t.leave) first = std::min(first, t.enter);
-  }
+  for (const Meeting& m : wanted) first = std::min(first, m.touch.enter);
   CellWalk walk;
   const double never = 2;
   walk.start(w.cells(), blocks, {}, sweep, cover, false);
@@ -71,14 +84,11 @@ void ask(const World& w, const Blocks* blocks, const Sweep& sweep, Sum& sum) {
     ++sum.given_up;
     return;
   }
-  for (std::size_t i = 0; i < objects.limit(); ++i) {
-    const auto id = static_cast<ObjectId>(i);
-    const Box& box = objects.body(id).box;
-    if (!core::is_active(box)) continue;
-    const core::Touch t = core::touch(sweep, box);
-    if (t.enter > t.leave) continue;
+  for (const Meeting& m : wanted) {
     ++sum.met;
-    if (looked.count(id) != 0 || sum.lost++ != 0) continue;
+    if (looked.count(m.id) != 0 || sum.lost++ != 0) continue;
+    const Box& box = objects.body(m.id).box;
+    const core::Touch& t = m.touch;
     ADD_FAILURE() << "box " << box.lower.x << ' ' << box.lower.y << ' ' << box.lower.z << ", "
                   << box.upper.x << ' ' << box.upper.y << ' ' << box.upper.z << " of "
                   << objects.limit() << "; sweep " << sweep.box.lower.x << ' ' << sweep.box.lower.y
@@ -110,8 +120,9 @@ Sum go_through(std::uint64_t seed, int boxes, const Make& box, int sweeps,
   Sum sum;
   for (int i = 0; i < sweeps; ++i) {
     const Sweep one = sweep(random);
-    ask(world, nullptr, one, sum);
-    ask(world, &world.cells().blocks(), one, sum);
+    const std::vector<Meeting> wanted = meetings(world.objects(), one);
+    ask(world, nullptr, one, wanted, sum);
+    ask(world, &world.cells().blocks(), one, wanted, sum);
   }
   EXPECT_EQ(sum.lost, 0u);
   return sum;
@@ -284,7 +295,7 @@ TEST(CellWalk, PassesOverEmptyBlocks) {
         given_up[passes] += !walk.go(sieve, never, [](const CellLine&, std::uint32_t) {});
         looked[passes] += walk.looked_far();
       }
-      ask(world, &blocks, ray, sum);
+      ask(world, &blocks, ray, meetings(world.objects(), ray), sum);
     }
     EXPECT_GT(given_up[false], 100u);
     EXPECT_LT(given_up[true], 10u);  // along the diagonal

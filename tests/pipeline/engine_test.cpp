@@ -66,6 +66,10 @@ TEST(FarEngine, EveryFormOfTheResult) {
   for (std::size_t i = 0; i < a.size(); ++i) worlds.push_back(static_cast<int>(i % 5) - 1);
   Boxes with_worlds = a;
   with_worlds.filters.world = {worlds.data(), worlds.size()};
+  const Boxes view_b = b;
+  const Answer of_a = tests::reference_pairs(a), of_many = tests::reference_pairs(many),
+               of_worlds = tests::reference_pairs(with_worlds),
+               of_two = tests::reference_pairs(a, b);
   CountingResource memory;
   for (const Options& o : all_options()) {
     FarEngine engine(&memory);
@@ -95,11 +99,10 @@ TEST(FarEngine, EveryFormOfTheResult) {
       expect_answer(o, answer, taken.pairs);
       EXPECT_EQ(engine.held(), memory.held());
     };
-    const Boxes view_b = b;
-    check(a, nullptr, tests::reference_pairs(a));
-    check(many, nullptr, tests::reference_pairs(many));
-    check(with_worlds, nullptr, tests::reference_pairs(with_worlds));
-    check(a, &view_b, tests::reference_pairs(a, b));
+    check(a, nullptr, of_a);
+    check(many, nullptr, of_many);
+    check(with_worlds, nullptr, of_worlds);
+    check(a, &view_b, of_two);
   }
   EXPECT_EQ(memory.held(), 0u);
 }
@@ -296,7 +299,7 @@ TEST(FarEngine, AConsumerStopsOrThrows) {
 
 // Each allocation in turn fails; the engine is as good as before afterwards.
 TEST(FarEngine, MemoryRunsShort) {
-  const BoxList boxes = tests::uniform_boxes(2000, 1);
+  const BoxList boxes = tests::uniform_boxes(tests::sanitized ? 800 : 2000, 1);
   const Answer answer = tests::reference_pairs(boxes);
   for (const Options& o : all_options()) {
     CountingResource full;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "pipeline/live_actor.hpp"
+#include "support/counting.hpp"
 #include "support/failing.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -30,7 +31,7 @@ TEST(LiveScene, CostFollowsTheMovers) {
     return r;
   };
   update("all candidates found");
-  const std::uint64_t candidates = m.scene().pairs().candidate_count();
+  const std::uint64_t candidates = m.candidate_count();
   EXPECT_GT(candidates, m.pair_count() * 5 / 4);
   ASSERT_TRUE(m.move_all(boxes).ok());
   EXPECT_EQ(update("nothing moved").comparisons, 0u);
@@ -44,7 +45,7 @@ TEST(LiveScene, CostFollowsTheMovers) {
   for (std::size_t id = 0; id < boxes.size(); ++id) shift(id, id == 17 ? 0.01f : 0.2f);
   ASSERT_TRUE(m.move_all(boxes).ok());
   EXPECT_EQ(update("compared again").comparisons, candidates);
-  EXPECT_EQ(m.scene().pairs().candidate_count(), candidates);
+  EXPECT_EQ(m.candidate_count(), candidates);
   shift(17, 0.2f);
   ASSERT_TRUE(m.move_all(boxes).ok());
   EXPECT_LT(update("few boxes left").comparisons, 100u);
@@ -67,15 +68,14 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   ASSERT_TRUE(m.add(boxes, nullptr).ok());
   ASSERT_TRUE(m.update().ok());
   m.move_at_once(true);
-  pipeline::FarDevice& device = m.scene().device();
   const auto costs = [&](const char* reason, std::size_t puts, std::size_t waits) {
-    device.puts = device.waits = 0;
+    const std::size_t puts_before = m.puts(), waits_before = m.waits();
     ASSERT_TRUE(m.move_all(boxes).ok());
     const Result r = m.update();
     ASSERT_TRUE(r.ok());
     EXPECT_NE(std::string(r.plan.reason).find(reason), std::string::npos) << r.plan.reason;
-    EXPECT_LE(device.puts, puts) << reason;
-    EXPECT_LE(device.waits, waits) << reason;
+    EXPECT_LE(m.puts() - puts_before, puts) << reason;
+    EXPECT_LE(m.waits() - waits_before, waits) << reason;
   };
   const auto shift = [&](std::size_t step, float by) {
     for (std::size_t i = 0; i < boxes.size(); i += step) {
@@ -122,7 +122,7 @@ TEST(LiveScene, ManyChangesAtOnce) {
   ASSERT_TRUE(m.add(boxes, nullptr).ok());
   ASSERT_TRUE(m.update().ok());
   EXPECT_EQ(m.pair_count(), 0u);
-  ASSERT_EQ(m.scene().pairs().candidate_count(), 3000u);
+  ASSERT_EQ(m.candidate_count(), 3000u);
   for (int round = 0; round < 4; ++round) {
     for (std::size_t i = 0; i < boxes.size(); i += 2) {
       const float by = round % 2 ? -0.75f : 0.75f;
@@ -283,7 +283,7 @@ TEST(LiveScene, MemoryIsObjectsAndPairs) {
     BoxList boxes = uniform_boxes(20000, 1);
     ASSERT_TRUE(m.add(boxes, nullptr).ok());
     ASSERT_TRUE(m.update().ok());
-    const std::uint64_t candidates = m.scene().pairs().candidate_count();
+    const std::uint64_t candidates = m.candidate_count();
     EXPECT_LT(memory.peak(), 130 * boxes.size() + 90 * candidates + 400000);
     std::size_t warm = 0;
     for (int frame = 0; frame < 12; ++frame) {
@@ -298,7 +298,7 @@ TEST(LiveScene, MemoryIsObjectsAndPairs) {
       (void)m.pairs();
     }
     EXPECT_EQ(memory.allocations(), warm);
-    EXPECT_EQ(m.scene().held(), memory.held());
+    EXPECT_EQ(m.held(), memory.held());
   }
   EXPECT_EQ(memory.held(), 0u);
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "pipeline/live_actor.hpp"
+#include "pipeline/live_object_stages.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -101,7 +102,7 @@ class Crowd {
     model_.update();
     EXPECT_TRUE(model_.check(machine_)) << r.plan.reason;
     ways.count(r.plan.reason);
-    const std::uint64_t all = machine_.scene().pairs().candidate_count();
+    const std::uint64_t all = machine_.candidate_count();
     if (std::string(r.plan.reason).find("compared again") != std::string::npos)
       fewer += r.comparisons > all / 4 && r.comparisons < all * 9 / 10;
   }
@@ -120,7 +121,7 @@ class Crowd {
 
 TEST(Doubt, NothingIsMissed) {
   const float nan = std::nanf("");
-  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) {
     Options options;
     options.nan = NanPolicy::inactive;
     options.algorithm = seed % 2 ? Algorithm::grid : Algorithm::automatic;

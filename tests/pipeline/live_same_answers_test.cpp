@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/bounds.hpp"
 #include "pipeline/live_actor.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -160,7 +161,7 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
     return list;
   };
   Both both(boxes);
-  const auto held = [&] { return both.device.scene().questions().held(); };
+  const auto held = [&] { return both.device.questions_held(); };
   const std::vector<Sweep> first = sweeps();
   EXPECT_TRUE(both.device.find_hits(first.data(), first.size(), SweepHits::all, {}).ok());
   const std::size_t without = held();

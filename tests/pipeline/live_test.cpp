@@ -37,21 +37,22 @@ TEST(LiveScene, Plain) {
     live({}, seed % 2 ? 0.0f : 1.0f, seed, 250, 12, false, 100);
 }
 TEST(LiveScene, Filtered) {
-  for (std::uint64_t seed = 0; seed < 4; ++seed)
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed)
     live({}, seed % 2 ? 0.0f : 1.0f, seed, 200, 8, true, 100);
 }
 // In a grid few that leave their fat boxes have their candidates mended; without worlds.
 TEST(LiveScene, Grid) {
   Ways ways;
-  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+  constexpr std::uint64_t lives = seeds(6);
+  for (std::uint64_t seed = 0; seed < lives; ++seed) {
     Options options;
     options.algorithm = Algorithm::grid;
     options.margin = seed % 3 == 2 ? 0.1f : 0.0f;
     live(options, 0.7f, seed, 250, 8, seed % 2, 120, &ways);
   }
-  EXPECT_GT(ways.compared, 100u);
-  EXPECT_GT(ways.mended, 100u);
-  EXPECT_GT(ways.found, 100u);
+  EXPECT_GT(ways.compared, 17 * lives);
+  EXPECT_GT(ways.mended, 17 * lives);
+  EXPECT_GT(ways.found, 17 * lives);
 }
 
 // ---- against throng::BroadPhase -----------------------------------------------------------------

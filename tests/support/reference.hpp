@@ -15,6 +15,8 @@
 
 #include <throng/throng.hpp>
 
+#include "support/sanitized.hpp"
+
 namespace throng::tests {
 
 // One box with what its filters say, read out of a view.
@@ -63,17 +65,24 @@ inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
   return items;
 }
 
-inline bool disjoint(const Item& a, const Item& b) {
+THRONG_UNWATCHED inline bool disjoint(const Item& a, const Item& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (a.upper[axis] < b.lower[axis] || b.upper[axis] < a.lower[axis]) return true;
   return false;
 }
 
-inline bool wanted(const Item& a, const Item& b) {
+THRONG_UNWATCHED inline bool wanted(const Item& a, const Item& b) {
   if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
   if (a.owner != -1 && a.owner == b.owner) return false;
   if (a.world != -1 && b.world != -1 && a.world != b.world) return false;
   return !(a.is_static && b.is_static);
+}
+
+// The first from j on, of `count` in all, that a has to do with; `count`: none.
+THRONG_UNWATCHED inline std::uint32_t next_met(const Item& a, const Item* all, std::uint32_t j,
+                                               std::size_t count) {
+  while (j < count && (!all[j].active || disjoint(a, all[j]) || !wanted(a, all[j]))) ++j;
+  return j;
 }
 
 struct Answer {
@@ -90,11 +99,11 @@ inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
   const std::vector<Item> items = read_items(boxes, margin);
   Answer answer;
   answer.inactive = count_inactive(items);
-  for (std::uint32_t i = 0; i < items.size(); ++i) {
+  const std::size_t n = items.size();
+  for (std::uint32_t i = 0; i < n; ++i) {
     if (!items[i].active) continue;
-    for (std::uint32_t j = i + 1; j < items.size(); ++j)
-      if (items[j].active && !disjoint(items[i], items[j]) && wanted(items[i], items[j]))
-        answer.pairs.push_back({i, j});
+    for (std::uint32_t j = i; (j = next_met(items[i], items.data(), j + 1, n)) < n;)
+      answer.pairs.push_back({i, j});
   }
   return answer;
 }
@@ -103,11 +112,11 @@ inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) 
   const std::vector<Item> left = read_items(a, margin), right = read_items(b, margin);
   Answer answer;
   answer.inactive = count_inactive(left) + count_inactive(right);
+  const std::size_t n = right.size();
   for (std::uint32_t i = 0; i < left.size(); ++i) {
     if (!left[i].active) continue;
-    for (std::uint32_t j = 0; j < right.size(); ++j)
-      if (right[j].active && !disjoint(left[i], right[j]) && wanted(left[i], right[j]))
-        answer.pairs.push_back({i, j});
+    for (std::uint32_t j = 0; (j = next_met(left[i], right.data(), j, n)) < n; ++j)
+      answer.pairs.push_back({i, j});
   }
   return answer;
 }
