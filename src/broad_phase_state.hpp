@@ -104,7 +104,7 @@ struct BroadPhaseAccess {
     std::atomic_ref<State*> shared(it.state_);
     if (shared.load(std::memory_order_acquire)) return true;
     const Options& options = it.options_;
-    if (!valid({}, nullptr, options, r)) return false;
+    if (!valid(Boxes(), nullptr, options, r)) return false;
     if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
       say(r, "a %s has no backend '%s'; use Backend::automatic", name, to_string(options.backend));
       return refuse(r, Status::bad_option);

@@ -33,6 +33,28 @@ struct Finder::State {
     return cpu.memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
   }
 
+  template <class AnyBoxes>
+  Result find_on_cpu(const AnyBoxes& a, const AnyBoxes* b, const Options& options,
+                     core::Output* output, const Consumer* consumer) {
+    const std::size_t before = cpu.memory().held();
+    Result r = cpu.find(a, b, options, output, consumer);
+    // What is kept from other searches may be what is missing.
+    if (r.status == Status::memory_cap_too_small && r.written == 0 && before > sizeof(State)) {
+      std::destroy_at(&cpu);
+      std::construct_at(&cpu, resource, sizeof(State));
+      r = cpu.find(a, b, options, output, consumer);
+    }
+    return r;
+  }
+
+  // Doubles are the CPU's alone.
+  Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options,
+              core::Output* output, const Consumer* consumer) {
+    Result r = find_on_cpu(a, b, options, output, consumer);
+    throng::explain(r, b != nullptr, cpu.nan_in_second_set());
+    return r;
+  }
+
   Result find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
               const Consumer* consumer) {
     Result r;
@@ -51,14 +73,7 @@ struct Finder::State {
     if (!tried ||
         (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
       if (tried) gpu.reset();
-      const std::size_t before = cpu.memory().held();
-      r = cpu.find(a, b, options, output, consumer);
-      // What is kept from other searches may be what is missing.
-      if (r.status == Status::memory_cap_too_small && r.written == 0 && before > sizeof(State)) {
-        std::destroy_at(&cpu);
-        std::construct_at(&cpu, resource, sizeof(State));
-        r = cpu.find(a, b, options, output, consumer);
-      }
+      r = find_on_cpu(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
       if (options.backend == Backend::automatic && automatic.reason(boxes))
         r.plan.reason = automatic.reason(boxes);
@@ -123,14 +138,17 @@ struct Finder::State {
 
 // What the public calls have in common.
 struct FinderAccess {
-  static Result run(Finder& finder, const Boxes& a, const Boxes* b, core::Output* output,
+  template <class AnyBoxes>
+  static Result run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, core::Output* output,
                     const Consumer* consumer) {
     const cpu::FloatState float_state;
     Result r;
     finder.pairs_ = {};
     if (!valid(a, b, finder.options_, r)) return r;
-    if (const char* folder = capture::folder_of(finder.options_))
-      return captured(folder, finder, a, b, output, consumer);
+    if constexpr (AnyBoxes::is_float) {
+      if (const char* folder = capture::folder_of(finder.options_))
+        return captured(folder, finder, a, b, output, consumer);
+    }
     return search(finder, a, b, output, consumer);
   }
 
@@ -163,7 +181,8 @@ struct FinderAccess {
     return r;
   }
 
-  static Result search(Finder& finder, const Boxes& a, const Boxes* b, core::Output* output,
+  template <class AnyBoxes>
+  static Result search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, core::Output* output,
                        const Consumer* consumer) {
     Result r;
     if (!finder.state_) {
@@ -198,16 +217,11 @@ struct FinderAccess {
   static Explanation explain(Finder& finder, const Boxes& a, const Boxes* b) {
     const Options& options = finder.options_;
     Result r;
-    if (!valid_choices(options, r)) throw Error(r);
-    if (options.backend == Backend::cuda || options.backend == Backend::emulated) {
-      r.status = Status::bad_option;
-      say(r, "backend %s: a search is explained on the CPU alone; set backend to cpu or automatic",
-          to_string(options.backend));
+    if (!valid_choices(options, r) || !valid_on_cpu(options, "a search is explained", r))
       throw Error(r);
-    }
     const Backend asked = options.backend;
     finder.options_.backend = Backend::cpu;
-    r = run(finder, a, b, nullptr, nullptr);
+    r = run<Boxes>(finder, a, b, nullptr, nullptr);
     finder.options_.backend = asked;
     if (!r.ok()) throw Error(r);
     return describe(a, b, options, r, finder.state_->cpu);
@@ -232,25 +246,55 @@ Finder& Finder::operator=(Finder&& other) noexcept {
 }
 std::size_t Finder::memory_bytes() const noexcept { return state_ ? state_->held() : 0; }
 
+namespace {
+
+core::Output into(Pair* out, std::size_t capacity) noexcept {
+  return {out, out ? capacity : 0, nullptr, nullptr};
+}
+
+}  // namespace
+
 Result Finder::find(const Boxes& boxes) noexcept {
-  return FinderAccess::run(*this, boxes, nullptr, nullptr, nullptr);
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, nullptr, nullptr);
 }
 Result Finder::find(const Boxes& a, const Boxes& b) noexcept {
-  return FinderAccess::run(*this, a, &b, nullptr, nullptr);
+  return FinderAccess::run<Boxes>(*this, a, &b, nullptr, nullptr);
 }
 Result Finder::find(const Boxes& boxes, Pair* out, std::size_t capacity) noexcept {
-  core::Output output{out, out ? capacity : 0, nullptr, nullptr};
-  return FinderAccess::run(*this, boxes, nullptr, &output, nullptr);
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, &output, nullptr);
 }
 Result Finder::find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity) noexcept {
-  core::Output output{out, out ? capacity : 0, nullptr, nullptr};
-  return FinderAccess::run(*this, a, &b, &output, nullptr);
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<Boxes>(*this, a, &b, &output, nullptr);
 }
 Result Finder::consume(const Boxes& boxes, Consumer consumer) {
-  return FinderAccess::run(*this, boxes, nullptr, nullptr, &consumer);
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, nullptr, &consumer);
 }
 Result Finder::consume(const Boxes& a, const Boxes& b, Consumer consumer) {
-  return FinderAccess::run(*this, a, &b, nullptr, &consumer);
+  return FinderAccess::run<Boxes>(*this, a, &b, nullptr, &consumer);
+}
+
+Result Finder::find(const DoubleBoxes& boxes) noexcept {
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, nullptr, nullptr);
+}
+Result Finder::find(const DoubleBoxes& a, const DoubleBoxes& b) noexcept {
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, nullptr, nullptr);
+}
+Result Finder::find(const DoubleBoxes& boxes, Pair* out, std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, &output, nullptr);
+}
+Result Finder::find(const DoubleBoxes& a, const DoubleBoxes& b, Pair* out,
+                    std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, &output, nullptr);
+}
+Result Finder::consume(const DoubleBoxes& boxes, Consumer consumer) {
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, nullptr, &consumer);
+}
+Result Finder::consume(const DoubleBoxes& a, const DoubleBoxes& b, Consumer consumer) {
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, nullptr, &consumer);
 }
 
 Explanation Finder::explain(const Boxes& boxes) {
@@ -269,9 +313,10 @@ class IntoVector {
   IntoVector(std::vector<Pair>& out, const Options& options) noexcept
       : out_(out), finder_(options) {}
 
-  Result find(const Boxes& a, const Boxes* b) noexcept {
+  template <class AnyBoxes>
+  Result find(const AnyBoxes& a, const AnyBoxes* b) noexcept {
     core::Output output{out_.data(), out_.size(), grow, this};
-    Result r = FinderAccess::run(finder_, a, b, &output, nullptr);
+    Result r = FinderAccess::run<AnyBoxes>(finder_, a, b, &output, nullptr);
     const auto found = static_cast<std::size_t>(r.ok() ? r.found : 0);
     if (found <= out_.size()) {
       out_.resize(found);
@@ -306,9 +351,18 @@ class IntoVector {
   Finder finder_;
 };
 
-Result find_into(const Boxes& a, const Boxes* b, std::vector<Pair>& out,
+template <class AnyBoxes>
+Result find_into(const AnyBoxes& a, const AnyBoxes* b, std::vector<Pair>& out,
                  const Options& options) noexcept {
   return IntoVector(out, options).find(a, b);
+}
+
+template <class AnyBoxes>
+std::vector<Pair> find_or_throw(const AnyBoxes& a, const AnyBoxes* b, const Options& options) {
+  std::vector<Pair> pairs;
+  const Result r = find_into(a, b, pairs, options);
+  if (!r.ok()) throw Error(r);
+  return pairs;
 }
 
 }  // namespace
@@ -317,23 +371,32 @@ Error::Error(const Result& result)
     : std::runtime_error(std::string("throng: ") + result.message), result_(result) {}
 
 Result find_pairs(const Boxes& boxes, std::vector<Pair>& out, const Options& options) noexcept {
-  return find_into(boxes, nullptr, out, options);
+  return find_into<Boxes>(boxes, nullptr, out, options);
 }
 Result find_pairs(const Boxes& a, const Boxes& b, std::vector<Pair>& out,
                   const Options& options) noexcept {
   return find_into(a, &b, out, options);
 }
 std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options) {
-  std::vector<Pair> pairs;
-  const Result r = find_into(boxes, nullptr, pairs, options);
-  if (!r.ok()) throw Error(r);
-  return pairs;
+  return find_or_throw<Boxes>(boxes, nullptr, options);
 }
 std::vector<Pair> find_pairs(const Boxes& a, const Boxes& b, const Options& options) {
-  std::vector<Pair> pairs;
-  const Result r = find_into(a, &b, pairs, options);
-  if (!r.ok()) throw Error(r);
-  return pairs;
+  return find_or_throw(a, &b, options);
+}
+
+Result find_pairs(const DoubleBoxes& boxes, std::vector<Pair>& out,
+                  const Options& options) noexcept {
+  return find_into<DoubleBoxes>(boxes, nullptr, out, options);
+}
+Result find_pairs(const DoubleBoxes& a, const DoubleBoxes& b, std::vector<Pair>& out,
+                  const Options& options) noexcept {
+  return find_into(a, &b, out, options);
+}
+std::vector<Pair> find_pairs(const DoubleBoxes& boxes, const Options& options) {
+  return find_or_throw<DoubleBoxes>(boxes, nullptr, options);
+}
+std::vector<Pair> find_pairs(const DoubleBoxes& a, const DoubleBoxes& b, const Options& options) {
+  return find_or_throw(a, &b, options);
 }
 
 Box round_outward(const double lower[3], const double upper[3]) noexcept {

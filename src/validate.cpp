@@ -108,7 +108,8 @@ bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name,
   return refuse(r, Status::bad_filter);
 }
 
-bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
+template <class Real>
+bool valid_boxes(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
   if (boxes.size() > max_box_count) {
     say(r, "%s has %llu boxes, at most %llu can be indexed; split them", set, ull{boxes.size()},
         ull{max_box_count});
@@ -119,9 +120,9 @@ bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
         set, ull{boxes.size()});
     return refuse(r, Status::bad_boxes);
   }
-  if (boxes.stride_bytes() % alignof(float) != 0) {
+  if (boxes.stride_bytes() % alignof(Real) != 0) {
     say(r, "the stride of %s is %llu bytes; it must be a multiple of %llu", set,
-        ull{boxes.stride_bytes()}, ull{alignof(float)});
+        ull{boxes.stride_bytes()}, ull{alignof(Real)});
     return refuse(r, Status::bad_boxes);
   }
   const Filters& f = boxes.filters;
@@ -134,7 +135,8 @@ bool valid_boxes(const Boxes& boxes, const char* set, Result& r) noexcept {
   return true;
 }
 
-bool valid_worlds(const Boxes& boxes, const char* set, Result& r) noexcept {
+template <class Real>
+bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
   const Filters& f = boxes.filters;
   const std::size_t n = boxes.size();
   if (!f.world) return true;
@@ -236,14 +238,33 @@ bool valid(const Boxes& set, Result& r) noexcept {
   return valid_boxes(set, "the set", r) && valid_worlds(set, "the set", r);
 }
 
-bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+namespace {
+
+template <class AnyBoxes>
+bool valid_call(const AnyBoxes& a, const AnyBoxes* b, const Options& options, Result& r) noexcept {
   if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
       !valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
       !kernels_for(options.isa, "Options::isa", r))
     return false;
-  if (!b) return valid(a, r);
+  if (!b) return valid_boxes(a, "the set", r) && valid_worlds(a, "the set", r);
   return valid_boxes(a, "the first set", r) && valid_worlds(a, "the first set", r) &&
          valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r);
+}
+
+}  // namespace
+
+bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept {
+  return valid_call(a, b, options, r);
+}
+bool valid(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options, Result& r) noexcept {
+  return valid_call(a, b, options, r) && valid_on_cpu(options, "boxes of doubles are searched", r);
+}
+
+bool valid_on_cpu(const Options& options, const char* what, Result& r) noexcept {
+  if (options.backend != Backend::cuda && options.backend != Backend::emulated) return true;
+  say(r, "backend %s: %s on the CPU alone; set backend to cpu or automatic",
+      to_string(options.backend), what);
+  return refuse(r, Status::bad_option);
 }
 
 void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,

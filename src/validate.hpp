@@ -28,6 +28,8 @@ inline bool refuse(Result& r, Status status) noexcept {
 bool valid_margin(float margin, Result& r) noexcept;
 // Whether each enumeration is one of its constants.
 bool valid_choices(const Options& options, Result& r) noexcept;
+// Whether the backend is not one that cannot; `what`: "a search is explained".
+bool valid_on_cpu(const Options& options, const char* what, Result& r) noexcept;
 // Whether an executor, if there is one, has a function that runs tasks.
 bool valid_executor(const Executor* executor, Result& r) noexcept;
 // Null, with status and message, where it is not to be had; `option` is what asked for it.
@@ -35,6 +37,7 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
 
 // False, with status and message, where a backend could not take this. b null: one set.
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
+bool valid(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options, Result& r) noexcept;
 // The same of one set, by options that are valid.
 bool valid(const Boxes& set, Result& r) noexcept;
 

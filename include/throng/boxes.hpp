@@ -34,44 +34,53 @@ struct Filters {
 };
 
 // A view: it owns nothing, and what it shows must outlive it. Copying it is cheap.
-// The stride of the coordinates is in bytes, a multiple of four; 0 repeats one box.
-class Boxes {
+// The stride of the coordinates is in bytes, a multiple of their size; 0 repeats one box.
+template <class Real>
+class BasicBoxes {
+  static_assert(std::is_same<Real, float>::value || std::is_same<Real, double>::value,
+                "boxes are of floats or of doubles");
+
  public:
-  Boxes() noexcept = default;
+  static constexpr bool is_float = std::is_same<Real, float>::value;
+  using Corner = std::conditional_t<is_float, Vec3, DoubleVec3>;
+  using Value = std::conditional_t<is_float, Box, DoubleBox>;
+
+  BasicBoxes() noexcept = default;
 
   // `count` boxes, `stride_bytes` apart.
-  Boxes(const Box* boxes, std::size_t count, std::size_t stride_bytes = sizeof(Box)) noexcept
+  BasicBoxes(const Value* boxes, std::size_t count,
+             std::size_t stride_bytes = sizeof(Value)) noexcept
       : count_(count) {
-    const float* base = reinterpret_cast<const float*>(boxes);
+    const Real* base = reinterpret_cast<const Real*>(boxes);
     for (int k = 0; k < 6; ++k) corner_[k] = base ? base + k : nullptr;
     stride_bytes_ = stride_bytes;
     packed_ = true;
   }
 
-  // Any container of Box with data() and size(): std::vector, std::array, std::span.
+  // Any container of boxes with data() and size(): std::vector, std::array, std::span.
   template <
       class Container, class = decltype(std::declval<const Container&>().data()),
       class = std::enable_if_t<std::is_same<std::remove_cv_t<std::remove_pointer_t<
                                                 decltype(std::declval<const Container&>().data())>>,
-                                            Box>::value>>
-  Boxes(const Container& boxes) noexcept  // NOLINT(google-explicit-constructor): a view
-      : Boxes(boxes.data(), boxes.size()) {}
+                                            Value>::value>>
+  BasicBoxes(const Container& boxes) noexcept  // NOLINT(google-explicit-constructor): a view
+      : BasicBoxes(boxes.data(), boxes.size()) {}
 
   // Lower and upper corners in two arrays.
-  static Boxes split(const Vec3* lower, const Vec3* upper, std::size_t count,
-                     std::size_t stride_bytes = sizeof(Vec3)) noexcept {
-    const float* l = reinterpret_cast<const float*>(lower);
-    const float* u = reinterpret_cast<const float*>(upper);
+  static BasicBoxes split(const Corner* lower, const Corner* upper, std::size_t count,
+                          std::size_t stride_bytes = sizeof(Corner)) noexcept {
+    const Real* l = reinterpret_cast<const Real*>(lower);
+    const Real* u = reinterpret_cast<const Real*>(upper);
     return l && u ? arrays(l, l + 1, l + 2, u, u + 1, u + 2, count, stride_bytes)
                   : arrays(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, count);
   }
 
   // One array a coordinate. Both z arrays null: the boxes are 2-D.
-  static Boxes arrays(const float* lower_x, const float* lower_y, const float* lower_z,
-                      const float* upper_x, const float* upper_y, const float* upper_z,
-                      std::size_t count, std::size_t stride_bytes = sizeof(float)) noexcept {
-    Boxes b;
-    const float* corner[6] = {lower_x, lower_y, lower_z, upper_x, upper_y, upper_z};
+  static BasicBoxes arrays(const Real* lower_x, const Real* lower_y, const Real* lower_z,
+                           const Real* upper_x, const Real* upper_y, const Real* upper_z,
+                           std::size_t count, std::size_t stride_bytes = sizeof(Real)) noexcept {
+    BasicBoxes b;
+    const Real* corner[6] = {lower_x, lower_y, lower_z, upper_x, upper_y, upper_z};
     for (int k = 0; k < 6; ++k) b.corner_[k] = corner[k];
     b.count_ = count;
     b.stride_bytes_ = stride_bytes;
@@ -82,16 +91,16 @@ class Boxes {
   bool empty() const noexcept { return count_ == 0; }
 
   // Coordinate k of box i: lower x, y, z, upper x, y, z. A missing z is 0.
-  float corner(std::size_t i, int k) const noexcept {
-    const float* p = corner_[k];
-    if (!p) return 0.0f;
-    return *reinterpret_cast<const float*>(reinterpret_cast<const char*>(p) + i * stride_bytes_);
+  Real corner(std::size_t i, int k) const noexcept {
+    const Real* p = corner_[k];
+    if (!p) return 0;
+    return *reinterpret_cast<const Real*>(reinterpret_cast<const char*>(p) + i * stride_bytes_);
   }
-  Box operator[](std::size_t i) const noexcept {
+  Value operator[](std::size_t i) const noexcept {
     return {{corner(i, 0), corner(i, 1), corner(i, 2)}, {corner(i, 3), corner(i, 4), corner(i, 5)}};
   }
 
-  // The first box where all six floats of a box lie together, else null; and the distance between.
+  // The first box where all six numbers of a box lie together, else null; and the distance between.
   const char* packed_data() const noexcept {
     return packed_ ? reinterpret_cast<const char*>(corner_[0]) : nullptr;
   }
@@ -110,10 +119,17 @@ class Boxes {
   Filters filters;
 
  private:
-  const float* corner_[6] = {};
+  const Real* corner_[6] = {};
   std::size_t stride_bytes_ = 0;
   std::size_t count_ = 0;
   bool packed_ = false;
 };
+
+using Boxes = BasicBoxes<float>;
+
+// Boxes of doubles. Searches by Finder and find_pairs, on the CPU, tell exactly the pairs of these:
+// those that overlap as doubles, though floats could not tell. A box is DoubleBox, a corner
+// DoubleVec3.
+using DoubleBoxes = BasicBoxes<double>;
 
 }  // namespace throng

@@ -33,6 +33,15 @@ THRONG_API Result find_pairs(const Boxes& boxes, std::vector<Pair>& out,
 THRONG_API Result find_pairs(const Boxes& a, const Boxes& b, std::vector<Pair>& out,
                              const Options& options = {}) noexcept;
 
+// The same for boxes of doubles: see Finder.
+THRONG_API std::vector<Pair> find_pairs(const DoubleBoxes& boxes, const Options& options = {});
+THRONG_API std::vector<Pair> find_pairs(const DoubleBoxes& a, const DoubleBoxes& b,
+                                        const Options& options = {});
+THRONG_API Result find_pairs(const DoubleBoxes& boxes, std::vector<Pair>& out,
+                             const Options& options = {}) noexcept;
+THRONG_API Result find_pairs(const DoubleBoxes& a, const DoubleBoxes& b, std::vector<Pair>& out,
+                             const Options& options = {}) noexcept;
+
 // The smallest float box that contains the double box: lower rounded down, upper rounded up.
 THRONG_API Box round_outward(const double lower[3], const double upper[3]) noexcept;
 

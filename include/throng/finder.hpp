@@ -79,6 +79,15 @@ class THRONG_API Finder {
   Result consume(const Boxes& boxes, Consumer consumer);
   Result consume(const Boxes& a, const Boxes& b, Consumer consumer);
 
+  // The same for boxes of doubles, on the CPU: exactly the pairs of those that overlap as doubles,
+  // those grown by the margin rounded outward to doubles. Takes 24 bytes a box more. Not captured.
+  Result find(const DoubleBoxes& boxes) noexcept;
+  Result find(const DoubleBoxes& a, const DoubleBoxes& b) noexcept;
+  Result find(const DoubleBoxes& boxes, Pair* out, std::size_t capacity) noexcept;
+  Result find(const DoubleBoxes& a, const DoubleBoxes& b, Pair* out, std::size_t capacity) noexcept;
+  Result consume(const DoubleBoxes& boxes, Consumer consumer);
+  Result consume(const DoubleBoxes& a, const DoubleBoxes& b, Consumer consumer);
+
   // Finds the pairs as find() does, and tells why that costs what it does: see throng/explain.hpp.
   // By the CPU alone. Takes some 100 times as long as find() for small sets; throws Error.
   Explanation explain(const Boxes& boxes);

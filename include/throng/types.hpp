@@ -15,6 +15,14 @@ struct Box {
   Vec3 lower, upper;
 };
 
+// The same in doubles, for pairs that floats cannot tell: see DoubleBoxes.
+struct DoubleVec3 {
+  double x, y, z;
+};
+struct DoubleBox {
+  DoubleVec3 lower, upper;
+};
+
 // Indices of two overlapping boxes. Of one set first < second; of two sets first indexes the first
 // set and second the second.
 struct Pair {

@@ -1,5 +1,5 @@
-// Tests of one and of two boxes on the input floats, and boxes grown by a margin. These decide;
-// everything else only chooses what is asked.
+// Tests of one and of two boxes on the input numbers, and boxes grown by a margin. These decide;
+// everything else only chooses what is asked. A box here is a Box or a DoubleBox.
 #pragma once
 
 #include <bit>
@@ -21,26 +21,34 @@ namespace throng::core {
 
 // Closed boxes: touching counts. False where a NaN takes part; -0 equals 0. Says nothing of
 // is_active: an inverted box may "overlap" a large one here.
-THRONG_HD constexpr bool overlaps(const Box& a, const Box& b) noexcept {
+template <class AnyBox>
+THRONG_HD constexpr bool overlaps(const AnyBox& a, const AnyBox& b) noexcept {
   return (a.lower.x <= b.upper.x) & (b.lower.x <= a.upper.x) & (a.lower.y <= b.upper.y) &
          (b.lower.y <= a.upper.y) & (a.lower.z <= b.upper.z) & (b.lower.z <= a.upper.z);
 }
 
 // lower <= upper on every axis. False for an empty slot and for a NaN.
-THRONG_HD constexpr bool is_active(const Box& b) noexcept {
+template <class AnyBox>
+THRONG_HD constexpr bool is_active(const AnyBox& b) noexcept {
   return (b.lower.x <= b.upper.x) & (b.lower.y <= b.upper.y) & (b.lower.z <= b.upper.z);
 }
 
-THRONG_HD constexpr bool has_nan(const Box& b) noexcept {
+template <class AnyBox>
+THRONG_HD constexpr bool has_nan(const AnyBox& b) noexcept {
   return (b.lower.x != b.lower.x) | (b.lower.y != b.lower.y) | (b.lower.z != b.lower.z) |
          (b.upper.x != b.upper.x) | (b.upper.y != b.upper.y) | (b.upper.z != b.upper.z);
 }
 
-// The next float towards minus infinity. Not for NaN or minus infinity.
+// The next number towards minus infinity. Not for NaN or minus infinity.
 THRONG_HD constexpr float next_down(float x) noexcept {
   if (x == 0) return -std::numeric_limits<float>::denorm_min();
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
   return std::bit_cast<float>(x > 0 ? bits - 1 : bits + 1);
+}
+constexpr double next_down(double x) noexcept {
+  if (x == 0) return -std::numeric_limits<double>::denorm_min();
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
+  return std::bit_cast<double>(x > 0 ? bits - 1 : bits + 1);
 }
 
 // The exact value of x - m, rounded down to float. m finite.
@@ -73,6 +81,19 @@ THRONG_HD constexpr float add_rounded_up(float x, float m) noexcept {
   return -subtract_rounded_down(-x, m);
 }
 
+// The exact value of x - m, rounded down to double. m finite.
+//
+// s + e = x - m exactly (two-sum; denormals are exact), and s is the nearest double: so the exact
+// value lies below s, within half a unit, if e < 0. A sum below the least double is minus infinity,
+// which is below it; where that or x is infinite, e is NaN and s stays.
+constexpr double subtract_rounded_down(double x, double m) noexcept {
+  const double s = x - m;
+  const double m_part = s - x;
+  const double x_part = s - m_part;
+  const double e = (x - x_part) + (-m - m_part);
+  return e < 0 ? next_down(s) : s;
+}
+
 // lower - margin rounded down, upper + margin rounded up: the smallest float box that contains the
 // exact one. Ask is_active and has_nan of the box as it was given, not of this one: a margin can
 // turn an empty slot into a box. margin finite.
@@ -81,6 +102,14 @@ THRONG_HD constexpr Box expand(const Box& b, float margin) noexcept {
            subtract_rounded_down(b.lower.z, margin)},
           {add_rounded_up(b.upper.x, margin), add_rounded_up(b.upper.y, margin),
            add_rounded_up(b.upper.z, margin)}};
+}
+// The smallest box of doubles that does.
+constexpr DoubleBox expand(const DoubleBox& b, float margin) noexcept {
+  const double m = static_cast<double>(margin);
+  const auto down = [m](double x) { return subtract_rounded_down(x, m); };
+  const auto up = [m](double x) { return -subtract_rounded_down(-x, m); };
+  return {{down(b.lower.x), down(b.lower.y), down(b.lower.z)},
+          {up(b.upper.x), up(b.upper.y), up(b.upper.z)}};
 }
 
 }  // namespace throng::core

@@ -44,6 +44,8 @@ struct Engine::Call {
   explicit Call(const Options& o) : options(o), clock(o.measure_stages) {}
   const Options& options;
   Clock clock;
+  Doubles doubles;
+  Boxes rounded[2];  // what stands for them
   Search search;
   Problem whole;
   core::GridPlan plan;
@@ -54,6 +56,7 @@ struct Engine::Call {
 
 Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept
     : memory_(memory, already_held),
+      rounded_(memory_),
       kinds_(memory_),
       grid_(memory_),
       partition_(memory_),
@@ -63,6 +66,27 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       unordered_(memory_),
       ordered_(memory_),
       workers_(memory_) {}
+
+// Makes the float boxes that are searched for those of doubles.
+void Engine::round(Call& call) {
+  THRONG_RANGE("round");
+  Search& search = call.search;
+  const Doubles& doubles = call.doubles;
+  const std::size_t of_a = doubles.a->size();
+  Box* out = rounded_.room(static_cast<std::size_t>(box_count(search)), memory_.cap() != 0);
+  const DoubleVec3 origin = choose_origin(doubles);
+  const auto fill = [&](const DoubleBoxes& boxes, Box* to, Boxes& rounded) {
+    stand_for(boxes, origin, doubles.margin, *search.executor, call.tasks, to);
+    rounded = Boxes(to, boxes.size());
+    rounded.filters = boxes.filters;
+  };
+  fill(*doubles.a, out, call.rounded[0]);
+  if (search.two_sets) fill(*doubles.b, out + of_a, call.rounded[1]);
+  search.doubles = &doubles;
+  search.margin = 0;  // they have it
+  search.flat = doubles.is_flat();
+  call.result.times.bin_ms = call.clock.lap();
+}
 
 // Everything before the first pair: the split, the plan, the binning, the check for NaN.
 void Engine::prepare(Call& call) {
@@ -103,7 +127,7 @@ void Engine::prepare(Call& call) {
     has_grid_ = !call.plan.all_pairs;
     grid_plan_ = call.plan;
   }
-  r.times.bin_ms = call.clock.lap();
+  r.times.bin_ms += call.clock.lap();
   r.inactive = report.inactive;
   if (!search.failed() && report.nan_count && call.options.nan == NanPolicy::refuse) {
     r.first_invalid = report.first_nan;
@@ -323,15 +347,32 @@ std::size_t Engine::enough_bytes(const Call& call) const noexcept {
           ? 0
           : static_cast<double>(2 * least_in_order * sizeof(Pair) +
                                 PairSorter::bytes_for(least_in_order, call.tasks));
-  const double all = fixed + chains + worlds + in_order + 64.0 * static_cast<double>(boxes) +
-                     records * 20 + tasks * column * bytes_a_record;
+  const double rounded = call.doubles.a ? sizeof(Box) * static_cast<double>(boxes) : 0;
+  const double all = rounded + fixed + chains + worlds + in_order +
+                     64.0 * static_cast<double>(boxes) + records * 20 +
+                     tasks * column * bytes_a_record;
   return static_cast<std::size_t>(all);
 }
 
 Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Output* output,
                     const Consumer* consumer) {
-  THRONG_RANGE("search");
   Call call(options);
+  return find(call, a, b, output, consumer);
+}
+
+Result Engine::find(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options,
+                    Output* output, const Consumer* consumer) {
+  Call call(options);
+  call.doubles = {&a, b ? b : &a, options.margin};
+  call.rounded[0] = Boxes(nullptr, a.size());
+  if (b) call.rounded[1] = Boxes(nullptr, b->size());
+  return find(call, call.rounded[0], b ? &call.rounded[1] : nullptr, output, consumer);
+}
+
+Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
+                    const Consumer* consumer) {
+  THRONG_RANGE("search");
+  const Options& options = call.options;
   Result& r = call.result;
   Search& search = call.search;
   search.a = &a;
@@ -355,6 +396,7 @@ Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Outp
     search.executor = &team;
     search.guarded([&] {
       if (search.over()) return;
+      if (call.doubles.a) round(call);
       prepare(call);
       if (search.over()) return;
       const bool in_order = options.order == Order::canonical;

@@ -49,6 +49,8 @@ class Engine {
   // The arguments are valid (see the hall). b null: one set. `output` or `consumer` is null.
   Result find(const Boxes& a, const Boxes* b, const Options&, Output* output,
               const Consumer* consumer);
+  Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
+              const Consumer* consumer);
 
   Memory& memory() noexcept { return memory_; }
   Buffer<Pair>& pairs() noexcept { return pairs_; }
@@ -73,6 +75,8 @@ class Engine {
 
  private:
   struct Call;
+  Result find(Call&, const Boxes& a, const Boxes* b, Output*, const Consumer*);
+  void round(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
   void guess_room(Call&, Output&);
@@ -85,6 +89,7 @@ class Engine {
   std::size_t enough_bytes(const Call&) const noexcept;
 
   Memory memory_;
+  Buffer<Box> rounded_;  // what stands for doubles
   Kinds kinds_;
   GridSpace grid_;
   Partition partition_;

@@ -10,6 +10,7 @@
 
 #include "core/bounds.hpp"
 #include "core/quantise.hpp"
+#include "cpu/doubles.hpp"
 #include "cpu/emit.hpp"
 #include "cpu/kernels.hpp"
 #include "cpu/kinds.hpp"
@@ -90,7 +91,8 @@ struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
   const Boxes* b = nullptr;  // a itself where there is one set
   bool two_sets = false;
-  std::uint32_t second_base = 0;  // see Emit
+  const Doubles* doubles = nullptr;  // what a and b stand for, if they do
+  std::uint32_t second_base = 0;     // see Emit
   float margin = 0;
   float cell_scale = 1;
   bool flat = false;             // all boxes are 2-D

@@ -84,6 +84,7 @@ void Worker::begin(Search& search) {
   gap_ = room_ = Room{};
   ask_kinds_ = search.kinds && !search.kinds->words_tell_all();
   ask_worlds_ = search.any_worlds;
+  ask_doubles_ = false;
   const bool ask = ask_kinds_ || ask_worlds_ || search.owners;
   if (search.sink && !ask && search.sink->extend(room_)) {
     direct_ = true;
@@ -129,7 +130,8 @@ void Worker::set_frame(const Frame* frame) {
 void Worker::ask_all() {
   ask_kinds_ = search_->kinds != nullptr;
   ask_worlds_ = search_->wide_worlds || search_->any_worlds;
-  if (ask_kinds_ || ask_worlds_) stage_from_now_on();
+  ask_doubles_ = search_->doubles != nullptr;
+  if (ask_kinds_ || ask_worlds_ || ask_doubles_) stage_from_now_on();
 }
 
 // The output room is full but for its last slack: that is filled with the last pairs of the next.
@@ -169,7 +171,7 @@ void Worker::flush_sure(Emit* emit) {
   if (count) w.search_->sink->take(pairs, count);
 }
 
-// Equal words: the floats decide. The boxes lie anywhere in memory, so they are asked for ahead.
+// Equal words: the numbers given decide. They lie anywhere in memory, so they are asked for ahead.
 void Worker::flush_unsure(Emit* emit) {
   Worker& w = *static_cast<Worker*>(emit);
   const Search& s = *w.search_;
@@ -181,6 +183,15 @@ void Worker::flush_unsure(Emit* emit) {
     w.cursor += overlap;
     if (w.cursor > w.limit) flush_sure(emit);
   };
+  constexpr std::size_t ahead = 12;
+  const auto soon = [&](std::size_t i) { return pairs[std::min(i + ahead, count - 1)]; };
+  if (s.doubles) {
+    for (std::size_t i = 0; i < count; ++i) {
+      s.doubles->prefetch(soon(i));
+      put(pairs[i], s.doubles->overlap(pairs[i]));
+    }
+    return;
+  }
   if (s.margin != 0 || !s.a->packed_data() || !s.b->packed_data()) {
     for (std::size_t i = 0; i < count; ++i) {
       put(pairs[i], core::overlaps(s.box(*s.a, pairs[i].first), s.box(*s.b, pairs[i].second)));
@@ -193,11 +204,9 @@ void Worker::flush_unsure(Emit* emit) {
   const auto second = [boxes = s.b->packed_data(), stride = s.b->stride_bytes()](Pair pair) {
     return boxes + pair.second * stride;
   };
-  constexpr std::size_t ahead = 12;
   for (std::size_t i = 0; i < count; ++i) {
-    const Pair soon = pairs[std::min(i + ahead, count - 1)];
-    prefetch_to_read(first(soon));
-    prefetch_to_read(second(soon));
+    prefetch_to_read(first(soon(i)));
+    prefetch_to_read(second(soon(i)));
     put(pairs[i], overlap_in_memory(first(pairs[i]), second(pairs[i])));
   }
 }
@@ -262,11 +271,14 @@ std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
       return (first == second) | (first == -1) | (second == -1);
     });
   }
-  if (!search_->owners) return count;
-  return keep(pairs, count, [a = a.owner, b = b.owner](Pair pair) {
-    const std::int32_t owner = a[pair.first];
-    return (owner == -1) | (owner != b[pair.second]);
-  });
+  if (search_->owners) {
+    count = keep(pairs, count, [a = a.owner, b = b.owner](Pair pair) {
+      const std::int32_t owner = a[pair.first];
+      return (owner == -1) | (owner != b[pair.second]);
+    });
+  }
+  if (!ask_doubles_) return count;
+  return keep(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
 }
 
 }  // namespace throng::cpu

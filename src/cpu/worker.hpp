@@ -61,7 +61,7 @@ class Worker : public Emit {
   // At the end: gives back what room of the output it has left, too.
   void finish();
   void set_frame(const Frame* frame);
-  // Pairs come from brute force, which knows of no kinds and no worlds.
+  // Pairs come from brute force, which knows of no kinds, no worlds and no doubles.
   void ask_all();
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
@@ -91,7 +91,8 @@ class Worker : public Emit {
   // Where pairs go straight into the output: the room that is being written, and one before it
   // whose end was too short to be written safely. Else pairs are staged.
   bool direct_ = false;
-  bool ask_kinds_ = false, ask_worlds_ = false;  // of the pairs that are staged
+  // Of the pairs that are staged.
+  bool ask_kinds_ = false, ask_worlds_ = false, ask_doubles_ = false;
   Room room_{}, gap_{};
 };
 

@@ -165,17 +165,32 @@ inline void expect_pairs(const Result& result, const Config& config, const Answe
 }
 
 // Finds with `config` and holds everything against the answer.
-inline void expect_exact(const Boxes& boxes, const Config& config, const Answer& answer) {
+template <class AnyBoxes>
+void expect_found(const AnyBoxes& boxes, const Config& config, const Answer& answer) {
   Finder finder(config.options());
   const Result result = finder.find(boxes);
   expect_pairs(result, config, answer, to_vector(finder.pairs()), boxes.size());
 }
-
-inline void expect_exact(const Boxes& a, const Boxes& b, const Config& config,
-                         const Answer& answer) {
+template <class AnyBoxes>
+void expect_found(const AnyBoxes& a, const AnyBoxes& b, const Config& config,
+                  const Answer& answer) {
   Finder finder(config.options());
   const Result result = finder.find(a, b);
   expect_pairs(result, config, answer, to_vector(finder.pairs()), std::min(a.size(), b.size()));
+}
+inline void expect_exact(const Boxes& boxes, const Config& config, const Answer& answer) {
+  expect_found(boxes, config, answer);
+}
+inline void expect_exact(const Boxes& a, const Boxes& b, const Config& config,
+                         const Answer& answer) {
+  expect_found(a, b, config, answer);
+}
+inline void expect_exact(const DoubleBoxes& boxes, const Config& config, const Answer& answer) {
+  expect_found(boxes, config, answer);
+}
+inline void expect_exact(const DoubleBoxes& a, const DoubleBoxes& b, const Config& config,
+                         const Answer& answer) {
+  expect_found(a, b, config, answer);
 }
 
 class Conformance : public testing::TestWithParam<Config> {

@@ -20,36 +20,42 @@
 namespace throng::tests {
 
 // One box with what its filters say, read out of a view.
-struct Item {
-  float lower[3], upper[3];
+template <class Real>
+struct BasicItem {
+  Real lower[3], upper[3];
   std::uint32_t group = 0xffffffffu, mask = 0xffffffffu;
   std::int32_t owner = -1, world = -1;
   bool is_static = false;
   bool active = true;
 };
+using Item = BasicItem<float>;
 
-inline float subtract_down(float x, float m) {
-  const volatile float a = x, b = m;
+template <class Real>
+Real subtract_down(Real x, Real m) {
+  const volatile Real a = x, b = m;
   std::fesetround(FE_DOWNWARD);
-  const volatile float difference = a - b;
+  const volatile Real difference = a - b;
   std::fesetround(FE_TONEAREST);
   return difference;
 }
-inline float add_up(float x, float m) {
-  const volatile float a = x, b = m;
+template <class Real>
+Real add_up(Real x, Real m) {
+  const volatile Real a = x, b = m;
   std::fesetround(FE_UPWARD);
-  const volatile float sum = a + b;
+  const volatile Real sum = a + b;
   std::fesetround(FE_TONEAREST);
   return sum;
 }
 
-inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
-  std::vector<Item> items(boxes.size());
+template <class Real>
+std::vector<BasicItem<Real>> items_of(const BasicBoxes<Real>& boxes, float margin_given) {
+  const Real margin = margin_given;
+  std::vector<BasicItem<Real>> items(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    Item& item = items[i];
-    const Box box = boxes[i];
-    const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
-    const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
+    BasicItem<Real>& item = items[i];
+    const auto box = boxes[i];
+    const Real lower[3] = {box.lower.x, box.lower.y, box.lower.z};
+    const Real upper[3] = {box.upper.x, box.upper.y, box.upper.z};
     for (int axis = 0; axis < 3; ++axis) {
       if (!(lower[axis] <= upper[axis])) item.active = false;  // NaN too
       item.lower[axis] = margin > 0 ? subtract_down(lower[axis], margin) : lower[axis];
@@ -64,14 +70,19 @@ inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
   }
   return items;
 }
+inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
+  return items_of(boxes, margin);
+}
 
-THRONG_UNWATCHED inline bool disjoint(const Item& a, const Item& b) {
+template <class Real>
+THRONG_UNWATCHED bool disjoint(const BasicItem<Real>& a, const BasicItem<Real>& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (a.upper[axis] < b.lower[axis] || b.upper[axis] < a.lower[axis]) return true;
   return false;
 }
 
-THRONG_UNWATCHED inline bool wanted(const Item& a, const Item& b) {
+template <class Real>
+THRONG_UNWATCHED bool wanted(const BasicItem<Real>& a, const BasicItem<Real>& b) {
   if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
   if (a.owner != -1 && a.owner == b.owner) return false;
   if (a.world != -1 && b.world != -1 && a.world != b.world) return false;
@@ -79,8 +90,9 @@ THRONG_UNWATCHED inline bool wanted(const Item& a, const Item& b) {
 }
 
 // The first from j on, of `count` in all, that a has to do with; `count`: none.
-THRONG_UNWATCHED inline std::uint32_t next_met(const Item& a, const Item* all, std::uint32_t j,
-                                               std::size_t count) {
+template <class Real>
+THRONG_UNWATCHED std::uint32_t next_met(const BasicItem<Real>& a, const BasicItem<Real>* all,
+                                        std::uint32_t j, std::size_t count) {
   while (j < count && (!all[j].active || disjoint(a, all[j]) || !wanted(a, all[j]))) ++j;
   return j;
 }
@@ -90,13 +102,15 @@ struct Answer {
   std::uint64_t inactive = 0;
 };
 
-inline std::uint64_t count_inactive(const std::vector<Item>& items) {
+template <class Real>
+std::uint64_t count_inactive(const std::vector<BasicItem<Real>>& items) {
   return static_cast<std::uint64_t>(
-      std::count_if(items.begin(), items.end(), [](const Item& item) { return !item.active; }));
+      std::count_if(items.begin(), items.end(), [](const auto& item) { return !item.active; }));
 }
 
-inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
-  const std::vector<Item> items = read_items(boxes, margin);
+template <class Real>
+Answer plain_pairs(const BasicBoxes<Real>& boxes, float margin) {
+  const std::vector<BasicItem<Real>> items = items_of(boxes, margin);
   Answer answer;
   answer.inactive = count_inactive(items);
   const std::size_t n = items.size();
@@ -108,8 +122,9 @@ inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
   return answer;
 }
 
-inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) {
-  const std::vector<Item> left = read_items(a, margin), right = read_items(b, margin);
+template <class Real>
+Answer plain_pairs(const BasicBoxes<Real>& a, const BasicBoxes<Real>& b, float margin) {
+  const std::vector<BasicItem<Real>> left = items_of(a, margin), right = items_of(b, margin);
   Answer answer;
   answer.inactive = count_inactive(left) + count_inactive(right);
   const std::size_t n = right.size();
@@ -119,6 +134,19 @@ inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) 
       answer.pairs.push_back({i, j});
   }
   return answer;
+}
+
+inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
+  return plain_pairs(boxes, margin);
+}
+inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) {
+  return plain_pairs(a, b, margin);
+}
+inline Answer reference_pairs(const DoubleBoxes& boxes, float margin = 0) {
+  return plain_pairs(boxes, margin);
+}
+inline Answer reference_pairs(const DoubleBoxes& a, const DoubleBoxes& b, float margin = 0) {
+  return plain_pairs(a, b, margin);
 }
 
 // For sets too large for the double loop: one sort and one sweep, along the axis that is told. No

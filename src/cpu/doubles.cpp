@@ -1,0 +1,76 @@
+#include "cpu/doubles.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace throng::cpu {
+namespace {
+
+constexpr std::size_t most_samples = 64;  // of a set
+
+// Coordinates of some boxes, as far as they are finite.
+struct Sample {
+  std::size_t count = 0;
+  double value[2 * most_samples];
+
+  void add(const DoubleBoxes& boxes, int axis) noexcept {
+    const std::size_t step = std::max<std::size_t>(1, boxes.size() / most_samples);
+    const std::size_t samples = std::min(boxes.size(), most_samples);
+    for (std::size_t i = 0; i < samples; ++i) {
+      const double x = boxes.corner(i * step, axis);
+      value[count] = x;
+      count += std::isfinite(x);
+    }
+  }
+};
+
+double origin_of(const Doubles& doubles, int axis) noexcept {
+  Sample sample;
+  sample.add(*doubles.a, axis);
+  if (doubles.b != doubles.a) sample.add(*doubles.b, axis);
+  if (sample.count == 0) return 0;
+  std::sort(sample.value, sample.value + sample.count);
+  const double middle = sample.value[sample.count / 2];
+  const double spread = sample.value[sample.count * 3 / 4] - sample.value[sample.count / 4];
+  // Near 0 coordinates stay as they are: those that are floats lose nothing.
+  constexpr double far = 4;
+  return std::fabs(middle) > far * spread ? middle : 0;
+}
+
+DoubleBox grown(const DoubleBox& box, float margin) noexcept {
+  return margin != 0 ? core::expand(box, margin) : box;
+}
+
+// Of boxes begin .. end - 1.
+void stand_for(const DoubleBoxes& boxes, const DoubleVec3& o, float margin, std::size_t begin,
+               std::size_t end, Box* out) noexcept {
+  for (std::size_t i = begin; i < end; ++i) {
+    const DoubleBox given = boxes[i];
+    const DoubleBox box = grown(given, margin);
+    out[i] = {{static_cast<float>(box.lower.x - o.x), static_cast<float>(box.lower.y - o.y),
+               static_cast<float>(box.lower.z - o.z)},
+              {static_cast<float>(box.upper.x - o.x), static_cast<float>(box.upper.y - o.y),
+               static_cast<float>(box.upper.z - o.z)}};
+    // A box can be inverted by less than floats tell, or a margin can turn it around.
+    if (!core::is_active(given) && !core::has_nan(given)) out[i] = {{1, 1, 1}, {0, 0, 0}};
+  }
+}
+
+}  // namespace
+
+DoubleVec3 choose_origin(const Doubles& doubles) noexcept {
+  return {origin_of(doubles, 0), origin_of(doubles, 1), origin_of(doubles, 2)};
+}
+
+void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
+               const Executor& executor, unsigned tasks, Box* out) {
+  constexpr std::size_t step = 512;
+  Shares shares(boxes.size(), tasks, step);
+  auto task = [&](unsigned t) {
+    for (std::size_t begin, end; shares.take(t, begin, end);)
+      stand_for(boxes, origin, margin, begin, end, out);
+  };
+  run_tasks(executor, tasks, task);
+}
+
+}  // namespace throng::cpu
