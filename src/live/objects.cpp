@@ -21,6 +21,7 @@ Objects::Objects(cpu::Memory& memory, float margin) noexcept
       dirty_(memory),
       removed_(memory),
       free_(memory),
+      again_(memory),
       margin_(margin) {}
 
 void Objects::reserve_more(std::size_t count) {
@@ -30,6 +31,7 @@ void Objects::reserve_more(std::size_t count) {
   flags_.reserve(wanted);
   filters_.reserve(wanted);
   dirty_.reserve(wanted);
+  again_.reserve(wanted);
   removed_.reserve(wanted);
   free_.reserve(wanted);
 }
@@ -133,6 +135,7 @@ void Objects::marked(std::size_t count, std::int64_t inactive) noexcept {
   dirty_count_ += count;
   inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + inactive);
   if (count != 0) dirty_listed_ = false;
+  forget_placed();
 }
 
 void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
@@ -193,6 +196,7 @@ void Objects::settle() noexcept {
     for (std::uint8_t& f : flags_) f = static_cast<std::uint8_t>(f & ~dirty);
   }
   dirty_.clear();
+  forget_placed();
   dirty_count_ = 0;
   dirty_listed_ = true;
   for (const ObjectId id : removed_) free_.push(id);
@@ -204,6 +208,7 @@ void Objects::reserve_for(const Objects& other) {
   flags_.reserve(other.limit());
   filters_.reserve(other.limit());
   dirty_.reserve(other.limit());
+  again_.reserve(other.limit());
   removed_.reserve(other.limit());
   free_.reserve(other.limit());
 }
@@ -220,6 +225,7 @@ void Objects::copy(const Objects& other) noexcept {
   inactive_ = other.inactive_;
   dirty_count_ = other.dirty_count_;
   dirty_listed_ = other.dirty_listed_;
+  forget_placed();
   grouped_ = other.grouped_;
   owned_ = other.owned_;
   in_worlds_ = other.in_worlds_;

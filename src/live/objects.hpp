@@ -85,10 +85,23 @@ class Objects {
   // Those that changed: added, removed, moved, or with other filters. Each once; in the order of
   // the calls, or by id after move_range().
   const List<ObjectId>& dirty_list() noexcept;
+  // For who keeps them in their places between updates: f(list, count) for lists of those that
+  // changed since they were all put there, an object once or several times; then they are.
+  template <class F>
+  void place_changed(F&& f) {
+    const List<ObjectId>& all = dirty_list();
+    f(all.data() + placed_, all.size() - placed_);
+    f(again_.data(), again_.size());
+    placed_ = all.size();
+    again_.clear();
+  }
   // The changes are told: nothing is dirty, and ids of removed objects are free.
   void settle() noexcept;
   void touch(ObjectId id) noexcept {
-    if (flags_[id] & dirty) return;
+    if (flags_[id] & dirty) {
+      if (placed_ != 0) touch_again(id);
+      return;
+    }
     flags_[id] |= dirty;
     dirty_.push(id);
     ++dirty_count_;
@@ -126,6 +139,17 @@ class Objects {
   }
   // Whether kinds do not tell all.
   bool asks_filters() const noexcept { return owned_ != 0 || kinds_.has_others(); }
+  // Where it happens more often than there are dirty ones, these may as well all be placed anew.
+  void touch_again(ObjectId id) noexcept {
+    if (again_.size() < placed_)
+      again_.push(id);
+    else
+      forget_placed();
+  }
+  void forget_placed() noexcept {
+    placed_ = 0;
+    again_.clear();
+  }
   void use_filter(ObjectId id, const Filter& filter) noexcept;
   void drop_filter(ObjectId id) noexcept;
   void count_filter(const Filter& filter, std::size_t one) noexcept;
@@ -135,9 +159,11 @@ class Objects {
   List<std::uint8_t> flags_;
   List<Filter> filters_;
   FilterKinds kinds_;
-  List<ObjectId> dirty_, removed_, free_;
+  List<ObjectId> dirty_, removed_, free_, again_;
   std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
   bool dirty_listed_ = true;
+  // See place_changed(): so many of the dirty ones were placed; `again_` have changed since.
+  std::size_t placed_ = 0;
   // How many objects have a group or mask, an owner, a world, are static.
   std::size_t grouped_ = 0, owned_ = 0, in_worlds_ = 0, static_ = 0;
   float margin_;

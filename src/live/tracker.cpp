@@ -176,11 +176,15 @@ void Tracker::make_cells(const Options& options) {
 bool Tracker::settle_cells(const Options& options, double most_lines) {
   if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells(options);
   const List<ObjectId>& dirty = objects_.dirty_list();
+  return settle_listed(dirty.data(), dirty.size(), most_lines);
+}
+
+bool Tracker::settle_listed(const ObjectId* dirty, std::size_t count, double most_lines) noexcept {
   double lines = 0;
   Cells::Place places[settle_ahead];
-  for (std::size_t i = 0; i + 1 < dirty.size() + settle_ahead; ++i) {
-    if (i < dirty.size()) {
-      if (i + settle_ahead < dirty.size()) objects_.prefetch(dirty[i + settle_ahead]);
+  for (std::size_t i = 0; i + 1 < count + settle_ahead; ++i) {
+    if (i < count) {
+      if (i + settle_ahead < count) objects_.prefetch(dirty[i + settle_ahead]);
       const ObjectId id = dirty[i];
       Cells::Place& place = places[i % settle_ahead];
       place.home = none;
@@ -193,7 +197,7 @@ bool Tracker::settle_cells(const Options& options, double most_lines) {
         cells_.prefetch(place.home);
       }
     }
-    if (constexpr std::size_t half = settle_ahead / 2; i >= half && i - half < dirty.size()) {
+    if (constexpr std::size_t half = settle_ahead / 2; i >= half && i - half < count) {
       const std::uint32_t home = objects_.body(dirty[i - half]).home;
       if (home != none) cells_.prefetch_chain(home);
     }

@@ -63,6 +63,7 @@ class Tracker {
   bool few_changed(const Options& options, unsigned tasks);
   void make_cells(const Options& options);
   bool settle_cells(const Options& options, double most_lines);
+  bool settle_listed(const ObjectId* dirty, std::size_t count, double most_lines) noexcept;
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
