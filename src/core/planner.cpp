@@ -7,6 +7,9 @@
 namespace throng::core {
 namespace {
 
+// A range that is shorter counts as so long: below the least float, as boxes may be that small.
+constexpr double least_length = 1e-44;
+
 float clamp_finite(float x) noexcept {
   return x < -FLT_MAX ? -FLT_MAX : (x > FLT_MAX ? FLT_MAX : x);
 }
@@ -83,7 +86,7 @@ double crowding_in(int side, const Corners* sample, std::uint32_t count, const R
   for (int k = 0; k < 3; ++k) {
     const double length = range.upper[k] - range.lower[k];
     cells_along[k] = 4 * extent[k] >= length ? 1 : side;
-    scale[k] = cells_along[k] / std::max(length, 1e-30);
+    scale[k] = cells_along[k] / std::max(length, least_length);
     stride[k] = all;
     all *= cells_along[k];
   }
@@ -133,9 +136,9 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   Quantiser map;
   for (int k = 0; k < 3; ++k) {
     const double length = double{s.upper[k]} - double{s.lower[k]};
-    const double wanted = columns[k] * double{words_per_column} / std::max(length, 1e-30);
+    const double wanted = columns[k] * double{words_per_column} / std::max(length, least_length);
     map.origin[k] = s.lower[k];
-    map.scale[k] = static_cast<float>(std::min(wanted, 1e30));
+    map.scale[k] = static_cast<float>(std::min(wanted, 3e38));
     map.max[k] = largest_index(columns[k]);
     map.columns[k] = columns[k];
   }
@@ -195,7 +198,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   double length[3], extents[3];
   for (int k = 0; k < 3; ++k) {
     const double range = double{s.upper[k]} - double{s.lower[k]};
-    length[k] = std::max(range, 1e-30);
+    length[k] = std::max(range, least_length);
     extents[k] = range > 0 ? s.extent[k] : length[k];
   }
   const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});

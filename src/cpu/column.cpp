@@ -46,6 +46,21 @@ double mean_window(const Strip& strip) {
 
 }  // namespace
 
+// In pieces, so that who stops a search of very many boxes in one column is heard soon.
+void ColumnSearch::sweep(Sweep args) {
+  constexpr std::uint32_t comparisons = 1u << 26;
+  const std::uint32_t pieces = comparisons / (args.targets->count + 1) / sweep_piece;
+  const std::uint32_t step = std::max(pieces, 1u) * sweep_piece;
+  const std::uint32_t count = args.queries->count;
+  for (std::uint32_t begin = 0;;) {
+    args.begin = begin;
+    args.end = count - begin > step ? begin + step : count;
+    search_.kernels->sweep(args, worker_);
+    begin = args.end;
+    if (begin == count || search_.over()) return;
+  }
+}
+
 // Each query against the targets of its own bucket (or the next, where the own one was met from the
 // other side) and on. So of two boxes of different sides the one of the lower bucket asks, and of
 // two of one bucket the query of the first call.
@@ -56,7 +71,7 @@ void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucke
     const std::uint32_t bucket = from.bucket_of(from.lower[0][i]) + (skip_own_bucket ? 1 : 0);
     starts[i] = bucket == 0 ? 0 : to.bucket_end[bucket - 1];
   }
-  search_.kernels->sweep({&from, &to, starts, orientation}, worker_);
+  sweep({&from, &to, starts, orientation});
 }
 
 // The wide boxes of a side that touch this column, against all its targets.
@@ -93,7 +108,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   fill(strip, side, level_.wide_strip);
   std::uint32_t* starts = level_.starts.room(strip.count + strip_padding);
   std::memset(starts, 0, strip.count * sizeof *starts);
-  search_.kernels->sweep({&strip, &targets, starts, orientation}, worker_);
+  sweep({&strip, &targets, starts, orientation});
 }
 
 // Two sets as one strip: boxes of one side have a bit in common, and are not told of. False, and
@@ -112,7 +127,7 @@ bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const Raw> sides)
   const Strip& all = part.strip;
   const bool pays = mean_window(all) <= longest_mixed_window;
   if (pays) {
-    search_.kernels->sweep({&all, &all, nullptr, forward()}, worker_);
+    sweep({&all, &all, nullptr, forward()});
     for (unsigned side = 0; side < 2; ++side) sweep_wide(column, side, all, forward());
   }
   mixed_ = false;
@@ -151,7 +166,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   sort({parts, has_targets ? 2u : 1u});
   const Strip &a = parts[0].strip, &b = parts[1].strip;
   if (!refine(search_, problem_, worker_, a, b, depth_)) {
-    if (problem_.self) search_.kernels->sweep({&a, &a, nullptr, forward()}, worker_);
+    if (problem_.self) sweep({&a, &a, nullptr, forward()});
     if (has_targets && a.count && b.count) {
       cross(a, b, false, forward());
       cross(b, a, true, backward());

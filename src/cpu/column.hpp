@@ -67,6 +67,7 @@ class ColumnSearch {
   void sort(std::span<Part> parts);
   bool sweep_mixed(std::uint32_t column, std::span<const Raw> sides);
   void fill(Strip& strip, unsigned side, StripSpace& room) const;
+  void sweep(Sweep args);
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
 

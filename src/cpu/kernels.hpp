@@ -113,7 +113,9 @@ struct Sweep {
   const Strip* targets = nullptr;
   const std::uint32_t* start = nullptr;  // the first target of each query; null: the one after it
   Orientation orientation = Orientation::unordered;
+  std::uint32_t begin = 0, end = ~0u;  // of the queries: multiples of sweep_piece, or the last
 };
+constexpr std::uint32_t sweep_piece = 256;
 
 // Boxes as floats, one array a coordinate, readable 16 beyond `count`. An inactive box is all NaN.
 struct Tile {

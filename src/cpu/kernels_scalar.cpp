@@ -69,7 +69,8 @@ void sweep(const Sweep& args, Emit& out) {
   const Strip& t = *args.targets;
   const int bucket_start = -(1 << t.shift);
   std::uint64_t comparisons = 0;
-  for (std::uint32_t i = 0; i < q.count; ++i) {
+  const std::uint32_t last = std::min(args.end, q.count);
+  for (std::uint32_t i = args.begin; i < last; ++i) {
     const std::uint32_t first = args.start ? args.start[i] : i + 1;
     std::uint32_t j = first;
     for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {

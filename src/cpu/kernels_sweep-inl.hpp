@@ -40,7 +40,7 @@ class StripSweep {
 
   // `start`: null where a strip is swept over itself.
   template <bool ordered>
-  void run(const std::uint32_t* start);
+  void run(const Sweep& args);
   std::uint64_t comparisons() const {
     return (vectors_ + rows_.vectors()) * word_lanes + sides_.vectors() * side_lanes;
   }
@@ -255,11 +255,13 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
 
 template <Orientation orientation>
 template <bool ordered>
-void StripSweep<orientation>::run(const std::uint32_t* start) {
-  for (begin_ = 0; begin_ < queries_.count; begin_ += query_block) {
-    end_ = std::min(begin_ + query_block, queries_.count);
-    if (start)
-      open_at(start);
+void StripSweep<orientation>::run(const Sweep& args) {
+  static_assert(sweep_piece % query_block == 0);
+  const std::uint32_t last = std::min(args.end, queries_.count);
+  for (begin_ = args.begin; begin_ < last; begin_ += query_block) {
+    end_ = std::min(begin_ + query_block, last);
+    if (args.start)
+      open_at(args.start);
     else
       open_together<ordered>();
     if (count_ == 0) continue;
@@ -275,9 +277,9 @@ template <Orientation orientation>
 void sweep_as(const Sweep& args, Emit& out) {
   StripSweep<orientation> sweep(*args.queries, *args.targets, out);
   if (!args.start && args.targets->long_boxes) {
-    sweep.template run<true>(nullptr);
+    sweep.template run<true>(args);
   } else {
-    sweep.template run<false>(args.start);
+    sweep.template run<false>(args);
   }
   out.comparisons += sweep.comparisons();
 }

@@ -15,7 +15,9 @@ constexpr double least_sweep_ns = 20;
 constexpr double tie_ns = 10;
 // A finer grid must promise to cost at most this share of the sweep.
 constexpr double worthwhile = 0.6;
-constexpr double most_replicas = 2;
+// Copies multiply from grid to grid: boxes too large for their column stay in one. Where much is
+// gained there may be more of them.
+constexpr double most_replicas = 2, most_replicas_ever = 4, very_worthwhile = 0.25;
 
 // One grid within the other. Where words tell of kinds, too, they have bits for one grid less.
 unsigned most_grids(const Search& search) {
@@ -82,8 +84,8 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
                      side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
   const core::GridPlan finer = make_plan(search, part, Algorithm::grid);
   if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
-  // Copies multiply from grid to grid: boxes too large for their column stay in one.
-  if (finer.replicas > most_replicas) return false;
+  const bool pays_well = finer.expected_ns < very_worthwhile * sweep_ns;
+  if (finer.replicas > (pays_well ? most_replicas_ever : most_replicas)) return false;
   solve_alone(search, part, finer, worker, depth + 1);
   return true;
 }

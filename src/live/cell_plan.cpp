@@ -179,7 +179,8 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
 }  // namespace
 
 CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
-  const std::size_t limit = objects.limit();
+  const bool sparse = objects.sparse();
+  const std::size_t limit = sparse ? objects.alive_ids().size() : objects.limit();
   const std::size_t wanted =
       limit <= whole_sample ? limit : std::clamp(limit / 8, least_sample, most_sample);
   sample.renew(wanted);
@@ -191,7 +192,7 @@ CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
     // twice where there are three as many.
     const std::uint32_t part = i * 0x9e3779b9u;
     const std::uint64_t at = wanted == limit ? i : std::uint64_t{part} * limit >> 32;
-    const auto id = static_cast<ObjectId>(at);
+    const auto id = sparse ? objects.alive_ids()[at] : static_cast<ObjectId>(at);
     if (!objects.is_active(id)) continue;
     const Box b = objects.grown(id);
     const float lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};

@@ -22,6 +22,9 @@ Objects::Objects(cpu::Memory& memory, float margin) noexcept
       removed_(memory),
       free_(memory),
       again_(memory),
+      alive_(memory),
+      packed_(memory),
+      packed_filters_(memory),
       margin_(margin) {}
 
 void Objects::reserve_more(std::size_t count) {
@@ -48,6 +51,7 @@ ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
   }
   bodies_[id] = {box, 0, none};
   flags_[id] |= alive;
+  alive_listed_ = false;
   use_filter(id, filter);
   ++count_;
   if (!is_active(id)) ++inactive_;
@@ -60,6 +64,7 @@ void Objects::remove(ObjectId id) noexcept {
   --inactive_;
   --count_;
   drop_filter(id);
+  alive_listed_ = false;
   flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~alive);
   removed_.push(id);
 }
@@ -163,11 +168,29 @@ void Objects::set_filter(ObjectId id, const Filter& filter) noexcept {
   touch(id);
 }
 
-Boxes Objects::view() const noexcept {
-  const std::size_t n = limit();
+void Objects::list_alive() {
+  if (alive_listed_) return;
+  alive_.clear();
+  alive_.reserve(count_);
+  for (std::size_t id = 0; id < limit(); ++id) {
+    if (flags_[id] & alive) alive_.push(static_cast<ObjectId>(id));
+  }
+  alive_listed_ = true;
+}
+
+Boxes Objects::packed_view() {
+  packed_.renew(count_);
+  packed_filters_.renew(count_);
+  for (const ObjectId id : alive_) {
+    packed_.push(bodies_[id]);
+    packed_filters_.push(filters_[id]);
+  }
+  return view_of(packed_.data(), packed_filters_.data(), count_);
+}
+
+Boxes Objects::view_of(const Body* bodies, const Filter* f, std::size_t n) const noexcept {
   if (n == 0) return {};
-  Boxes v(&bodies_[0].box, n, sizeof(Body));
-  const Filter* f = filters_.data();
+  Boxes v(&bodies->box, n, sizeof(Body));
   if (grouped_) {
     v.filters.group = {&f->group, n, sizeof(Filter)};
     v.filters.mask = {&f->mask, n, sizeof(Filter)};
@@ -225,6 +248,7 @@ void Objects::copy(const Objects& other) noexcept {
   inactive_ = other.inactive_;
   dirty_count_ = other.dirty_count_;
   dirty_listed_ = other.dirty_listed_;
+  alive_listed_ = false;
   forget_placed();
   grouped_ = other.grouped_;
   owned_ = other.owned_;

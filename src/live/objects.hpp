@@ -80,7 +80,14 @@ class Objects {
     return !asks_filters() || allows(filters_[a], filters_[b]);
   }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.
-  Boxes view() const noexcept;
+  Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }
+  // Whether few ids are left alive of many that were. Then there is a list of those, after
+  // list_alive(), and what goes through all has less to do; throws cpu::NoMemory.
+  bool sparse() const noexcept { return limit() > 4 * count_ + 1024; }
+  void list_alive();
+  const List<ObjectId>& alive_ids() const noexcept { return alive_; }
+  // A view of the listed ones alone, in their order. Throws cpu::NoMemory.
+  Boxes packed_view();
 
   // Those that changed: added, removed, moved, or with other filters. Each once; in the order of
   // the calls, or by id after move_range().
@@ -150,6 +157,7 @@ class Objects {
     placed_ = 0;
     again_.clear();
   }
+  Boxes view_of(const Body* bodies, const Filter* filters, std::size_t count) const noexcept;
   void use_filter(ObjectId id, const Filter& filter) noexcept;
   void drop_filter(ObjectId id) noexcept;
   void count_filter(const Filter& filter, std::size_t one) noexcept;
@@ -160,6 +168,11 @@ class Objects {
   List<Filter> filters_;
   FilterKinds kinds_;
   List<ObjectId> dirty_, removed_, free_, again_;
+  // See sparse().
+  List<ObjectId> alive_;
+  List<Body> packed_;
+  List<Filter> packed_filters_;
+  bool alive_listed_ = false;
   std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
   bool dirty_listed_ = true;
   // See place_changed(): so many of the dirty ones were placed; `again_` have changed since.

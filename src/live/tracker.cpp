@@ -165,6 +165,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks) {
 void Tracker::make_cells(const Options& options) {
   THRONG_RANGE("make cells");
   placed_ = blocked_ = false;
+  if (objects_.sparse()) objects_.list_alive();
   cells_.make(objects_, cpu::executor_of(options), tasks_to_move(objects_.limit(), options));
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
@@ -283,13 +284,25 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   placed_ = false;
   columned_ = false;
   asked_before_ = asked_.exchange(0);
-  r = find_into(engine_, found_, objects_.view(), nullptr, objects_.margin(), options);
+  const bool sparse = objects_.sparse();
+  r = find_into(engine_, found_, to_search(), nullptr, objects_.margin(), options);
   if (!r.ok()) return;
+  if (sparse) {
+    const List<ObjectId>& ids = objects_.alive_ids();
+    for (Pair& pair : found_) pair = {ids[pair.first], ids[pair.second]};
+  }
   pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), cpu::executor_of(options),
                        tasks);
   linked_ = indexed_ = false;
   looked_ = 0;
-  columned_ = engine_.whole_plan() != nullptr;
+  columned_ = !sparse && engine_.whole_plan() != nullptr;
+}
+
+// All objects, or by their places in the list of those that are alive, if that is much shorter.
+Boxes Tracker::to_search() {
+  if (!objects_.sparse()) return objects_.view();
+  objects_.list_alive();
+  return objects_.packed_view();
 }
 
 void Tracker::reserve_for(const Tracker& other) {

@@ -67,6 +67,7 @@ class Tracker {
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
+  Boxes to_search();
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
 

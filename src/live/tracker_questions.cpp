@@ -133,7 +133,7 @@ bool Tracker::index_pairs() noexcept {
 
 void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
   THRONG_RANGE("find overlaps");
-  const double all = search_object_ns * static_cast<double>(objects_.count());
+  const double all = search_object_ns * static_cast<double>(objects_.limit());  // so many it takes
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
   bool one_by_one = false;
   if (few) {
