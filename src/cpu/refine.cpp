@@ -8,9 +8,11 @@ namespace throng::cpu {
 namespace {
 
 // Below this many boxes, or where sweeping costs so little a box, no finer grid is thought of: it
-// gathers its boxes from all over memory.
-constexpr std::uint32_t least_boxes = 1024;
+// gathers its boxes from all over memory. So does brute force.
+constexpr std::uint32_t least_boxes = 1024, least_boxes_brute = 128;
 constexpr double least_sweep_ns = 20;
+// Brute force is taken where it costs at most this share of the sweep.
+constexpr double brute_worthwhile = 0.1;
 // A pair of equal words, which the floats decide.
 constexpr double tie_ns = 10;
 // A finer grid must promise to cost at most this share of the sweep.
@@ -51,9 +53,18 @@ void label(const Strip& strip, std::uint32_t raised_by, std::uint32_t first, Lev
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     inner.ids[first + i] = strip.id[i] - raised_by;
     inner.labels[first + i] = first + i;
-    // Three bits a grid, the inner one's lowest; those of kinds come anew.
-    const int before = strip.begins[i] & ((1 << Kinds::first_bit) - 1);
-    inner.before[first + i] = static_cast<std::uint16_t>(before << 3);
+  }
+}
+
+// Where the boxes of a strip begin: three bits a grid, to which an inner one adds its own as the
+// lowest; those of kinds come anew.
+void tell_begins(const Search& search, const Strip& strip, std::uint32_t first, unsigned inner_bits,
+                 Level& inner) {
+  constexpr int all = (1 << 3 * Worker::max_depth) - 1, with_kinds = (1 << Kinds::first_bit) - 1;
+  const int of_grids = search.kinds && search.kinds->words_tell() ? with_kinds : all;
+  for (std::uint32_t i = 0; i < strip.count; ++i) {
+    const int before = (strip.begins[i] & of_grids) << inner_bits;
+    inner.before[first + i] = static_cast<std::uint16_t>(before);
   }
 }
 
@@ -63,12 +74,19 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
             unsigned depth) {
   // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
-  if (boxes < least_boxes || boxes > max_box_count || depth + 1 >= most_grids(search)) return false;
+  if (boxes < least_boxes_brute || boxes > max_box_count) return false;
   const core::SweepCost& cost = search.kernels->sweep_cost;
   double sweep_ns = 0;
   if (problem.self) sweep_ns += a.count * sweep_ns_of(cost, a, a);
   sweep_ns += a.count * sweep_ns_of(cost, a, b) + b.count * sweep_ns_of(cost, b, a);
   if (sweep_ns < static_cast<double>(boxes) * least_sweep_ns) return false;
+  // Words that are mostly tied, which a finer grid would tell apart, or nothing does.
+  const bool may_refine = boxes >= least_boxes && depth + 1 < most_grids(search);
+  const double of_a = a.count, of_b = b.count;
+  const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;
+  const double brute = comparisons * std::max(core::brute_ns, 2 * cost.long_box_ns);
+  const bool may_brute = brute < brute_worthwhile * sweep_ns;
+  if (!may_refine && !may_brute) return false;
 
   Level& inner = worker.level(depth + 1);
   inner.ids.room(boxes);
@@ -76,17 +94,30 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   inner.before.room(boxes);
   label(a, 0, 0, inner);
   label(b, problem.raised_by, a.count, inner);
+  const auto tell_all_begins = [&](unsigned inner_bits) {
+    tell_begins(search, a, 0, inner_bits, inner);
+    tell_begins(search, b, a.count, inner_bits, inner);
+  };
   const Frame frame{inner.ids.data(), inner.before.data()};
   const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
     return Side{view, inner.ids.data() + first, count, inner.labels.data() + first};
   };
   const Problem part{side(problem.queries.boxes, 0, a.count),
                      side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
-  const core::GridPlan finer = make_plan(search, part, Algorithm::grid);
-  if (finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns) return false;
+  core::GridPlan finer;
+  if (may_refine) finer = make_plan(search, part, Algorithm::grid);
   const bool pays_well = finer.expected_ns < very_worthwhile * sweep_ns;
-  if (finer.replicas > (pays_well ? most_replicas_ever : most_replicas)) return false;
+  if (!may_refine || finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns ||
+      finer.replicas > (pays_well ? most_replicas_ever : most_replicas)) {
+    if (!may_brute) return false;
+    finer.all_pairs = true;
+    tell_all_begins(0);
+    worker.set_frame(&frame);  // what brute force tells are labels
+  } else {
+    tell_all_begins(3);
+  }
   solve_alone(search, part, finer, worker, depth + 1);
+  worker.set_frame(nullptr);
   return true;
 }
 

@@ -69,7 +69,7 @@ void Worker::match(const Worker& other) {
   bin_buffers.match(other.bin_buffers);
   query_floats.match(other.query_floats);
   target_floats.match(other.target_floats);
-  for (unsigned depth = 0; depth < max_depth; ++depth) {
+  for (unsigned depth = 0; depth <= max_depth; ++depth) {
     if (other.levels_[depth]) level(depth).match(*other.levels_[depth]);
   }
 }

@@ -86,7 +86,7 @@ class Worker : public Emit {
   Memory* memory_;
   Search* search_ = nullptr;
   const Frame* frame_ = nullptr;
-  Level* levels_[max_depth] = {};
+  Level* levels_[max_depth + 1] = {};  // the last for brute force in the innermost grid
   Buffer<Pair> sure_, unsure_;
   // Where pairs go straight into the output: the room that is being written, and one before it
   // whose end was too short to be written safely. Else pairs are staged.
