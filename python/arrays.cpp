@@ -177,11 +177,16 @@ std::string described(const AnyArray& a) { return type_text(a) + " of shape " + 
 
 bool is_float32(const AnyArray& a) noexcept { return a.dtype() == nb::dtype<float>(); }
 
-Rounding rounding_of(nb::handle round) {
-  if (round.is_none()) return Rounding::exact;
-  if (PyUnicode_Check(round.ptr()) && nb::borrow<nb::str>(round).c_str() == std::string("outward"))
-    return Rounding::outward;
-  value_error("round: found " + described(round) + ", wanted None or 'outward'");
+Rounding rounding_of(nb::handle round, bool takes_exact) {
+  if (round.is_none()) return Rounding::none;
+  const auto is = [&](const char* text) {
+    return PyUnicode_Check(round.ptr()) && PyUnicode_CompareWithASCIIString(round.ptr(), text) == 0;
+  };
+  if (is("outward")) return Rounding::outward;
+  if (is("exact") && takes_exact) return Rounding::exact;
+  value_error(
+      "round: found " + described(round) + ", wanted None" +
+      (takes_exact ? ", 'outward' or 'exact'" : " or 'outward': float32 is made of these boxes"));
 }
 
 }  // namespace throng::python

@@ -48,17 +48,23 @@ void require_aligned(const AnyArray& array, const std::string& name, std::size_t
 // The distance of rows, in values; ValueError where they run backwards.
 std::size_t row_stride(const AnyArray& array, const std::string& name, std::size_t if_one_row);
 
-// How float64 becomes float32.
-enum class Rounding : std::uint8_t { exact, outward };
-Rounding rounding_of(nb::handle round);
+// What becomes of float64: float32 where each value is one, float32 that contain it, or itself.
+enum class Rounding : std::uint8_t { none, outward, exact };
+// ValueError for any other, and for 'exact' where only float32 will do.
+Rounding rounding_of(nb::handle round, bool takes_exact);
 
 // Boxes as given, (n, 6), (n, 4) or (lower, upper), and what must live for the view to be good.
 class BoxArray {
  public:
   BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place = nullptr);
 
+  // One of the two views shows the boxes: doubles() of those that stay float64, by Rounding::exact.
+  bool is_double() const noexcept { return is_double_; }
   const Boxes& view() const noexcept { return view_; }
-  std::size_t size() const noexcept { return view_.size(); }
+  const DoubleBoxes& doubles() const noexcept { return doubles_; }
+  std::size_t size() const noexcept { return is_double_ ? doubles_.size() : view_.size(); }
+  // Makes boxes of float32 ones of float64, their filters kept.
+  void widen(const std::string& name);
   unsigned dimensions() const noexcept { return dimensions_; }
 
   // One value a box; None: absent. `prefix` comes before the names in messages.
@@ -68,16 +74,19 @@ class BoxArray {
  private:
   void take_one(nb::handle value, const std::string& name, Rounding rounding);
   void take_two(nb::handle pair, const std::string& name, Rounding rounding);
-  // Makes the view, of float32 as they lie or of float64 converted.
+  // Makes the view, of values as they lie or of float64 converted.
   void show(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
             const std::string& lower_name, const std::string& upper_name, const std::string& wanted,
             Rounding rounding);
 
   Boxes view_;
+  DoubleBoxes doubles_;
+  bool is_double_ = false;
   unsigned dimensions_ = 3;
   Place* place_;  // null: host memory
   std::vector<AnyArray> arrays_;
   std::unique_ptr<float[]> converted_;
+  std::unique_ptr<double[]> widened_;
   Kept filters_;
 };
 

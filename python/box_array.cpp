@@ -1,4 +1,4 @@
-// Boxes as given, shown where they lie; float64 made float32.
+// Boxes as given, shown where they lie; float64 made float32, and the reverse.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -23,7 +23,7 @@ struct Table {
   }
 };
 
-Table<double> doubles(const AnyArray& a, std::size_t first_column) {
+Table<double> table_of(const AnyArray& a, std::size_t first_column) {
   const auto* data = static_cast<const double*>(a.data());
   if (data) data += static_cast<std::int64_t>(first_column) * a.stride(1);
   return {data, a.stride(0), a.stride(1)};
@@ -53,7 +53,7 @@ std::optional<Inexact> to_floats(const Table<double>& lower, const Table<double>
       const double x = k < d ? lower(i, k) : upper(i, k - d);
       if (to_float(x, out[k])) continue;
       exact = false;
-      if (rounding == Rounding::exact) return Inexact{i, k % d, k >= d, x};
+      if (rounding == Rounding::none) return Inexact{i, k % d, k >= d, x};
     }
     if (exact) continue;
     double l[3] = {}, u[3] = {};
@@ -67,13 +67,48 @@ std::optional<Inexact> to_floats(const Table<double>& lower, const Table<double>
 }
 
 // float32, float64, or a TypeError.
-bool is_double(const AnyArray& a, const std::string& name, const std::string& wanted) {
+bool holds_double(const AnyArray& a, const std::string& name, const std::string& wanted) {
   if (is_float32(a)) return false;
   if (a.dtype() == nb::dtype<double>()) return true;
   type_error(name + ": found " + described(a) + ", wanted " + wanted +
-             " (float64 where each value is a float32, or with round='outward'); if nothing is "
-             "lost by it, " +
+             " (float64 where each value is a float32, or with round='outward' or 'exact'); if "
+             "nothing is lost by it, " +
              name + ".astype(numpy.float32), of a PyTorch tensor " + name + ".float(), makes that");
+}
+
+// `count` rows of 2 d values that lie together.
+template <class Real>
+BasicBoxes<Real> rows_of(const Real* p, std::size_t count, unsigned d) {
+  using View = BasicBoxes<Real>;
+  if (d == 3) return View(reinterpret_cast<const typename View::Value*>(p), count);
+  return View::arrays(p, p + 1, nullptr, p + 2, p + 3, nullptr, count, 4 * sizeof(Real));
+}
+
+// Lower corners and, from `upper_column` on, upper ones of Real, which the view shows as they lie.
+template <class Real>
+BasicBoxes<Real> as_they_lie(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
+                             const std::string& lower_name, const std::string& upper_name,
+                             unsigned d) {
+  using View = BasicBoxes<Real>;
+  const std::size_t count = lower.shape(0);
+  const std::size_t stride = row_stride(lower, lower_name, 2 * d) * sizeof(Real);
+  const std::size_t upper_stride = row_stride(upper, upper_name, 2 * d) * sizeof(Real);
+  if (upper_stride != stride) {
+    value_error(lower_name + " has rows " + std::to_string(stride) + " bytes apart and " +
+                upper_name + " " + std::to_string(upper_stride) +
+                "; give both the same layout, as by numpy.ascontiguousarray");
+  }
+  const auto* l = static_cast<const Real*>(lower.data());
+  const auto* u = static_cast<const Real*>(upper.data()) +
+                  static_cast<std::int64_t>(upper_column) * upper.stride(1);
+  if (d == 3 && upper_column == 3 && lower.stride(1) == 1)
+    return View(reinterpret_cast<const typename View::Value*>(l), count, stride);
+  const Real* p[6] = {};
+  for (unsigned k = 0; k < d; ++k) {
+    p[k] = l + static_cast<std::int64_t>(k) * lower.stride(1);
+    p[3 + k] = u + static_cast<std::int64_t>(k) * upper.stride(1);
+  }
+  return View::arrays(p[0], p[1], p[2], p[3], p[4], p[5], count, stride);
 }
 
 }  // namespace
@@ -110,7 +145,7 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
     const AnyArray& a = arrays_[k];
     if (a.ndim() != 2 || (a.shape(1) != 3 && a.shape(1) != 2))
       value_error(names[k] + ": found " + described(a) + ", wanted " + wanted);
-    (void)is_double(a, names[k], wanted);  // of another type: a TypeError
+    (void)holds_double(a, names[k], wanted);  // of another type: a TypeError
   }
   if (lower.shape(0) != upper.shape(0) || lower.shape(1) != upper.shape(1) ||
       lower.dtype() != upper.dtype()) {
@@ -124,8 +159,8 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
 void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
                     const std::string& lower_name, const std::string& upper_name,
                     const std::string& wanted, Rounding rounding) {
-  const bool converting = is_double(lower, lower_name, wanted);
-  if (converting && place_ && place_->on_gpu) {
+  const bool given_double = holds_double(lower, lower_name, wanted);
+  if (given_double && place_ && place_->on_gpu) {
     type_error(lower_name + ": found " + described(lower) + " on " + place_->name() +
                ", where nothing is converted; wanted float32, as by x.astype(float32)");
   }
@@ -135,13 +170,13 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
     value_error(lower_name + ": found " + std::to_string(count) + " boxes, at most " +
                 std::to_string(max_box_count) + " can be indexed; split them");
   }
+  is_double_ = given_double && rounding == Rounding::exact;
   if (count == 0) return;
-  require_aligned(lower, lower_name, converting ? 8 : 4);
-  require_aligned(upper, upper_name, converting ? 8 : 4);
-  const float* p[6] = {};
-  std::size_t stride = 0;
-  bool together = false;
-  if (converting) {
+  require_aligned(lower, lower_name, given_double ? 8 : 4);
+  require_aligned(upper, upper_name, given_double ? 8 : 4);
+  if (is_double_) {
+    doubles_ = as_they_lie<double>(lower, upper, upper_column, lower_name, upper_name, d);
+  } else if (given_double) {
     converted_.reset(new (std::nothrow) float[2 * d * count]);
     if (!converted_) {
       memory_error(lower_name + ": no memory for " + std::to_string(8 * d * count) +
@@ -150,7 +185,7 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
     std::optional<Inexact> bad;
     {
       const nb::gil_scoped_release unlocked;
-      bad = to_floats(doubles(lower, 0), doubles(upper, upper_column), count, d, rounding,
+      bad = to_floats(table_of(lower, 0), table_of(upper, upper_column), count, d, rounding,
                       converted_.get());
     }
     if (bad) {
@@ -160,36 +195,36 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
       const std::string& name = bad->upper ? upper_name : lower_name;
       value_error(name + ": the float64 at [" + std::to_string(bad->row) + ", " +
                   std::to_string(column) + "] is " + number +
-                  ", which no float32 equals; pass round='outward', or give float32");
+                  ", which no float32 equals; pass round='exact' or 'outward' to a search, or give "
+                  "float32");
     }
-    for (unsigned k = 0; k < 2 * d; ++k) p[k < d ? k : 3 + k - d] = converted_.get() + k;
-    stride = 2 * d;
-    together = d == 3;
+    view_ = rows_of(converted_.get(), count, d);
   } else {
-    stride = row_stride(lower, lower_name, 2 * d);
-    const std::size_t upper_stride = row_stride(upper, upper_name, 2 * d);
-    if (upper_stride != stride) {
-      value_error(lower_name + " has rows " + std::to_string(4 * stride) + " bytes apart and " +
-                  upper_name + " " + std::to_string(4 * upper_stride) +
-                  "; give both the same layout, as by numpy.ascontiguousarray");
-    }
-    const auto* l = static_cast<const float*>(lower.data());
-    const auto* u = static_cast<const float*>(upper.data()) +
-                    static_cast<std::int64_t>(upper_column) * upper.stride(1);
-    for (unsigned k = 0; k < d; ++k) {
-      p[k] = l + static_cast<std::int64_t>(k) * lower.stride(1);
-      p[3 + k] = u + static_cast<std::int64_t>(k) * upper.stride(1);
-    }
-    together = d == 3 && upper_column == 3 && lower.stride(1) == 1;
+    view_ = as_they_lie<float>(lower, upper, upper_column, lower_name, upper_name, d);
   }
-  view_ = together
-              ? Boxes(reinterpret_cast<const Box*>(p[0]), count, stride * sizeof(float))
-              : Boxes::arrays(p[0], p[1], p[2], p[3], p[4], p[5], count, stride * sizeof(float));
+}
+
+void BoxArray::widen(const std::string& name) {
+  const std::size_t n = view_.size();
+  const unsigned d = dimensions_;
+  widened_.reset(new (std::nothrow) double[2 * d * n]);
+  if (!widened_) {
+    memory_error(name + ": no memory for " + std::to_string(16 * d * n) + " bytes of float64");
+  }
+  {
+    const nb::gil_scoped_release unlocked;
+    double* out = widened_.get();
+    for (std::size_t i = 0; i < n; ++i)
+      for (unsigned k = 0; k < 2 * d; ++k) *out++ = view_.corner(i, k < d ? k : 3 + k - d);
+  }
+  doubles_ = rows_of(widened_.get(), n, d);
+  doubles_.filters = view_.filters;
+  is_double_ = true;
 }
 
 void BoxArray::set_filters(const std::string& prefix, nb::handle group, nb::handle mask,
                            nb::handle owner, nb::handle world, nb::handle is_static) {
-  Filters& f = view_.filters;
+  Filters& f = is_double_ ? doubles_.filters : view_.filters;
   const std::size_t n = size();
   f.group = import_values<std::uint32_t>(group, prefix + "group", n, filters_, place_);
   f.mask = import_values<std::uint32_t>(mask, prefix + "mask", n, filters_, place_);

@@ -45,6 +45,13 @@ void run_body(void* context) {
   }
 }
 
+// Calls with the boxes of both sets, all float32 or all float64.
+template <class Call>
+Result on_boxes(const BoxArray& a, const BoxArray* b, const Call& call) {
+  if (a.is_double()) return b ? call(a.doubles(), b->doubles()) : call(a.doubles());
+  return b ? call(a.view(), b->view()) : call(a.view());
+}
+
 }  // namespace
 
 void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<void()>& run) {
@@ -125,6 +132,11 @@ void FinderObject::require_same_dimensions(const BoxArray& a, const BoxArray* b)
 }
 
 Explanation FinderObject::explain(const BoxArray& a, const BoxArray* b) {
+  if (rounding_ == Rounding::exact) {
+    value_error(
+        "round: found 'exact', and only searches of float32 are explained; take a Finder with "
+        "round='outward'");
+  }
   const Busy busy(*this);
   Explanation told;
   search(a, b, [&] {
@@ -178,8 +190,9 @@ nb::object FinderObject::find(const BoxArray& a, const BoxArray* b, const Place&
   PairRooms::Room& room = owner->room;
   const auto attempt = [&] {
     search(a, b, [&] {
-      return b ? finder_.find(a.view(), b->view(), room.data, room.capacity)
-               : finder_.find(a.view(), room.data, room.capacity);
+      return on_boxes(a, b, [&](const auto&... sets) {
+        return finder_.find(sets..., room.data, room.capacity);
+      });
     });
   };
   has_found_ = false;
@@ -230,7 +243,7 @@ void FinderObject::consume(const BoxArray& a, const BoxArray* b, nb::handle call
   };
   has_found_ = false;
   search(a, b, [&] {
-    return b ? finder_.consume(a.view(), b->view(), consumer) : finder_.consume(a.view(), consumer);
+    return on_boxes(a, b, [&](const auto&... sets) { return finder_.consume(sets..., consumer); });
   });
   if (raised) throw std::move(*raised);
   if (result_.status != Status::stopped) require_ok(result_);

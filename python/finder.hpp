@@ -54,9 +54,11 @@ class FinderObject {
   // `once`: what is found is all that is kept.
   FinderObject(const Options& options, Rounding rounding, bool once);
 
-  // (m, 2) uint32. `b` may be null. What is found on a GPU stays there, or is copied `to_host`.
+  // (m, 2) uint32. `b` may be null; both are of one type. What is found on a GPU stays there, or is
+  // copied `to_host`.
   nb::object find(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
+  // ValueError under Rounding::exact.
   Explanation explain(const BoxArray& a, const BoxArray* b);
 
   Rounding rounding() const noexcept { return rounding_; }

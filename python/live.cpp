@@ -46,7 +46,7 @@ class LiveObject {
   }
 
   nb::object add(nb::handle boxes, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::exact);
+    BoxArray given(boxes, "boxes", Rounding::none);
     given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
     const std::size_t n = given.size();
     auto ids = std::make_unique<ObjectId[]>(std::max<std::size_t>(n, 1));
@@ -61,7 +61,7 @@ class LiveObject {
 
   void move(nb::handle ids, nb::handle boxes) {
     const Ids list(ids);
-    const BoxArray given(boxes, "boxes", Rounding::exact);
+    const BoxArray given(boxes, "boxes", Rounding::none);
     if (given.size() != list.size()) {
       value_error("boxes: found " + std::to_string(given.size()) + " boxes for " +
                   std::to_string(list.size()) + " ids; give one a box");
@@ -70,7 +70,7 @@ class LiveObject {
   }
 
   void move_all(nb::handle boxes) {
-    const BoxArray given(boxes, "boxes", Rounding::exact);
+    const BoxArray given(boxes, "boxes", Rounding::none);
     change(given.size(), [&] { return live_.move_all(given.view()); });
   }
 
@@ -113,7 +113,7 @@ class LiveObject {
   }
 
   nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::exact);
+    BoxArray given(boxes, "boxes", Rounding::none);
     given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
     nb::object found;
     const auto read = [&] {
@@ -127,7 +127,7 @@ class LiveObject {
 
   // ((m, 2): sweep, object; (m,): time).
   nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::exact);
+    BoxArray given(boxes, "boxes", Rounding::none);
     const SweepHits wanted = hits_of(which);
     Kept kept;
     const std::size_t n = given.size();

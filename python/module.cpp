@@ -18,23 +18,36 @@ namespace throng::python {
 namespace {
 
 using Set = std::unique_ptr<BoxArray>;
+struct Sets {
+  Set a, b;  // b may be null
+};
 
 // Boxes and their filters: (group, mask, owner, world, static), each an array or None.
 Set box_set(nb::handle boxes, const char* name, const nb::tuple& filters, const char* prefix,
-            Rounding rounding, Place* place = nullptr) {
+            Rounding rounding, Place* place) {
   auto set = std::make_unique<BoxArray>(boxes, name, rounding, place);
   set->set_filters(prefix, filters[0], filters[1], filters[2], filters[3], filters[4]);
   return set;
 }
 
-Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding,
-              Place* place = nullptr) {
+Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding, Place* place) {
   if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding, place);
   for (const nb::handle filter : filters) {
     if (filter.is_none()) continue;
     value_error("other: found None, wanted a second set of boxes for the filters other_...");
   }
   return nullptr;
+}
+
+// Both of one type: float32 becomes float64 where it meets that.
+Sets sets_of(nb::handle boxes, nb::handle other, const nb::tuple& filters,
+             const nb::tuple& other_filters, Rounding rounding, Place* place = nullptr) {
+  Sets s;
+  s.a = box_set(boxes, "boxes", filters, "", rounding, place);
+  s.b = other_set(other, other_filters, rounding, place);
+  if (s.b && s.b->is_double() && !s.a->is_double()) s.a->widen("boxes");
+  if (s.b && s.a->is_double() && !s.b->is_double()) s.b->widen("other");
+  return s;
 }
 
 void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb::handle backend,
@@ -49,7 +62,7 @@ void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb:
   o.margin = margin_of(margin);
   o.threads = threads_of(threads);
   o.memory_cap_bytes = bytes_of(memory_cap, "memory_cap");
-  new (self) FinderObject(o, rounding_of(round), once);
+  new (self) FinderObject(o, rounding_of(round, true), once);
 }
 
 void bind_finder(nb::module_& m) {
@@ -64,9 +77,8 @@ void bind_finder(nb::module_& m) {
              const nb::tuple& other_filters, std::uint64_t stream, bool to_host) {
             Place place;
             place.stream = static_cast<std::uintptr_t>(stream);
-            const Set a = box_set(boxes, "boxes", filters, "", self.rounding(), &place);
-            const Set b = other_set(other, other_filters, self.rounding(), &place);
-            return self.find(*a, b.get(), place, to_host);
+            const Sets s = sets_of(boxes, other, filters, other_filters, self.rounding(), &place);
+            return self.find(*s.a, s.b.get(), place, to_host);
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
           nb::arg("other_filters"), nb::arg("stream"), nb::arg("to_host"))
@@ -74,9 +86,8 @@ void bind_finder(nb::module_& m) {
           "consume",
           [](FinderObject& self, nb::handle boxes, nb::handle callback, nb::handle other,
              const nb::tuple& filters, const nb::tuple& other_filters) {
-            const Set a = box_set(boxes, "boxes", filters, "", self.rounding());
-            const Set b = other_set(other, other_filters, self.rounding());
-            self.consume(*a, b.get(), callback);
+            const Sets s = sets_of(boxes, other, filters, other_filters, self.rounding());
+            self.consume(*s.a, s.b.get(), callback);
           },
           nb::arg("boxes").none(), nb::arg("callback").none(), nb::arg("other").none(),
           nb::arg("filters"), nb::arg("other_filters"))
@@ -84,9 +95,8 @@ void bind_finder(nb::module_& m) {
           "explain",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
              const nb::tuple& other_filters) {
-            const Set a = box_set(boxes, "boxes", filters, "", self.rounding());
-            const Set b = other_set(other, other_filters, self.rounding());
-            return self.explain(*a, b.get());
+            const Sets s = sets_of(boxes, other, filters, other_filters, self.rounding());
+            return self.explain(*s.a, s.b.get());
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
           nb::arg("other_filters"))

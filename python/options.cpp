@@ -14,7 +14,7 @@ T choice(nb::handle value, const char* name, std::initializer_list<std::pair<con
   const bool is_text = PyUnicode_Check(value.ptr());
   std::string wanted;
   for (const auto& [text, meaning] : all) {
-    if (is_text && nb::borrow<nb::str>(value).c_str() == std::string(text)) return meaning;
+    if (is_text && PyUnicode_CompareWithASCIIString(value.ptr(), text) == 0) return meaning;
     wanted += (wanted.empty() ? "'" : ", '") + std::string(text) + "'";
   }
   const std::string message =

@@ -85,7 +85,7 @@ nb::object scene_worlds(const std::string& name, nb::handle objects) {
 }
 
 nb::object load_boxes(const std::string& path, nb::handle round) {
-  const bool outward = rounding_of(round) == Rounding::outward;
+  const bool outward = rounding_of(round, false) == Rounding::outward;
   scene::BoxFile file;
   try {
     const nb::gil_scoped_release unlocked;
@@ -110,7 +110,7 @@ void save_boxes(const std::string& path, const nb::list& frames) {
     std::size_t count = 0;
     std::unique_ptr<Box[]> rows;
     for (const nb::handle frame : frames) {
-      const BoxArray boxes(frame, "boxes", Rounding::exact);
+      const BoxArray boxes(frame, "boxes", Rounding::none);
       if (boxes.dimensions() != 3) value_error("boxes: found 2-D boxes, wanted shape (n, 6)");
       if (!writer) {
         count = boxes.size();

@@ -20,8 +20,14 @@ assert len(pairs) == len(same) < len(flat)
 # 0.1 is no float32: boxes are rounded outward, so that no touching pair can be lost.
 doubles = numpy.array([[0, 0, 0, 0.1, 1, 1], [0.1, 0, 0, 1, 1, 1]])
 touching = throng.find_pairs(doubles, round="outward")
+
+# Or compared as they are: a billion units away, apart by one step of float64.
+far = doubles + 1e9
+far[1, 0] = numpy.nextafter(far[0, 3], numpy.inf)
+apart = throng.find_pairs(far, round="exact")
 # snippet-end: doubles
 assert touching.tolist() == [[0, 1]]
+assert len(apart) == 0 and len(throng.find_pairs(far, round="outward")) == 1
 
 # snippet-begin: filters
 boxes = throng.scene("worlds", 64000)[0]  # 1000 worlds in one place

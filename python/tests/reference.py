@@ -1,5 +1,7 @@
 """The double loop, by NumPy, and what boxes tests are made of."""
 
+import math
+from fractions import Fraction
 from typing import Any
 
 import numpy
@@ -15,11 +17,28 @@ coordinate = st.sampled_from([-INF, -2.5, -1.0, -0.0, 0.0, 1e-45, 0.5, 1.0, 2.0,
 any_coordinate = coordinate | st.just(NAN) | st.floats(width=32)
 
 
-def box_rows(columns: int = 6, most: int = 24, value: Any = coordinate) -> Any:
-    """Arrays (n, columns) of float32."""
+def stepped(x: float, steps: int) -> float:
+    """x, and so many steps of float64 from there."""
+    for _ in range(abs(steps)):
+        x = math.nextafter(x, math.copysign(INF, steps))
+    return x
+
+
+# float64 that touch, or miss each other by one step, where floats are dense and where they are not.
+double = st.builds(stepped, st.sampled_from([-1e9, 0.0, 0.1, 1.0, 1e9, 1e9 + 1e-6]), st.integers(-2, 2))
+double |= st.sampled_from([-INF, -1e300, 1e300, INF])
+
+
+def double_rows(columns: int = 6, most: int = 24, value: Any = double) -> Any:
+    """Arrays (n, columns) of float64."""
+    return box_rows(columns, most, value, numpy.float64)
+
+
+def box_rows(columns: int = 6, most: int = 24, value: Any = coordinate, kind: Any = numpy.float32) -> Any:
+    """Arrays (n, columns) of `kind`."""
     row = st.lists(value, min_size=columns, max_size=columns)
     return st.lists(row, max_size=most).map(
-        lambda rows: numpy.array(rows, numpy.float32).reshape(-1, columns)
+        lambda rows: numpy.array(rows, kind).reshape(-1, columns)
     )
 
 
@@ -46,3 +65,19 @@ def brute_force(a: NDArray[Any], b: NDArray[Any] | None = None) -> Pairs:
 def as_pairs(found: NDArray[Any]) -> Pairs:
     assert found.dtype == numpy.uint32 and found.ndim == 2 and found.shape[1] == 2
     return sorted((int(i), int(j)) for i, j in found)
+
+
+def grown(boxes: NDArray[Any], margin: float) -> NDArray[Any]:
+    """float64 boxes that contain all within a margin, as small as there are; inactive ones stay."""
+    d = boxes.shape[1] // 2
+    out = boxes.astype(numpy.float64)
+    for row in out:
+        if not all(row[:d] <= row[d:]):
+            continue
+        for k, sign in enumerate([-1] * d + [1] * d):
+            if not math.isfinite(row[k]):
+                continue
+            there = Fraction(float(row[k])) + sign * Fraction(margin)
+            nearest = float(there)
+            row[k] = stepped(nearest, sign) if (Fraction(nearest) - there) * sign < 0 else nearest
+    return out

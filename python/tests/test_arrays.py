@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
 from dlpack import OnDevice, OnlyDLPack
-from reference import as_pairs, box_rows, brute_force
+from reference import NAN, as_pairs, box_rows, brute_force, double, double_rows, grown
 
 import throng
 from throng import _throng
@@ -19,9 +19,9 @@ BOXES = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [3, 3, 3, 4, 4, 4]]
 
 def layouts(boxes: Any) -> list[Any]:
     n = len(boxes)
-    wide = numpy.full((n, 11), numpy.nan, numpy.float32)
+    wide = numpy.full((n, 11), numpy.nan, boxes.dtype)
     wide[:, 3:9] = boxes
-    sparse = numpy.full((3 * n, 12), numpy.nan, numpy.float32)
+    sparse = numpy.full((3 * n, 12), numpy.nan, boxes.dtype)
     sparse[::3, ::2] = boxes
     frozen = boxes.copy()
     frozen.flags.writeable = False
@@ -30,17 +30,28 @@ def layouts(boxes: Any) -> list[Any]:
             memoryview(boxes), boxes.astype(numpy.float64)]  # fmt: skip
 
 
-@settings(max_examples=100, deadline=None)
-@given(box_rows(most=8))
-def test_layouts(boxes: Any) -> None:
+def check_layouts(boxes: Any, **options: Any) -> None:
     wanted = brute_force(boxes)
     for layout in layouts(boxes):
         if isinstance(layout, memoryview) and len(boxes) == 0:
             continue
-        assert as_pairs(throng.find_pairs(layout)) == wanted
-    assert as_pairs(throng.find_pairs((boxes[:, :3], boxes[:, 3:]))) == wanted
+        assert as_pairs(throng.find_pairs(layout, **options)) == wanted
+    assert as_pairs(throng.find_pairs((boxes[:, :3], boxes[:, 3:]), **options)) == wanted
     apart = numpy.ascontiguousarray(boxes[:, :3]), numpy.ascontiguousarray(boxes[:, 3:])
-    assert as_pairs(throng.find_pairs(apart)) == wanted
+    assert as_pairs(throng.find_pairs(apart, **options)) == wanted
+
+
+@settings(max_examples=100, deadline=None)
+@given(box_rows(most=8))
+def test_layouts(boxes: Any) -> None:
+    check_layouts(boxes)
+    check_layouts(boxes, round="exact")
+
+
+@settings(max_examples=200, deadline=None)
+@given(double_rows(most=8))
+def test_exact_layouts(boxes: Any) -> None:
+    check_layouts(boxes, round="exact")
 
 
 def test_no_copy() -> None:
@@ -81,6 +92,139 @@ def test_round_outward_contains(rows: Any) -> None:
     # Points within a double's reach of each corner are in the float box: nothing that meets is lost.
     found = set(as_pairs(throng.find_pairs(boxes, round="outward", nan="inactive")))
     assert set(brute_force(boxes)) <= found or numpy.isnan(boxes).any()
+
+
+exact_choices = st.fixed_dictionaries(
+    {
+        "round": st.just("exact"),
+        "order": st.sampled_from(["any", "canonical"]),
+        "algorithm": st.sampled_from(["auto", "all-pairs", "grid"]),
+        "threads": st.integers(0, 3),
+    }
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(double_rows(), exact_choices)
+def test_exact(boxes: Any, options: Any) -> None:
+    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(boxes)
+
+
+@settings(max_examples=300, deadline=None)
+@given(double_rows(most=12), double_rows(most=12), box_rows(most=12), exact_choices)
+def test_exact_two_sets(a: Any, b: Any, floats: Any, options: Any) -> None:
+    for one, other in ((a, b), (a, floats), (floats, a), (floats, floats), (a, floats.astype(float))):
+        assert as_pairs(throng.find_pairs(one, other, **options)) == brute_force(one, other)
+
+
+@settings(max_examples=200, deadline=None)
+@given(double_rows(columns=4), box_rows(columns=4, most=8), exact_choices)
+def test_exact_flat(boxes: Any, floats: Any, options: Any) -> None:
+    corners = boxes[:, :2], boxes[:, 2:]
+    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(boxes)
+    assert as_pairs(throng.find_pairs(corners, **options)) == brute_force(boxes)
+    assert as_pairs(throng.find_pairs(corners, floats, **options)) == brute_force(boxes, floats)
+    assert as_pairs(throng.find_pairs(floats, corners, **options)) == brute_force(floats, boxes)
+
+
+@settings(max_examples=200, deadline=None)
+@given(double_rows(most=8), box_rows(most=4), st.floats(0, 3, width=32) | st.sampled_from([2.0**-149, 1e9]))
+def test_exact_margin(boxes: Any, floats: Any, margin: float) -> None:
+    options: Any = {"round": "exact", "margin": margin}
+    large = grown(boxes, margin)
+    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(large)
+    assert as_pairs(throng.find_pairs(floats, boxes, **options)) == brute_force(grown(floats, margin), large)
+
+
+@settings(max_examples=200, deadline=None)
+@given(double_rows(value=double | st.just(NAN)), box_rows(most=3))
+def test_exact_nan(boxes: Any, floats: Any) -> None:
+    bad = numpy.isnan(boxes).any(axis=1)
+    clean = numpy.where(bad[:, None], NAN, boxes)
+    assert as_pairs(throng.find_pairs(boxes, round="exact", nan="inactive")) == brute_force(clean)
+    if bad.any():
+        text = f"the first is box {int(bad.argmax())}.*pass nan='inactive'"
+        with pytest.raises(ValueError, match=text):
+            throng.find_pairs(boxes, round="exact")
+        with pytest.raises(ValueError, match=text):
+            throng.find_pairs(floats, boxes, round="exact")
+
+
+def rows_of_neighbours(n: int, at: float) -> Any:
+    """(n, 6) float64: rods side by side that touch the next, or miss it by one step, in turn."""
+    boxes = numpy.zeros((n, 6))
+    boxes[:, 3] = at + numpy.arange(1, n + 1)
+    boxes[1:, 0] = boxes[:-1, 3]
+    boxes[0, 0] = at
+    boxes[1::2, 0] = numpy.nextafter(boxes[1::2, 0], numpy.inf)
+    boxes[:, [1, 2, 4, 5]] = at
+    return boxes
+
+
+@pytest.mark.parametrize("at", [0.0, 0.1, -1e9, 1e9, 1e15])
+def test_exact_far_from_the_origin(at: float) -> None:
+    boxes = rows_of_neighbours(1001, at)
+    wanted = [(i, i + 1) for i in range(1, 1000, 2)]
+    assert as_pairs(throng.find_pairs(boxes, round="exact")) == wanted == brute_force(boxes)
+    half = boxes[::2], boxes[1::2]
+    assert as_pairs(throng.find_pairs(*half, round="exact")) == brute_force(*half)
+    records = numpy.full((1001, 17), numpy.nan)
+    records[:, 3:15:2] = boxes
+    assert as_pairs(throng.find_pairs(records[:, 3:15:2], round="exact")) == wanted
+    assert len(throng.find_pairs(boxes, round="outward")) > 500
+
+
+def test_exact_filters() -> None:
+    random = numpy.random.default_rng(7)
+    boxes = random.integers(0, 3, (400, 6)) + 1e9
+    floats = boxes[:50].astype(numpy.float32)
+    value = {"group": 4, "mask": 8, "owner": 9, "world": 3, "static": 2}
+    f: Any = {name: random.integers(1 if value[name] > 3 else 0, value[name], 400) for name in value}
+    allowed = (f["group"][:, None] & f["mask"] != 0) & (f["group"] & f["mask"][:, None] != 0)
+    allowed &= (f["owner"][:, None] != f["owner"]) & (f["world"][:, None] == f["world"])
+    allowed &= f["static"][:, None] + f["static"] < 2
+    found = as_pairs(throng.find_pairs(boxes, **f, round="exact"))
+    assert found == [pair for pair in brute_force(boxes) if allowed[pair]] != []
+    # Those of a float32 set come with it when it is copied.
+    both = {k: v[:50] for k, v in f.items()} | {"other_" + k: v for k, v in f.items()}
+    found = as_pairs(throng.find_pairs(floats, boxes, **both, round="exact"))
+    assert found == [pair for pair in brute_force(floats, boxes) if allowed[pair]] != []
+
+
+def test_exact_is_for_float64_on_the_cpu() -> None:
+    none = numpy.zeros((0, 6))
+    for pair in ((none, none), (BOXES, none), (none, BOXES), (none[:, :4], BOXES)):
+        assert throng.find_pairs(*pair, round="exact").shape == (0, 2)
+    assert throng.find_pairs(none, round="exact").shape == (0, 2)
+    one = numpy.array([0, 0, 0, 1, 1, 1.1])
+    assert len(throng.find_pairs(numpy.broadcast_to(one, (2000, 6)), round="exact")) == 1999 * 1000
+    # float32 alone is searched as without it.
+    assert len(throng.find_pairs(BOXES, BOXES, round="exact", backend="emulated")) == 7
+    for backend in ("emulated", "cuda"):
+        kind: Any = backend
+        with pytest.raises(ValueError, match=f"backend {backend}: boxes of doubles are searched on the CPU alone"):
+            throng.find_pairs(BOXES.astype(float), round="exact", backend=kind)
+        with pytest.raises(ValueError, match="boxes of doubles"):
+            throng.find_pairs(BOXES, BOXES.astype(float), round="exact", backend=kind)
+    assert as_pairs(throng.find_pairs(OnlyDLPack(BOXES.astype(float)), round="exact")) == [(0, 1), (1, 2)]
+
+
+EXACTLY_WRONG = [
+    (BOXES.astype(float)[::-1], "rows run backwards.*ascontiguousarray"),
+    ((BOXES[:, :3].astype(float), BOXES[:, 3:]), "of one type and shape"),
+    ((BOXES.astype(float)[:, :3], BOXES[:, 3:].astype(float)), "48 bytes apart and.*24"),
+    (BOXES.astype(float)[:, :5], r"found float64 of shape \(3, 5\)"),
+    (numpy.ones(100, numpy.uint8)[4:].view(numpy.float64).reshape(2, 6), "no multiple of 8.*copy"),
+    (numpy.broadcast_to(numpy.zeros(6), (2**32, 6)), "found 4294967296 boxes, at most 4294901760"),
+]
+
+
+@pytest.mark.parametrize("boxes, text", EXACTLY_WRONG)
+def test_exactly_wrong(boxes: Any, text: str) -> None:
+    for name, sets in (("boxes", (boxes,)), ("boxes", (boxes, BOXES)), ("other", (BOXES, boxes))):
+        with pytest.raises(ValueError, match=text) as caught:
+            throng.find_pairs(*sets, round="exact")
+        assert str(caught.value).startswith(name)
 
 
 def test_dlpack() -> None:
@@ -170,7 +314,10 @@ def test_wrong_options() -> None:
     refuses(TypeError, "order: found 1", order=1)
     refuses(ValueError, "algorithm: found 'bvh'", algorithm="bvh")
     refuses(ValueError, "nan: found ''", nan="")
-    refuses(ValueError, "round: found 'inward'", round="inward")
+    refuses(ValueError, "round: found 'inward', wanted None, 'outward' or 'exact'", round="inward")
+    refuses(ValueError, "round: found True", round=True)
+    for name in ("order", "algorithm", "backend", "nan", "isa", "round"):
+        refuses(ValueError, rf"{name}: found '\\ud800', wanted", **{name: "\ud800"})  # is no UTF-8
     refuses(ValueError, "isa: found 'mmx'", isa="mmx")
     refuses(ValueError, "threads: found -1", threads=-1)
     refuses(TypeError, "threads: found 1.5", threads=1.5)
@@ -206,6 +353,8 @@ def test_no_array_crashes(kind: str, shape: Any, strides: Any, offset: int, two:
         lambda: throng.find_pairs(made),
         lambda: throng.find_pairs((made, made)),
         lambda: throng.find_pairs(BOXES, made, round="outward", nan="inactive"),
+        lambda: throng.find_pairs(made, round="exact", nan="inactive"),
+        lambda: throng.find_pairs((made, made), BOXES, round="exact", nan="inactive"),
         lambda: throng.find_pairs(BOXES, group=made, world=made, static=made),
         lambda: throng.update_boxes(made, [throng.sphere(1)], rotation=made),
         lambda: throng.save_boxes("/nowhere/boxes.npy", made),

@@ -10,7 +10,7 @@ from dlpack import CUDA, OnDevice, OnlyDLPack, capsule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
-from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force
+from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force, double_rows
 
 import throng
 from throng import _throng
@@ -23,18 +23,18 @@ step = st.integers(1, 3)
 argument = st.sampled_from(["boxes", "other", "lower", "upper"])
 
 
-def call(name: str, array: Any) -> Any:
+def call(name: str, array: Any, **options: Any) -> Any:
     """`array` as the argument `name`, good ones beside it."""
     if name == "boxes":
-        return throng.find_pairs(array)
+        return throng.find_pairs(array, **options)
     if name == "other":
-        return throng.find_pairs(BOXES, array)
-    return throng.find_pairs((array, BOXES[:, 3:]) if name == "lower" else (BOXES[:, :3], array))
+        return throng.find_pairs(BOXES, array, **options)
+    return throng.find_pairs((array, BOXES[:, 3:]) if name == "lower" else (BOXES[:, :3], array), **options)
 
 
-def refused(kinds: Any, name: str, text: str, array: Any) -> None:
+def refused(kinds: Any, name: str, text: str, array: Any, **options: Any) -> None:
     with pytest.raises(kinds, match=text) as caught:
-        call(name, array)
+        call(name, array, **options)
     assert str(caught.value).startswith("other" if name == "other" else "boxes")
     assert len(str(caught.value)) > 40
 
@@ -44,6 +44,7 @@ def refused(kinds: Any, name: str, text: str, array: Any) -> None:
 def test_types(name: str, kind: str, n: int) -> None:
     columns = 3 if name in ("lower", "upper") else 6
     refused(TypeError, name, "found .*wanted", numpy.zeros((n, columns), kind))
+    refused(TypeError, name, "found .*wanted", numpy.zeros((n, columns), kind), round="exact")
 
 
 @EXAMPLES
@@ -57,6 +58,7 @@ def test_shapes(name: str, kind: str, shape: list[int]) -> None:
         refused(ValueError, name, "found|apart", array) if not fits else None
     elif not fits:
         refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array)
+        refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array, round="exact")
     elif name == "boxes":
         assert len(call(name, array)) == shape[0] * (shape[0] - 1) // 2
 
@@ -82,15 +84,18 @@ def test_devices(devices: list[Any]) -> None:
 
 
 @EXAMPLES
-@given(box_rows(most=8), step, step, size, st.booleans(), st.booleans())
+@given(box_rows(most=8) | double_rows(most=8), step, step, size, st.booleans(), st.booleans())
 def test_layouts(boxes: Any, row: int, column: int, first: int, frozen: bool, turned: bool) -> None:
-    wide = numpy.full((len(boxes) * row + 1, first + 6 * column), NAN, numpy.float32)
+    wide = numpy.full((len(boxes) * row + 1, first + 6 * column), NAN, boxes.dtype)
     part = wide[: len(boxes) * row : row, first : first + 6 * column : column]
     part[:] = boxes[:, ::-1] if turned else boxes
     wide.flags.writeable = not frozen
     given_ = part[:, ::-1] if turned else part
-    assert as_pairs(throng.find_pairs(given_)) == brute_force(boxes)
-    assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]))) == brute_force(boxes)
+    assert as_pairs(throng.find_pairs(given_, round="exact")) == brute_force(boxes)
+    assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]), round="exact")) == brute_force(boxes)
+    if boxes.dtype == numpy.float32:
+        assert as_pairs(throng.find_pairs(given_)) == brute_force(boxes)
+        assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]))) == brute_force(boxes)
 
 
 @EXAMPLES
@@ -149,6 +154,7 @@ def test_backwards(name: str, n: int, by: int, kind: str) -> None:
         refused(ValueError, name, "of one type", array)
     else:
         call(name, array)  # is copied in any case
+        refused(ValueError, name, "run backwards", array, round="exact")
 
 
 @pytest.mark.parametrize("name", ["boxes", "other", "lower", "upper"])
@@ -166,12 +172,13 @@ def test_masked(name: str) -> None:
 def test_nan(boxes: Any, other: Any) -> None:
     bad = numpy.isnan(boxes).any(axis=1)
     clean = numpy.where(bad[:, None], numpy.float32(NAN), boxes)
-    for one in (boxes, boxes.astype(numpy.float64)):
-        assert as_pairs(throng.find_pairs(one, other, nan="inactive")) == brute_force(clean, other)
+    rounds: Any = (None, "exact")
+    for one, round in ((boxes, None), *((boxes.astype(numpy.float64), round) for round in rounds)):
+        assert as_pairs(throng.find_pairs(one, other, nan="inactive", round=round)) == brute_force(clean, other)
         if not bad.any():
             continue
         text = f"the first is box {int(bad.argmax())}.*pass nan='inactive'"
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(one)
+            throng.find_pairs(one, round=round)
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(other, one)
+            throng.find_pairs(other, one, round=round)

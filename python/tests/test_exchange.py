@@ -144,7 +144,10 @@ def test_refused_before_a_gpu_is_asked() -> None:
     assert asked.streams == [55]
     refuses(ValueError, "backend: found 'emulated'", asked, backend="emulated")
     assert asked.streams[-1] == 1  # the default stream, in DLPack's numbers
-    refuses(TypeError, "found float64 .* on cuda:0, where nothing", OnDevice((CUDA, 0), BOXES.astype(float)))
+    doubles = OnDevice((CUDA, 0), BOXES.astype(float))
+    refuses(TypeError, "found float64 .* on cuda:0, where nothing", doubles)
+    refuses(TypeError, "boxes: found float64 .* on cuda:0, where nothing", doubles, round="exact")
+    refuses(TypeError, "other: found float64 .* on cuda:0, where nothing", asked, doubles, round="exact")
     refuses(ValueError, r"found float32 of shape \(3, 5\)", OnDevice((CUDA, 0), BOXES[:, :5]))
     refuses(ValueError, "rows run backwards", OnDevice((CUDA, 0), BOXES[::-1]))
     longs = OnDevice((CUDA, 0), numpy.ones(3, numpy.int64))

@@ -81,6 +81,33 @@ def test_explain() -> None:
         throng.Finder(backend="emulated").explain(boxes)
 
 
+def test_exact() -> None:
+    """Frames of float64 a billion units away, where no float32 tells them apart; float32 between them."""
+    finder = throng.Finder(order="canonical", round="exact")
+    frames = throng.scene("column", 1500, frames=4, seed=3)
+    for floats in frames:
+        boxes = floats.astype(numpy.float64) + 1e9
+        boxes[1::2, :3] = boxes[::2, 3:]  # touch, and miss by one step
+        boxes[1::4, 0] = numpy.nextafter(boxes[1::4, 0], numpy.inf)
+        boxes[1::2, 3:] = boxes[1::2, :3] + 1
+        wanted = brute_force(boxes)
+        assert as_pairs(finder.find(boxes)) == wanted and finder.result.inactive == 0
+        blocks: list[Any] = []
+        assert finder.consume(boxes, blocks.append).found == len(wanted)
+        assert as_pairs(numpy.concatenate(blocks)) == wanted
+        assert as_pairs(finder.find(floats)) == brute_force(floats)
+        far = boxes[:200].astype(numpy.float32)
+        assert as_pairs(finder.find(far, boxes)) == brute_force(far, boxes)
+        blocks.clear()
+        assert finder.consume(boxes, blocks.append, far).found == len(brute_force(boxes, far))
+    with pytest.raises(ValueError, match="round: found 'exact'.*round='outward'"):
+        finder.explain(frames[0])
+    with pytest.raises(ValueError, match="the first is box 0"):
+        finder.find(boxes * numpy.nan)
+    with pytest.raises(ValueError, match="boxes of doubles are searched on the CPU alone"):
+        throng.Finder(backend="emulated", round="exact").consume(boxes, print)
+
+
 def test_second_set_and_growth() -> None:
     finder = throng.Finder(order="canonical")
     few = throng.scene("uniform", 500)[0]
@@ -129,12 +156,13 @@ def test_consume_stops_and_raises() -> None:
     assert len(finder.find(boxes)) == 499500
 
 
-def test_memory_cap() -> None:
-    boxes = throng.scene("uniform", 30000)[0]
+@pytest.mark.parametrize("kind", [numpy.float32, numpy.float64])
+def test_memory_cap(kind: Any) -> None:
+    boxes = throng.scene("uniform", 30000)[0].astype(kind)
     with pytest.raises(MemoryError, match=r"raise memory_cap to \d+ or more") as caught:
-        throng.Finder(memory_cap=1000).consume(boxes, lambda pairs: None)
+        throng.Finder(memory_cap=1000, round="exact").consume(boxes, lambda pairs: None)
     enough = int(str(caught.value).split("memory_cap to ")[1].split()[0])
-    finder = throng.Finder(memory_cap=enough)
+    finder = throng.Finder(memory_cap=enough, round="exact")
     assert finder.consume(boxes, lambda pairs: None).found == len(throng.find_pairs(boxes))
     assert finder.memory_bytes <= enough
 
@@ -187,11 +215,13 @@ def test_one_thread_at_a_time_and_others_run() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
-@pytest.mark.parametrize("way", ["find", "consume", "emulated", "explain", "update_boxes"])
+@pytest.mark.parametrize("way", ["find", "consume", "emulated", "explain", "update_boxes", "exact"])
 def test_ctrl_c(way: str) -> None:
-    boxes = throng.scene("sparse", 1500000)[0]
+    boxes: Any = throng.scene("sparse", 1500000)[0]
     backend: Any = "emulated" if way == "emulated" else "cpu"
-    finder = throng.Finder(algorithm="all-pairs", backend=backend)
+    finder = throng.Finder(algorithm="all-pairs", backend=backend, round="exact" if way == "exact" else None)
+    if way == "exact":
+        boxes = boxes.astype(numpy.float64)
     position = numpy.broadcast_to(numpy.zeros(3, numpy.float32), (20000000, 3))
     with ctrl_c():  # the whole work takes minutes
         if way == "consume":

@@ -56,6 +56,8 @@ def test_files(tmp_path: Path) -> None:
     numpy.save(path, frames.astype(numpy.float64) + 1e-9)
     with pytest.raises(ValueError, match="which no float32 equals"):
         throng.load_boxes(path)
+    with pytest.raises(ValueError, match="round: found 'exact', wanted None or 'outward'"):
+        throng.load_boxes(path, round="exact")  # type: ignore[arg-type]
     rounded = throng.load_boxes(path, round="outward")
     assert (rounded[..., :3] <= frames[..., :3] + 1e-9).all()
     pairs = throng.find_pairs(frames[0])

@@ -12,7 +12,7 @@ when on every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching c
 inactive with ``nan='inactive'``.
 
 The pairs are those of the double loop over the floats as given, whatever the algorithm, the number
-of threads and the instruction set.
+of threads and the instruction set; with ``round='exact'`` over float64 as given.
 """
 
 import os as _os

@@ -81,11 +81,15 @@ def find_pairs(
     boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in units of your world; or (n, 4)
         for 2-D: lower x, y, upper x, y; or a tuple (lower, upper) of two arrays (n, 3) or (n, 2).
         NumPy's arrays and whatever speaks DLPack, read where they lie: any strides, so long as rows
-        do not run backwards; read-only is fine. float64 is copied to float32, if every value is one.
-        No box may change during the call. Arrays on a GPU (PyTorch, CuPy, JAX) stay there, in a
-        build with CUDA; all arrays of a call in one place, and there nothing is converted.
+        do not run backwards; read-only is fine. float64 is copied to float32, unless `round` says
+        otherwise. No box may change during the call. Arrays on a GPU (PyTorch, CuPy, JAX) stay
+        there, in a build with CUDA; all arrays of a call in one place, and there nothing is
+        converted.
     other: a second set of boxes: pairs are then of a box of `boxes` and one of `other`.
-    round: 'outward' takes any float64 and rounds lower corners down, upper ones up.
+    round: what becomes of float64. None: float32, if every value is one, else ValueError. 'outward':
+        float32, lower corners rounded down, upper ones up. 'exact': it is compared as it is, read
+        where it lies, on the CPU alone, and takes 24 bytes a box more; where one of two sets is
+        float32, that is copied to float64; where both are, they are searched as without it.
 
     Filters, one value a box; a pair is reported when every given one allows it. Those of the second
     set begin with other_.
@@ -95,8 +99,9 @@ def find_pairs(
     world: int32; different worlds never pair; -1 meets every world.
     static: uint8 or bool; two nonzero never pair.
 
-    margin: boxes are compared as lower - margin and upper + margin, rounded outward; in units of
-        your world, not negative. A margin that is no float32 is rounded up.
+    margin: boxes are compared as lower - margin and upper + margin, rounded outward to the type
+        that is compared; in units of your world, not negative. A margin that is no float32 is
+        rounded up.
     order: 'any' is fastest; 'canonical': sorted by first, then second, the same bytes everywhere.
     algorithm: 'auto', 'all-pairs', 'grid'. The pairs are the same for each.
     nan: 'refuse' raises ValueError at a box with a NaN; 'inactive': such a box overlaps nothing.
@@ -274,7 +279,8 @@ class Finder:
         """Finds the pairs as find() does, and tells why that costs what it does, and what would make
         it faster: cells and how full they are, the largest boxes, memory, advice.
 
-        By the CPU alone. Takes some 100 times as long as find() for small sets.
+        By the CPU alone. Takes some 100 times as long as find() for small sets. ValueError for a
+        Finder with round='exact'.
         """
         return self._finder.explain(
             boxes,

@@ -2,13 +2,13 @@
 
 import errno
 import os
-from typing import Any
+from typing import Any, Literal
 
 import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
-from throng._types import Array, Round
+from throng._types import Array
 
 scene_names: tuple[str, ...] = _throng.scene_names
 """The scenes that there are."""
@@ -40,7 +40,7 @@ def scene_worlds(name: str, objects: int) -> NDArray[numpy.int32] | None:
 
 
 def load_boxes(
-    path: str | os.PathLike[str], round: Round | None = None
+    path: str | os.PathLike[str], round: Literal["outward"] | None = None
 ) -> NDArray[numpy.float32]:
     """The boxes of a .npy file: (n, 6) float32, or (frames, n, 6) where it has more frames than one.
 

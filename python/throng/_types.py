@@ -9,7 +9,7 @@ Algorithm: TypeAlias = Literal["auto", "all-pairs", "grid"]
 Backend: TypeAlias = Literal["auto", "cpu", "cuda", "emulated"]
 Nan: TypeAlias = Literal["refuse", "inactive"]
 Hits: TypeAlias = Literal["all", "first"]
-Round: TypeAlias = Literal["outward"]
+Round: TypeAlias = Literal["outward", "exact"]
 ResultKind: TypeAlias = Literal["auto", "numpy", "same"]
 Isa: TypeAlias = Literal["auto", "scalar", "sse4", "avx2", "avx512", "neon"]
 
