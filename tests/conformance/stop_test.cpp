@@ -56,11 +56,41 @@ TEST_P(Stop, InTheMiddle) {
     stop_ = true;
     return true;
   });
-  // A column is not looked into: where all boxes lie in one, everything has been found.
+  // A column of so few is not looked into: where all boxes lie in one, everything has been found.
   expect_stopped(r);
   EXPECT_GT(seen, 0u);
   stop_ = false;
   EXPECT_EQ(finder.find(boxes).found, 3000u * 2999 / 2);
+}
+
+// Very many boxes in one place: 2e9 pairs, of which few are found.
+TEST_P(Stop, InTheMiddleOfAColumn) {
+  if (config().order == Order::canonical || config().threads != 1 ||
+      config().backend != Backend::cpu)
+    GTEST_SKIP() << "one way to do it is enough";
+  const BoxList boxes(sanitized ? 20000 : 60000, Box{{0, 0, 0}, {1, 1, 1}});
+  const std::uint64_t all = boxes.size() * (boxes.size() - 1) / 2;
+  Finder finder(stoppable());
+  std::uint64_t seen = 0;
+  Result r = finder.consume(boxes, [&](const Pair*, std::size_t count) {
+    seen += count;
+    stop_ = true;
+    return true;
+  });
+  expect_stopped(r);
+  EXPECT_GT(seen, 0u);
+  EXPECT_LT(seen, all / 2);
+  // Two sets, each asking the other's strip.
+  stop_ = false;
+  seen = 0;
+  r = finder.consume(boxes, boxes, [&](const Pair*, std::size_t count) {
+    seen += count;
+    stop_ = true;
+    return true;
+  });
+  expect_stopped(r);
+  EXPECT_GT(seen, 0u);
+  EXPECT_LT(seen, all);
 }
 
 // As a user interface does it: 8e10 comparisons, of which few are made.

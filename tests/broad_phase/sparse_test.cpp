@@ -1,0 +1,99 @@
+// What is kept up to date between updates, and few objects left of many: against the model.
+#include <gtest/gtest.h>
+
+#include "broad_phase/actor.hpp"
+#include "broad_phase/state.hpp"
+#include "support/sanitized.hpp"
+
+namespace throng::tests {
+namespace {
+
+using Questioner = ActorOf<BroadPhase>;
+
+testing::AssertionResult ask(Questioner& actor) {
+  BoxList boxes;
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 3; ++k) boxes.push_back(actor.any_box()), sweeps.push_back(actor.any_sweep());
+  const std::vector<Filter> filters(boxes.size());
+  if (testing::AssertionResult r =
+          same_overlaps(actor.broad_phase, actor.model, boxes, filters, false);
+      !r)
+    return r;
+  return same_hits(actor.broad_phase, actor.model, sweeps, filters);
+}
+
+// Each step changes something, some objects often, and asks; updates are rare.
+TEST(Sparse, QuestionsBetweenChanges) {
+  for (std::uint64_t seed = 1; seed <= seeds(8); ++seed) {
+    Options options;
+    options.threads = 1;
+    options.margin = seed % 3 == 0 ? 0.125f : 0;
+    Questioner actor(options, seed, 14);
+    ASSERT_TRUE(actor.add(500, seed % 2 == 0));
+    ASSERT_TRUE(actor.update());
+    const std::vector<ObjectId> few = actor.some_ids(5);
+    for (int step = 0; step < 160; ++step) {
+      switch (step % 8) {
+        case 0:
+          ASSERT_TRUE(actor.add(2, true));
+          break;
+        case 1:
+          ASSERT_TRUE(actor.remove(2));
+          break;
+        case 2:
+          ASSERT_TRUE(actor.move(30));
+          break;
+        case 3:
+          if (step % 32 == 3) {
+            ASSERT_TRUE(actor.move_all(40));
+          }
+          break;
+        default:
+          // More often than there are any that have changed, too.
+          for (int k = 0; k < (step % 40 == 4 ? 300 : 3); ++k) {
+            const ObjectId id = few[actor.random.below(5)];
+            if (!actor.model.alive(id)) continue;
+            const Box box = actor.any_box();
+            ASSERT_EQ(actor.broad_phase.move(id, box), Status::ok);
+            actor.model.at(id).box = box;
+          }
+      }
+      ASSERT_TRUE(ask(actor)) << "seed " << seed << " step " << step;
+      if (step % 50 == 49) {
+        ASSERT_TRUE(actor.update()) << "seed " << seed << " step " << step;
+      }
+    }
+    ASSERT_TRUE(actor.update());
+  }
+}
+
+// Of many objects some are left, with ids from all over: whatever way an update goes.
+TEST(Sparse, FewAreLeftOfMany) {
+  for (const bool filtered : {false, true}) {
+    Options options;
+    options.threads = 2;
+    Questioner actor(options, 7, 20);
+    ASSERT_TRUE(actor.add(sanitized ? 2500 : 6000, filtered));
+    ASSERT_TRUE(actor.update());
+    ASSERT_TRUE(actor.remove(actor.model.count() - 300));
+    for (int step = 0; step < 30; ++step) {
+      ASSERT_TRUE(actor.update()) << "step " << step;
+      if (step == 10) {
+        ASSERT_TRUE(actor.add(40, filtered));
+      }
+      if (step == 20) {
+        BroadPhase copy = actor.broad_phase;
+        actor.broad_phase = copy;
+      }
+      ASSERT_TRUE(actor.move(step % 3 == 0 ? 5 : 400));
+      ASSERT_TRUE(ask(actor)) << "step " << step;
+    }
+    // And many again.
+    ASSERT_TRUE(actor.add(1500, filtered));
+    ASSERT_TRUE(actor.update());
+    ASSERT_TRUE(ask(actor));
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
