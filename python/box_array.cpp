@@ -9,6 +9,7 @@
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
+#include "python/lock.hpp"
 
 namespace throng::python {
 namespace {
@@ -149,7 +150,7 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
     }
     std::optional<Inexact> bad;
     {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       bad = to_floats(doubles(lower, 0), doubles(upper, upper_column), count, d, rounding,
                       converted_.get());
     }
