@@ -22,7 +22,7 @@ import threading as _threading
 from throng import _throng
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
 from throng._find import Finder, find_pairs
-from throng._live import BroadPhase
+from throng._live import BroadPhase, Filter
 from throng._scenes import (
     load_boxes,
     save_boxes,
@@ -39,6 +39,7 @@ __all__ = [
     "BoxesLike",
     "BroadPhase",
     "Explanation",
+    "Filter",
     "Finder",
     "Plan",
     "Result",
