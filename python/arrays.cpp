@@ -160,7 +160,8 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
   AnyArray array;
   if (!nb::try_cast(source, array) || !array.is_valid()) {
     type_error(name + ": found " + described_array(value) + ", wanted an array of " + wanted +
-               " in this machine's byte order; numpy.asarray(x, dtype=...) makes one");
+               " in this machine's byte order; numpy.asarray(x, dtype=numpy." +
+               wanted.substr(0, wanted.find(' ')) + ") makes one");
   }
   const Where lies{array.device_type(), array.device_id()};
   if (is_capsule) {

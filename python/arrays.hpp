@@ -36,8 +36,8 @@ struct Place {
 };
 
 // TypeError where the value is no array, ValueError where it lies elsewhere than the others of the
-// call; `place` null: anywhere but in host memory. `wanted` ends the message: "float32 of shape
-// (n, 6)".
+// call; `place` null: anywhere but in host memory. `wanted` ends the message, its type first:
+// "float32 of shape (n, 6)".
 AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
                       Place* place = nullptr);
 // "float32 of shape (5, 6)"
@@ -113,7 +113,8 @@ nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
   return numpy_array(std::move(copy), {count, columns});
 }
 
-// n rows of `columns` floats that lie together; None: absent (count 0). count: rows wanted, or -1.
+// n rows of the floats of a T, as they lie where those of a row lie together, or float64 converted,
+// each of which must be a float32; None: absent (count 0). count: rows wanted, or -1.
 template <class T>
 Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept);
 

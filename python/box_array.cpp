@@ -9,6 +9,7 @@
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
+#include "python/lock.hpp"
 
 namespace throng::python {
 namespace {
@@ -184,7 +185,7 @@ void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper
     }
     std::optional<Inexact> bad;
     {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       bad = to_floats(table_of(lower, 0), table_of(upper, upper_column), count, d, rounding,
                       converted_.get());
     }
@@ -212,7 +213,7 @@ void BoxArray::widen(const std::string& name) {
     memory_error(name + ": no memory for " + std::to_string(16 * d * n) + " bytes of float64");
   }
   {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     double* out = widened_.get();
     for (std::size_t i = 0; i < n; ++i)
       for (unsigned k = 0; k < 2 * d; ++k) *out++ = view_.corner(i, k < d ? k : 3 + k - d);

@@ -8,6 +8,7 @@
 #include <throng/cuda.hpp>
 
 #include "python/errors.hpp"
+#include "python/lock.hpp"
 
 namespace throng::python {
 namespace {
@@ -63,7 +64,7 @@ struct DevicePairs {
 nb::object host_array(const DevicePairs& pairs, std::size_t count, cuda::Stream stream) {
   auto values = std::make_unique<std::uint32_t[]>(2 * count + 1);
   {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     require(cudaMemcpyAsync(values.get(), pairs.data, count * sizeof(Pair), cudaMemcpyDeviceToHost,
                             stream),
             "result");
@@ -108,7 +109,7 @@ nb::object DeviceFinder::find(const BoxArray& a, const BoxArray* b, std::uintptr
     pairs.reset();
     pairs = std::make_unique<DevicePairs>(capacity, device_);
     {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       cuda::Finder& finder = state_->finder;
       result = b ? finder.find(a.view(), b->view(), pairs->data, capacity, on)
                  : finder.find(a.view(), pairs->data, capacity, on);

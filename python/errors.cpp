@@ -20,14 +20,12 @@ std::string described(nb::handle value) {
   return std::string("a ") + nb::type_name(value.type()).c_str();
 }
 
-namespace {
-
-// The library speaks to C++ users; the same remedies in this language.
 std::string in_python(std::string text) {
   static constexpr const char* words[][2] = {
       {"treat them as inactive by Options::nan", "pass nan='inactive'"},
       {"Options::memory_cap_bytes", "memory_cap"},
       {"Options::isa", "isa"},
+      {"--round outward", "round='outward'"},
       {"use Backend::cpu, or build with THRONG_CUDA=ON", "use backend='cpu'"},
       {"Backend::cpu", "backend='cpu'"},
   };
@@ -37,8 +35,6 @@ std::string in_python(std::string text) {
   }
   return text;
 }
-
-}  // namespace
 
 void require_ok(const Result& result) {
   if (result.ok()) return;

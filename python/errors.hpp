@@ -19,6 +19,9 @@ namespace nb = nanobind;
 // "'text'", a number, or "a list": what an argument was, in few words.
 std::string described(nb::handle value);
 
+// What the library says, with the names and remedies of this language.
+std::string in_python(std::string text);
+
 // The exception for a call that was not ok; nothing for one that is.
 void require_ok(const Result& result);
 

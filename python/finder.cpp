@@ -10,6 +10,7 @@
 #include <throng/large_pages.hpp>
 
 #include "python/errors.hpp"
+#include "python/lock.hpp"
 #include "python/pool.hpp"
 
 namespace throng::python {
@@ -18,13 +19,22 @@ namespace {
 // Room for pairs before it is known how many there are. Pages that are not written take no memory.
 constexpr std::size_t pairs_a_box = 16, fewest_pairs = 4096, most_pairs = std::size_t{1} << 27;
 
+// What a consumer says to a block: None, or the truth of anything else.
+bool wants_more(nb::handle callback, const nb::object& block) {
+  const auto answer = nb::steal(call_one(callback.ptr(), block.ptr()));
+  if (!answer.is_valid()) throw nb::python_error();
+  const int more = answer.is_none() ? 1 : is_true(answer.ptr());
+  if (more < 0) throw nb::python_error();
+  return more != 0;
+}
+
 struct Signals {
   std::atomic<bool>& stop;
   std::optional<nb::python_error> raised{};
 
   void poll() {
     if (raised) return;
-    const nb::gil_scoped_acquire locked;
+    const Locked locked;
     if (PyErr_CheckSignals() == 0) return;
     raised.emplace();
     stop = true;
@@ -58,9 +68,11 @@ void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<voi
   Body body{run};
   Signals signals{stop};
   {
-    const nb::gil_scoped_release unlocked;
+    // At the interpreter's end all threads of the pool may be asleep for ever.
+    const bool aside = is_long && !is_ending();
+    const Unlocked unlocked;
     const auto poll = [](void* s) { static_cast<Signals*>(s)->poll(); };
-    if (!is_long || !pool().run_aside(run_body, &body, poll, &signals)) run_body(&body);
+    if (!aside || !pool().run_aside(run_body, &body, poll, &signals)) run_body(&body);
   }
   if (signals.raised) throw std::move(*signals.raised);
   if (body.thrown) std::rethrow_exception(body.thrown);
@@ -224,18 +236,21 @@ void FinderObject::consume(const BoxArray& a, const BoxArray* b, nb::handle call
     type_error("callback: found " + described(callback) +
                ", wanted a function of an (k, 2) uint32 array");
   }
+  if (is_ending()) {
+    throw std::runtime_error("callback: the interpreter is ending, and calls none; use find");
+  }
   const Busy busy(*this);
   std::optional<nb::python_error> raised;
   // Each block is the callback's to keep, and blocks are small.
   auto consumer = [&](const Pair* pairs, std::size_t count) {
-    const nb::gil_scoped_acquire locked;
+    const Locked locked;
     try {
       auto* copy = new Pair[count];
       std::memcpy(copy, pairs, count * sizeof(Pair));
       const nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<Pair*>(p); });
-      const nb::object answer = callback(nb::cast(nb::ndarray<nb::numpy, std::uint32_t>(
-          reinterpret_cast<std::uint32_t*>(copy), {count, 2}, owner)));
-      return !answer.is(Py_False);
+      const nb::object block = nb::cast(nb::ndarray<nb::numpy, std::uint32_t>(
+          reinterpret_cast<std::uint32_t*>(copy), {count, 2}, owner));
+      return wants_more(callback, block);
     } catch (nb::python_error& error) {
       raised.emplace(std::move(error));
       return false;

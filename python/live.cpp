@@ -1,6 +1,7 @@
 // BroadPhase: objects that live.
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <new>
@@ -164,6 +165,17 @@ class LiveObject {
     return alive;
   }
 
+  nb::object box(nb::handle id) const {
+    const Box b = of_object(id, &BroadPhase::box);
+    auto values = std::make_unique<float[]>(6);
+    std::memcpy(values.get(), &b, sizeof b);
+    return numpy_array(std::move(values), {6});
+  }
+  nb::tuple filter(nb::handle id) const {
+    const Filter f = of_object(id, &BroadPhase::filter);
+    return nb::make_tuple(f.group, f.mask, f.owner, f.world, f.is_static != 0);
+  }
+
   std::uint64_t number(std::uint64_t (BroadPhase::*of)() const noexcept) const {
     std::uint64_t value = 0;
     alone([&] { value = (live_.*of)(); });
@@ -192,6 +204,22 @@ class LiveObject {
     Strided<ObjectId> values_;
     std::unique_ptr<ObjectId[]> copy_;
   };
+
+  // What an object has, which must be alive.
+  template <class Value>
+  Value of_object(nb::handle id, Value (BroadPhase::*of)(ObjectId) const noexcept) const {
+    const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
+    Value value;
+    bool alive = false;
+    alone([&] {
+      alive = live_.is_alive(index);
+      if (alive) value = (live_.*of)(index);
+    });
+    if (!alive)
+      value_error("id: found " + std::to_string(index) +
+                  ", wanted that of an object, is_alive(id)");
+    return value;
+  }
 
   static Filters filters_of(const nb::tuple& f, std::size_t n, Kept& kept) {
     Filters filters;
@@ -274,6 +302,8 @@ void bind_live(nb::module_& m) {
       .def("find_hits", &LiveObject::find_hits, nb::arg("boxes").none(), nb::arg("by").none(),
            nb::arg("which").none(), nb::arg("filters"))
       .def("is_alive", &LiveObject::is_alive, nb::arg("id").none())
+      .def("box", &LiveObject::box, nb::arg("id").none())
+      .def("filter", &LiveObject::filter, nb::arg("id").none())
       .def_prop_ro("object_count", number(&BroadPhase::object_count))
       .def_prop_ro("pair_count", number(&BroadPhase::pair_count))
       .def_prop_ro("id_limit", number(&BroadPhase::id_limit))

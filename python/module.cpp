@@ -117,4 +117,5 @@ NB_MODULE(_throng, m) {
   bind_bodies(m);
   bind_live(m);
   m.def("forget_threads", forget_threads);
+  m.def("expect_leaks", [] { nb::set_leak_warnings(false); });
 }

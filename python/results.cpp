@@ -57,7 +57,7 @@ void bind_result(nb::module_& m) {
   nb::class_<Result>(m, "Result", "What a search tells beside its pairs.")
       .def_prop_ro(
           "status", [](const Result& r) { return throng::to_string(r.status); },
-          "'ok', or 'stopped' where a consumer returned False")
+          "'ok', or 'stopped' where a consumer wanted no more")
       .def_ro("found", &Result::found, "pairs there are")
       .def_ro("written", &Result::written, "pairs returned, or handed to the consumer")
       .def_ro("inactive", &Result::inactive,

@@ -12,6 +12,7 @@
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
 #include "python/finder.hpp"
+#include "python/lock.hpp"
 #include "python/options.hpp"
 #include "scene/npy.hpp"
 #include "scene/scene.hpp"
@@ -88,10 +89,10 @@ nb::object load_boxes(const std::string& path, nb::handle round) {
   const bool outward = rounding_of(round, false) == Rounding::outward;
   scene::BoxFile file;
   try {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     file = scene::read_boxes(path, outward);
   } catch (const scene::FileError& error) {
-    value_error(error.what());
+    value_error(in_python(error.what()));
   }
   return box_array(std::move(file.boxes), file.frames, file.count, file.frames == 1);
 }
@@ -117,7 +118,7 @@ void save_boxes(const std::string& path, const nb::list& frames) {
         rows = box_room(count, "boxes");
         writer = std::make_unique<scene::BoxWriter>(path, frame_count, count);
       }
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       for (std::size_t i = 0; i < count; ++i) rows[i] = boxes.view()[i];
       writer->write(rows.get(), count);
     }
@@ -142,7 +143,7 @@ void save_pairs(const std::string& path, nb::handle value) {
     pairs[i] = {data[at], data[at + a.stride(1)]};
   }
   try {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     scene::write_pairs(path, pairs.get(), count);
   } catch (const scene::FileError& error) {
     os_error(error.what());

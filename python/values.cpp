@@ -1,13 +1,17 @@
 // One-dimensional arrays: filters, indices, rows of bodies.
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <new>
+#include <optional>
 #include <type_traits>
 
 #include <throng/update_boxes.hpp>
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
+#include "python/lock.hpp"
 
 namespace throng::python {
 namespace {
@@ -26,22 +30,24 @@ const char* type_name() {
   return std::is_signed_v<T> ? "int32" : "uint32";
 }
 
-// The value at `at` that does not fit, else -1.
+// The first value that does not fit, in words: "at 3 is -1".
+using Misfit = std::optional<std::string>;
+
 template <class T, class Given>
-std::int64_t convert(const AnyArray& a, T* out) {
+Misfit convert(const AnyArray& a, T* out) {
   const auto* data = static_cast<const Given*>(a.data());
   for (std::size_t i = 0; i < a.shape(0); ++i) {
     const Given v = data[static_cast<std::int64_t>(i) * a.stride(0)];
     out[i] = static_cast<T>(v);
     if (static_cast<Given>(out[i]) != v || (v < 0) != (out[i] < 0)) {
-      return static_cast<std::int64_t>(i);
+      return "at " + std::to_string(i) + " is " + std::to_string(v);
     }
   }
-  return -1;
+  return {};
 }
 
 template <class T>
-std::int64_t convert_any(const AnyArray& a, T* out, bool& known) {
+Misfit convert_any(const AnyArray& a, T* out, bool& known) {
   known = true;
   if (holds<std::int8_t>(a)) return convert<T, std::int8_t>(a, out);
   if (holds<std::int16_t>(a)) return convert<T, std::int16_t>(a, out);
@@ -52,7 +58,51 @@ std::int64_t convert_any(const AnyArray& a, T* out, bool& known) {
   if (holds<std::uint32_t>(a)) return convert<T, std::uint32_t>(a, out);
   if (holds<std::uint64_t>(a)) return convert<T, std::uint64_t>(a, out);
   known = false;
-  return -1;
+  return {};
+}
+
+struct Inexact {
+  std::size_t row, column;
+  double value;
+};
+
+// The rows of `a` as floats; the first value that is none, NaN apart.
+std::optional<Inexact> to_floats(const AnyArray& a, float* out) {
+  const auto* data = static_cast<const double*>(a.data());
+  for (std::size_t i = 0; i < a.shape(0); ++i) {
+    for (std::size_t k = 0; k < a.shape(1); ++k) {
+      const double x = data[static_cast<std::int64_t>(i) * a.stride(0) +
+                            static_cast<std::int64_t>(k) * a.stride(1)];
+      // Beyond float's range the cast is undefined.
+      if (std::isfinite(x) && std::fabs(x) > std::numeric_limits<float>::max())
+        return Inexact{i, k, x};
+      *out = static_cast<float>(x);
+      if (static_cast<double>(*out++) != x && !std::isnan(x)) return Inexact{i, k, x};
+    }
+  }
+  return {};
+}
+
+// Rows of float64 as ones of float32, or a ValueError.
+std::shared_ptr<float[]> rows_of_floats(const AnyArray& a, const std::string& name) {
+  require_aligned(a, name, sizeof(double));
+  std::shared_ptr<float[]> rows(new (std::nothrow) float[a.size()]);
+  if (!rows)
+    memory_error(name + ": no memory for " + std::to_string(4 * a.size()) + " bytes of float32");
+  std::optional<Inexact> bad;
+  {
+    const Unlocked unlocked;
+    bad = to_floats(a, rows.get());
+  }
+  if (!bad) return rows;
+  char number[40];
+  std::snprintf(number, sizeof number, "%.17g", bad->value);
+  value_error(
+      name + ": the float64 at [" + std::to_string(bad->row) + ", " + std::to_string(bad->column) +
+      "] is " + number +
+      ", which no float32 equals; rounding it can lose containment: a box that does not hold "
+      "its body, a hit that is missed; where that does no harm, give " +
+      name + ".astype(numpy.float32)");
 }
 
 }  // namespace
@@ -85,11 +135,11 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
   auto values = std::shared_ptr<T[]>(new T[count]);
   bool known = false;
   // A flag that runs backwards is read as the byte that it is.
-  const std::int64_t bad =
+  const Misfit bad =
       is_flag ? convert<T, std::uint8_t>(a, values.get()) : convert_any(a, values.get(), known);
   if (!known && !is_flag) type_error(name + ": found " + described(a) + ", wanted " + wanted);
-  if (bad >= 0) {
-    value_error(name + ": the value at " + std::to_string(bad) + " does not fit; wanted " +
+  if (bad) {
+    value_error(name + ": the value " + *bad + ", wanted " +
                 std::to_string(std::numeric_limits<T>::min()) + " to " +
                 std::to_string(std::numeric_limits<T>::max()));
   }
@@ -105,8 +155,10 @@ Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t c
                              (count < 0 ? std::string("n") : std::to_string(count)) + ", " +
                              std::to_string(columns) + ")";
   AnyArray a = import_array(value, name, wanted);
-  if (!is_float32(a)) {
-    type_error(name + ": found " + described(a) + ", wanted " + wanted + "; " + name +
+  const bool is_double = a.dtype() == nb::dtype<double>();
+  if (!is_float32(a) && !is_double) {
+    type_error(name + ": found " + described(a) + ", wanted " + wanted +
+               " (float64 where each value is a float32); if nothing is lost by it, " + name +
                ".astype(numpy.float32) makes that");
   }
   if (a.ndim() != 2 || a.shape(1) != columns ||
@@ -114,6 +166,11 @@ Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t c
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
   }
   if (a.shape(0) == 0) return {};
+  if (is_double) {
+    const std::shared_ptr<float[]> rows = rows_of_floats(a, name);
+    kept.push_back(rows);
+    return {reinterpret_cast<const T*>(rows.get()), a.shape(0), columns * sizeof(float)};
+  }
   if (a.stride(1) != 1 || (a.shape(0) > 1 && a.stride(0) < 0) ||
       reinterpret_cast<std::uintptr_t>(a.data()) % alignof(float) != 0) {
     value_error(name +

@@ -1,8 +1,13 @@
 """Finder: frames, blocks, threads, Ctrl-C, and what it tells."""
 
+import copy
 import os
+import pickle
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy
@@ -180,6 +185,34 @@ def test_nan_keeps_the_finder_usable() -> None:
     assert as_pairs(finder.find(boxes)) == as_pairs(wanted)
 
 
+class Undecided:
+    def __bool__(self) -> bool:
+        raise KeyError("mine, too")
+
+
+@pytest.mark.parametrize("answer, stops", [
+    (None, False), (True, False), (1, False), ("on", False), (numpy.bool_(True), False),
+    (False, True), (0, True), (numpy.bool_(False), True), ([], True), (numpy.zeros(1), True),
+])  # fmt: skip
+@pytest.mark.parametrize("objects", [1000, 40000])
+def test_what_a_consumer_returns(answer: Any, stops: bool, objects: int) -> None:
+    boxes = throng.scene("pile", objects)[0]
+    finder = throng.Finder()
+    result = finder.consume(boxes, lambda pairs: answer)
+    assert result.status == ("stopped" if stops else "ok")
+    with pytest.raises(KeyError, match="mine, too"):
+        finder.consume(boxes, lambda pairs: Undecided())
+    with pytest.raises(ValueError, match="truth value"):
+        finder.consume(boxes, lambda pairs: numpy.zeros(2))
+    assert len(finder.find(boxes)) > 0
+
+
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_no_copies(way: Any) -> None:
+    with pytest.raises(TypeError, match=r"Finder is neither copied nor pickled: make another, throng.Finder\("):
+        way(throng.Finder())
+
+
 def test_threads_at_once() -> None:
     boxes = throng.scene("pile", 50000)[0]
     wanted = len(throng.find_pairs(boxes))
@@ -246,3 +279,13 @@ def test_fork() -> None:
     if child == 0:
         os._exit(0 if len(throng.find_pairs(boxes)) == wanted else 3)
     assert os.waitpid(child, 0)[1] == 0
+
+
+@pytest.mark.parametrize("way", [
+    "find_pairs", "float64", "long", "find", "consume", "consume, long", "update", "find_hits", "update_boxes", "scene",
+])  # fmt: skip
+def test_the_end_while_a_daemon_thread_searches(way: str) -> None:
+    program = [sys.executable, str(Path(__file__).parent / "at_exit.py"), way]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "True, callback: the interpreter is ending, and calls none; use find\n"

@@ -1,6 +1,8 @@
 """BroadPhase against two double loops, before and after."""
 
+import copy
 import os
+import pickle
 import time
 from typing import Any
 
@@ -182,7 +184,7 @@ def test_wrong() -> None:
 
     refuses(ValueError, "7", live.remove, numpy.array([0, 7]))
     refuses(ValueError, ".", live.remove, numpy.array([1, 1]))
-    refuses(ValueError, "ids: the value at 0 does not fit", live.remove, numpy.array([-1]))
+    refuses(ValueError, "ids: the value at 0 is -1, wanted 0 to 4294967295", live.remove, numpy.array([-1]))
     refuses(TypeError, "ids: found float64", live.remove, numpy.array([0.0]))
     refuses(TypeError, "ids: found None", live.remove, None)
     refuses(ValueError, "ids: found", live.remove, numpy.zeros((1, 1), numpy.uint32))
@@ -192,7 +194,14 @@ def test_wrong() -> None:
     refuses(ValueError, "group: found", live.add, boxes, group=numpy.array([1]))
     by = numpy.zeros((3, 3), numpy.float32)
     refuses(TypeError, "by: found None", live.find_hits, boxes, None)
-    refuses(TypeError, "by: found float64", live.find_hits, boxes, by.astype(float))
+    refuses(TypeError, "by: found int64", live.find_hits, boxes, by.astype(int))
+    tenth = by + numpy.array([0, 0.1, 0])
+    refuses(ValueError, r"by: the float64 at \[0, 1\] is 0.1000\d*, .* can lose cont", live.find_hits, boxes, tenth)
+    refuses(TypeError, r"ids: found a list, .*asarray\(x, dtype=numpy.uint32\)", live.remove, [0])
+    for call in (live.box, live.filter):
+        refuses(ValueError, r"id: found 7, wanted that of an object", call, 7)
+        refuses(ValueError, "id: found -1", call, -1)
+        refuses(TypeError, "id: found None", call, None)
     refuses(ValueError, r"by: found .* wanted float32 of shape \(3, 3\)", live.find_hits, boxes, by[:2])
     refuses(ValueError, "first is sweep 0", live.find_hits, boxes, by + numpy.float32(numpy.inf))
     refuses(ValueError, "which: found 'any'", live.find_hits, boxes, by, which="any")
@@ -201,6 +210,61 @@ def test_wrong() -> None:
     refuses(ValueError, "margin", throng.BroadPhase, margin=-1)
     refuses(ValueError, "nan", throng.BroadPhase, nan="ok")
     assert len(live) == 3 and len(live.pairs) == 3
+
+
+def test_box_and_filter() -> None:
+    live = throng.BroadPhase()
+    boxes = throng.scene("uniform", 10)[0]
+    ids = live.add(boxes, owner=numpy.arange(10), static=numpy.arange(10) % 2 == 0)
+    for i in ids:
+        found = live.box(i)
+        assert found.dtype == numpy.float32 and found.tolist() == boxes[i].tolist()
+        assert live.filter(int(i)) == (0xFFFFFFFF, 0xFFFFFFFF, i, -1, i % 2 == 0)
+    one = {"group": 5, "mask": 6, "owner": -1, "world": 8, "static": True}
+    live.set_filters(ids[3:4], **{name: numpy.array([value]) for name, value in one.items()})
+    assert live.filter(3)._asdict() == one and isinstance(live.filter(3), throng.Filter)
+    live.move(ids[3:4], boxes[:1])
+    assert live.box(3).tolist() == boxes[0].tolist()  # as given last, an update or none
+    live.remove(ids[3:4])
+    with pytest.raises(ValueError, match="id: found 3"):
+        live.box(3)
+    live.add(boxes[:1])
+    assert live.filter(10) == throng.Filter()
+
+
+class Named(throng.BroadPhase):
+    name: list[str]
+
+
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, throng.BroadPhase.copy])
+def test_copies_are_snapshots(way: Any) -> None:
+    live = Named()
+    live.name = ["mine"]
+    ids = live.add(numpy.zeros((3, 6), numpy.float32))
+    live.update()
+    made = way(live)
+    live.remove(ids[:1])
+    live.update()
+    assert (len(live), live.pair_count, len(made), made.pair_count) == (2, 1, 3, 3)
+    made.remove(ids)
+    assert len(live) == 2
+    assert type(made) is Named and made.name == ["mine"]
+    assert (made.name is live.name) == (way is not copy.deepcopy)
+    both = copy.deepcopy([live, live])
+    assert both[0] is both[1] and both[0] is not live
+    with pytest.raises(TypeError, match="BroadPhase is not pickled: .*add that to a new one"):
+        pickle.dumps(live)
+
+
+def test_hits_of_float64() -> None:
+    live = throng.BroadPhase()
+    live.add(throng.scene("uniform", 100)[0])
+    origin = numpy.zeros((5, 3))
+    by = numpy.arange(15.0).reshape(3, 5).T[::-1]  # by columns, backwards
+    pairs, times = live.find_hits((origin, origin), by)
+    single = origin.astype(numpy.float32)
+    wanted = live.find_hits((single, single), numpy.ascontiguousarray(by, numpy.float32))
+    assert numpy.array_equal(pairs, wanted[0]) and numpy.array_equal(times, wanted[1])
 
 
 def test_ids_that_are_strided() -> None:

@@ -54,7 +54,7 @@ def test_files(tmp_path: Path) -> None:
     numpy.save(path, numpy.asfortranarray(frames.astype(">f8")))
     assert numpy.array_equal(throng.load_boxes(path), frames)
     numpy.save(path, frames.astype(numpy.float64) + 1e-9)
-    with pytest.raises(ValueError, match="which no float32 equals"):
+    with pytest.raises(ValueError, match=r"which no float32 equals.*leave to round outward \(round='outward'\)"):
         throng.load_boxes(path)
     with pytest.raises(ValueError, match="round: found 'exact', wanted None or 'outward'"):
         throng.load_boxes(path, round="exact")  # type: ignore[arg-type]
@@ -122,6 +122,30 @@ def test_bodies() -> None:
     assert throng.update_boxes(position[:0], []).shape == (0, 6)
 
 
+def test_bodies_of_float64() -> None:
+    random = numpy.random.default_rng(3)
+    position = random.normal(0, 100, (50, 3)).astype(numpy.float32)
+    rotation = numpy.tile(numpy.array([0, 0.6, 0, 0.8], numpy.float32), (50, 1))
+    shapes = [throng.capsule(1, 0.25)]
+    wanted = throng.update_boxes(position, shapes, rotation=rotation, displacement=position)
+    doubles = position.astype(float)
+    for layout in (doubles, numpy.asfortranarray(doubles), numpy.repeat(doubles, 2, axis=0)[::2], doubles[::-1].copy()[::-1]):
+        found = throng.update_boxes(layout, shapes, rotation=rotation.astype(float), displacement=layout)
+        assert numpy.array_equal(found, wanted)
+    assert throng.update_boxes(doubles[:0], shapes).shape == (0, 6)
+    doubles[7, 1] = numpy.nan
+    assert numpy.isnan(throng.update_boxes(doubles, shapes)[7]).any()
+    for name, value in (("position", 0.1), ("displacement", 1e300)):
+        doubles = position.astype(float)
+        doubles[9, 2] = value
+        given: Any = {"position": position, "displacement": position, name: doubles}
+        text = rf"{name}: the float64 at \[9, 2\] is {str(value)[:1]}.*can lose containment.*{name}.astype\(numpy"
+        with pytest.raises(ValueError, match=text):
+            throng.update_boxes(shapes=shapes, **given)
+    doubles[9, 2] = -numpy.inf
+    assert throng.update_boxes(position, shapes, displacement=doubles).shape == (50, 6)
+
+
 def test_wrong_bodies() -> None:
     position = numpy.zeros((3, 3), numpy.float32)
     with pytest.raises(ValueError, match="the first is body 1: shape 1 has radius -1"):
@@ -132,7 +156,9 @@ def test_wrong_bodies() -> None:
         throng.update_boxes(position, [1.0])  # type: ignore[list-item]
     with pytest.raises(ValueError, match=r"rotation: found .* wanted float32 of shape \(3, 4\)"):
         throng.update_boxes(position, [throng.sphere(1)], rotation=position)
-    with pytest.raises(TypeError, match="position: found float64"):
-        throng.update_boxes(position.astype(float), [throng.sphere(1)])
+    with pytest.raises(TypeError, match=r"position: found int64 .*if nothing is lost by it, position.astype"):
+        throng.update_boxes(position.astype(int), [throng.sphere(1)])
+    with pytest.raises(ValueError, match=r"rotation: found float64 .* wanted float32 of shape \(3, 4\)"):
+        throng.update_boxes(position, [throng.sphere(1)], rotation=position.astype(float))
     with pytest.raises(ValueError, match="must lie together"):
         throng.update_boxes(position[:, ::-1], [throng.sphere(1)])

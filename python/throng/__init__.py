@@ -15,12 +15,14 @@ The pairs are those of the double loop over the floats as given, whatever the al
 of threads and the instruction set; with ``round='exact'`` over float64 as given.
 """
 
+import atexit as _atexit
 import os as _os
+import threading as _threading
 
 from throng import _throng
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
 from throng._find import Finder, find_pairs
-from throng._live import BroadPhase
+from throng._live import BroadPhase, Filter
 from throng._scenes import (
     load_boxes,
     save_boxes,
@@ -37,6 +39,7 @@ __all__ = [
     "BoxesLike",
     "BroadPhase",
     "Explanation",
+    "Filter",
     "Finder",
     "Plan",
     "Result",
@@ -60,3 +63,12 @@ __all__ = [
 # A forked child has none of its parent's threads.
 if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=_throng.forget_threads)
+
+
+def _at_exit() -> None:
+    # A daemon thread is never told to let go of what it has: that is no leak of the module's.
+    if any(thread.daemon for thread in _threading.enumerate()):
+        _throng.expect_leaks()
+
+
+_atexit.register(_at_exit)

@@ -70,6 +70,8 @@ def update_boxes(
     points: (k, 3) float32, of convex shapes.
     margin: added to every radius.
 
+    float64 is copied to float32, if every value is one.
+
     Returns (n, 6) float32: lower x, y, z, upper x, y, z. A transform that is not finite gives a box
     with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape. Ctrl-C
     ends a long call soon.

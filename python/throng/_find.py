@@ -1,7 +1,7 @@
 """Searches: find_pairs and Finder."""
 
 from collections.abc import Callable
-from typing import Any, Literal, Unpack, overload
+from typing import Any, Literal, NoReturn, Unpack, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -144,7 +144,8 @@ class Finder:
     The options are those of find_pairs, and
     memory_cap: for consume: all memory that the library may take, in bytes; 0: no cap.
 
-    One thread at a time; a call during another one raises RuntimeError.
+    One thread at a time; a call during another one raises RuntimeError. It is neither copied nor
+    pickled.
     """
 
     def __init__(
@@ -162,6 +163,12 @@ class Finder:
     ) -> None:
         self._finder = _throng.Finder(
             order, algorithm, backend, nan, isa, margin, threads, memory_cap, round, False
+        )
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a Finder is neither copied nor pickled: make another, throng.Finder(...) with the same "
+            "options"
         )
 
     @overload
@@ -247,8 +254,8 @@ class Finder:
     ) -> _throng.Result:
         """Hands the pairs to callback(pairs) in blocks, (k, 2) uint32, and stores no others.
 
-        The callback runs on a thread of the library's, one call at a time. False from it stops the
-        search; what it raises comes through. A memory_cap that is too small raises MemoryError,
+        The callback runs on a thread of the library's, one call at a time. If what it returns is
+        false, and not None, the search stops; what it raises comes through. A memory_cap that is too small raises MemoryError,
         which names the bytes needed.
         """
         self._finder.consume(

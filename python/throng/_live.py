@@ -1,12 +1,24 @@
 """Objects that live: BroadPhase."""
 
+import copy
 from collections.abc import Sequence
+from typing import Any, NamedTuple, NoReturn, Self
 
 import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
 from throng._types import Array, BoxesLike, Hits, Isa, Nan
+
+
+class Filter(NamedTuple):
+    """What one object pairs with: a value of each filter."""
+
+    group: int = 0xFFFFFFFF
+    mask: int = 0xFFFFFFFF
+    owner: int = -1
+    world: int = -1
+    static: bool = False
 
 
 class BroadPhase:
@@ -25,11 +37,31 @@ class BroadPhase:
     ) -> None:
         self._live = _throng.BroadPhase(margin, nan, threads, isa)
 
-    def copy(self) -> "BroadPhase":
-        """A snapshot: ids, slots and what the last update told are the same."""
-        made = BroadPhase.__new__(BroadPhase)
+    def copy(self) -> Self:
+        """A snapshot: ids, slots and what the last update told are the same. The module copy makes
+        such, too.
+        """
+        return self.__copy__()
+
+    def __copy__(self) -> Self:
+        made = type(self).__new__(type(self))
+        vars(made).update(vars(self))  # what a class derived from this one has
         made._live = self._live.copy()
         return made
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        made = type(self).__new__(type(self))
+        memo[id(self)] = made
+        others = {name: value for name, value in vars(self).items() if name != "_live"}
+        vars(made).update(copy.deepcopy(others, memo))
+        made._live = self._live.copy()
+        return made
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a BroadPhase is not pickled: pickle what its objects have, box(id) and filter(id), and "
+            "add that to a new one; within the process copy() makes a snapshot"
+        )
 
     def add(
         self,
@@ -145,7 +177,8 @@ class BroadPhase:
         """What boxes meet that go straight by `by` in the time from 0 to 1. A ray is a point that
         does: find_hits((origin, origin), direction).
 
-        by: (n, 3) float32, one a box, in units of your world; finite.
+        by: (n, 3) float32, one a box, in units of your world; finite. float64 is copied, if every value
+            is a float32.
         which: 'all' objects on the way, or the 'first' that is met; of several at once that of the
             lowest id.
 
@@ -158,6 +191,19 @@ class BroadPhase:
     def is_alive(self, id: int) -> bool:
         """Whether an object has this id."""
         return self._live.is_alive(id)
+
+    def box(self, id: int) -> NDArray[numpy.float32]:
+        """(6,) float32: lower x, y, z, upper x, y, z of an object, as it was given last.
+
+        ValueError for an id that is not alive.
+        """
+        return self._live.box(id)
+
+    def filter(self, id: int) -> Filter:
+        """What an object pairs with, as set_filters was given it last; what was never given is as if
+        there were no such filter. ValueError for an id that is not alive.
+        """
+        return Filter(*self._live.filter(id))
 
     def __len__(self) -> int:
         return self._live.object_count

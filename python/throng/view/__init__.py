@@ -2,7 +2,7 @@
 
 Boxes coloured by how many others they overlap, pairs as lines, which began and which ended, the
 grid's cells and how full they are, stage times and counts as curves, the largest boxes and the
-densest cells as lists. Needs Rerun: `pip install "throng[view]"`.
+densest cells as lists. Needs Rerun: `pip install rerun-sdk`.
 """
 
 from throng.view._frame import Frame, frames

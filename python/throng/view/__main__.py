@@ -40,7 +40,7 @@ def need_rerun() -> None:
     try:
         import rerun  # noqa: F401
     except ImportError as error:
-        raise Refused('Rerun is missing (' + str(error) + '); pip install "throng[view]"') from None
+        raise Refused('Rerun is missing (' + str(error) + '); pip install rerun-sdk, or in Throng\'s source tree pip install ".[view]"') from None
 
 
 def arguments(given: list[str] | None) -> argparse.Namespace:
