@@ -58,8 +58,9 @@ class Cells {
   // What a search looks into: which worlds, beside that of the box itself.
   struct Worlds {
     std::int32_t own = -1;
-    bool everywhere = false;  // those of world -1, too: there are such, and `own` is another
-    bool all = false;         // every world: `own` is -1, and there are others
+    bool everywhere = false;         // those of world -1, too: there are such, and `own` is another
+    bool all = false;                // every world: `own` is -1, and there are many others
+    const WorldSet* each = nullptr;  // these, too: `own` is -1, and there are few others
   };
   // Where a box belongs, and how many lines a search of it looks at, but for chains: no more than
   // there are.
@@ -122,12 +123,18 @@ class Cells {
   void each_home(const CellMap::Range& cells, int c, Worlds worlds, F&& f) const {
     if (worlds.own == -1 || may_have(c, worlds.own)) map_.each_home(cells, c, worlds.own, f);
     if (worlds.everywhere && may_have(c, -1)) map_.each_home(cells, c, -1, f);
+    if (!worlds.each || !may_have(c, 0)) return;
+    for (const std::int32_t world : *worlds.each) map_.each_home(cells, c, world, f);
   }
-  // How many homes these are, or `most` where they are more, or twice that.
+  // How many homes these are, or `most` where they are more, or that for each world.
   std::uint64_t home_count(const CellMap::Range& cells, int c, Worlds worlds,
                            std::uint64_t most) const noexcept {
     const std::uint64_t count = CellMap::count(cells, most);
-    if (worlds.own == -1) return count;
+    if (worlds.own == -1) {
+      const auto others =
+          worlds.each && may_have(c, 0) ? worlds.each->end() - worlds.each->begin() : 0;
+      return count * static_cast<std::uint64_t>(1 + others);
+    }
     return (may_have(c, worlds.own) ? count : 0) +
            (worlds.everywhere && may_have(c, -1) ? count : 0);
   }
@@ -235,8 +242,11 @@ class Cells {
 // Of an object with this filter, or a box that is asked about as if it had.
 inline Cells::Worlds worlds_of(const Objects& objects, const Filter& filter) noexcept {
   if (objects.in_worlds() == 0) return {};
-  if (filter.world == -1) return {-1, false, true};
-  return {filter.world, objects.in_worlds() != objects.count(), false};
+  if (filter.world == -1) {
+    const bool few = objects.worlds().all_listed();
+    return {-1, false, !few, few ? &objects.worlds() : nullptr};
+  }
+  return {filter.world, objects.in_worlds() != objects.count()};
 }
 
 template <class F>

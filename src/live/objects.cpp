@@ -146,19 +146,20 @@ void Objects::marked(std::size_t count, std::int64_t inactive) noexcept {
 void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
   if (f.group != 0xffffffffu || f.mask != 0xffffffffu) grouped_ += one;
   if (f.owner != -1) owned_ += one;
-  if (f.world != -1) in_worlds_ += one;
   if (f.is_static) static_ += one;
 }
 
 void Objects::use_filter(ObjectId id, const Filter& filter) noexcept {
   filters_[id] = filter;
   count_filter(filter, 1);
+  if (filter.world != -1) worlds_.add(filter.world);
   const unsigned below = flags_[id] & ((1u << kind_shift) - 1);
   flags_[id] = static_cast<std::uint8_t>(unsigned{kinds_.add(filter)} << kind_shift | below);
 }
 
 void Objects::drop_filter(ObjectId id) noexcept {
   count_filter(filters_[id], static_cast<std::size_t>(-1));
+  if (filters_[id].world != -1) worlds_.remove(filters_[id].world);
   kinds_.remove(kind(id));
 }
 
@@ -196,7 +197,7 @@ Boxes Objects::view_of(const Body* bodies, const Filter* f, std::size_t n) const
     v.filters.mask = {&f->mask, n, sizeof(Filter)};
   }
   if (owned_) v.filters.owner = {&f->owner, n, sizeof(Filter)};
-  if (in_worlds_) v.filters.world = {&f->world, n, sizeof(Filter)};
+  if (in_worlds()) v.filters.world = {&f->world, n, sizeof(Filter)};
   if (static_) v.filters.is_static = {&f->is_static, n, sizeof(Filter)};
   return v;
 }
@@ -252,7 +253,7 @@ void Objects::copy(const Objects& other) noexcept {
   forget_placed();
   grouped_ = other.grouped_;
   owned_ = other.owned_;
-  in_worlds_ = other.in_worlds_;
+  worlds_ = other.worlds_;
   static_ = other.static_;
   margin_ = other.margin_;
 }

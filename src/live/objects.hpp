@@ -9,6 +9,7 @@
 #include "cpu/prefetch.hpp"
 #include "live/filter_kinds.hpp"
 #include "live/list.hpp"
+#include "live/world_set.hpp"
 
 namespace throng::live {
 
@@ -72,8 +73,9 @@ class Objects {
     Box room;
     return grown(id, room);
   }
-  bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds_ + static_ != 0; }
-  std::size_t in_worlds() const noexcept { return in_worlds_; }  // objects of a world other than -1
+  bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds() + static_ != 0; }
+  const WorldSet& worlds() const noexcept { return worlds_; }
+  std::size_t in_worlds() const noexcept { return worlds_.objects(); }  // of another than -1
   bool may_pair(ObjectId a, ObjectId b) const noexcept {
     if (!has_filters()) return true;
     if (!kinds_.allow(kind(a), kind(b))) return false;
@@ -128,7 +130,7 @@ class Objects {
   void prefetch(ObjectId id) const noexcept {
     cpu::prefetch(&bodies_[id]);
     cpu::prefetch(&flags_[id]);
-    if (in_worlds_ != 0 || asks_filters()) cpu::prefetch(&filters_[id]);
+    if (in_worlds() != 0 || asks_filters()) cpu::prefetch(&filters_[id]);
   }
   void prefetch_flags(std::uint64_t id) const noexcept {
     if (id < limit()) cpu::prefetch(&flags_[id]);
@@ -177,8 +179,9 @@ class Objects {
   bool dirty_listed_ = true;
   // See place_changed(): so many of the dirty ones were placed; `again_` have changed since.
   std::size_t placed_ = 0;
-  // How many objects have a group or mask, an owner, a world, are static.
-  std::size_t grouped_ = 0, owned_ = 0, in_worlds_ = 0, static_ = 0;
+  // How many objects have a group or mask, an owner, are static.
+  std::size_t grouped_ = 0, owned_ = 0, static_ = 0;
+  WorldSet worlds_;
   float margin_;
 };
 

@@ -95,5 +95,37 @@ TEST(Sparse, FewAreLeftOfMany) {
   }
 }
 
+// Objects of world -1 among those of few worlds, which are looked into one by one, and of more than
+// are listed; worlds come and go.
+TEST(Sparse, FewWorldsAndMany) {
+  for (const int worlds : {1, 5, 33, 60}) {
+    Options options;
+    options.threads = 1;
+    Questioner actor(options, static_cast<std::uint64_t>(worlds), 9);
+    Random random(3);
+    const auto add = [&](int from, int to, int count) {
+      for (int k = 0; k < count; ++k) {
+        const Box box = actor.any_box();
+        Filter filter;
+        filter.world = random.one_in(4) ? -1 : random.between(from, to);
+        ObjectId id = 0;
+        ASSERT_EQ(actor.broad_phase.add(box, filter, id), Status::ok);
+        ASSERT_TRUE(actor.model.add(id, box, filter));
+      }
+    };
+    add(0, worlds - 1, 500);
+    ASSERT_TRUE(actor.update());
+    for (int step = 0; step < 25; ++step) {
+      ASSERT_TRUE(actor.move(6));
+      if (step % 5 == 1) {
+        ASSERT_TRUE(actor.remove(step == 16 ? 450 : 20));
+      }
+      if (step % 5 == 2) add(step % 2 ? 0 : worlds, step % 2 ? worlds / 2 : 2 * worlds, 30);
+      ASSERT_TRUE(ask(actor)) << worlds << " worlds, step " << step;
+      ASSERT_TRUE(actor.update()) << worlds << " worlds, step " << step;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace throng::tests
