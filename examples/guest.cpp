@@ -60,4 +60,17 @@ int main() {
   // snippet-end: doubles
   CHECK(static_cast<double>(box.lower.x) <= 0.1);
   CHECK(static_cast<double>(box.upper.x) >= 0.7);
+
+  // snippet-begin: exact
+  // Plates a micrometre thick, a thousand kilometres away. Every other one begins where the one
+  // before it ends, the rest a nanometre further.
+  std::vector<throng::DoubleBox> plates;
+  double x = 1e6;
+  for (int i = 0; i < 1000; ++i) {
+    plates.push_back({{x, 0, 0}, {x + 1e-6, 1, 1}});
+    x = plates.back().upper.x + (i % 2 ? 1e-9 : 0);
+  }
+  const std::vector<throng::Pair> touching = throng::find_pairs(plates);  // 500 of them
+  // snippet-end: exact
+  CHECK(touching.size() == 500);
 }

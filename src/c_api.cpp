@@ -7,6 +7,7 @@
 #include <cstring>
 #include <new>
 
+#include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 #include <throng/version.hpp>
@@ -59,13 +60,54 @@ struct throng_finder : throng::c_door::Handle {
 namespace {
 
 using throng::c_door::view;
+using Take = int (*)(void* context, const throng_pair* pairs, size_t count);
 
-// Runs one(view of a) or, where there is a second set, two(views of both).
-template <class One, class Two>
-throng_status search(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
-                     const One& one, const Two& two) noexcept {
+// Runs call(view of a), or where there is a second set call(views of both). C is throng_boxes or
+// throng_double_boxes.
+template <class C, class Call>
+throng_status search(throng_finder* finder, const C* a, const C* b, const Call& call) noexcept {
   return throng::c_door::answer(finder, a != nullptr, "boxes",
-                                [&] { return b ? two(view(*a), view(*b)) : one(view(*a)); });
+                                [&] { return b ? call(view(*a), view(*b)) : call(view(*a)); });
+}
+
+template <class C>
+throng_status find(throng_finder* finder, const C* a, const C* b) noexcept {
+  return search(finder, a, b, [&](const auto&... sets) { return finder->finder.find(sets...); });
+}
+
+template <class C>
+throng_status find_into(throng_finder* finder, const C* a, const C* b, throng_pair* out,
+                        size_t capacity) noexcept {
+  auto* const pairs = reinterpret_cast<throng::Pair*>(out);
+  return search(finder, a, b,
+                [&](const auto&... sets) { return finder->finder.find(sets..., pairs, capacity); });
+}
+
+template <class C>
+throng_status consume(throng_finder* finder, const C* a, const C* b, Take consumer,
+                      void* context) noexcept {
+  const auto take = [&](const throng::Pair* pairs, std::size_t count) {
+    return consumer(context, reinterpret_cast<const throng_pair*>(pairs), count) != 0;
+  };
+  if (!consumer) {
+    return throng::c_door::answer(
+        finder, true, "", [] { return throng::c_door::bad_option("found no consumer (NULL)"); });
+  }
+  return search(finder, a, b,
+                [&](const auto&... sets) { return finder->finder.consume(sets..., take); });
+}
+
+// Boxes `stride` values apart; null corners: none.
+template <class C, class Real>
+C boxes_of(const Real* lower, const Real* upper, size_t stride, size_t count) noexcept {
+  C b{};
+  b.count = count;
+  b.stride_bytes = stride * sizeof(Real);
+  for (int k = 0; k < 3; ++k) {
+    b.corner[k] = lower ? lower + k : nullptr;
+    b.corner[3 + k] = upper ? upper + k : nullptr;
+  }
+  return b;
 }
 
 }  // namespace
@@ -73,24 +115,18 @@ throng_status search(throng_finder* finder, const throng_boxes* a, const throng_
 extern "C" {
 
 throng_boxes throng_boxes_packed(const throng_box* boxes, size_t count) {
-  throng_boxes b{};
-  b.count = count;
-  b.stride_bytes = sizeof(throng_box);
-  for (int k = 0; k < 6; ++k) {
-    b.corner[k] = boxes ? reinterpret_cast<const float*>(boxes) + k : nullptr;
-  }
-  return b;
+  const auto* first = reinterpret_cast<const float*>(boxes);
+  return boxes_of<throng_boxes>(first, first ? first + 3 : nullptr, 6, count);
 }
-
 throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t count) {
-  throng_boxes b{};
-  b.count = count;
-  b.stride_bytes = 3 * sizeof(float);
-  for (int k = 0; k < 3; ++k) {
-    b.corner[k] = lower ? lower + k : nullptr;
-    b.corner[3 + k] = upper ? upper + k : nullptr;
-  }
-  return b;
+  return boxes_of<throng_boxes>(lower, upper, 3, count);
+}
+throng_double_boxes throng_double_boxes_packed(const double* boxes, size_t count) {
+  return boxes_of<throng_double_boxes>(boxes, boxes ? boxes + 3 : nullptr, 6, count);
+}
+throng_double_boxes throng_double_boxes_split(const double* lower, const double* upper,
+                                              size_t count) {
+  return boxes_of<throng_double_boxes>(lower, upper, 3, count);
 }
 
 void throng_options_init_sized(throng_options* options, size_t struct_bytes) {
@@ -108,9 +144,11 @@ throng_finder* throng_finder_create(const throng_options* options) {
 void throng_finder_destroy(throng_finder* finder) { delete finder; }
 
 throng_status throng_find(throng_finder* finder, const throng_boxes* a, const throng_boxes* b) {
-  return search(
-      finder, a, b, [&](const auto& one) { return finder->finder.find(one); },
-      [&](const auto& one, const auto& two) { return finder->finder.find(one, two); });
+  return find(finder, a, b);
+}
+throng_status throng_find_doubles(throng_finder* finder, const throng_double_boxes* a,
+                                  const throng_double_boxes* b) {
+  return find(finder, a, b);
 }
 
 const throng_pair* throng_finder_pairs(const throng_finder* finder, size_t* count) {
@@ -121,27 +159,25 @@ const throng_pair* throng_finder_pairs(const throng_finder* finder, size_t* coun
 
 throng_status throng_find_into(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
                                throng_pair* out, size_t capacity) {
-  auto* const pairs = reinterpret_cast<throng::Pair*>(out);
-  return search(
-      finder, a, b, [&](const auto& one) { return finder->finder.find(one, pairs, capacity); },
-      [&](const auto& one, const auto& two) {
-        return finder->finder.find(one, two, pairs, capacity);
-      });
+  return find_into(finder, a, b, out, capacity);
+}
+throng_status throng_find_doubles_into(throng_finder* finder, const throng_double_boxes* a,
+                                       const throng_double_boxes* b, throng_pair* out,
+                                       size_t capacity) {
+  return find_into(finder, a, b, out, capacity);
 }
 
 throng_status throng_consume(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
-                             int (*consumer)(void* context, const throng_pair* pairs, size_t count),
-                             void* context) {
-  const auto take = [&](const throng::Pair* pairs, std::size_t count) {
-    return consumer(context, reinterpret_cast<const throng_pair*>(pairs), count) != 0;
-  };
-  if (!consumer) {
-    return throng::c_door::answer(
-        finder, true, "", [] { return throng::c_door::bad_option("found no consumer (NULL)"); });
-  }
-  return search(
-      finder, a, b, [&](const auto& one) { return finder->finder.consume(one, take); },
-      [&](const auto& one, const auto& two) { return finder->finder.consume(one, two, take); });
+                             Take consumer, void* context) {
+  return consume(finder, a, b, consumer, context);
+}
+throng_status throng_consume_doubles(throng_finder* finder, const throng_double_boxes* a,
+                                     const throng_double_boxes* b, Take consumer, void* context) {
+  return consume(finder, a, b, consumer, context);
+}
+
+throng_box throng_round_outward(const double* lower, const double* upper) {
+  return std::bit_cast<throng_box>(throng::round_outward(lower, upper));
 }
 
 const throng_result* throng_finder_result(const throng_finder* finder) {

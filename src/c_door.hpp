@@ -18,16 +18,22 @@ namespace throng::c_door {
 
 template <class T>
 Strided<T> strided(const throng_strided& s, std::size_t count) noexcept {
-  return s.data ? Strided<T>{static_cast<const T*>(s.data), count, s.stride_bytes} : Strided<T>{};
+  if (!s.data) return {};
+  const std::size_t stride = s.stride_bytes == 0 ? sizeof(T) : s.stride_bytes;
+  return {static_cast<const T*>(s.data), count, stride};
 }
 
-inline Boxes view(const throng_boxes& c) noexcept {
+// Of throng_boxes or throng_double_boxes.
+template <class AnyBoxes, class C>
+AnyBoxes view_as(const C& c) noexcept {
+  using Box = typename AnyBoxes::Value;
   // Coordinates that lie together are read together.
   bool packed = c.corner[0] != nullptr && c.stride_bytes >= sizeof(Box);
   for (int k = 1; k < 6; ++k) packed = packed && c.corner[k] == c.corner[0] + k;
-  Boxes boxes = packed ? Boxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, c.stride_bytes)
-                       : Boxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3],
-                                       c.corner[4], c.corner[5], c.count, c.stride_bytes);
+  AnyBoxes boxes =
+      packed ? AnyBoxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, c.stride_bytes)
+             : AnyBoxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3], c.corner[4],
+                                c.corner[5], c.count, c.stride_bytes);
   boxes.filters.group = strided<std::uint32_t>(c.group, c.count);
   boxes.filters.mask = strided<std::uint32_t>(c.mask, c.count);
   boxes.filters.owner = strided<std::int32_t>(c.owner, c.count);
@@ -35,6 +41,8 @@ inline Boxes view(const throng_boxes& c) noexcept {
   boxes.filters.is_static = strided<std::uint8_t>(c.is_static, c.count);
   return boxes;
 }
+inline Boxes view(const throng_boxes& c) noexcept { return view_as<Boxes>(c); }
+inline DoubleBoxes view(const throng_double_boxes& c) noexcept { return view_as<DoubleBoxes>(c); }
 
 // The caller's functions as a memory resource.
 class CallerMemory final : public std::pmr::memory_resource {

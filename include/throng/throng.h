@@ -15,7 +15,7 @@
 #include <throng/export.h>
 
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 5
+#define THRONG_C_VERSION 6
 
 #ifdef __cplusplus
 extern "C" {
@@ -66,13 +66,14 @@ enum {
 /* One value a box; data NULL: absent. */
 typedef struct throng_strided {
   const void* data;
-  size_t stride_bytes;
+  size_t stride_bytes; /* from one value to the next; 0: they lie side by side */
 } throng_strided;
 
 typedef struct throng_boxes {
   size_t count;
   const float* corner[6]; /* lower x, y, z, upper x, y, z of the first box; both z NULL: 2-D */
-  size_t stride_bytes;    /* from one box to the next, of each coordinate; a multiple of 4 */
+  size_t stride_bytes;    /* from one box to the next, of each coordinate; a multiple of 4; 0: all
+                             are the same box */
   /* Filters: a pair is reported when every given one allows it. */
   throng_strided group, mask; /* uint32_t: (group a & mask b) and (group b & mask a) nonzero */
   throng_strided owner;       /* int32_t: equal owners never pair, -1 is nobody's */
@@ -309,6 +310,32 @@ THRONG_API const throng_sweep_hit* throng_query_hits(const throng_query* query, 
 THRONG_API const throng_result* throng_query_result(const throng_query* query);
 THRONG_API void throng_query_stop(throng_query* query);
 THRONG_API size_t throng_query_memory_bytes(const throng_query* query);
+
+/* Boxes of doubles: the pairs are exactly those of the boxes that overlap as doubles, though floats
+ * could not tell. On the CPU alone; 24 bytes a box are taken more. */
+typedef struct throng_double_boxes {
+  size_t count;
+  const double* corner[6]; /* as of throng_boxes */
+  size_t stride_bytes;     /* a multiple of 8; 0: all are the same box */
+  throng_strided group, mask, owner, world, is_static;
+} throng_double_boxes;
+
+/* Without filters: six doubles a box, lower x, y, z, upper x, y, z; corners apart, three each. */
+THRONG_API throng_double_boxes throng_double_boxes_packed(const double* boxes, size_t count);
+THRONG_API throng_double_boxes throng_double_boxes_split(const double* lower, const double* upper,
+                                                         size_t count);
+/* As throng_find, throng_find_into and throng_consume. */
+THRONG_API throng_status throng_find_doubles(throng_finder* finder, const throng_double_boxes* a,
+                                             const throng_double_boxes* b);
+THRONG_API throng_status throng_find_doubles_into(throng_finder* finder,
+                                                  const throng_double_boxes* a,
+                                                  const throng_double_boxes* b, throng_pair* out,
+                                                  size_t capacity);
+THRONG_API throng_status throng_consume_doubles(
+    throng_finder* finder, const throng_double_boxes* a, const throng_double_boxes* b,
+    int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
+/* The smallest float box that contains the double one: three doubles each. */
+THRONG_API throng_box throng_round_outward(const double* lower, const double* upper);
 
 /* Its name, as "NaN box"; "unknown" for what is no status. */
 THRONG_API const char* throng_status_text(throng_status status);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace throng::cpu {
 namespace {
@@ -37,22 +38,23 @@ double origin_of(const Doubles& doubles, int axis) noexcept {
   return std::fabs(middle) > far * spread ? middle : 0;
 }
 
-DoubleBox grown(const DoubleBox& box, float margin) noexcept {
-  return margin != 0 ? core::expand(box, margin) : box;
+Box rounded(const DoubleBox& box, const DoubleVec3& o) noexcept {
+  return {{static_cast<float>(box.lower.x - o.x), static_cast<float>(box.lower.y - o.y),
+           static_cast<float>(box.lower.z - o.z)},
+          {static_cast<float>(box.upper.x - o.x), static_cast<float>(box.upper.y - o.y),
+           static_cast<float>(box.upper.z - o.z)}};
 }
 
-// Of boxes begin .. end - 1.
-void stand_for(const DoubleBoxes& boxes, const DoubleVec3& o, float margin, std::size_t begin,
+// Of boxes begin .. end - 1; box(i) gives them.
+template <class BoxAt>
+void stand_for(const BoxAt& box, const DoubleVec3& origin, float margin, std::size_t begin,
                std::size_t end, Box* out) noexcept {
   for (std::size_t i = begin; i < end; ++i) {
-    const DoubleBox given = boxes[i];
-    const DoubleBox box = grown(given, margin);
-    out[i] = {{static_cast<float>(box.lower.x - o.x), static_cast<float>(box.lower.y - o.y),
-               static_cast<float>(box.lower.z - o.z)},
-              {static_cast<float>(box.upper.x - o.x), static_cast<float>(box.upper.y - o.y),
-               static_cast<float>(box.upper.z - o.z)}};
+    const DoubleBox given = box(i);
+    out[i] = rounded(margin != 0 ? core::expand(given, margin) : given, origin);
     // A box can be inverted by less than floats tell, or a margin can turn it around.
-    if (!core::is_active(given) && !core::has_nan(given)) out[i] = {{1, 1, 1}, {0, 0, 0}};
+    if (!core::is_active(given) && !core::has_nan(given)) [[unlikely]]
+      out[i] = {{1, 1, 1}, {0, 0, 0}};
   }
 }
 
@@ -67,8 +69,19 @@ void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
   constexpr std::size_t step = 512;
   Shares shares(boxes.size(), tasks, step);
   auto task = [&](unsigned t) {
-    for (std::size_t begin, end; shares.take(t, begin, end);)
-      stand_for(boxes, origin, margin, begin, end, out);
+    for (std::size_t begin, end; shares.take(t, begin, end);) {
+      if (const char* const packed = boxes.packed_data()) {
+        const auto box = [packed, stride = boxes.stride_bytes()](std::size_t i) {
+          DoubleBox b;
+          std::memcpy(&b, packed + i * stride, sizeof b);
+          return b;
+        };
+        margin != 0 ? stand_for(box, origin, margin, begin, end, out)
+                    : stand_for(box, origin, 0, begin, end, out);
+      } else {
+        stand_for([&](std::size_t i) { return boxes[i]; }, origin, margin, begin, end, out);
+      }
+    }
   };
   run_tasks(executor, tasks, task);
 }

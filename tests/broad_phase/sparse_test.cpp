@@ -50,7 +50,7 @@ TEST(Sparse, QuestionsBetweenChanges) {
           break;
         default:
           // More often than there are any that have changed, too.
-          for (int k = 0; k < (step % 40 == 4 ? 300 : 3); ++k) {
+          for (int k = 0; k < (step % 40 == 4 ? 1500 : 3); ++k) {
             const ObjectId id = few[actor.random.below(5)];
             if (!actor.model.alive(id)) continue;
             const Box box = actor.any_box();
@@ -76,14 +76,23 @@ TEST(Sparse, FewAreLeftOfMany) {
     ASSERT_TRUE(actor.add(sanitized ? 2500 : 6000, filtered));
     ASSERT_TRUE(actor.update());
     ASSERT_TRUE(actor.remove(actor.model.count() - 300));
+    BroadPhase snapshot;
+    Model model_then;
     for (int step = 0; step < 30; ++step) {
       ASSERT_TRUE(actor.update()) << "step " << step;
-      if (step == 10) {
+      if (step == 12) {
+        snapshot = actor.broad_phase;
+        model_then = actor.model;
+      }
+      if (step == 10 || step == 13) {
         ASSERT_TRUE(actor.add(40, filtered));
       }
+      if (step == 15) {
+        ASSERT_TRUE(actor.remove(60));
+      }
       if (step == 20) {
-        BroadPhase copy = actor.broad_phase;
-        actor.broad_phase = copy;
+        actor.broad_phase = snapshot;
+        actor.model = model_then;
       }
       ASSERT_TRUE(actor.move(step % 3 == 0 ? 5 : 400));
       ASSERT_TRUE(ask(actor)) << "step " << step;

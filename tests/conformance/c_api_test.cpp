@@ -113,6 +113,69 @@ TEST_F(CApi, TwoSetsFiltersAndMargin) {
   EXPECT_NE(message().find("margin"), std::string::npos) << message();
 }
 
+// Side by side where no stride is given.
+TEST_F(CApi, FiltersWithoutAStride) {
+  std::vector<std::int32_t> world;
+  std::vector<std::uint8_t> still;
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    world.push_back(static_cast<std::int32_t>(i % 3));
+    still.push_back(i % 2);
+  }
+  Boxes cpp = boxes_;
+  cpp.filters.world = {world.data(), world.size()};
+  cpp.filters.is_static = {still.data(), still.size()};
+  view_.world.data = world.data();
+  view_.is_static.data = still.data();
+  ASSERT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), reference_pairs(cpp).pairs);
+}
+
+TEST_F(CApi, Doubles) {
+  std::vector<DoubleBox> boxes;
+  std::vector<double> lower, upper;
+  Random random(4);
+  for (const Box& b : boxes_) {
+    const float from[6] = {b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
+    double to[6];
+    for (int k = 0; k < 6; ++k) {
+      to[k] = 1e6 + 0.1 * double{from[k]};
+      if (random.one_in(2)) to[k] = std::nextafter(to[k], random.one_in(2) ? 0.0 : 1e9);
+    }
+    boxes.push_back({{to[0], to[1], to[2]}, {to[3], to[4], to[5]}});
+    lower.insert(lower.end(), to, to + 3);
+    upper.insert(upper.end(), to + 3, to + 6);
+  }
+  const Found want = reference_pairs(DoubleBoxes(boxes)).pairs;
+  throng_double_boxes packed = throng_double_boxes_packed(&boxes[0].lower.x, boxes.size());
+  const throng_double_boxes split =
+      throng_double_boxes_split(lower.data(), upper.data(), boxes.size());
+  for (const throng_double_boxes& view : {packed, split}) {
+    ASSERT_EQ(throng_find_doubles(finder(), &view, nullptr), THRONG_OK) << message();
+    EXPECT_EQ(pairs(), want);
+  }
+  Found out(want.size());
+  auto* const room = reinterpret_cast<throng_pair*>(out.data());
+  ASSERT_EQ(throng_find_doubles_into(finder_, &packed, nullptr, room, out.size()), THRONG_OK);
+  EXPECT_EQ(out, want);
+  const Found both = reference_pairs(DoubleBoxes(boxes), DoubleBoxes(boxes)).pairs;
+  Found taken;
+  const auto take = [](void* to, const throng_pair* p, size_t count) {
+    for (size_t i = 0; i < count; ++i)
+      static_cast<Found*>(to)->push_back({p[i].first, p[i].second});
+    return 1;
+  };
+  ASSERT_EQ(throng_consume_doubles(finder_, &packed, &split, take, &taken), THRONG_OK);
+  EXPECT_EQ(taken, both);
+  EXPECT_EQ(throng_find_doubles(finder_, nullptr, nullptr), THRONG_BAD_BOXES);
+  packed.stride_bytes = 52;
+  EXPECT_EQ(throng_find_doubles(finder_, &packed, nullptr), THRONG_BAD_BOXES);
+  EXPECT_NE(message().find("multiple of 8"), std::string::npos) << message();
+
+  const throng_box round = throng_round_outward(&boxes[0].lower.x, &boxes[0].upper.x);
+  const Box want_box = round_outward(&boxes[0].lower.x, &boxes[0].upper.x);
+  EXPECT_EQ(std::memcmp(&round, &want_box, sizeof round), 0);
+}
+
 TEST_F(CApi, CallersBufferAndConsumer) {
   const Found want = reference_pairs(boxes_).pairs;
   std::vector<throng_pair> room(want.size());
