@@ -115,8 +115,9 @@ struct Options {
   float cell_scale = 1.0f;
   // Set it to true from any thread, and a search ends soon, with Status::stopped and nothing found;
   // what stands in a buffer of the caller's is then of no use. It is looked at before each column
-  // or tile, and in a column of very many boxes after each 10^8 comparisons or so; on a GPU by a Finder of host memory, after each stage and each 10^9 comparisons of
-  // brute force. Null: nobody stops it. It must outlive the call.
+  // or tile, and in a column of very many boxes after each 10^8 comparisons or so; on a GPU by a
+  // Finder of host memory, after each stage and each 10^9 comparisons of brute force. Null: nobody
+  // stops it. It must outlive the call.
   const std::atomic<bool>* stop = nullptr;
   // A folder that is there already. Each call of a Finder writes a new file into it, a BroadPhase
   // one file from its first call on: boxes, options, and what was answered, for `throng replay`.
