@@ -12,7 +12,7 @@ constexpr std::size_t most_samples = 64;  // of a set
 // Coordinates of some boxes, as far as they are finite.
 struct Sample {
   std::size_t count = 0;
-  double value[2 * most_samples];
+  double value[2 * most_samples] = {};
 
   void add(const DoubleBoxes& boxes, int axis) noexcept {
     const std::size_t step = std::max<std::size_t>(1, boxes.size() / most_samples);
