@@ -192,6 +192,31 @@ TEST_P(Doubles, Margin) {
   }
 }
 
+// Where a double is a ten-thousandth the margin falls between two: it is rounded outward.
+TEST_P(Doubles, MarginBetweenDoubles) {
+  constexpr float margin = 0.1f;
+  static const Hard hard = [] {
+    Hard made{"", {}, {}, {}};
+    Random random(12);
+    const double unit = nudged(1e12, 1) - 1e12;
+    const double gap = std::ceil(double{margin} / unit) * unit * 2;
+    for (double x = -1e12, i = 0; i < 900; ++i, x += 1 + gap) {
+      if (i == 450) x = 1e12;
+      made.boxes.push_back(
+          {{nudged(x, random.between(-1, 1)), 0, 0}, {nudged(x + 1, random.between(-1, 1)), 1, 1}});
+    }
+    made.answer = reference_pairs(made.boxes, margin);
+    return made;
+  }();
+  EXPECT_GT(hard.answer.pairs.size(), 200u);
+  EXPECT_LT(hard.answer.pairs.size(), 800u);
+  Options o = options();
+  o.margin = margin;
+  Finder finder(o);
+  const Result result = finder.find(hard.boxes);
+  expect_pairs(result, config(), hard.answer, to_vector(finder.pairs()), 0);
+}
+
 // An inverted box is an empty slot by however little it is, and stays one under a margin.
 TEST_P(Doubles, InvertedByTheLastPlace) {
   DoubleList boxes(700, {{1, 1, 1}, {1, 1, 1}});
