@@ -180,6 +180,7 @@ void Objects::list_alive() {
 }
 
 Boxes Objects::packed_view() {
+  list_alive();
   packed_.renew(count_);
   packed_filters_.renew(count_);
   for (const ObjectId id : alive_) {

@@ -83,12 +83,12 @@ class Objects {
   }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.
   Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }
-  // Whether few ids are left alive of many that were. Then there is a list of those, after
-  // list_alive(), and what goes through all has less to do; throws cpu::NoMemory.
+  // Whether few ids are left alive of many that were: what goes through all has less to do by a
+  // list of those. It is there after list_alive(), which throws cpu::NoMemory.
   bool sparse() const noexcept { return limit() > 4 * count_ + 1024; }
   void list_alive();
   const List<ObjectId>& alive_ids() const noexcept { return alive_; }
-  // A view of the listed ones alone, in their order. Throws cpu::NoMemory.
+  // A view of the listed ones alone, in their order; lists them. Throws cpu::NoMemory.
   Boxes packed_view();
 
   // Those that changed: added, removed, moved, or with other filters. Each once; in the order of

@@ -172,10 +172,15 @@ void Tracker::make_cells(const Options& options) {
   placed_ = true;
 }
 
+// Cells that have room for all objects.
+void Tracker::require_cells(const Options& options) {
+  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells(options);
+}
+
 // Puts what changed where it belongs. False, with some of it undone, where searching would look at
 // too many lines.
 bool Tracker::settle_cells(const Options& options, double most_lines) {
-  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells(options);
+  require_cells(options);
   const List<ObjectId>& dirty = objects_.dirty_list();
   return settle_listed(dirty.data(), dirty.size(), most_lines);
 }
@@ -285,7 +290,9 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   columned_ = false;
   asked_before_ = asked_.exchange(0);
   const bool sparse = objects_.sparse();
-  r = find_into(engine_, found_, to_search(), nullptr, objects_.margin(), options);
+  // By their places in the list of those that are alive, if that is much shorter.
+  const Boxes all = sparse ? objects_.packed_view() : objects_.view();
+  r = find_into(engine_, found_, all, nullptr, objects_.margin(), options);
   if (!r.ok()) return;
   if (sparse) {
     const List<ObjectId>& ids = objects_.alive_ids();
@@ -296,13 +303,6 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   linked_ = indexed_ = false;
   looked_ = 0;
   columned_ = !sparse && engine_.whole_plan() != nullptr;
-}
-
-// All objects, or by their places in the list of those that are alive, if that is much shorter.
-Boxes Tracker::to_search() {
-  if (!objects_.sparse()) return objects_.view();
-  objects_.list_alive();
-  return objects_.packed_view();
 }
 
 void Tracker::reserve_for(const Tracker& other) {

@@ -62,12 +62,12 @@ class Tracker {
   void catch_up(const Options& options, unsigned tasks, Result& result);
   bool few_changed(const Options& options, unsigned tasks);
   void make_cells(const Options& options);
+  void require_cells(const Options& options);
   bool settle_cells(const Options& options, double most_lines);
   bool settle_listed(const ObjectId* dirty, std::size_t count, double most_lines) noexcept;
   void search_around(const Options& options, unsigned tasks, Result& result);
   void learn(double compared) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
-  Boxes to_search();
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
 

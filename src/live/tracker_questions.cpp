@@ -45,9 +45,8 @@ void Tracker::get_ready(const Queries& by, const Options& options) {
   const std::lock_guard<std::mutex> lock(preparing_);
   if (ready_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
-  if (placed_ && !cells_.takes(objects_.count() + objects_.removed_count()))
-    make_cells(to_prepare(by, options));
   if (placed_) {
+    require_cells(to_prepare(by, options));
     objects_.place_changed([this](const ObjectId* changed, std::size_t count) {
       settle_listed(changed, count, no_limit);
     });
