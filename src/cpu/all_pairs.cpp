@@ -67,7 +67,7 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
   Turns turns(work);
   auto task = [&](unsigned t) {
-    team[t]->ask_all();
+    team[t]->by_brute_force(problem.frame);
     for (std::uint64_t k; turns.take(k) && !search.over();) {
       if (k < triangle) {
         const Pair at = core::pair_of_row_index(k, rows + 1);

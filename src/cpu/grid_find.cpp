@@ -22,6 +22,7 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   };
   auto task = [&](unsigned t) {
     search.guarded([&] {
+      team[t]->by_words();
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
       std::uint64_t i = 0, next = 0;
       for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
@@ -100,10 +101,9 @@ void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker
                   wide_labels_[1].data()};
   Worker* const team[] = {&worker};
   BinReport ignored;
-  worker.set_frame(problem.frame);
   load_all_pairs(search, wide, team, ignored);
   find_all_pairs(search, wide, team, 1);
-  worker.set_frame(nullptr);
+  worker.by_words();
 }
 
 }  // namespace throng::cpu

@@ -112,12 +112,11 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
     if (!may_brute) return false;
     finer.all_pairs = true;
     tell_all_begins(0);
-    worker.set_frame(&frame);  // what brute force tells are labels
   } else {
     tell_all_begins(3);
   }
   solve_alone(search, part, finer, worker, depth + 1);
-  worker.set_frame(nullptr);
+  worker.by_words();
   return true;
 }
 

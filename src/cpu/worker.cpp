@@ -76,62 +76,65 @@ void Worker::match(const Worker& other) {
 
 void Worker::begin(Search& search) {
   search_ = &search;
-  frame_ = nullptr;
   comparisons = 0;
   second_base = search.second_base;
   sure_.room(staging_pairs + emit_slack, true);
-  stage();
   gap_ = room_ = Room{};
-  ask_kinds_ = search.kinds && !search.kinds->words_tell_all();
-  ask_worlds_ = search.any_worlds;
-  ask_doubles_ = false;
-  const bool ask = ask_kinds_ || ask_worlds_ || search.owners;
-  if (search.sink && !ask && search.sink->extend(room_)) {
-    direct_ = true;
-    cursor = room_.begin;
-    limit = room_.end - emit_slack;
-  }
   maybe_cursor = unsure_.room(staging_maybe + emit_slack, true);
   maybe_limit = maybe_cursor + staging_maybe;
+  tell(Told::by_words, nullptr);
 }
 
-// From now on pairs are staged.
+// Pairs are staged from now on.
 void Worker::stage() noexcept {
   direct_ = false;
   cursor = sure_.data();
   limit = cursor + staging_pairs;
 }
 
-void Worker::stage_from_now_on() noexcept {
-  if (!direct_) return;
-  room_.begin = cursor;
-  stage();
+// From now on pairs go straight to where they belong, as long as there is room.
+void Worker::go_straight() {
+  if (room_.size() < emit_slack) {
+    Room next = room_;
+    if (!search_->sink->extend(next)) return stage();
+    if (next.begin != room_.begin) gap_ = room_;
+    room_ = next;
+  }
+  direct_ = true;
+  cursor = room_.begin;
+  limit = room_.end - emit_slack;
+}
+
+void Worker::tell(Told told, const Frame* frame) {
+  const Search& s = *search_;
+  const bool all = told == Told::by_brute_force;
+  told_ = told;
+  frame_ = frame;
+  ask_kinds_ = s.kinds && (all || !s.kinds->words_tell_all());
+  ask_worlds_ = s.any_worlds || (all && s.wide_worlds);
+  ask_doubles_ = all && s.doubles;
+  const bool as_found = !frame && !ask_kinds_ && !ask_worlds_ && !ask_doubles_ && !s.owners;
+  s.sink && as_found ? go_straight() : stage();
+}
+
+void Worker::told(Told told, const Frame* frame) {
+  if (told == told_ && frame == frame_) return;
+  drain();
+  tell(told, frame);
 }
 
 void Worker::drain() {
   flush_unsure(this);
-  if (!direct_) flush_sure(this);
+  if (direct_)
+    room_.begin = cursor;
+  else
+    flush_sure(this);
 }
 
 void Worker::finish() {
   drain();
-  if (direct_) room_.begin = cursor;
   search_->sink->leave(room_);
   search_->sink->leave(gap_);
-}
-
-void Worker::set_frame(const Frame* frame) {
-  if (frame == frame_) return;
-  drain();
-  frame_ = frame;
-  stage_from_now_on();  // pairs of a frame are not yet what is handed on
-}
-
-void Worker::ask_all() {
-  ask_kinds_ = search_->kinds != nullptr;
-  ask_worlds_ = search_->wide_worlds || search_->any_worlds;
-  ask_doubles_ = search_->doubles != nullptr;
-  if (ask_kinds_ || ask_worlds_ || ask_doubles_) stage_from_now_on();
 }
 
 // The output room is full but for its last slack: that is filled with the last pairs of the next.
@@ -143,14 +146,8 @@ void Worker::next_room() {
     gap_ = Room{};
     if (cursor <= limit) return;
   }
-  Room next{cursor, room_.end};
-  if (!search_->sink->extend(next)) return stage_from_now_on();
-  if (next.begin != cursor) {
-    gap_ = {cursor, room_.end};
-    cursor = next.begin;
-  }
-  room_ = next;
-  limit = room_.end - emit_slack;
+  room_.begin = cursor;
+  go_straight();
 }
 
 void Worker::flush_sure(Emit* emit) {

@@ -60,9 +60,10 @@ class Worker : public Emit {
   void drain();
   // At the end: gives back what room of the output it has left, too.
   void finish();
-  void set_frame(const Frame* frame);
-  // Pairs come from brute force, which knows of no kinds, no worlds and no doubles.
-  void ask_all();
+  // Whose pairs come from now on, until told otherwise: those of a search by words; or of brute
+  // force, which knows of no kinds, no worlds and no doubles, and tells the labels of a frame.
+  void by_words() { told(Told::by_words, nullptr); }
+  void by_brute_force(const Frame* frame) { told(Told::by_brute_force, frame); }
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
@@ -77,14 +78,18 @@ class Worker : public Emit {
  private:
   static void flush_sure(Emit* emit);
   static void flush_unsure(Emit* emit);
+  enum class Told : bool { by_words, by_brute_force };
+  void told(Told told, const Frame* frame);
+  void tell(Told told, const Frame* frame);
   void stage() noexcept;
-  void stage_from_now_on() noexcept;
+  void go_straight();
   void next_room();
   std::size_t leave_frame(Pair* pairs, std::size_t count) const noexcept;
   std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
 
   Memory* memory_;
   Search* search_ = nullptr;
+  Told told_ = Told::by_words;
   const Frame* frame_ = nullptr;
   Level* levels_[max_depth + 1] = {};  // the last for brute force in the innermost grid
   Buffer<Pair> sure_, unsure_;
