@@ -29,6 +29,25 @@ unsigned most_grids(const Search& search) {
   return search.kinds && search.kinds->words_tell() ? with_kinds : Worker::max_depth;
 }
 
+// Of the boxes of a window, [begin, end), those whose words tie with the query's, estimated from
+// some of them.
+double ties_in(const Strip& from, std::uint32_t query, const Strip& to, std::uint32_t begin,
+               std::uint32_t end) {
+  constexpr std::uint32_t most_looks = 16;
+  const std::uint32_t size = end - begin, looks = std::min(size, most_looks);
+  std::uint32_t ties = 0;
+  for (std::uint32_t k = 0; k < looks; ++k) {
+    const std::size_t target = begin + std::size_t{size} * k / looks;
+    int least = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      least = std::min({least, from.upper[axis][query] - to.lower[axis][target],
+                        to.upper[axis][target] - from.lower[axis][query]});
+    }
+    ties += least == 0;
+  }
+  return looks == 0 ? 0 : static_cast<double>(size) * ties / looks;
+}
+
 // What it takes to sweep the targets for one of the queries, estimated from some of them.
 double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& to) {
   if (from.count == 0 || to.count == 0) return 0;
@@ -41,7 +60,7 @@ double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& 
     const std::uint32_t end = to.bucket_end[std::min(last, to.bucket_count - 1)];
     const std::uint32_t begin = first == 0 ? 0 : to.bucket_end[first - 1];
     windows += end - begin;
-    if (from.upper[0][i] == from.lower[0][i]) ties += end - begin;
+    if (from.upper[0][i] == from.lower[0][i]) ties += ties_in(from, i, to, begin, end);
     ++count;
   }
   return cost(windows / count) + tie_ns * ties / count;
