@@ -103,7 +103,6 @@ void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker
   BinReport ignored;
   load_all_pairs(search, wide, team, ignored);
   find_all_pairs(search, wide, team, 1);
-  worker.by_words();
 }
 
 }  // namespace throng::cpu

@@ -114,7 +114,7 @@ void Worker::tell(Told told, const Frame* frame) {
   ask_worlds_ = s.any_worlds || (all && s.wide_worlds);
   ask_doubles_ = all && s.doubles;
   const bool as_found = !frame && !ask_kinds_ && !ask_worlds_ && !ask_doubles_ && !s.owners;
-  s.sink && as_found ? go_straight() : stage();
+  s.sink&& as_found ? go_straight() : stage();
 }
 
 void Worker::told(Told told, const Frame* frame) {

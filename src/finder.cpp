@@ -1,0 +1,309 @@
+// The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include <throng/throng.hpp>
+
+#include "automatic.hpp"
+#include "capture/log.hpp"
+#include "core/bounds.hpp"
+#include "cpu/engine.hpp"
+#include "cpu/float_state.hpp"
+#include "cpu/large_pages.hpp"
+#include "cpu/threads.hpp"
+#include "cuda/backend.hpp"
+#include "describe.hpp"
+#include "finder_access.hpp"
+#include "pipeline/engine.hpp"
+#include "pipeline/host_device.hpp"
+#include "validate.hpp"
+
+namespace throng {
+
+// What a Finder keeps: the memory of each backend that it has used.
+struct Finder::State {
+  explicit State(std::pmr::memory_resource* memory) noexcept
+      : resource(memory),
+        cpu(memory, sizeof(State)),
+        emulated(memory, pipeline::HostDevice::Run{cpu::run_tasks}) {}
+
+  std::size_t held() noexcept {
+    return cpu.memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
+  }
+
+  template <class AnyBoxes>
+  Result find_on_cpu(const AnyBoxes& a, const AnyBoxes* b, const Options& options,
+                     core::Output* output, const Consumer* consumer) {
+    const std::size_t before = cpu.memory().held();
+    Result r = cpu.find(a, b, options, output, consumer);
+    // What is kept from other searches may be what is missing.
+    if (r.status == Status::memory_cap_too_small && r.written == 0 && before > sizeof(State)) {
+      std::destroy_at(&cpu);
+      std::construct_at(&cpu, resource, sizeof(State));
+      r = cpu.find(a, b, options, output, consumer);
+    }
+    return r;
+  }
+
+  // Doubles are the CPU's alone.
+  Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options,
+              core::Output* output, const Consumer* consumer) {
+    Result r = find_on_cpu(a, b, options, output, consumer);
+    throng::explain(r, b != nullptr, cpu.nan_in_second_set());
+    return r;
+  }
+
+  Result find(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
+              const Consumer* consumer) {
+    Result r;
+    bool nan_in_second = false;
+    const std::size_t boxes = a.size() + (b ? b->size() : 0);
+    if (options.backend == Backend::emulated) {
+      find_emulated(a, b, options, output, consumer, r);
+      nan_in_second = emulated.nan_in_second_set();
+    } else if (options.backend == Backend::cuda ||
+               (cuda::is_built() && automatic.wants_gpu(boxes, options))) {
+      nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
+    }
+    // The CPU, too, where an automatic choice fell on a GPU that cannot: as long as nobody has been
+    // given pairs.
+    const bool tried = r.plan.backend != Backend::cpu;
+    if (!tried ||
+        (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
+      if (tried) gpu.reset();
+      r = find_on_cpu(a, b, options, output, consumer);
+      nan_in_second = cpu.nan_in_second_set();
+      if (options.backend == Backend::automatic && automatic.reason(boxes))
+        r.plan.reason = automatic.reason(boxes);
+    }
+    throng::explain(r, b != nullptr, nan_in_second);
+    return r;
+  }
+
+  void find_emulated(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
+                     const Consumer* consumer, Result& r) {
+    r.plan.backend = Backend::emulated;
+    r.plan.isa = Isa::scalar;
+    r.plan.threads = cpu::threads_of(options);
+    emulated.device().begin(cpu::executor_of(options), r.plan.threads, options.stop);
+    cpu.memory().set_cap(0);  // the pairs may lie there; the cap is the pipeline's to keep
+    try {
+      unless_stopped(
+          options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
+    } catch (const pipeline::Failure& failure) {
+      explain_failure(r, failure);
+    }
+  }
+
+  // Failure: stopped, where it was before or is since.
+  template <class F>
+  static void unless_stopped(const Options& options, const F& find) {
+    const auto heed = [&] {
+      if (options.stop && options.stop->load()) throw pipeline::Failure{Status::stopped};
+    };
+    heed();
+    find();
+    heed();
+  }
+
+  // Tells whether a NaN was seen in the second set.
+  bool find_on_gpu(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
+                   const Consumer* consumer, Result& r) {
+    r.plan.backend = Backend::cuda;
+    r.plan.isa = Isa::scalar;
+    cpu.memory().set_cap(0);
+    delivered = false;
+    try {
+      unless_stopped(options, [&] {
+        if (!gpu) gpu.reset(cuda::create({}));
+        gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
+      });
+      return gpu->nan_in_second_set();
+    } catch (const pipeline::Failure& failure) {
+      delivered = consumer && r.written != 0;
+      explain_failure(r, failure);
+    }
+    return false;
+  }
+
+  std::pmr::memory_resource* resource;
+  cpu::Engine cpu;
+  pipeline::Engine<pipeline::HostDevice> emulated;
+  std::unique_ptr<cuda::Engine> gpu;
+  bool delivered = false;  // a call that failed on the GPU had handed out pairs
+  Automatic automatic;
+};
+
+template <class AnyBoxes>
+Result FinderAccess::run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, core::Output* output,
+                         const Consumer* consumer) {
+  const cpu::FloatState float_state;
+  Result r;
+  finder.pairs_ = {};
+  if (!valid(a, b, finder.options_, r)) return r;
+  if constexpr (AnyBoxes::is_float) {
+    if (const char* folder = capture::folder_of(finder.options_))
+      return captured(folder, finder, a, b, output, consumer);
+  }
+  return search(finder, a, b, output, consumer);
+}
+
+// The same, written to a file: what goes in before the search, and then what came out.
+Result FinderAccess::captured(const char* folder, Finder& finder, const Boxes& a, const Boxes* b,
+                              core::Output* output, const Consumer* consumer) {
+  const capture::Form form = consumer                  ? capture::Form::consumer
+                             : output && !output->grow ? capture::Form::buffer
+                                                       : capture::Form::growing;
+  capture::Log log;
+  log.open(folder, finder.options_);
+  log.begin(capture::Operation::find, b ? 2 : 1,
+            form == capture::Form::buffer ? output->capacity : 0, static_cast<std::uint32_t>(form));
+  log.boxes(a);
+  if (b) log.boxes(*b);
+  std::atomic<std::uint64_t> sum{0};
+  const auto count_in = [&](const Pair* pairs, std::size_t count) {
+    sum += pair_checksum(pairs, count);
+    return (*consumer)(pairs, count);
+  };
+  const Consumer counting(count_in);
+  Result r = search(finder, a, b, output, consumer ? &counting : nullptr);
+  if (output)
+    sum = pair_checksum(output->data, static_cast<std::size_t>(r.written));
+  else if (!consumer)
+    sum = pair_checksum(finder.pairs_.data(), finder.pairs_.size());
+  log.told(sum);
+  log.answer(r);
+  return r;
+}
+
+template <class AnyBoxes>
+Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b,
+                            core::Output* output, const Consumer* consumer) {
+  Result r;
+  if (!finder.state_) {
+    std::pmr::memory_resource* memory = finder.options_.memory;
+    if (!memory) memory = cpu::large_blocks();
+    const std::size_t cap = consumer ? finder.options_.memory_cap_bytes : 0;
+    if (cap != 0 && cap < sizeof(Finder::State)) {
+      // Not even that. The backend, asked without one byte to spare, knows what would do.
+      alignas(Finder::State) unsigned char spot[sizeof(Finder::State)];
+      auto* state = new (spot) Finder::State(memory);
+      r = state->find(a, b, finder.options_, output, consumer);
+      state->~State();
+      return r;
+    }
+    void* room = take_room(*memory, sizeof(Finder::State), alignof(Finder::State), r);
+    if (!room) return r;
+    finder.state_ = new (room) Finder::State(memory);
+  }
+  const cpu::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
+  core::Output own{pairs.data(), pairs.capacity(), room, &finder};
+  if (!output && !consumer) output = &own;
+  r = finder.state_->find(a, b, finder.options_, output, consumer);
+  if (output == &own && r.ok()) finder.pairs_ = {own.data, static_cast<std::size_t>(r.found)};
+  return r;
+}
+
+// In the finder's own memory.
+Pair* FinderAccess::room(void* finder, std::size_t count) noexcept {
+  return cpu::room_for_pairs(&static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
+}
+
+Explanation FinderAccess::explain(Finder& finder, const Boxes& a, const Boxes* b) {
+  const Options& options = finder.options_;
+  Result r;
+  if (!valid_choices(options, r) || !valid_on_cpu(options, "a search is explained", r))
+    throw Error(r);
+  const Backend asked = options.backend;
+  finder.options_.backend = Backend::cpu;
+  r = run<Boxes>(finder, a, b, nullptr, nullptr);
+  finder.options_.backend = asked;
+  if (!r.ok()) throw Error(r);
+  return describe(a, b, options, r, finder.state_->cpu);
+}
+
+template Result FinderAccess::run(Finder&, const Boxes&, const Boxes*, core::Output*,
+                                  const Consumer*);
+template Result FinderAccess::run(Finder&, const DoubleBoxes&, const DoubleBoxes*, core::Output*,
+                                  const Consumer*);
+
+Finder::~Finder() {
+  if (!state_) return;
+  std::pmr::memory_resource* memory = state_->resource;
+  state_->~State();
+  memory->deallocate(state_, sizeof(State), alignof(State));
+}
+Finder::Finder(Finder&& other) noexcept
+    : state_(std::exchange(other.state_, nullptr)),
+      options_(other.options_),
+      pairs_(std::exchange(other.pairs_, {})) {}
+Finder& Finder::operator=(Finder&& other) noexcept {
+  std::swap(state_, other.state_);
+  std::swap(options_, other.options_);
+  std::swap(pairs_, other.pairs_);
+  return *this;
+}
+std::size_t Finder::memory_bytes() const noexcept { return state_ ? state_->held() : 0; }
+
+namespace {
+
+core::Output into(Pair* out, std::size_t capacity) noexcept {
+  return {out, out ? capacity : 0, nullptr, nullptr};
+}
+
+}  // namespace
+
+Result Finder::find(const Boxes& boxes) noexcept {
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, nullptr, nullptr);
+}
+Result Finder::find(const Boxes& a, const Boxes& b) noexcept {
+  return FinderAccess::run<Boxes>(*this, a, &b, nullptr, nullptr);
+}
+Result Finder::find(const Boxes& boxes, Pair* out, std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, &output, nullptr);
+}
+Result Finder::find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<Boxes>(*this, a, &b, &output, nullptr);
+}
+Result Finder::consume(const Boxes& boxes, Consumer consumer) {
+  return FinderAccess::run<Boxes>(*this, boxes, nullptr, nullptr, &consumer);
+}
+Result Finder::consume(const Boxes& a, const Boxes& b, Consumer consumer) {
+  return FinderAccess::run<Boxes>(*this, a, &b, nullptr, &consumer);
+}
+
+Result Finder::find(const DoubleBoxes& boxes) noexcept {
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, nullptr, nullptr);
+}
+Result Finder::find(const DoubleBoxes& a, const DoubleBoxes& b) noexcept {
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, nullptr, nullptr);
+}
+Result Finder::find(const DoubleBoxes& boxes, Pair* out, std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, &output, nullptr);
+}
+Result Finder::find(const DoubleBoxes& a, const DoubleBoxes& b, Pair* out,
+                    std::size_t capacity) noexcept {
+  core::Output output = into(out, capacity);
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, &output, nullptr);
+}
+Result Finder::consume(const DoubleBoxes& boxes, Consumer consumer) {
+  return FinderAccess::run<DoubleBoxes>(*this, boxes, nullptr, nullptr, &consumer);
+}
+Result Finder::consume(const DoubleBoxes& a, const DoubleBoxes& b, Consumer consumer) {
+  return FinderAccess::run<DoubleBoxes>(*this, a, &b, nullptr, &consumer);
+}
+
+Explanation Finder::explain(const Boxes& boxes) {
+  return FinderAccess::explain(*this, boxes, nullptr);
+}
+Explanation Finder::explain(const Boxes& a, const Boxes& b) {
+  return FinderAccess::explain(*this, a, &b);
+}
+
+}  // namespace throng

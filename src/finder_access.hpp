@@ -1,0 +1,38 @@
+// What the public forms of a search have in common: they are written down where capturing is asked
+// for, checked, and answered by a Finder's backends.
+#pragma once
+
+#include <cstddef>
+
+#include <throng/finder.hpp>
+
+#include "core/output.hpp"
+
+namespace throng {
+
+struct FinderAccess {
+  // b null: one set. Pairs go to `output` or `consumer`, or, where both are null, into the finder's
+  // own memory. Boxes or DoubleBoxes.
+  template <class AnyBoxes>
+  static Result run(Finder&, const AnyBoxes& a, const AnyBoxes* b, core::Output* output,
+                    const Consumer* consumer);
+  // Room for so many pairs in the finder's own memory; null where there is none. `finder` points to
+  // a Finder that has been run.
+  static Pair* room(void* finder, std::size_t count) noexcept;
+  // Throws Error.
+  static Explanation explain(Finder&, const Boxes& a, const Boxes* b);
+
+ private:
+  static Result captured(const char* folder, Finder&, const Boxes& a, const Boxes* b, core::Output*,
+                         const Consumer*);
+  template <class AnyBoxes>
+  static Result search(Finder&, const AnyBoxes& a, const AnyBoxes* b, core::Output*,
+                       const Consumer*);
+};
+
+extern template Result FinderAccess::run(Finder&, const Boxes&, const Boxes*, core::Output*,
+                                         const Consumer*);
+extern template Result FinderAccess::run(Finder&, const DoubleBoxes&, const DoubleBoxes*,
+                                         core::Output*, const Consumer*);
+
+}  // namespace throng
