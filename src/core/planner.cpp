@@ -1,6 +1,7 @@
 #include "core/planner.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cmath>
 
@@ -74,54 +75,104 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   return range;
 }
 
-// The chance that two boxes of the sample share a cell, `side` of them along each axis, over that
-// of evenly spread ones. Two different boxes: a box counted with itself would make small samples
-// look crowded.
-double crowding_in(int side, const Corners* sample, std::uint32_t count, const Range& range,
-                   const double* extent) noexcept {
-  // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
-  // that axis is one cell.
-  int cells_along[3], stride[3], all = 1;
-  double scale[3];
-  for (int k = 0; k < 3; ++k) {
-    const double length = range.upper[k] - range.lower[k];
-    cells_along[k] = 4 * extent[k] >= length ? 1 : side;
-    scale[k] = cells_along[k] / std::max(length, least_length);
-    stride[k] = all;
-    all *= cells_along[k];
-  }
-  // By the low bits of a cell's number, or the next place that is free.
-  constexpr int places = 2 * max_sample;
-  std::int32_t cell[places];
-  std::uint16_t boxes[places];
-  std::fill(cell, cell + places, -1);
-  double same = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    int at = 0;
+// Where the boxes of a sample lie: the number of a cell along each axis, of 2^finest all along the
+// range.
+constexpr int finest = Stats::halvings - 1;
+struct Places {
+  std::uint32_t count;
+  std::uint8_t along[3][max_sample];
+
+  Places(const Corners* sample, std::uint32_t boxes, const Range& range) noexcept : count(boxes) {
     for (int k = 0; k < 3; ++k) {
-      const double part = (sample[i].centre(k) - range.lower[k]) * scale[k];
-      at += stride[k] * static_cast<int>(std::clamp(part, 0.0, cells_along[k] - 1.0));
+      constexpr double most = 1 << finest;
+      const double scale = most / std::max(range.upper[k] - range.lower[k], least_length);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const double part = (sample[i].centre(k) - range.lower[k]) * scale;
+        along[k][i] = static_cast<std::uint8_t>(std::clamp(part, 0.0, most - 1));
+      }
     }
-    int place = at % places;
-    while (cell[place] != at && cell[place] != -1) place = (place + 1) % places;
-    if (cell[place] == -1) boxes[place] = 0;
-    cell[place] = at;
-    same += boxes[place]++;
   }
-  // What chance may have brought is left out.
-  const double chance = (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
-  return chance * all;
+};
+
+// The chance that two of `count` boxes share something, where `same` pairs of them do. Two
+// different boxes: a box counted with itself would make small samples look crowded. What chance may
+// have brought is left out.
+double chance_of(double same, std::uint32_t count) noexcept {
+  return (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
+}
+
+// The chance that two boxes of the sample share a cell, where 2^halvings[k] of them lie along an
+// axis.
+double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept {
+  // By the low bits of a cell's number, or the next slot that is free.
+  constexpr unsigned slots = 2 * max_sample;
+  std::uint32_t cell[slots];  // its number, and one more
+  std::uint16_t boxes[slots];
+  std::fill(cell, cell + slots, 0u);
+  const auto of = [&](int k, std::uint32_t i) {
+    return std::uint32_t{places.along[k][i]} >> (finest - halvings[k]);
+  };
+  std::uint64_t same = 0;
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    const std::uint32_t at = ((of(2, i) << halvings[1] | of(1, i)) << halvings[0] | of(0, i)) + 1;
+    unsigned slot = at % slots;
+    while (cell[slot] != at && cell[slot] != 0) slot = (slot + 1) % slots;
+    if (cell[slot] == 0) boxes[slot] = 0;
+    cell[slot] = at;
+    same += boxes[slot]++;
+  }
+  return chance_of(static_cast<double>(same), places.count);
+}
+
+// The same of an axis by itself, of each number of cells.
+void measure_axis(const Places& places, int axis, double (&chance)[Stats::halvings]) noexcept {
+  std::uint32_t boxes[1 << finest] = {};
+  for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
+  for (int r = finest; r >= 0; --r) {
+    std::uint64_t same = 0;
+    for (int c = 0; c < 1 << r; ++c) same += std::uint64_t{boxes[c]} * (boxes[c] - 1) / 2;
+    chance[r] = std::max(chance_of(static_cast<double>(same), places.count), 1.0 / (1 << r));
+    for (int c = 0; c < 1 << r; c += 2) boxes[c / 2] = boxes[c] + boxes[c + 1];
+  }
 }
 
 // How many times more neighbours a box has than if all were spread evenly. Where cells of an eighth
 // of the range are crowded, smaller ones may be more so.
 constexpr double crowded_from = 2;
-double crowding(const Corners* sample, std::uint32_t count, const Range& range,
-                const double* extent) noexcept {
-  if (count < 128) return 1;
-  double most = crowding_in(8, sample, count, range, extent);
-  if (most > crowded_from) most = std::max(most, crowding_in(32, sample, count, range, extent));
-  return std::clamp(most, 1.0, 4096.0);
+void measure_crowding(const Places& places, const Range& range, Stats& s) noexcept {
+  if (places.count < 128) return;
+  // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
+  // that axis is one cell.
+  int halvings[3], all = 0;
+  for (int k = 0; k < 3; ++k) {
+    halvings[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : 3;
+    all += halvings[k];
+  }
+  double most = std::ldexp(chance_in_cells(places, halvings), all);
+  if (most > crowded_from) {
+    int smaller[3], of_smaller = 0;
+    for (int k = 0; k < 3; ++k) of_smaller += smaller[k] = halvings[k] == 0 ? 0 : 5;
+    const double crowding = std::ldexp(chance_in_cells(places, smaller), of_smaller);
+    if (crowding > most) {
+      most = crowding;
+      std::copy(smaller, smaller + 3, halvings);
+    }
+  }
+  s.crowding = std::clamp(most, 1.0, 4096.0);
+  s.crowded = s.crowding > crowded_from;
+  if (!s.crowded) return;
+  for (int k = 0; k < 3; ++k) measure_axis(places, k, s.together[k]);
+  const auto beyond = [&](const int(&cells)[3]) {
+    double by_axes = 1;
+    for (int k = 0; k < 3; ++k) by_axes *= s.together[k][cells[k]];
+    return std::max(1.0, chance_in_cells(places, cells) / by_axes);
+  };
+  s.beyond_all = beyond(halvings);
+  for (int k = 0; k < 3; ++k) {
+    int across[3] = {halvings[0], halvings[1], halvings[2]};
+    across[k] = 0;
+    s.beyond_across[k] = std::min(s.beyond_all, beyond(across));
+  }
 }
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
@@ -150,6 +201,17 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
 
 }  // namespace
 
+double Stats::chance_together(std::uint32_t axis, std::uint32_t cells) const noexcept {
+  const double* const chance = together[axis];
+  const int r = std::bit_width(cells) - 1;
+  const double whole = std::uint32_t{1} << r;
+  if (r >= finest) {  // as from the last but one to the last
+    const double fall = std::max(-1.0, std::log2(chance[finest] / chance[finest - 1]));
+    return chance[finest] * std::pow(cells / double{1 << finest}, fall);
+  }
+  return chance[r] + (chance[r + 1] - chance[r]) * (cells / whole - 1);
+}
+
 Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept {
   Stats s;
@@ -177,7 +239,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
     s.extent[k] /= count;
     s.product[k] /= count;
   }
-  s.crowding = crowding(sample, count, range, s.extent);
+  measure_crowding(Places(sample, count, range), range, s);
   return s;
 }
 
@@ -202,9 +264,10 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     extents[k] = range > 0 ? s.extent[k] : length[k];
   }
   const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
-  // Columns swept along x, as far as their number does not matter.
+  // Columns swept along x, as far as their number does not matter. `window`: the share of a
+  // column's boxes that begin within one of them.
   struct Sweep {
-    double share_x, share_y, share_z, share_yz, word_parts, most_parts;
+    double share_x, share_y, share_z, share_yz, window, word_parts, most_parts;
   };
   const auto along = [&](std::uint32_t x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
@@ -213,6 +276,12 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     sweep.share_y = extents[y] / length[y];
     sweep.share_z = extents[z] / length[z];
     sweep.share_yz = s.product[x] / (length[y] * length[z]);
+    sweep.window = sweep.share_x;
+    if (s.crowded) {
+      const double cells = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
+      const double chance = s.chance_together(x, static_cast<std::uint32_t>(cells));
+      sweep.window = std::min(1.0, chance * s.beyond_all / s.beyond_across[x]);
+    }
     // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and
     // for an extent to be some words long, as equal words cost a look at the floats.
     sweep.word_parts = std::ceil(extent_words / (words_per_column * std::max(sweep.share_x, 1e-9)));
@@ -231,13 +300,22 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
            empty_ns * cy * cz;
   };
+  // Of the columns across x those that have boxes, as two boxes share one by that chance; where
+  // boxes are a little crowded, but spread over all columns, they have so many more neighbours.
+  const auto with_boxes = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz) {
+    if (!s.crowded) return static_cast<double>(cy) * cz / s.crowding;
+    const double y = s.chance_together((x + 1) % 3, cy);
+    const double z = s.chance_together((x + 2) % 3, cz);
+    return std::max(1.0, 1 / (y * z * s.beyond_across[x]));
+  };
   struct Price {
     double parts, replicas, cost;
   };
-  const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto price = [&](std::uint32_t x, const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double sections = static_cast<double>(cy) * cz;
     const double replicas = replicas_of(sweep, cy, cz);
-    const double per_column = n * replicas * s.crowding / sections;
+    const double full = with_boxes(x, cy, cz);
+    const double per_column = n * replicas / full;
     double parts = sweep.word_parts;
     if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
     if (parts > 1) {
@@ -246,10 +324,10 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     }
     const double cut = 1 + sweep.share_x * (parts - 1);
     const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
-                          sweep_cost(per_column * sweep.share_x);
+                          sweep_cost(per_column * sweep.window);
     const double cost =
         work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
-        (empty_ns + (column_ns - empty_ns) / s.crowding) * sections * parts;
+        (empty_ns * sections + (column_ns - empty_ns) * full) * parts;
     return Price{parts, replicas * cut, cost};
   };
   std::uint32_t best_columns[3] = {1, 1, 1};
@@ -279,7 +357,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
         const std::uint32_t cz = column_counts[z];
         if (static_cast<double>(cy) * cz > most_columns || !may_cut((x + 2) % 3, cz)) break;
         if (least(sweep, cy, cz) >= best.expected_ns) break;
-        const Price p = price(sweep, cy, cz);
+        const Price p = price(x, sweep, cy, cz);
         if (p.cost >= best.expected_ns) continue;
         take(x, cy, cz, p);
         best_y = y;
@@ -294,7 +372,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       if (static_cast<double>(cy) * cz > most_columns) continue;
       if (!may_cut((best.sweep_axis + 1) % 3, cy) || !may_cut((best.sweep_axis + 2) % 3, cz))
         continue;
-      const Price p = price(along_best, cy, cz);
+      const Price p = price(best.sweep_axis, along_best, cy, cz);
       if (p.cost < best.expected_ns) take(best.sweep_axis, cy, cz, p);
     }
   }
@@ -311,7 +389,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     for (double scale = double{cell_scale};; scale *= 1.125) {
       if (cell_scale < 1 && scale >= 1) break;  // the plan stands as it is
       const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
-      const Price p = price(along(x), cy, cz);
+      const Price p = price(x, along(x), cy, cz);
       const bool few =
           static_cast<double>(cy) * cz <= most_columns && p.replicas <= most_scaled_replicas;
       if (cell_scale < 1 && !few) continue;
@@ -319,7 +397,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       break;
     }
   }
-  best.crowded = s.crowding > crowded_from;
+  best.crowded = s.crowded;
   best.map = make_map(s, best_columns);
   best.reason = forced == Algorithm::grid ? "the grid was asked for"
                 : best.map.column_count() == 1

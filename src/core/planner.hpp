@@ -23,6 +23,17 @@ struct Stats {
   double product[3] = {0, 0, 0};  // mean product of the extents along the two other axes
   // How many times more neighbours a box has than if all were spread evenly over the range.
   double crowding = 1;
+
+  // Where boxes are crowded: the chance that two of them share one of 2^r cells along an axis; and
+  // how many times greater it is that they share cells across an axis, or of all three, than these
+  // chances would make it by themselves.
+  bool crowded = false;
+  static constexpr int halvings = 8;
+  double together[3][halvings] = {};
+  double beyond_across[3] = {1, 1, 1}, beyond_all = 1;
+
+  // The same for any number of cells.
+  double chance_together(std::uint32_t axis, std::uint32_t cells) const noexcept;
 };
 
 // Measures `count` <= max_sample active boxes.

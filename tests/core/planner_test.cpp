@@ -79,6 +79,35 @@ TEST(Planner, InfiniteBoxesSpoilNoPlan) {
   EXPECT_GT(p.map.column_count(), own.map.column_count() / 16);
 }
 
+// Of boxes in layers the chance to share a slab along that axis does not fall as there are more of
+// them, and no plan sweeps along it. Evenly spread boxes are not crowded.
+TEST(Planner, LayersAreSeen) {
+  EXPECT_FALSE(measure(tests::uniform_boxes(512, 3).data(), 512, 512, 512).crowded);
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    tests::BoxList boxes = tests::uniform_boxes(512, 3);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      float* const corner = &boxes[i].lower.x;
+      corner[axis] = i % 8 == 0 ? corner[axis] : 5;
+      corner[3 + axis] = corner[axis] + 0.01f;
+    }
+    const Stats s = measure(boxes.data(), 512, 100000, 100000);
+    EXPECT_TRUE(s.crowded);
+    for (std::uint32_t cells : {1u, 2u, 5u, 8u, 100u, 128u, 1000u, 1u << 20}) {
+      SCOPED_TRACE(cells);
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        EXPECT_GE(s.chance_together(k, cells), 0.99 / cells);
+        EXPECT_LE(s.chance_together(k, cells), 1);
+        if (k != axis) {
+          EXPECT_LE(s.chance_together(k, cells), 2.0 / cells);
+        } else if (cells <= 128) {
+          EXPECT_GE(s.chance_together(k, cells), 0.5);
+        }
+      }
+    }
+    EXPECT_NE(plan_of(boxes, 100000, 1).sweep_axis, axis);
+  }
+}
+
 // The plan is the cheapest: scaled, it is expected to cost more, and as much where nothing changed.
 TEST(Planner, ScaledPlansCostMore) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);
