@@ -1,179 +1,11 @@
 #include "core/planner.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cfloat>
 #include <cmath>
 
 namespace throng::core {
 namespace {
-
-// A range that is shorter counts as so long: below the least float, as boxes may be that small.
-constexpr double least_length = 1e-44;
-
-float clamp_finite(float x) noexcept {
-  return x < -FLT_MAX ? -FLT_MAX : (x > FLT_MAX ? FLT_MAX : x);
-}
-
-// A box of the sample. All axes go through each loop together, as one alone would wait for its
-// own sums.
-struct Corners {
-  float lower[3], upper[3];
-
-  double centre(int k) const noexcept { return 0.5 * double{lower[k]} + 0.5 * double{upper[k]}; }
-};
-
-Corners corners_of(const Box& b) noexcept {
-  return {{clamp_finite(b.lower.x), clamp_finite(b.lower.y), clamp_finite(b.lower.z)},
-          {clamp_finite(b.upper.x), clamp_finite(b.upper.y), clamp_finite(b.upper.z)}};
-}
-
-struct Range {
-  double lower[3], upper[3];
-};
-
-// All but a few boxes that stretch [low, high] far beyond the rest.
-void trim(const Corners* sample, std::uint32_t count, int k, double& low, double& high) noexcept {
-  float lowers[max_sample] = {}, uppers[max_sample] = {};
-  for (std::uint32_t i = 0; i < count; ++i) {
-    lowers[i] = sample[i].lower[k];
-    uppers[i] = sample[i].upper[k];
-  }
-  const std::uint32_t cut = count / 20;
-  std::nth_element(lowers, lowers + cut, lowers + count);
-  std::nth_element(uppers, uppers + (count - 1 - cut), uppers + count);
-  const double inner_low = lowers[cut];
-  const double inner_high = std::max(inner_low, double{uppers[count - 1 - cut]});
-  const double slack = 0.5 * (inner_high - inner_low);
-  low = std::max(low, inner_low - slack);
-  high = std::min(high, inner_high + slack);
-}
-
-// The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
-Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
-  float low[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, high[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
-  double mean[3] = {0, 0, 0}, deviation[3] = {0, 0, 0};
-  for (std::uint32_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], sample[i].lower[k]);
-      high[k] = std::max(high[k], sample[i].upper[k]);
-      mean[k] += sample[i].centre(k);
-    }
-  }
-  for (double& m : mean) m /= count;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) deviation[k] += std::fabs(sample[i].centre(k) - mean[k]);
-  }
-  Range range;
-  for (int k = 0; k < 3; ++k) {
-    range.lower[k] = low[k];
-    range.upper[k] = high[k];
-    // Uniform data spans 4 mean deviations, a normal distribution's sample of 512 about 8.
-    if (double{high[k]} - double{low[k]} <= 9 * deviation[k] / count || count < 8) continue;
-    trim(sample, count, k, range.lower[k], range.upper[k]);
-  }
-  return range;
-}
-
-// Where the boxes of a sample lie: the number of a cell along each axis, of 2^finest all along the
-// range.
-constexpr int finest = Stats::halvings - 1;
-struct Places {
-  std::uint32_t count;
-  std::uint8_t along[3][max_sample];
-
-  Places(const Corners* sample, std::uint32_t boxes, const Range& range) noexcept : count(boxes) {
-    for (int k = 0; k < 3; ++k) {
-      constexpr double most = 1 << finest;
-      const double scale = most / std::max(range.upper[k] - range.lower[k], least_length);
-      for (std::uint32_t i = 0; i < count; ++i) {
-        const double part = (sample[i].centre(k) - range.lower[k]) * scale;
-        along[k][i] = static_cast<std::uint8_t>(std::clamp(part, 0.0, most - 1));
-      }
-    }
-  }
-};
-
-// The chance that two of `count` boxes share something, where `same` pairs of them do. Two
-// different boxes: a box counted with itself would make small samples look crowded. What chance may
-// have brought is left out.
-double chance_of(double same, std::uint32_t count) noexcept {
-  return (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
-}
-
-// The chance that two boxes of the sample share a cell, where 2^halvings[k] of them lie along an
-// axis.
-double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept {
-  // By the low bits of a cell's number, or the next slot that is free.
-  constexpr unsigned slots = 2 * max_sample;
-  std::uint32_t cell[slots];  // its number, and one more
-  std::uint16_t boxes[slots];
-  std::fill(cell, cell + slots, 0u);
-  const auto of = [&](int k, std::uint32_t i) {
-    return std::uint32_t{places.along[k][i]} >> (finest - halvings[k]);
-  };
-  std::uint64_t same = 0;
-  for (std::uint32_t i = 0; i < places.count; ++i) {
-    const std::uint32_t at = ((of(2, i) << halvings[1] | of(1, i)) << halvings[0] | of(0, i)) + 1;
-    unsigned slot = at % slots;
-    while (cell[slot] != at && cell[slot] != 0) slot = (slot + 1) % slots;
-    if (cell[slot] == 0) boxes[slot] = 0;
-    cell[slot] = at;
-    same += boxes[slot]++;
-  }
-  return chance_of(static_cast<double>(same), places.count);
-}
-
-// The same of an axis by itself, of each number of cells.
-void measure_axis(const Places& places, int axis, double (&chance)[Stats::halvings]) noexcept {
-  std::uint32_t boxes[1 << finest] = {};
-  for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
-  for (int r = finest; r >= 0; --r) {
-    std::uint64_t same = 0;
-    for (int c = 0; c < 1 << r; ++c) same += std::uint64_t{boxes[c]} * (boxes[c] - 1) / 2;
-    chance[r] = std::max(chance_of(static_cast<double>(same), places.count), 1.0 / (1 << r));
-    for (int c = 0; c < 1 << r; c += 2) boxes[c / 2] = boxes[c] + boxes[c + 1];
-  }
-}
-
-// How many times more neighbours a box has than if all were spread evenly. Where cells of an eighth
-// of the range are crowded, smaller ones may be more so.
-constexpr double crowded_from = 2;
-void measure_crowding(const Places& places, const Range& range, Stats& s) noexcept {
-  if (places.count < 128) return;
-  // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
-  // that axis is one cell.
-  int halvings[3], all = 0;
-  for (int k = 0; k < 3; ++k) {
-    halvings[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : 3;
-    all += halvings[k];
-  }
-  double most = std::ldexp(chance_in_cells(places, halvings), all);
-  if (most > crowded_from) {
-    int smaller[3], of_smaller = 0;
-    for (int k = 0; k < 3; ++k) of_smaller += smaller[k] = halvings[k] == 0 ? 0 : 5;
-    const double crowding = std::ldexp(chance_in_cells(places, smaller), of_smaller);
-    if (crowding > most) {
-      most = crowding;
-      std::copy(smaller, smaller + 3, halvings);
-    }
-  }
-  s.crowding = std::clamp(most, 1.0, 4096.0);
-  s.crowded = s.crowding > crowded_from;
-  if (!s.crowded) return;
-  for (int k = 0; k < 3; ++k) measure_axis(places, k, s.together[k]);
-  const auto beyond = [&](const int(&cells)[3]) {
-    double by_axes = 1;
-    for (int k = 0; k < 3; ++k) by_axes *= s.together[k][cells[k]];
-    return std::max(1.0, chance_in_cells(places, cells) / by_axes);
-  };
-  s.beyond_all = beyond(halvings);
-  for (int k = 0; k < 3; ++k) {
-    int across[3] = {halvings[0], halvings[1], halvings[2]};
-    across[k] = 0;
-    s.beyond_across[k] = std::min(s.beyond_all, beyond(across));
-  }
-}
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
                                            14,  16,  20,  24,  28,  32,   40,   48,   56,   64,
@@ -200,48 +32,6 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
 }
 
 }  // namespace
-
-double Stats::chance_together(std::uint32_t axis, std::uint32_t cells) const noexcept {
-  const double* const chance = together[axis];
-  const int r = std::bit_width(cells) - 1;
-  const double whole = std::uint32_t{1} << r;
-  if (r >= finest) {  // as from the last but one to the last
-    const double fall = std::max(-1.0, std::log2(chance[finest] / chance[finest - 1]));
-    return chance[finest] * std::pow(cells / double{1 << finest}, fall);
-  }
-  return chance[r] + (chance[r + 1] - chance[r]) * (cells / whole - 1);
-}
-
-Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
-              std::uint64_t target_count) noexcept {
-  Stats s;
-  s.query_count = query_count;
-  s.target_count = target_count;
-  if (count == 0) return s;
-  Corners sample[max_sample];
-  for (std::uint32_t i = 0; i < count; ++i) sample[i] = corners_of(boxes[i]);
-  const Range range = trimmed_range(sample, count);
-  for (int k = 0; k < 3; ++k) {
-    s.lower[k] = static_cast<float>(range.lower[k]);
-    s.upper[k] = static_cast<float>(range.upper[k]);
-  }
-  for (std::uint32_t i = 0; i < count; ++i) {
-    double extent[3];
-    for (int k = 0; k < 3; ++k) {
-      const double l = std::max(double{sample[i].lower[k]}, range.lower[k]);
-      const double u = std::min(double{sample[i].upper[k]}, range.upper[k]);
-      extent[k] = std::max(0.0, u - l);
-      s.extent[k] += extent[k];
-    }
-    for (int k = 0; k < 3; ++k) s.product[k] += extent[(k + 1) % 3] * extent[(k + 2) % 3];
-  }
-  for (int k = 0; k < 3; ++k) {
-    s.extent[k] /= count;
-    s.product[k] /= count;
-  }
-  measure_crowding(Places(sample, count, range), range, s);
-  return s;
-}
 
 GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept {
@@ -306,7 +96,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     if (!s.crowded) return static_cast<double>(cy) * cz / s.crowding;
     const double y = s.chance_together((x + 1) % 3, cy);
     const double z = s.chance_together((x + 2) % 3, cz);
-    return std::max(1.0, 1 / (y * z * s.beyond_across[x]));
+    return 1 / std::min({y, z, y * z * s.beyond_across[x]});
   };
   struct Price {
     double parts, replicas, cost;

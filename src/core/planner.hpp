@@ -12,6 +12,8 @@
 namespace throng::core {
 
 constexpr std::uint32_t max_sample = 512;
+// A range that is shorter counts as so long: below the least float, as boxes may be that small.
+constexpr double least_length = 1e-44;
 
 // What a sample tells of all boxes.
 struct Stats {
