@@ -68,9 +68,9 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     sweep.share_yz = s.product[x] / (length[y] * length[z]);
     sweep.window = sweep.share_x;
     if (s.crowded) {
-      const double cells = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
-      const double chance = s.chance_together(x, static_cast<std::uint32_t>(cells));
-      sweep.window = std::min(1.0, chance * s.beyond_all / s.beyond_across[x]);
+      const double slabs = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
+      const double filled = s.filled_slabs(x, static_cast<std::uint32_t>(slabs));
+      sweep.window = std::min(1.0, s.beyond_all / (s.beyond_across[x] * filled));
     }
     // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and
     // for an extent to be some words long, as equal words cost a look at the floats.
@@ -94,9 +94,8 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   // boxes are a little crowded, but spread over all columns, they have so many more neighbours.
   const auto with_boxes = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz) {
     if (!s.crowded) return static_cast<double>(cy) * cz / s.crowding;
-    const double y = s.chance_together((x + 1) % 3, cy);
-    const double z = s.chance_together((x + 2) % 3, cz);
-    return 1 / std::min({y, z, y * z * s.beyond_across[x]});
+    const double y = s.filled_slabs((x + 1) % 3, cy), z = s.filled_slabs((x + 2) % 3, cz);
+    return std::max({y, z, y * z / s.beyond_across[x]});
   };
   struct Price {
     double parts, replicas, cost;

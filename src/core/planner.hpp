@@ -26,16 +26,17 @@ struct Stats {
   // How many times more neighbours a box has than if all were spread evenly over the range.
   double crowding = 1;
 
-  // Where boxes are crowded: the chance that two of them share one of 2^r cells along an axis; and
-  // how many times greater it is that they share cells across an axis, or of all three, than these
-  // chances would make it by themselves.
+  // Where boxes are crowded, it matters along which axes. Of 2^r slabs along an axis, how many
+  // there would be if all had as many boxes, for two boxes to share one by the same chance; and how
+  // many times greater the chance is that two share cells across an axis, or of all three, than
+  // these make it by themselves.
   bool crowded = false;
   static constexpr int halvings = 8;
-  double together[3][halvings] = {};
+  double filled[3][halvings] = {};
   double beyond_across[3] = {1, 1, 1}, beyond_all = 1;
 
-  // The same for any number of cells.
-  double chance_together(std::uint32_t axis, std::uint32_t cells) const noexcept;
+  // The same of any number of slabs.
+  double filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept;
 };
 
 // Measures `count` <= max_sample active boxes.

@@ -122,14 +122,15 @@ double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept 
   return chance_of(static_cast<double>(same), places.count);
 }
 
-// The same of an axis by itself, of each number of cells.
-void measure_axis(const Places& places, int axis, double (&chance)[Stats::halvings]) noexcept {
+// Of an axis by itself: see Stats::filled.
+void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvings]) noexcept {
   std::uint32_t boxes[1 << finest] = {};
   for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
   for (int r = finest; r >= 0; --r) {
     std::uint64_t same = 0;
     for (int c = 0; c < 1 << r; ++c) same += std::uint64_t{boxes[c]} * (boxes[c] - 1) / 2;
-    chance[r] = std::max(chance_of(static_cast<double>(same), places.count), 1.0 / (1 << r));
+    const double all = 1 << r;
+    filled[r] = 1 / std::max(chance_of(static_cast<double>(same), places.count), 1 / all);
     for (int c = 0; c < 1 << r; c += 2) boxes[c / 2] = boxes[c] + boxes[c + 1];
   }
 }
@@ -161,15 +162,15 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
   if (!s.crowded) return;
   for (int k = 0; k < 3; ++k) {
     if (halvings[k] != 0) {
-      measure_axis(places, k, s.together[k]);
+      measure_slabs(places, k, s.filled[k]);
     } else {
-      for (int r = 0; r <= finest; ++r) s.together[k][r] = 1.0 / (1 << r);
+      for (int r = 0; r <= finest; ++r) s.filled[k][r] = 1 << r;
     }
   }
   const auto beyond = [&](const int(&cells)[3]) {
     double by_axes = 1;
-    for (int k = 0; k < 3; ++k) by_axes *= s.together[k][cells[k]];
-    return std::max(1.0, chance_in_cells(places, cells) / by_axes);
+    for (int k = 0; k < 3; ++k) by_axes *= s.filled[k][cells[k]];
+    return std::max(1.0, chance_in_cells(places, cells) * by_axes);
   };
   s.beyond_all = beyond(halvings);
   for (int k = 0; k < 3; ++k) {
@@ -181,15 +182,15 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
 
 }  // namespace
 
-double Stats::chance_together(std::uint32_t axis, std::uint32_t cells) const noexcept {
-  const double* const chance = together[axis];
-  const int r = std::bit_width(cells) - 1;
+double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept {
+  const double* const of = filled[axis];
+  const int r = std::bit_width(slabs) - 1;
   const double whole = std::uint32_t{1} << r;
   if (r >= finest) {  // as from the last but one to the last
-    const double fall = std::max(-1.0, std::log2(chance[finest] / chance[finest - 1]));
-    return chance[finest] * std::pow(cells / double{1 << finest}, fall);
+    const double rise = std::min(1.0, std::log2(of[finest] / of[finest - 1]));
+    return of[finest] * std::pow(slabs / double{1 << finest}, rise);
   }
-  return chance[r] + (chance[r + 1] - chance[r]) * (cells / whole - 1);
+  return of[r] + (of[r + 1] - of[r]) * (slabs / whole - 1);
 }
 
 Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
