@@ -128,7 +128,10 @@ void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvi
   for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
   for (int r = finest; r >= 0; --r) {
     std::uint64_t same = 0;
-    for (int c = 0; c < 1 << r; ++c) same += std::uint64_t{boxes[c]} * (boxes[c] - 1) / 2;
+    for (int c = 0; c < 1 << r; ++c) {
+      const std::uint64_t of_slab = boxes[c];
+      same += (of_slab * of_slab - of_slab) / 2;
+    }
     const double all = 1 << r;
     filled[r] = 1 / std::max(chance_of(static_cast<double>(same), places.count), 1 / all);
     for (int c = 0; c < 1 << r; c += 2) boxes[c / 2] = boxes[c] + boxes[c + 1];
@@ -187,7 +190,7 @@ double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexce
   const int r = std::bit_width(slabs) - 1;
   const double whole = std::uint32_t{1} << r;
   if (r >= finest) {  // as from the last but one to the last
-    const double rise = std::min(1.0, std::log2(of[finest] / of[finest - 1]));
+    const double rise = std::clamp(std::log2(of[finest] / of[finest - 1]), 0.0, 1.0);
     return of[finest] * std::pow(slabs / double{1 << finest}, rise);
   }
   return of[r] + (of[r + 1] - of[r]) * (slabs / whole - 1);

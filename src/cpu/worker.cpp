@@ -113,8 +113,11 @@ void Worker::tell(Told told, const Frame* frame) {
   ask_kinds_ = s.kinds && (all || !s.kinds->words_tell_all());
   ask_worlds_ = s.any_worlds || (all && s.wide_worlds);
   ask_doubles_ = all && s.doubles;
-  const bool as_found = !frame && !ask_kinds_ && !ask_worlds_ && !ask_doubles_ && !s.owners;
-  s.sink&& as_found ? go_straight() : stage();
+  const bool ask = ask_kinds_ || ask_worlds_ || ask_doubles_ || s.owners;
+  if (s.sink && !frame && !ask)
+    go_straight();
+  else
+    stage();
 }
 
 void Worker::told(Told told, const Frame* frame) {
