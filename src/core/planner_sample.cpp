@@ -187,7 +187,7 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
 
 double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept {
   const double* const of = filled[axis];
-  const int r = std::bit_width(slabs) - 1;
+  const unsigned r = static_cast<unsigned>(std::bit_width(std::max(slabs, 1u))) - 1;
   const double whole = std::uint32_t{1} << r;
   if (r >= finest) {  // as from the last but one to the last
     const double rise = std::clamp(std::log2(of[finest] / of[finest - 1]), 0.0, 1.0);
