@@ -1,4 +1,4 @@
-// The short forms: a search into a vector, with a Finder of its own.
+// The short forms: a search into a vector, with a Finder of its own; and doubles rounded outward.
 #include <throng/throng.hpp>
 
 #include "core/bounds.hpp"

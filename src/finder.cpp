@@ -1,5 +1,4 @@
 // The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
-#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <new>
@@ -9,7 +8,6 @@
 
 #include "automatic.hpp"
 #include "capture/log.hpp"
-#include "core/bounds.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
 #include "cpu/large_pages.hpp"

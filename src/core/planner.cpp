@@ -57,11 +57,13 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   // Columns swept along x, as far as their number does not matter. `window`: the share of a
   // column's boxes that begin within one of them.
   struct Sweep {
+    std::uint32_t x;
     double share_x, share_y, share_z, share_yz, window, word_parts, most_parts;
   };
   const auto along = [&](std::uint32_t x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
     Sweep sweep;
+    sweep.x = x;
     sweep.share_x = std::min(1.0, extents[x] / length[x]);
     sweep.share_y = extents[y] / length[y];
     sweep.share_z = extents[z] / length[z];
@@ -92,18 +94,19 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   };
   // Of the columns across x those that have boxes, as two boxes share one by that chance; where
   // boxes are a little crowded, but spread over all columns, they have so many more neighbours.
-  const auto with_boxes = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz) {
+  const auto with_boxes = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     if (!s.crowded) return static_cast<double>(cy) * cz / s.crowding;
-    const double y = s.filled_slabs((x + 1) % 3, cy), z = s.filled_slabs((x + 2) % 3, cz);
-    return std::max({y, z, y * z / s.beyond_across[x]});
+    const double y = s.filled_slabs((sweep.x + 1) % 3, cy);
+    const double z = s.filled_slabs((sweep.x + 2) % 3, cz);
+    return std::max({y, z, y * z / s.beyond_across[sweep.x]});
   };
   struct Price {
     double parts, replicas, cost;
   };
-  const auto price = [&](std::uint32_t x, const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double sections = static_cast<double>(cy) * cz;
     const double replicas = replicas_of(sweep, cy, cz);
-    const double full = with_boxes(x, cy, cz);
+    const double full = with_boxes(sweep, cy, cz);
     const double per_column = n * replicas / full;
     double parts = sweep.word_parts;
     if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
@@ -146,7 +149,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
         const std::uint32_t cz = column_counts[z];
         if (static_cast<double>(cy) * cz > most_columns || !may_cut((x + 2) % 3, cz)) break;
         if (least(sweep, cy, cz) >= best.expected_ns) break;
-        const Price p = price(x, sweep, cy, cz);
+        const Price p = price(sweep, cy, cz);
         if (p.cost >= best.expected_ns) continue;
         take(x, cy, cz, p);
         best_y = y;
@@ -161,7 +164,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       if (static_cast<double>(cy) * cz > most_columns) continue;
       if (!may_cut((best.sweep_axis + 1) % 3, cy) || !may_cut((best.sweep_axis + 2) % 3, cz))
         continue;
-      const Price p = price(best.sweep_axis, along_best, cy, cz);
+      const Price p = price(along_best, cy, cz);
       if (p.cost < best.expected_ns) take(best.sweep_axis, cy, cz, p);
     }
   }
@@ -178,7 +181,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     for (double scale = double{cell_scale};; scale *= 1.125) {
       if (cell_scale < 1 && scale >= 1) break;  // the plan stands as it is
       const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
-      const Price p = price(x, along(x), cy, cz);
+      const Price p = price(along(x), cy, cz);
       const bool few =
           static_cast<double>(cy) * cz <= most_columns && p.replicas <= most_scaled_replicas;
       if (cell_scale < 1 && !few) continue;

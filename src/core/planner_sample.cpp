@@ -145,41 +145,45 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
   if (places.count < 128) return;
   // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
   // that axis is one cell.
-  int halvings[3], all = 0;
-  for (int k = 0; k < 3; ++k) {
-    halvings[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : 3;
-    all += halvings[k];
-  }
-  double most = std::ldexp(chance_in_cells(places, halvings), all);
-  if (most > crowded_from) {
-    int smaller[3], of_smaller = 0;
-    for (int k = 0; k < 3; ++k) of_smaller += smaller[k] = halvings[k] == 0 ? 0 : 5;
-    const double crowding = std::ldexp(chance_in_cells(places, smaller), of_smaller);
-    if (crowding > most) {
-      most = crowding;
-      std::copy(smaller, smaller + 3, halvings);
+  struct Cells {
+    int halvings[3];
+    double chance, crowding;
+  };
+  const auto look_into = [&](int halvings) {
+    Cells cells;
+    int all = 0;
+    for (int k = 0; k < 3; ++k) {
+      cells.halvings[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : halvings;
+      all += cells.halvings[k];
     }
+    cells.chance = chance_in_cells(places, cells.halvings);
+    cells.crowding = std::ldexp(cells.chance, all);
+    return cells;
+  };
+  Cells cells = look_into(3);
+  if (cells.crowding > crowded_from) {
+    const Cells smaller = look_into(5);
+    if (smaller.crowding > cells.crowding) cells = smaller;
   }
-  s.crowding = std::clamp(most, 1.0, 4096.0);
+  s.crowding = std::clamp(cells.crowding, 1.0, 4096.0);
   s.crowded = s.crowding > crowded_from;
   if (!s.crowded) return;
   for (int k = 0; k < 3; ++k) {
-    if (halvings[k] != 0) {
+    if (cells.halvings[k] != 0) {
       measure_slabs(places, k, s.filled[k]);
     } else {
       for (int r = 0; r <= finest; ++r) s.filled[k][r] = 1 << r;
     }
   }
-  const auto beyond = [&](const int(&cells)[3]) {
-    double by_axes = 1;
-    for (int k = 0; k < 3; ++k) by_axes *= s.filled[k][cells[k]];
-    return std::max(1.0, chance_in_cells(places, cells) * by_axes);
+  const auto beyond = [&](const int(&halvings)[3], double chance) {
+    for (int k = 0; k < 3; ++k) chance *= s.filled[k][halvings[k]];
+    return std::max(1.0, chance);
   };
-  s.beyond_all = beyond(halvings);
+  s.beyond_all = beyond(cells.halvings, cells.chance);
   for (int k = 0; k < 3; ++k) {
-    int across[3] = {halvings[0], halvings[1], halvings[2]};
+    int across[3] = {cells.halvings[0], cells.halvings[1], cells.halvings[2]};
     across[k] = 0;
-    s.beyond_across[k] = std::min(s.beyond_all, beyond(across));
+    s.beyond_across[k] = std::min(s.beyond_all, beyond(across, chance_in_cells(places, across)));
   }
 }
 

@@ -82,7 +82,7 @@ void Worker::begin(Search& search) {
   gap_ = room_ = Room{};
   maybe_cursor = unsure_.room(staging_maybe + emit_slack, true);
   maybe_limit = maybe_cursor + staging_maybe;
-  tell(Told::by_words, nullptr);
+  take_from(Source::words, nullptr);
 }
 
 // Pairs are staged from now on.
@@ -105,10 +105,10 @@ void Worker::go_straight() {
   limit = room_.end - emit_slack;
 }
 
-void Worker::tell(Told told, const Frame* frame) {
+void Worker::take_from(Source source, const Frame* frame) {
   const Search& s = *search_;
-  const bool all = told == Told::by_brute_force;
-  told_ = told;
+  const bool all = source == Source::brute_force;
+  source_ = source;
   frame_ = frame;
   ask_kinds_ = s.kinds && (all || !s.kinds->words_tell_all());
   ask_worlds_ = s.any_worlds || (all && s.wide_worlds);
@@ -120,10 +120,10 @@ void Worker::tell(Told told, const Frame* frame) {
     stage();
 }
 
-void Worker::told(Told told, const Frame* frame) {
-  if (told == told_ && frame == frame_) return;
+void Worker::switch_to(Source source, const Frame* frame) {
+  if (source == source_ && frame == frame_) return;
   drain();
-  tell(told, frame);
+  take_from(source, frame);
 }
 
 void Worker::drain() {

@@ -62,8 +62,8 @@ class Worker : public Emit {
   void finish();
   // Whose pairs come from now on, until told otherwise: those of a search by words; or of brute
   // force, which knows of no kinds, no worlds and no doubles, and tells the labels of a frame.
-  void by_words() { told(Told::by_words, nullptr); }
-  void by_brute_force(const Frame* frame) { told(Told::by_brute_force, frame); }
+  void by_words() { switch_to(Source::words, nullptr); }
+  void by_brute_force(const Frame* frame) { switch_to(Source::brute_force, frame); }
   // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
@@ -78,9 +78,9 @@ class Worker : public Emit {
  private:
   static void flush_sure(Emit* emit);
   static void flush_unsure(Emit* emit);
-  enum class Told : bool { by_words, by_brute_force };
-  void told(Told told, const Frame* frame);
-  void tell(Told told, const Frame* frame);
+  enum class Source : bool { words, brute_force };
+  void switch_to(Source source, const Frame* frame);
+  void take_from(Source source, const Frame* frame);
   void stage() noexcept;
   void go_straight();
   void next_room();
@@ -89,7 +89,7 @@ class Worker : public Emit {
 
   Memory* memory_;
   Search* search_ = nullptr;
-  Told told_ = Told::by_words;
+  Source source_ = Source::words;
   const Frame* frame_ = nullptr;
   Level* levels_[max_depth + 1] = {};  // the last for brute force in the innermost grid
   Buffer<Pair> sure_, unsure_;
