@@ -66,9 +66,11 @@ THRONG_HD inline Touch touch(const Sweep& sweep, const Box& b) noexcept {
 // further, by more than arithmetic may have rounded: whatever touch() says is met between the two
 // overlaps this box.
 //
-// touch() is off by some 2^-51 of the numbers that meet in it, for which a bound is put 2^-40 of
-// them further out. And a bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for
-// which it is put out by 2^-22 of itself and 2^-140.
+// Until time `end` touch() is off by some 2^-51 of the numbers that meet in it: the bounds, and how
+// far the sweep has come by then, |by| * end. A bound is put 2^-40 of their sum further out. So a
+// sweep that is far longer than its way through the objects is held as closely as a short one. And a
+// bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for which it is put out by
+// 2^-22 of itself and 2^-140. What holds until a time holds until any earlier one.
 class Cover {
  public:
   Cover() noexcept = default;
@@ -77,27 +79,32 @@ class Cover {
     axes_of(sweep, axes);
     for (int k = 0; k < 3; ++k) {
       by_[k] = axes[k].by;
-      lower_[k] = axes[k].lower - slack(axes[k].lower, by_[k]);
-      upper_[k] = axes[k].upper + slack(axes[k].upper, by_[k]);
+      lower_[k] = axes[k].lower;
+      upper_[k] = axes[k].upper;
     }
   }
   THRONG_HD Box operator()(double begin, double end) const noexcept {
     float lower[3], upper[3];
     for (int k = 0; k < 3; ++k) {
       const double a = by_[k] * begin, b = by_[k] * end;
-      lower[k] = below(lower_[k] + (a < b ? a : b));
-      upper[k] = -below(-upper_[k] - (a < b ? b : a));
+      lower[k] = below(this->lower(k, end) + (a < b ? a : b));
+      upper[k] = -below(-this->upper(k, end) - (a < b ? b : a));
     }
     return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
   }
-  // Along an axis: its bounds at the start, not for floats, and how far it goes.
-  double lower(int k) const noexcept { return lower_[k]; }
-  double upper(int k) const noexcept { return upper_[k]; }
+  // Along an axis: its bounds at the start, not for floats, as they hold until `end`, and how far it
+  // goes until time 1.
+  THRONG_HD double lower(int k, double end) const noexcept {
+    return lower_[k] - slack(lower_[k], by_[k] * end);
+  }
+  THRONG_HD double upper(int k, double end) const noexcept {
+    return upper_[k] + slack(upper_[k], by_[k] * end);
+  }
   double by(int k) const noexcept { return by_[k]; }
 
  private:
-  THRONG_HD static double slack(double x, double by) noexcept {
-    return is_finite(x) ? (fabs(x) + fabs(by)) * 0x1p-40 : 0.0;
+  THRONG_HD static double slack(double x, double way) noexcept {
+    return is_finite(x) ? (fabs(x) + fabs(way)) * 0x1p-40 : 0.0;
   }
   THRONG_HD static float below(double x) noexcept {
     const double out = x - fabs(x) * 0x1p-22 - 0x1p-140;

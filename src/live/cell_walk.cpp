@@ -34,8 +34,8 @@ void CellWalk::add_ways(const core::Cover& cover) noexcept {
     const double furthest = 1 + std::max(std::fabs(static_cast<double>(whole_.lower[k])),
                                          std::fabs(static_cast<double>(whole_.upper[k])));
     slack[k] = 1 + furthest * 0x1p-22;
-    lower_[k] = cover.lower(k) * scale - furthest * 0x1p-22;
-    upper_[k] = cover.upper(k) * scale + furthest * 0x1p-22;
+    lower_[k] = cover.lower(k, inside_.leave) * scale - furthest * 0x1p-22;
+    upper_[k] = cover.upper(k, inside_.leave) * scale + furthest * 0x1p-22;
     by_[k] = cover.by(k) * scale;
     inverse[k] = 1 / by_[k];
   }

@@ -43,6 +43,8 @@ class FilterKinds {
   // Whether two objects of these kinds may pair; of others, and of owners, more is to be asked.
   bool allow(std::uint8_t a, std::uint8_t b) const noexcept { return (allowed_[a] >> b & 1) != 0; }
   bool has_others() const noexcept { return count_[others] != 0; }
+  // A bit for each kind that it may pair with: the same for kinds that need not be told apart.
+  std::uint32_t allowed(std::uint8_t kind) const noexcept { return allowed_[kind]; }
 
  private:
   static bool same(const Filter& a, const Filter& b) noexcept {

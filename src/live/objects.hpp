@@ -81,6 +81,11 @@ class Objects {
     if (!kinds_.allow(kind(a), kind(b))) return false;
     return !asks_filters() || allows(filters_[a], filters_[b]);
   }
+  // The same number for objects that may pair with the same others, by all but owners.
+  std::uint64_t pairing_class(ObjectId id) const noexcept {
+    return std::uint64_t{kinds_.allowed(kind(id))} << 32 |
+           (static_cast<std::uint32_t>(filters_[id].world) + 1);
+  }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.
   Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }
   // Whether few ids are left alive of many that were: what goes through all has less to do by a

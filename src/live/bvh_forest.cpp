@@ -1,0 +1,285 @@
+#include "live/bvh_forest.hpp"
+
+#include <algorithm>
+#include <cfloat>
+#include <limits>
+#include <utility>
+
+namespace throng::live {
+namespace {
+
+constexpr Box no_bounds = {{1, 1, 1}, {-1, -1, -1}};
+
+// Six coordinates of a box, in which infinite ones are finite: their differences are numbers.
+float coordinate(const Box& b, int i) noexcept {
+  const float c[6] = {b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
+  return c[i];
+}
+double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
+
+}  // namespace
+
+BvhForest::Summary BvhForest::Summary::of(const Filter& f) noexcept {
+  constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min();
+  constexpr std::int32_t greatest = std::numeric_limits<std::int32_t>::max();
+  const bool in_world = f.world != -1;
+  return {f.group,
+          f.mask,
+          f.owner,
+          in_world ? f.world : greatest,
+          in_world ? f.world : least,
+          !in_world,
+          !f.is_static};
+}
+
+void BvhForest::Summary::add(const Summary& other) noexcept {
+  group |= other.group;
+  mask |= other.mask;
+  if (owner != other.owner) owner = -1;
+  least_world = std::min(least_world, other.least_world);
+  greatest_world = std::max(greatest_world, other.greatest_world);
+  everywhere |= other.everywhere;
+  moving |= other.moving;
+}
+
+struct BvhForest::Build {
+  Tree& tree;
+  const Objects& objects;
+  std::uint32_t node;  // the next one's number
+};
+
+BvhForest::BvhForest(cpu::Memory& memory) noexcept
+    : lines_(memory), summaries_(memory), items_(memory) {}
+
+BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept {
+  return {objects.grown(id), id, objects.has_filters() ? objects.pairing_class(id) : 0};
+}
+
+// The large tree, the buffer, and trees for a quarter of the objects. Nothing is in them.
+void BvhForest::lay_out(std::size_t objects) {
+  tree_count_ = 0;
+  if (objects > most_objects) throw cpu::NoMemory{};
+  std::size_t lines = 0, nodes = 0;
+  const auto add = [&](std::size_t room) {
+    trees_[tree_count_++] = {static_cast<std::uint32_t>(lines),
+                             static_cast<std::uint32_t>(nodes),
+                             static_cast<std::uint32_t>(room),
+                             {0, 0},
+                             no_bounds,
+                             0,
+                             0,
+                             0,
+                             false};
+    lines += lines_for(room);
+    nodes += nodes_for(room);
+  };
+  add(objects);
+  std::size_t room = buffer_objects;
+  for (; room < objects / 4; room *= 2) add(room);
+  add(room);
+  const std::uint32_t count = std::exchange(tree_count_, 0);
+  lines_.renew(lines);
+  summaries_.renew(2 * nodes);
+  items_.renew(std::max(objects, 2 * room));
+  lines_.resize(lines);
+  summaries_.resize(2 * nodes);
+  tree_count_ = count;
+}
+
+void BvhForest::build(Objects& objects, bool others_are_none) {
+  const bool listed = others_are_none && objects.sparse();
+  if (listed) objects.list_alive();
+  lay_out(objects.count());
+  const auto take = [&](ObjectId id) {
+    objects.body(id).home = none;
+    if (objects.is_active(id)) items_.push(item_of(objects, id));
+  };
+  if (listed) {
+    for (const ObjectId id : objects.alive_ids()) take(id);
+  } else {
+    for (std::size_t id = 0; id < objects.limit(); ++id) take(static_cast<ObjectId>(id));
+  }
+  build(trees_[0], objects);
+}
+
+bool BvhForest::takes(std::size_t count) const noexcept {
+  if (tree_count_ == 0) return false;
+  std::size_t held = 0;
+  for (std::uint32_t t = 1; t < tree_count_; ++t) held += trees_[t].held;
+  return held + count <= trees_[tree_count_ - 1].room && 2 * trees_[0].held >= trees_[0].placed;
+}
+
+void BvhForest::put(const Objects& objects, std::uint32_t line, std::uint32_t k,
+                    const Item& item) noexcept {
+  lines_[line].set(k, item.box);
+  lines_[line].id[k] = item.id;
+  objects.body(item.id).home = 2 * line + k;
+}
+
+void BvhForest::erase(std::uint32_t slot) noexcept {
+  std::uint32_t t = 0;
+  while (t + 1 < tree_count_ && trees_[t + 1].first_line <= slot / 2) ++t;
+  CellLine& line = lines_[slot / 2];
+  for (auto& corner : line.corner) corner[slot % 2] = std::numeric_limits<float>::quiet_NaN();
+  line.id[slot % 2] = none;
+  if (--trees_[t].held == 0) clear(trees_[t]);
+}
+
+void BvhForest::clear(Tree& tree) noexcept {
+  tree.held = tree.lines = tree.placed = 0;
+  tree.bounds = no_bounds;
+}
+
+void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept {
+  if (count == 0) return;
+  Tree& buffer = trees_[1];
+  if (buffer.placed + count <= buffer_objects) {
+    for (std::size_t i = 0; i < count; ++i) append(objects, item_of(objects, ids[i]));
+    return;
+  }
+  std::uint32_t t = 1;
+  for (std::size_t held = trees_[1].held; held + count > trees_[t].room; held += trees_[t].held) ++t;
+  items_.clear();
+  for (std::uint32_t smaller = 1; smaller <= t; ++smaller) gather(trees_[smaller], objects);
+  for (std::size_t i = 0; i < count; ++i) items_.push(item_of(objects, ids[i]));
+  if (t != 1) {
+    build(trees_[t], objects);
+    return;
+  }
+  for (const Item& item : items_) append(objects, item);
+}
+
+// To the buffer, which is a leaf of many lines.
+void BvhForest::append(const Objects& objects, const Item& item) noexcept {
+  Tree& buffer = trees_[1];
+  const std::uint32_t line = buffer.first_line + buffer.placed / 2, k = buffer.placed % 2;
+  if (k == 0) {
+    lines_[line] = CellLine::empty();
+    lines_[line].used = of_leaf;
+  }
+  put(objects, line, k, item);
+  Bounds bounds;
+  if (buffer.held != 0) bounds.hold(buffer.bounds);
+  bounds.hold(item.box);
+  buffer.bounds = bounds.box();
+  ++buffer.held;
+  ++buffer.placed;
+  buffer.lines = (buffer.placed + 1) / 2;
+  buffer.root = {buffer.first_line, buffer.lines};
+  buffer.filtered = false;
+}
+
+// Takes what a tree still holds out of it.
+void BvhForest::gather(Tree& tree, const Objects& objects) noexcept {
+  for (std::uint32_t i = tree.first_line; i < tree.first_line + tree.lines; ++i) {
+    const CellLine& line = lines_[i];
+    if (line.used != of_leaf) continue;
+    for (const ObjectId id : line.id) {
+      if (id != none) items_.push(item_of(objects, id));
+    }
+  }
+  clear(tree);
+}
+
+// Of all items.
+void BvhForest::build(Tree& tree, const Objects& objects) noexcept {
+  clear(tree);
+  tree.filtered = objects.has_filters();
+  tree.held = tree.placed = static_cast<std::uint32_t>(items_.size());
+  if (items_.empty()) return;
+  Build build{tree, objects, tree.first_node};
+  Bounds bounds;
+  Summary summary;
+  tree.root = split(build, items_.data(), items_.size(), bounds, summary);
+  tree.bounds = bounds.box();
+}
+
+BvhForest::Ref BvhForest::make_leaf(Build& build, const Item* items, std::size_t count,
+                                    Bounds& bounds, Summary& summary) noexcept {
+  Tree& tree = build.tree;
+  const Ref leaf{tree.first_line + tree.lines, static_cast<std::uint32_t>((count + 1) / 2)};
+  tree.lines += leaf.lines;
+  for (std::uint32_t i = 0; i < leaf.lines; ++i) {
+    lines_[leaf.line + i] = CellLine::empty();
+    lines_[leaf.line + i].used = of_leaf;
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    put(build.objects, leaf.line + i / 2, i % 2, items[i]);
+    bounds.hold(items[i].box);
+    if (!tree.filtered) continue;
+    const Summary one = Summary::of(build.objects.filter(items[i].id));
+    if (i == 0)
+      summary = one;
+    else
+      summary.add(one);
+  }
+  return leaf;
+}
+
+BvhForest::Ref BvhForest::split(Build& build, Item* items, std::size_t count, Bounds& bounds,
+                                Summary& summary) noexcept {
+  if (count <= leaf_objects) return make_leaf(build, items, count, bounds, summary);
+  double least[6], greatest[6];
+  std::fill(least, least + 6, DBL_MAX);
+  std::fill(greatest, greatest + 6, -DBL_MAX);
+  bool one_class = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      const double x = finite(coordinate(items[i].box, k));
+      least[k] = std::min(least[k], x);
+      greatest[k] = std::max(greatest[k], x);
+    }
+    one_class &= items[i].filters == items[0].filters;
+  }
+  int widest = 0;
+  for (int k = 1; k < 6; ++k) {
+    if (greatest[k] - least[k] > greatest[widest] - least[widest]) widest = k;
+  }
+  const std::size_t half = count / 2;
+  if (one_class) {
+    std::nth_element(items, items + half, items + count, [widest](const Item& a, const Item& b) {
+      return coordinate(a.box, widest) < coordinate(b.box, widest);
+    });
+  } else {
+    std::nth_element(items, items + half, items + count,
+                     [](const Item& a, const Item& b) { return a.filters < b.filters; });
+  }
+  Tree& tree = build.tree;
+  const Ref node{tree.first_line + tree.lines++, 0};
+  const std::uint32_t number = build.node++;
+  CellLine line = CellLine::empty();
+  line.used = of_node;
+  line.next = number;
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    Bounds of_child;
+    Summary known{};
+    const Ref child = k == 0 ? split(build, items, half, of_child, known)
+                             : split(build, items + half, count - half, of_child, known);
+    line.set(k, of_child.box());
+    line.id[k] = pack(child);
+    bounds.hold(of_child);
+    if (!tree.filtered) continue;
+    summaries_[2 * std::size_t{number} + k] = known;
+    if (k == 0)
+      summary = known;
+    else
+      summary.add(known);
+  }
+  lines_[node.line] = line;
+  return node;
+}
+
+void BvhForest::reserve_for(const BvhForest& other) {
+  lines_.match(other.lines_);
+  summaries_.match(other.summaries_);
+  items_.match(other.items_);
+}
+
+void BvhForest::copy(const BvhForest& other) noexcept {
+  lines_.copy(other.lines_);
+  summaries_.copy(other.summaries_);
+  std::copy(other.trees_, other.trees_ + other.tree_count_, trees_);
+  tree_count_ = other.tree_count_;
+}
+
+}  // namespace throng::live
