@@ -57,6 +57,7 @@ SearchReport run_streamed(stream::Request request) {
     frame.checksum = from.checksum;
     frame.inactive = from.inactive;
     frame.comparisons = from.comparisons;
+    frame.visited = from.visited;
     frame.total_ms = from.ms;
   }
   StageTimes& stages = report.frames.front().stages;  // sums over all frames

@@ -56,6 +56,7 @@ Json to_json(const Explanation& e) {
   json["occupied"] = e.occupied;
   json["entries"] = e.entries;
   json["tests"] = e.result.comparisons;
+  json["visited"] = e.result.visited;
   json["tests_per_pair"] = e.tests_per_pair;
   json["tests_per_box"] = e.tests_per_box;
   const StageTimes& t = e.result.times;

@@ -66,6 +66,7 @@ Json to_json(const SearchReport& report) {
                        {"total", sum.stages.total_ms}};
   json["peak_bytes"] = report.peak_bytes ? Json(*report.peak_bytes) : Json(nullptr);
   json["comparisons"] = sum.comparisons;
+  json["visited"] = sum.visited;
   json["plan"] = {{"reason", report.plan.reason},
                   {"sweep_axis", report.plan.sweep_axis},
                   {"columns", report.plan.columns},

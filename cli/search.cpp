@@ -137,6 +137,7 @@ class Runner {
     frame.pairs = result.found;
     frame.inactive = result.inactive;
     frame.comparisons = result.comparisons;
+    frame.visited = result.visited;
     report.plan = result.plan;
   }
 
@@ -157,6 +158,7 @@ FrameReport SearchReport::sum() const {
     sum.checksum += frame.checksum;
     sum.inactive += frame.inactive;
     sum.comparisons += frame.comparisons;
+    sum.visited += frame.visited;
     sum.total_ms += frame.total_ms;
     sum.stages += frame.stages;
   }

@@ -14,7 +14,7 @@
 namespace throng::cli {
 
 struct FrameReport {
-  std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0;
+  std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0, visited = 0;
   StageTimes stages;    // medians over the warmed runs
   double total_ms = 0;  // the same, from outside: call to return
 };

@@ -63,13 +63,16 @@ void bind_result(nb::module_& m) {
       .def_ro("inactive", &Result::inactive,
               "boxes that overlap nothing: lower > upper, or a NaN where allowed")
       .def_ro("comparisons", &Result::comparisons, "candidate pairs compared")
+      .def_ro("visited", &Result::visited,
+              "cells, columns, records and tree nodes looked into, beside comparisons")
       .def_ro("plan", &Result::plan)
       .def_ro("times", &Result::times)
       .def("__repr__", [](const Result& r) {
         return std::string("Result(status='") + throng::to_string(r.status) +
                "', found=" + std::to_string(r.found) + ", inactive=" + std::to_string(r.inactive) +
                ", comparisons=" + std::to_string(r.comparisons) +
-               ", total_ms=" + fixed(r.times.total_ms) + ")";
+               ", visited=" + std::to_string(r.visited) + ", total_ms=" + fixed(r.times.total_ms) +
+               ")";
       });
 }
 

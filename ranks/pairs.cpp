@@ -108,7 +108,7 @@ void run(const Arguments& a) {
   }
   const Values values = read_filters(a, file.count(), comm);
   Search search(comm, a.where, settings_of(a));
-  std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0;
+  std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0, visited = 0;
   std::uint64_t bytes = 0, messages = 0, known = 0;
   std::vector<Pair64> kept;
   std::vector<double> times(a.repeat);
@@ -129,6 +129,7 @@ void run(const Arguments& a) {
       found += r.found;
       inactive += r.inactive;
       comparisons += r.comparisons;
+      visited += r.visited;
       mpi::Pairs64 pairs;
       together(comm, [&] { pairs = search.pairs(); });
       checksum += sum_of(checksum_of(pairs, file.count()), comm);
@@ -153,6 +154,7 @@ void run(const Arguments& a) {
                                    {"ranks", size_of(comm)},
                                    {"total_ms", total_ms},
                                    {"comparisons", comparisons},
+                                   {"visited", visited},
                                    {"imbalance", imbalance},
                                    {"boxes_searched", known},
                                    {"most_bytes_a_rank", bytes},

@@ -47,6 +47,7 @@ Table explanation_summary(const Explanation& e) {
     row("cells", "no one grid for all boxes");
   }
   row("tests", format_count(e.result.comparisons));
+  row("visited", format_count(e.result.visited));
   row("tests a pair", fmt::format("{:.3g}", e.tests_per_pair));
   row("tests a box", fmt::format("{:.3g}", e.tests_per_box));
   const StageTimes& t = e.result.times;

@@ -153,6 +153,7 @@ class Handle {
     result_.algorithm = static_cast<int>(last_.plan.algorithm);
     result_.isa = static_cast<int>(last_.plan.isa);
     result_.threads = last_.plan.threads;
+    result_.visited = last_.visited;
     return result_.status;
   }
 
@@ -182,7 +183,7 @@ class Handle {
   const char* wrong_ = nullptr;  // the name of an option that is wrong
   int wrong_value_ = 0;
   Result last_;
-  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0};
+  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0, 0};
 };
 
 // Of an argument that is wrong in a way that C++ does not allow.
@@ -216,6 +217,7 @@ inline const throng_result* result_of(const Handle* handle) noexcept {
       0,
       "",
       "there is no handle (NULL): there was no memory to create one",
+      0,
       0,
       0,
       0,

@@ -328,6 +328,7 @@ bool Solver::try_search(const Rows& a, const Rows* b, Told told, Result& result)
   if (!result.ok()) return false;
   plan_ = result.plan;
   seen_.comparisons += result.comparisons;
+  seen_.visited += result.visited;
   return true;
 }
 

@@ -43,7 +43,7 @@ class Solver {
     std::string name;  // for messages
   };
   struct Seen {  // of both sides
-    std::uint64_t inactive = 0, comparisons = 0;
+    std::uint64_t inactive = 0, comparisons = 0, visited = 0;
   };
   // The pairs of a frame, into the output. The sides may hold inactive boxes and NaN.
   Seen solve_frame(const Problem& problem);

@@ -160,8 +160,8 @@ Report run(const Request& request) {
     problem.name = frames > 1 ? fmt::format("{}, frame {}", name, frame) : name;
     const Solver::Seen seen = solver.solve_frame(problem);
     const PairTotals totals = output.finish_frame();
-    report.frames.push_back(
-        {totals.count, totals.checksum, seen.inactive, seen.comparisons, ms_since(frame_start)});
+    report.frames.push_back({totals.count, totals.checksum, seen.inactive, seen.comparisons,
+                             seen.visited, ms_since(frame_start)});
   }
   output.finish();
   report.plan = solver.plan();

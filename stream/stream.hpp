@@ -30,7 +30,7 @@ struct Request {
 };
 
 struct FrameResult {
-  std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0;
+  std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0, visited = 0;
   double ms = 0;
 };
 

@@ -91,9 +91,9 @@ struct RankBoxes {
   const std::uint64_t* ids = nullptr;
 };
 
-// Finds all overlapping pairs, frame after frame. Result::found, inactive and comparisons are sums
-// over all ranks, `written` is how many pairs this rank tells. The communicator is duplicated at
-// the first call; the object must end before MPI_Finalize.
+// Finds all overlapping pairs, frame after frame. Result::found, inactive, comparisons and visited
+// are sums over all ranks, `written` is how many pairs this rank tells. The communicator is
+// duplicated at the first call; the object must end before MPI_Finalize.
 class Finder {
  public:
   explicit Finder(MPI_Comm comm, const Settings& settings = {}) noexcept;

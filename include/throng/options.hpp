@@ -162,6 +162,9 @@ struct Result {
   std::uint64_t written = 0;      // pairs written or handed to the consumer
   std::uint64_t inactive = 0;     // boxes that overlap nothing: lower > upper, or NaN where allowed
   std::uint64_t comparisons = 0;  // candidate pairs compared (each SIMD lane counts)
+  // Cells, columns, records and tree nodes that were looked into, beside comparisons; a box has a
+  // record in each column that it touches. 0 of a search on a GPU, and on one that is emulated.
+  std::uint64_t visited = 0;
   std::uint64_t first_invalid = 0;
   std::uint64_t invalid_count = 0;
   std::uint64_t bytes_needed = 0;

@@ -15,7 +15,7 @@
 #include <throng/export.h>
 
 /* Raised when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 6
+#define THRONG_C_VERSION 7
 
 #ifdef __cplusplus
 extern "C" {
@@ -122,6 +122,8 @@ typedef struct throng_result {
   const char* message;         /* what went wrong, and the remedy; "" where nothing did */
   int backend, algorithm, isa; /* that answered, by the names above */
   unsigned threads;
+  uint64_t visited; /* cells, columns, records and tree nodes that were looked into, beside
+                       comparisons; 0 of a search on a GPU, and on one that is emulated */
 } throng_result;
 
 /* Finds pairs, frame after frame, and keeps its memory from one to the next. A call on NULL, which

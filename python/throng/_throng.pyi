@@ -75,6 +75,9 @@ class Result:
     def comparisons(self) -> int:
         """Candidate pairs compared (each lane of a vector counts)."""
     @property
+    def visited(self) -> int:
+        """Cells, columns, records and tree nodes looked into, beside comparisons; 0 of a search on a GPU."""
+    @property
     def plan(self) -> Plan: ...
     @property
     def times(self) -> StageTimes: ...

@@ -65,6 +65,7 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   // tile's number fits 32 bits, as a box's does.
   constexpr std::uint64_t boxes = FloatSpace::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
+  team[0]->visited += box_count(problem);
   Turns turns(work);
   auto task = [&](unsigned t) {
     team[t]->by_brute_force(problem.frame);

@@ -79,6 +79,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
                               Orientation orientation) {
   const std::uint32_t wide_count = space_.wide_count_[side];
   if (wide_count == 0 || targets.count == 0) return;
+  worker_.visited += wide_count;
   const core::Quantiser& map = plan_.map;
   const std::uint32_t here = column % map.column_count(), place = column - here;
   const std::int32_t at[3] = {static_cast<std::int32_t>(here / map.stride[0]),
@@ -141,6 +142,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   ahead_.aim(space_, next);
   const bool has_targets = problem_.targets.count != 0;
   Raw sides[2] = {collect(column, 0), has_targets ? collect(column, 1) : Raw{0, 0, 0}};
+  worker_.visited += std::uint64_t{sides[0].records} + sides[1].records;
   // Who is there to meet whom: of two sides often one alone. Wide boxes are in no column.
   const bool queries = sides[0].records != 0, targets = sides[1].records != 0;
   const bool any_query = queries || space_.wide_count_[0] != 0;

@@ -25,6 +25,7 @@ struct Emit {
   void (*flush_maybe)(Emit*) = nullptr;
   std::uint32_t second_base = 0;
   std::uint64_t comparisons = 0;
+  std::uint64_t visited = 0;  // see Result
 };
 
 inline Pair make_pair(Orientation orientation, std::uint32_t query, std::uint32_t target,

@@ -115,10 +115,10 @@ void Engine::pass(Call& call, Sink& sink) {
     find_all_pairs(search, call.whole, workers, call.tasks);
   else
     grid_.find(search, call.whole, call.plan, workers, call.tasks, 0);
-  call.result.comparisons = 0;
   for (unsigned t = 0; t < call.tasks; ++t) {
     if (!search.failed()) workers[t]->finish();
     call.result.comparisons += workers[t]->comparisons;
+    call.result.visited += workers[t]->visited;
   }
   if (!memory_.cap()) workers_.match(call.tasks);
   call.result.times.find_ms += call.clock.lap();
@@ -166,6 +166,8 @@ void Engine::guess_room(Call& call, Output& output) {
     guess = std::max(guess, grid_.foretell(call.search, call.whole, call.plan, worker));
   else if (call.partitioned)
     guess = std::max(guess, partition_.foretell(call.search, call.options.algorithm, worker));
+  call.result.comparisons += worker.comparisons;
+  call.result.visited += worker.visited;
   if (guess == 0 || call.search.over()) return;
   if (Pair* const room = output.grow(output.context, guess)) {
     output.data = room;

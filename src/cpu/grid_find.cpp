@@ -10,6 +10,7 @@ namespace throng::cpu {
 
 void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
                      Worker* const* team, unsigned task_count, unsigned depth) {
+  team[0]->visited += columns_;
   std::span<const std::uint32_t> order;
   if (task_count > 1 && columns_ > task_count) order = densest_first();
   const bool even = order.empty();

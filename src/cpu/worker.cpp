@@ -76,7 +76,7 @@ void Worker::match(const Worker& other) {
 
 void Worker::begin(Search& search) {
   search_ = &search;
-  comparisons = 0;
+  comparisons = visited = 0;
   second_base = search.second_base;
   sure_.room(staging_pairs + emit_slack, true);
   gap_ = room_ = Room{};

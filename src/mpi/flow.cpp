@@ -174,13 +174,14 @@ void Flow::hand_on_wide(Link& link, const Settings& settings, Result& r) {
 
 bool Flow::finish(Link& link, Result& r) {
   if (!agree(link, r, nullptr, 0)) return false;
-  std::uint64_t sums[6] = {r.written,     inactive_,     r.comparisons,
-                           traffic_.work, traffic_.home, work_};
+  std::uint64_t sums[7] = {r.written,     inactive_, r.comparisons, traffic_.work,
+                           traffic_.home, work_,     r.visited};
   std::uint64_t most = traffic_.work;
-  link.sum_and_most(sums, 6, most);
+  link.sum_and_most(sums, 7, most);
   r.found = sums[0];
   r.inactive = sums[1];
   r.comparisons = sums[2];
+  r.visited = sums[6];
   mean_ = sums[4] ? sums[5] / sums[4] : 0;
   const double each = static_cast<double>(sums[3]) / link.size(), before = imbalance_;
   imbalance_ = traffic_.imbalance = each > 0 ? static_cast<double>(most) / each : 1;

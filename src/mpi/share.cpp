@@ -51,6 +51,7 @@ Result Share::search(const Options& options, bool in_parts, const Bounds& region
     const Result r = search_part(parts.bounds(p), of_part, count);
     if (!r.ok()) return r;
     sum.comparisons += r.comparisons;
+    sum.visited += r.visited;
     sum.times += r.times;
     if (searched_ - before > largest) {
       largest = searched_ - before;

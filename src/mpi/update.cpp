@@ -67,6 +67,7 @@ void BroadPhase::State::update(Result& r) {
   if (!told.ok()) r = told;
   if (!agree(*link, r, nullptr, 0)) return;
   r.comparisons = told.comparisons;
+  r.visited = told.visited;
   settle();
   if (settings.migrate && (bits || traffic.cut_anew)) migrate();
   finish(r);
@@ -234,13 +235,14 @@ void BroadPhase::State::finish(Result& r) {
   traffic.known = known.size();
   traffic.home = known.home_count(regions.bounds(rank, rank + 1));
   traffic.work = work_of(traffic.known, 0, known.pair_count());
-  std::uint64_t sums[4] = {begun.size(), ended.size(), r.comparisons, traffic.work};
+  std::uint64_t sums[5] = {begun.size(), ended.size(), r.comparisons, traffic.work, r.visited};
   std::uint64_t most = traffic.work;
-  link->sum_and_most(sums, 4, most);
+  link->sum_and_most(sums, 5, most);
   total += sums[0] - sums[1];
   r.found = total;
   r.written = begun.size() + ended.size();
   r.comparisons = sums[2];
+  r.visited = sums[4];
   const double mean = static_cast<double>(sums[3]) / link->size(), last = imbalance;
   imbalance = traffic.imbalance = mean > 0 ? static_cast<double>(most) / mean : 1;
   if (traffic.cut_anew) patience = imbalance < 0.95 * last ? 0 : 2 * patience + 1;
