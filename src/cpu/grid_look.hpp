@@ -22,9 +22,9 @@ class GridLook {
       : space_(space), plan_(plan) {}
 
   // f(id) for every box that overlaps the region, which is a box; for some others; and for some
-  // several times. What f throws comes through.
+  // several times. What f throws comes through. Returns how many columns and records were looked at.
   template <class F>
-  void each(const Box& region, F&& f) const;
+  std::uint64_t each(const Box& region, F&& f) const;
 
   // How many columns a region touches.
   std::uint64_t columns_in(const Box& region) const noexcept;
@@ -131,7 +131,8 @@ inline std::uint32_t GridLook::columns_between(const Vec3& a, const Vec3& b) con
 }
 
 template <class F>
-void GridLook::each(const Box& region, F&& f) const {
+std::uint64_t GridLook::each(const Box& region, F&& f) const {
+  std::uint64_t looked = space_.wide_count_[0];
   const Ends r = ends_of(region);
   std::int32_t c[3];
   const auto first = [&](int k) { return core::column_of(r.lower[k]); };
@@ -143,7 +144,9 @@ void GridLook::each(const Box& region, F&& f) const {
         for (int k = 0; k < 3; ++k)
           column += static_cast<std::uint32_t>(c[k]) * plan_.map.stride[k];
         const Words words(r, c);
+        ++looked;
         space_.each_record(column, [&](const Record& record) {
+          ++looked;
           if (words.overlap(record)) f(record.id);
         });
       }
@@ -155,6 +158,7 @@ void GridLook::each(const Box& region, F&& f) const {
     for (int k = 0; k < 3; ++k) apart |= box.lower[k] > r.upper[k] || box.upper[k] < r.lower[k];
     if (!apart) f(box.id);
   }
+  return looked;
 }
 
 }  // namespace throng::cpu

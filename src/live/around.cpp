@@ -21,7 +21,7 @@ bool tells(const Objects& objects, ObjectId id, ObjectId other) noexcept {
 void Around::start() noexcept {
   begun_.clear();
   ended_.clear();
-  compared_ = 0;
+  work_ = {};
   if (std::exchange(unclean_, false)) std::fill(seen_.begin(), seen_.end(), 0);
 }
 
@@ -39,7 +39,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, 
   const auto reach_ahead = [&](std::size_t i) {
     if (i >= count) return;
     const ObjectId id = ids[i];
-    if (objects.body(id).home == none) return;
+    if (scene.forest || objects.body(id).home == none) return;
     Box room;
     scene.cells.reach(objects.grown(id, room), worlds_of(objects, objects.filter(id)),
                       reaches[i % ahead]);
@@ -56,7 +56,8 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, 
   for (std::size_t i = 0; i < count; ++i) {
     if (stop()) return;
     if (const std::size_t soon = i + ahead / 2; soon < count) {
-      if (objects.body(ids[soon]).home != none) scene.cells.prefetch_chains(reaches[soon % ahead]);
+      if (!scene.forest && objects.body(ids[soon]).home != none)
+        scene.cells.prefetch_chains(reaches[soon % ahead]);
     }
     for (std::size_t soon = i + 1; soon < std::min(i + 1 + steps, count); ++soon)
       scene.pairs.step(walks[soon % edges_ahead]);
@@ -64,8 +65,9 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, 
     std::uint32_t found = 0;
     Box room;
     if (objects.body(id).home != none) {
-      found =
-          scene.cells.search_few(objects.grown(id, room), id, reaches[i % ahead], hits, compared_);
+      found = scene.forest ? search_forest(scene, id, hits)
+                           : scene.cells.search_few(objects.grown(id, room), id, reaches[i % ahead],
+                                                    hits, work_);
     }
     if (found <= few_hits)
       tell_few(scene, walks[i % edges_ahead], hits, found);
@@ -75,6 +77,18 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, 
     walk_ahead(i + edges_ahead);
     if (i + bodies_ahead < count) objects.prefetch(ids[i + bodies_ahead]);
   }
+}
+
+// What overlaps an object but itself, as Cells::search_few() has it.
+std::uint32_t Around::search_forest(const Scene& scene, ObjectId id, ObjectId* hits) {
+  std::uint32_t count = 0;
+  scene.forest->search(scene.objects.grown(id), scene.objects.filter(id), work_,
+                       [&](ObjectId other) {
+                         if (other == id || count > Cells::most_hits) return;
+                         if (count < Cells::most_hits) hits[count] = other;
+                         ++count;
+                       });
+  return count;
 }
 
 void Around::tell_begun(const Scene& scene, ObjectId id, ObjectId other) {
@@ -136,9 +150,10 @@ void Around::tell_many(const Scene& scene, const PairSet::Walk& had, const Objec
   };
   if (count <= Cells::most_hits) {
     std::for_each(hits, hits + count, see);
+  } else if (scene.forest) {
+    scene.forest->search(objects.grown(id), objects.filter(id), work_, see);
   } else {
-    compared_ +=
-        scene.cells.search_many(objects.grown(id), worlds_of(objects, objects.filter(id)), see);
+    scene.cells.search_many(objects.grown(id), worlds_of(objects, objects.filter(id)), work_, see);
   }
   scene.pairs.each_pair(had, [&](ObjectId other, std::uint32_t slot) {
     if (is_seen(other))

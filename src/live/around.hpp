@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "cpu/stop.hpp"
+#include "live/bvh_forest.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
@@ -17,11 +18,13 @@ class Around {
   explicit Around(cpu::Memory& memory) noexcept
       : begun_(memory), ended_(memory), hits_(memory), seen_(memory) {}
 
-  // What is searched: the objects are in their cells and linked with their pairs.
+  // What is searched: the objects are in cells, or in a forest if there is one, and linked with their
+  // pairs.
   struct Scene {
     const Objects& objects;
     const PairSet& pairs;
     const Cells& cells;
+    const BvhForest* forest;
   };
   // Forgets what was found.
   void start() noexcept;
@@ -33,13 +36,14 @@ class Around {
   // Begun: without slots.
   const List<LivePair>& begun() const noexcept { return begun_; }
   const List<LivePair>& ended() const noexcept { return ended_; }
-  std::uint64_t compared() const noexcept { return compared_; }
+  const Work& work() const noexcept { return work_; }
 
   // As much room as another task's part has, for which objects come to which task differs. What was
   // found is lost.
   void match(const Around& other);
 
  private:
+  std::uint32_t search_forest(const Scene& scene, ObjectId id, ObjectId* hits);
   void tell_begun(const Scene& scene, ObjectId id, ObjectId other);
   void tell_ended(const Scene& scene, ObjectId id, ObjectId other, std::uint32_t slot);
   void tell_few(const Scene& scene, const PairSet::Walk& had, ObjectId* hits, std::uint32_t count);
@@ -52,7 +56,7 @@ class Around {
   List<ObjectId> hits_;
   List<std::uint64_t> seen_;  // a bit an object, all of them 0 between two objects
   bool unclean_ = false;      // unless memory ran out
-  std::uint64_t compared_ = 0;
+  Work work_;
 };
 
 }  // namespace throng::live

@@ -153,10 +153,7 @@ void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t 
 void BvhForest::append(const Objects& objects, const Item& item) noexcept {
   Tree& buffer = trees_[1];
   const std::uint32_t line = buffer.first_line + buffer.placed / 2, k = buffer.placed % 2;
-  if (k == 0) {
-    lines_[line] = CellLine::empty();
-    lines_[line].used = of_leaf;
-  }
+  if (k == 0) lines_[line] = empty_line(of_leaf);
   put(objects, line, k, item);
   Bounds bounds;
   if (buffer.held != 0) bounds.hold(buffer.bounds);
@@ -173,7 +170,7 @@ void BvhForest::append(const Objects& objects, const Item& item) noexcept {
 void BvhForest::gather(Tree& tree, const Objects& objects) noexcept {
   for (std::uint32_t i = tree.first_line; i < tree.first_line + tree.lines; ++i) {
     const CellLine& line = lines_[i];
-    if (line.used != of_leaf) continue;
+    if (line.next != of_leaf) continue;
     for (const ObjectId id : line.id) {
       if (id != none) items_.push(item_of(objects, id));
     }
@@ -199,10 +196,7 @@ BvhForest::Ref BvhForest::make_leaf(Build& build, const Item* items, std::size_t
   Tree& tree = build.tree;
   const Ref leaf{tree.first_line + tree.lines, static_cast<std::uint32_t>((count + 1) / 2)};
   tree.lines += leaf.lines;
-  for (std::uint32_t i = 0; i < leaf.lines; ++i) {
-    lines_[leaf.line + i] = CellLine::empty();
-    lines_[leaf.line + i].used = of_leaf;
-  }
+  std::fill_n(lines_.begin() + leaf.line, leaf.lines, empty_line(of_leaf));
   for (std::uint32_t i = 0; i < count; ++i) {
     put(build.objects, leaf.line + i / 2, i % 2, items[i]);
     bounds.hold(items[i].box);
@@ -247,9 +241,7 @@ BvhForest::Ref BvhForest::split(Build& build, Item* items, std::size_t count, Bo
   Tree& tree = build.tree;
   const Ref node{tree.first_line + tree.lines++, 0};
   const std::uint32_t number = build.node++;
-  CellLine line = CellLine::empty();
-  line.used = of_node;
-  line.next = number;
+  CellLine line = empty_line(number);
   for (std::uint32_t k = 0; k < 2; ++k) {
     Bounds of_child;
     Summary known{};

@@ -52,10 +52,11 @@ class BvhForest {
   // leaves out many. What f throws comes through.
   template <class F>
   void search(const Box& box, const Filter& filter, Work& work, F&& f) const;
-  // look(line, k) for box k of a line, all that pass the sieve, each once; but those that the sweep
-  // meets after time `first`, which look() may make less. If it need be, nearer ones go first.
+  // look(line, k) for box k of a line, all that pass a sieve, each once; but those that the sweep meets
+  // after time `first`, which look() may make less. Nearer ones go first if only the first is wanted.
+  // `cover`: the sweep's.
   template <class Look>
-  void cast(const Sweep& sweep, const LineSieve& sieve, const Filter& filter, bool to_first,
+  void cast(const Sweep& sweep, const core::Cover& cover, const Filter& filter, bool to_first,
             const double& first, Work& work, Look&& look) const;
 
   void reserve_for(const BvhForest& other);
@@ -100,8 +101,14 @@ class BvhForest {
   static constexpr int lines_bits = 3;
   static constexpr std::size_t most_objects = std::size_t{1} << 27;
   static constexpr std::uint32_t most_trees = 32;
-  // `used` of a line.
-  static constexpr std::uint32_t of_leaf = 2, of_node = 3;
+  // `next` of a line of a leaf; that of a node is its number. Both places of a line count as used.
+  static constexpr std::uint32_t of_leaf = none;
+  static CellLine empty_line(std::uint32_t next) noexcept {
+    CellLine line = CellLine::empty();
+    line.next = next;
+    line.used = 2;
+    return line;
+  }
   // Lines of a tree of so many objects: leaves of 4 to 8 objects, each with half a line that may be
   // empty, and one node less.
   static constexpr std::size_t lines_for(std::size_t objects) noexcept { return objects + 4; }
@@ -174,7 +181,7 @@ void BvhForest::search(const Box& box, const Filter& filter, Work& work, F&& f) 
 }
 
 template <class Look>
-void BvhForest::cast(const Sweep& sweep, const LineSieve& sieve, const Filter& filter,
+void BvhForest::cast(const Sweep& sweep, const core::Cover& cover, const Filter& filter,
                      bool to_first, const double& first, Work& work, Look&& look) const {
   struct Later {
     Ref ref;
@@ -185,7 +192,9 @@ void BvhForest::cast(const Sweep& sweep, const LineSieve& sieve, const Filter& f
     const Tree& tree = trees_[t];
     if (tree.held == 0) continue;
     const core::Touch whole = core::touch(sweep, tree.bounds);
-    if (whole.enter > whole.leave) continue;
+    if (whole.enter > whole.leave || whole.enter > first) continue;
+    // Nothing in the tree begins to be met later.
+    const LineSieve sieve(SieveTerms(sweep, cover, whole.leave));
     std::uint32_t depth = 0;
     stack[depth++] = {tree.root, whole.enter};
     while (depth != 0) {

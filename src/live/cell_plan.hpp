@@ -29,6 +29,7 @@ struct CellPlan {
   bool crowded = false;  // many boxes lie in a cell of two spans
   bool thin = false;     // most boxes are
   bool worlds = false;   // there are several
+  double expected_comparisons = 0;  // of a search
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
   // For the active objects. `sample` is room; throws cpu::NoMemory.

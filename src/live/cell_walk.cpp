@@ -9,6 +9,8 @@ namespace throng::live {
 void CellWalk::start(const Cells& cells, const Blocks* blocks, Cells::Worlds worlds,
                      const Sweep& sweep, const core::Cover& cover, bool to_first) noexcept {
   cells_ = &cells;
+  sweep_ = &sweep;
+  cover_ = &cover;
   blocks_ = blocks;
   worlds_ = worlds;
   far_ = 0;
@@ -16,7 +18,6 @@ void CellWalk::start(const Cells& cells, const Blocks* blocks, Cells::Worlds wor
   left_ = cells.line_count() / lines_a_cell + most;
   enough_ = to_first ? enough_to_first : enough_of_all;
   count_ = 0;
-  if (cells.has_wide()) homes_[count_++] = cells.wide_home();
   way_count_ = 0;
   inside_ = core::touch(sweep, cells.bounds());
   if (inside_.enter <= inside_.leave) add_ways(cover);

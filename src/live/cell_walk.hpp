@@ -18,7 +18,8 @@
 // time.
 //
 // Its time is that in which it meets what holds all boxes in cells: of none of them does touch()
-// say that it is met before, as none of its steps decreases.
+// say that it is met before, or begins to be met after, as none of its steps decreases. So its sieve,
+// too, is that of the sweep until then. Boxes that are too wide for cells are looked at by themselves.
 #pragma once
 
 #include <cstdint>
@@ -37,11 +38,11 @@ class CellWalk {
   void start(const Cells& cells, const Blocks* blocks, Cells::Worlds worlds, const Sweep& sweep,
              const core::Cover& cover, bool to_first) noexcept;
 
-  // look(line, k) for box k of a line, all that pass the sieve, some several times; until nothing
+  // look(line, k) for box k of a line, all that pass a sieve, some several times; until nothing
   // that is left is met before time `first`, which look() may make less. False: it gave up, as more
   // cells are to be looked at than going through all objects takes.
   template <class F>
-  bool go(const LineSieve& sieve, const double& first, F&& look);
+  bool go(const double& first, Work& work, F&& look);
   // How many cells it has looked into further on than where blocks of them are of use.
   std::uint64_t looked_far() const noexcept { return far_; }
 
@@ -90,16 +91,18 @@ class CellWalk {
   void take_layer(F&& f);
   void list() noexcept;
   template <class F>
-  void look_at_listed(const LineSieve& sieve, F&& look);
+  void look_at_listed(const LineSieve& sieve, Work& work, F&& look);
   // At a home's lines, first to last.
   template <class F>
-  void look_at_chain(const LineSieve& sieve, std::uint32_t home, F&& look) const;
+  void look_at_chain(const LineSieve& sieve, std::uint32_t home, Work& work, F&& look) const;
 
   const Cells* cells_;
   const Blocks* blocks_;
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the Cover, in units
   core::Touch inside_;                  // its time
+  const Sweep* sweep_;
+  const core::Cover* cover_;
   CellMap::Range whole_, range_;        // of all that time, in units; the next layer's cells
   std::uint64_t left_, far_;            // so many cells, and it gives up; see looked_far()
   std::uint32_t count_, enough_;
@@ -121,27 +124,32 @@ void CellWalk::take_layer(F&& f) {
 }
 
 template <class F>
-bool CellWalk::go(const LineSieve& sieve, const double& first, F&& look) {
+bool CellWalk::go(const double& first, Work& work, F&& look) {
   if (worlds_.all) return false;
+  if (cells_->has_wide())
+    look_at_chain(LineSieve(SieveTerms(*sweep_, *cover_, 1)), cells_->wide_home(), work, look);
+  if (count_ == 0 && is_over()) return true;
+  const LineSieve sieve(SieveTerms(*sweep_, *cover_, inside_.leave));
   for (;;) {
-    look_at_listed(sieve, look);
+    look_at_listed(sieve, work, look);
     if (is_over() || first < ways_[next_].begin) return true;
     list();
     if (count_ != 0) continue;
     if (next_cells() >= left_) return false;
-    take_layer([&](std::uint32_t home) { look_at_chain(sieve, home, look); });
+    take_layer([&](std::uint32_t home) { look_at_chain(sieve, home, work, look); });
   }
 }
 
 // Hits are noted, and chains put on the list, without a branch, as in Cells::search_few().
 template <class F>
-void CellWalk::look_at_listed(const LineSieve& sieve, F&& look) {
+void CellWalk::look_at_listed(const LineSieve& sieve, Work& work, F&& look) {
   struct Hit {
     const CellLine* line;
     std::uint32_t k;
   };
   Hit hits[2 * room + 1];
   std::uint32_t hit_count = 0, i = 0;
+  work.visited += count_;
   for (; i < count_ && count_ < room; ++i) {
     const CellLine& line = cells_->line(homes_[i]);
     cells_->prefetch(line.next);
@@ -153,17 +161,21 @@ void CellWalk::look_at_listed(const LineSieve& sieve, F&& look) {
     hits[hit_count] = {&line, 1};
     hit_count += bits >> 1;
   }
+  work.compared += 2 * std::uint64_t{i};
   for (std::uint32_t h = 0; h < hit_count; ++h) look(*hits[h].line, hits[h].k);
-  for (; i < count_; ++i) look_at_chain(sieve, homes_[i], look);
+  for (; i < count_; ++i) look_at_chain(sieve, homes_[i], work, look);
   count_ = 0;
 }
 
 template <class F>
-void CellWalk::look_at_chain(const LineSieve& sieve, std::uint32_t home, F&& look) const {
+void CellWalk::look_at_chain(const LineSieve& sieve, std::uint32_t home, Work& work,
+                             F&& look) const {
   std::uint32_t i = home;
+  ++work.visited;
   do {
     const CellLine& line = cells_->line(i);
     const std::uint32_t bits = sieve.passes(line);
+    work.compared += 2;
     if (bits & 1) look(line, 0);
     if (bits & 2) look(line, 1);
     i = line.next;

@@ -115,8 +115,9 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
 
 // Chains are put on the list and hits noted at no branch: nobody can guess where they are.
 std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
-                                std::uint64_t& compared) const noexcept {
+                                Work& work) const noexcept {
   if (reach.count > Reach::most) return most_hits + 1;
+  work.visited += reach.count;
   const CellQuery query(box);
   const Line* const lines = lines_.data();
   std::uint32_t count = reach.count, hit_count = 0;
@@ -127,6 +128,7 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
       reach.homes[count] = line.next;
       count += line.next != 0;
     } else if (line.next != 0) {
+      work.compared += 2 * std::uint64_t{count};
       return most_hits + 1;
     }
     const std::uint32_t hit = query.overlaps(line);
@@ -135,7 +137,7 @@ std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, Obj
     hits[hit_count] = line.id[1];
     hit_count += hit >> 1 & std::uint32_t{line.id[1] != self};
   }
-  compared += 2 * std::uint64_t{count};
+  work.compared += 2 * std::uint64_t{count};
   return hit_count;
 }
 

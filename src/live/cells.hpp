@@ -20,6 +20,7 @@
 #include "live/cell_plan.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
+#include "live/work.hpp"
 
 namespace throng::live {
 
@@ -47,9 +48,12 @@ class Cells {
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory), blocks_(memory) {}
 
-  // Cells for the objects as they are, with the active ones in them: all are told their homes.
-  // Throws cpu::NoMemory; then there are none.
-  void make(const Objects& objects, const Executor& executor, unsigned tasks);
+  // Cells for the objects as they are, with the active ones in them: all get their homes. False: they
+  // do not suit, as a search would be expected to compare more than `most_compared` boxes; then, and
+  // where it throws cpu::NoMemory, there are none.
+  bool make(const Objects& objects, double most_compared, const Executor& executor, unsigned tasks);
+  // Whether they would suit. Throws cpu::NoMemory.
+  bool suit(const Objects& objects, double most_compared);
   // Whether so many fit without new ones, and not too many are too wide for those there are.
   bool takes(std::size_t objects) const noexcept {
     return objects <= most_objects_ && wide_count() <= most_wide_;
@@ -78,8 +82,8 @@ class Cells {
 
   // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
   // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
-  // that overlaps this one, some of them several times, and returns how many were compared. What f
-  // throws comes through: it may want memory.
+  // that overlaps this one, some of them several times. What f throws comes through: it may want
+  // memory.
   struct Reach {
     static constexpr std::uint32_t most = 224, room = 256;
     std::uint32_t count;  // above `most`: too many to list
@@ -91,16 +95,16 @@ class Cells {
     for (std::uint32_t k = 0; k < reach.count; ++k) prefetch_chain(reach.homes[k]);
   }
   template <class F>
-  std::uint64_t search(const Box& box, Worlds worlds, Reach& reach, F&& f) const;
+  void search(const Box& box, Worlds worlds, Reach& reach, Work& work, F&& f) const;
   // Its two ways. Where few lines are to be looked at: writes all that overlap but `self` to hits,
   // which has most_hits of room and one more, and returns how many. Above most_hits: that was not
   // enough.
   static constexpr std::uint32_t most_hits = 2 * Reach::room;
   std::uint32_t search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
-                           std::uint64_t& compared) const noexcept;
+                           Work& work) const noexcept;
   // And where many are.
   template <class F>
-  std::uint64_t search_many(const Box& box, Worlds worlds, F&& f) const;
+  void search_many(const Box& box, Worlds worlds, Work& work, F&& f) const;
   // The line behind the first. Where there is none, line 0: a branch would be guessed wrong.
   void prefetch_chain(std::uint32_t home) const noexcept { prefetch(lines_[home].next); }
   void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
@@ -162,7 +166,7 @@ class Cells {
   bool may_have(int c, std::int32_t world) const noexcept { return kept_[world == -1].has(c); }
   std::size_t wide_count() const noexcept { return class_count_[0][CellMap::classes]; }
   std::uint64_t wide_lines() const noexcept { return wide_count() / 2; }
-  void plan(const Objects& objects);
+  void lay_out(const CellPlan& plan, std::size_t objects);
   // By level, which is a class whatever its thin axes, how many boxes there are, and which, if they
   // are few.
   struct Few {
@@ -223,7 +227,7 @@ class Cells {
                                             : map_.class_of(map_.quantise(line.box(k)));
   }
   template <class F>
-  std::uint64_t look(const CellQuery& query, std::uint32_t home, F&& f) const;
+  void look(const CellQuery& query, std::uint32_t home, Work& work, F&& f) const;
 
   List<Line> lines_;
   List<CellPlan::Sampled> sample_;  // of the last plan
@@ -250,35 +254,32 @@ inline Cells::Worlds worlds_of(const Objects& objects, const Filter& filter) noe
 }
 
 template <class F>
-std::uint64_t Cells::look(const CellQuery& query, std::uint32_t home, F&& f) const {
-  std::uint64_t compared = 0;
+void Cells::look(const CellQuery& query, std::uint32_t home, Work& work, F&& f) const {
   std::uint32_t i = home;
+  ++work.visited;
   do {
     const Line& line = lines_[i];
     i = line.next;
-    compared += 2;
+    work.compared += 2;
     const std::uint32_t hit = query.overlaps(line);
     if (hit & 1) f(line.id[0]);
     if (hit & 2) f(line.id[1]);
   } while (i != 0);
-  return compared;
 }
 
 template <class F>
-std::uint64_t Cells::search(const Box& box, Worlds worlds, Reach& reach, F&& f) const {
-  std::uint64_t compared = 0;
+void Cells::search(const Box& box, Worlds worlds, Reach& reach, Work& work, F&& f) const {
   ObjectId hits[most_hits + 1];
-  const std::uint32_t count = search_few(box, none, reach, hits, compared);
+  const std::uint32_t count = search_few(box, none, reach, hits, work);
   if (count <= most_hits) {
     for (std::uint32_t k = 0; k < count; ++k) f(hits[k]);
-    return compared;
+  } else {
+    search_many(box, worlds, work, f);
   }
-  return search_many(box, worlds, f);
 }
 
 template <class F>
-std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
-  std::uint64_t compared = 0;
+void Cells::search_many(const Box& box, Worlds worlds, Work& work, F&& f) const {
   const CellQuery query(box);
   const CellMap::Range range = map_.quantise(box);
   if (lines_of(range, worlds) < lines_.size()) {
@@ -286,7 +287,7 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
     constexpr std::uint32_t at_once = 64;
     std::uint32_t homes[at_once], count = 0;
     const auto look_at_all = [&] {
-      for (std::uint32_t k = 0; k < count; ++k) compared += look(query, homes[k], f);
+      for (std::uint32_t k = 0; k < count; ++k) look(query, homes[k], work, f);
       count = 0;
     };
     const auto look_soon = [&](std::uint32_t home) {
@@ -296,16 +297,15 @@ std::uint64_t Cells::search_many(const Box& box, Worlds worlds, F&& f) const {
     };
     each_class([&](int c) { each_home(map_.cells_of(range, c), c, worlds, look_soon); });
     look_at_all();
-    if (has_wide()) compared += look(query, wide_home(), f);
+    if (has_wide()) look(query, wide_home(), work, f);
   } else {
     for (const Line& line : lines_) {
       const std::uint32_t hit = query.overlaps(line);
       if (hit & 1) f(line.id[0]);
       if (hit & 2) f(line.id[1]);
     }
-    compared += 2 * lines_.size();
+    work.compared += 2 * lines_.size();
   }
-  return compared;
 }
 
 }  // namespace throng::live

@@ -16,17 +16,24 @@ constexpr std::size_t fill_ahead = 64;
 
 }  // namespace
 
-void Cells::make(const Objects& objects, const Executor& executor, unsigned tasks) {
-  cpu::Team::lead(executor, tasks, [&](const Executor& team) {
-    plan(objects);
-    find_homes(objects, team, tasks);
-  });
+bool Cells::make(const Objects& objects, double most_compared, const Executor& executor,
+                 unsigned tasks) {
+  const CellPlan plan = CellPlan::of(objects, sample_);
+  if (plan.expected_comparisons > most_compared) return false;
+  lay_out(plan, objects.count());
+  cpu::Team::lead(executor, tasks,
+                  [&](const Executor& team) { find_homes(objects, team, tasks); });
+  if (static_cast<double>(wide_count()) > most_compared) return false;
   fill(objects);
+  return true;
 }
 
-void Cells::plan(const Objects& objects) {
-  const std::size_t count = objects.count();
-  map_.lay_out(CellPlan::of(objects, sample_), count);
+bool Cells::suit(const Objects& objects, double most_compared) {
+  return CellPlan::of(objects, sample_).expected_comparisons <= most_compared;
+}
+
+void Cells::lay_out(const CellPlan& plan, std::size_t count) {
+  map_.lay_out(plan, count);
   const std::size_t most = count + count / 4 + 64;
   most_objects_ = 0;
   lines_.renew(lines_for(map_.homes(), most));

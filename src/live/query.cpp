@@ -112,17 +112,18 @@ struct Queries::Way {
   CellWalk walk;
 };
 
-// Calls prepare(i, its look) and later ask(i, that, list) for every question, in order within a
-// task, and puts the lists together in hits_. What one question finds is sorted by id, each object
+// Calls prepare(i, its look) and later ask(i, that, list, work) for every question, in order within a
+// task, puts the lists together in hits_, and adds up what was looked at. What one question finds is sorted by id, each object
 // once.
 template <class Look, class Prepare, class Ask>
-void Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
+Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
                   cpu::Stop& stop, Prepare&& prepare, Ask&& ask) {
   hits_.clear();
   tasks = count < threads_ask_from ? 1 : tasks;
   found_.make(tasks);
   cpu::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
-    List<SweepHit>& found = found_[t];
+    List<SweepHit>& found = found_[t].hits;
+    Work work;
     found.clear();
     Look looks[ahead];
     const std::size_t first = count * t / tasks, end = count * (t + 1) / tasks;
@@ -130,7 +131,7 @@ void Queries::run(std::size_t count, std::size_t limit, const Executor& executor
     for (std::size_t i = first; i < end; ++i) {
       if (stop()) break;
       const std::size_t before = found.size();
-      ask(i, looks[i % ahead], found);
+      ask(i, looks[i % ahead], found, work);
       if (i + ahead < end) prepare(i + ahead, looks[i % ahead]);
       const std::size_t more = found.size() - before;
       if (more >= few_to_sort) found.reserve(found.size() + more);  // room to sort
@@ -140,14 +141,20 @@ void Queries::run(std::size_t count, std::size_t limit, const Executor& executor
       SweepHit* const last = std::unique(begin, found.end(), same);
       found.resize(static_cast<std::size_t>(last - found.begin()));
     }
+    found_[t].work = work;
   });
   std::size_t total = 0;
-  for (unsigned t = 0; t < tasks; ++t) total += found_[t].size();
+  for (unsigned t = 0; t < tasks; ++t) total += found_[t].hits.size();
   hits_.reserve(total);
-  for (unsigned t = 0; t < tasks; ++t) hits_.push(found_[t]);
+  Work work;
+  for (unsigned t = 0; t < tasks; ++t) {
+    hits_.push(found_[t].hits);
+    work += found_[t].work;
+  }
+  return work;
 }
 
-void Queries::find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
+Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                             const Executor& executor, unsigned tasks, cpu::Stop& stop) {
   // What is found goes through hits_, which tells of nothing else then, even if memory runs out.
   struct Forget {
@@ -163,7 +170,7 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
     look.worlds = worlds_of(objects, allowed.filter(i));
     cells->reach(box, look.worlds, look.reach);
   };
-  const auto ask = [&](std::size_t i, Look& look, List<SweepHit>& found) {
+  const auto ask = [&](std::size_t i, Look& look, List<SweepHit>& found, Work& work) {
     const Box box = boxes[i];
     if (!core::is_active(box)) return;
     const Filter filter = allowed.filter(i);
@@ -171,30 +178,36 @@ void Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
       if (allowed(filter, id)) found.append({static_cast<std::uint32_t>(i), id, 0});
     };
     const auto meet = [&](ObjectId id) {
+      ++work.compared;
       const bool overlaps =
           cpu::overlap_in_memory(reinterpret_cast<const char*>(&box),
                                  reinterpret_cast<const char*>(&objects.body(id).box));
       if (overlaps && objects.is_active(id)) take(id);
     };
-    if (cells && grown) {  // they hold the boxes with their margin
-      cells->search(box, look.worlds, look.reach, meet);
-    } else if (cells) {
-      cells->search(box, look.worlds, look.reach, take);
+    // Both indexes hold the boxes with their margin.
+    const auto find = [&](ObjectId id) { grown ? meet(id) : take(id); };
+    if (cells) {
+      cells->search(box, look.worlds, look.reach, work, find);
+    } else if (ground.forest) {
+      ground.forest->search(box, filter, work, find);
     } else if (columns_pay(ground, objects, box)) {
-      ground.columns->look.each(box, meet);
+      work.visited += ground.columns->look.each(box, meet);
       for (const ObjectId id : ground.columns->changed) meet(id);
     } else {
       for (std::size_t id = 0; id < objects.limit(); ++id) meet(static_cast<ObjectId>(id));
     }
   };
-  run<Look>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, ask);
+  const Work work =
+      run<Look>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, ask);
   overlaps_.clear();
   overlaps_.reserve(hits_.size());
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
+  return work;
 }
 
-std::uint64_t Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
-                                 const Executor& executor, unsigned tasks, cpu::Stop& stop) {
+Work Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
+                        const Executor& executor, unsigned tasks, cpu::Stop& stop,
+                        std::uint64_t& far) {
   std::atomic<std::uint64_t> looked_far{0};
   const Cells* const cells = ground.cells;
   const Allowed allowed(objects, sweeps.filters);
@@ -210,7 +223,7 @@ std::uint64_t Queries::find_hits(const Objects& objects, const Ground& ground, c
       way.walk.start(*cells, ground.blocks, worlds_of(objects, allowed.filter(i)), sweep, way.cover,
                      only_first);
   };
-  const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found) {
+  const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found, Work& work) {
     const Sweep& sweep = sweeps.data[i];
     if (!core::is_active(sweep.box)) return;
     const Filter filter = allowed.filter(i);
@@ -237,33 +250,40 @@ std::uint64_t Queries::find_hits(const Objects& objects, const Ground& ground, c
         best = {number, id, time};
     };
     const auto meet = [&](ObjectId id) {
+      ++work.compared;
       const Box& box = objects.body(id).box;
       if (core::is_active(box)) meet_box(id, box);
     };
-    const Box whole = way.cover(0, 1);
-    const SieveTerms terms(sweep, whole);
+    const auto look = [&](const CellLine& line, std::uint32_t k) {
+      meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
+    };
+    const auto look_at_all = [&] {
+      work.visited += objects.limit();
+      Sieve(SieveTerms(sweep, way.cover, 1)).each(objects, meet);
+    };
     if (by_cells) {
-      const auto look = [&](const CellLine& line, std::uint32_t k) {
-        meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
-      };
-      if (!way.walk.go(LineSieve(terms), best.time, look)) Sieve(terms).each(objects, meet);
-      if (const std::uint64_t far = way.walk.looked_far(); far != 0)
-        looked_far.fetch_add(far, std::memory_order_relaxed);
+      if (!way.walk.go(best.time, work, look)) look_at_all();
+      if (way.walk.looked_far() != 0)
+        looked_far.fetch_add(way.walk.looked_far(), std::memory_order_relaxed);
+    } else if (ground.forest) {
+      ground.forest->cast(sweep, way.cover, filter, only_first, best.time, work, look);
     } else if (!cells && columns_pay(ground, objects, sweep)) {
       for (const ObjectId id : ground.columns->changed) meet(id);
       const double piece = 1 / pieces(*ground.columns, sweep);
       for (double end; begin != 1; begin = end) {
         end = std::min(begin + piece, 1.0);
-        ground.columns->look.each(way.cover(begin, end), meet);
+        work.visited += ground.columns->look.each(way.cover(begin, end), meet);
         if (best.time <= end) break;  // what is met later is not the first
       }
     } else {
-      Sieve(terms).each(objects, meet);
+      look_at_all();
     }
     if (only_first && best.object != none) found.append(best);
   };
-  run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
-  return looked_far;
+  const Work work =
+      run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
+  far = looked_far;
+  return work;
 }
 
 }  // namespace throng::live

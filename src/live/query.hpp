@@ -12,6 +12,7 @@
 #include "cpu/grid_look.hpp"
 #include "cpu/sink.hpp"
 #include "cpu/stop.hpp"
+#include "live/bvh_forest.hpp"
 #include "live/cells.hpp"
 #include "live/list.hpp"
 #include "live/objects.hpp"
@@ -25,10 +26,11 @@ struct Columns {
   cpu::GridLook look;
   const List<ObjectId>& changed;
 };
-// Where questions look for objects: in cells, in which all are where they belong, or in columns;
-// and where they have neither, or columns do not pay, at all objects.
+// Where queries look for objects: in cells or in a forest, in which all are where they belong, or in
+// columns; and where there are none, or columns do not pay, at all objects.
 struct Ground {
   const Cells* cells = nullptr;
+  const BvhForest* forest = nullptr;
   const Blocks* blocks = nullptr;  // of these cells, once they are made
   std::optional<Columns> columns = {};
 
@@ -57,21 +59,29 @@ class Queries {
   void forget_hits() noexcept { hits_.clear(); }
 
   // Throw cpu::NoMemory. Once `stop` is true the questions that are left are not asked.
-  void find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
+  Work find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, cpu::Stop& stop);
-  // Tells CellWalk::looked_far() of all sweeps.
-  std::uint64_t find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
-                          const Executor& executor, unsigned tasks, cpu::Stop& stop);
+  // `far` becomes CellWalk::looked_far() of all sweeps.
+  Work find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
+                 const Executor& executor, unsigned tasks, cpu::Stop& stop, std::uint64_t& far);
 
  private:
   struct Look;
   struct Way;
   template <class Look, class Prepare, class Ask>
-  void run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
+  Work run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
            cpu::Stop& stop, Prepare&& prepare, Ask&& ask);
 
   cpu::Engine& engine_;
-  cpu::EachTask<List<SweepHit>> found_;
+  // What a task finds, and what it looks at for that.
+  struct Found {
+    explicit Found(cpu::Memory& memory) noexcept : hits(memory) {}
+    void match(const Found& other) { hits.match(other.hits); }
+
+    List<SweepHit> hits;
+    Work work;
+  };
+  cpu::EachTask<Found> found_;
   List<Pair> overlaps_;
   List<SweepHit> hits_;
 };

@@ -3,11 +3,15 @@
 // decides. Of a box that holds another one it says yes where it does of that one, as all steps are
 // nowhere decreasing.
 //
-// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1.
-// Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's box is finite, a
-// time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the three is rounded by
-// 2^-22 of itself at most, or by 2^-150, which the inverse makes no more than 2^-86; a difference
-// that overflows is a time beyond 1. So a time at which the axes begin to touch, at most 1, comes
+// A sweep is looked at until a time `end`, and its times here are parts of that: a sweep far longer
+// than the way on which there are boxes would be told apart from none of them otherwise. `by` is how
+// far it goes until then.
+//
+// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1, parts
+// of `end`. Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's box is
+// finite, a time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the three, `by`
+// included, is rounded by 2^-22 of itself at most, or by 2^-150, which the inverse makes no more than
+// 2^-86; a difference that overflows is a time beyond 1. So a time at which the axes begin to touch, at most 1, comes
 // out greater by no more than 2^-20, and one at which they end, at least 0, less by no more than
 // that or at least 1; and it is asked for enter <= leave + 2^-18. Along any other axis the box
 // overlaps `cover`: a number not above 0 stays so times 2^110, and one that is the distance from
@@ -35,8 +39,8 @@ namespace throng::live {
 // Along an axis a box and the sweep begin or end to touch at (lower - from_lower) * inverse and at
 // (upper - from_upper) * inverse.
 struct SieveTerms {
-  // `cover`: of the whole sweep, whose ends are all beyond where it is.
-  SieveTerms(const Sweep& sweep, const Box& cover) noexcept;
+  // Of the sweep until time `end`, at most 1; `cover`: of the sweep.
+  SieveTerms(const Sweep& sweep, const core::Cover& cover, double end) noexcept;
 
   float from_lower[3], from_upper[3], inverse[3];
   // So much later, at most, may it seem to begin than to end.
@@ -97,18 +101,19 @@ class LineSieve {
 #endif
 };
 
-inline SieveTerms::SieveTerms(const Sweep& sweep, const Box& cover) noexcept {
+inline SieveTerms::SieveTerms(const Sweep& sweep, const core::Cover& cover, double end) noexcept {
+  const Box whole = cover(0, end);
   const auto corners = [](const Box& b, int k) {
     const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
     const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
     return std::pair{lower[k], upper[k]};
   };
-  const float by[3] = {sweep.by.x, sweep.by.y, sweep.by.z};
   for (int k = 0; k < 3; ++k) {
     auto [lower, upper] = corners(sweep.box, k);
-    inverse[k] = 1 / by[k];
-    if (!(std::fabs(by[k]) >= 0x1p-64f && std::isfinite(lower) && std::isfinite(upper))) {
-      std::tie(lower, upper) = corners(cover, k);
+    const auto by = static_cast<float>(cover.by(k) * end);
+    inverse[k] = 1 / by;
+    if (!(std::fabs(by) >= 0x1p-64f && std::isfinite(lower) && std::isfinite(upper))) {
+      std::tie(lower, upper) = corners(whole, k);
       lower -= 0x1p-90f;
       inverse[k] = 0x1p110f;
     }

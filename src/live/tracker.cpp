@@ -17,13 +17,16 @@ namespace {
 constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
 // Putting an object that changed into its cell, and telling what of it began and ended; for each
 // pair it has; a cache line of cells that a search around it looks at.
-constexpr double settle_ns = 70, had_pair_ns = 45, line_ns = 15;
+constexpr double settle_ns = 70, settle_in_forest_ns = 600, had_pair_ns = 45, line_ns = 15;
 // An update that finds all pairs anew as searches compared too many forgets so much of that.
 constexpr double forgotten = 0.01;
 // Linking a pair.
 constexpr double link_ns = 30;
-// Where searches compare twice as many boxes as in new cells, and more than this, so much is lost.
-constexpr double fair_comparisons = 64;
+// Where searches compare twice as many boxes per pair as in new cells, and more than this, so much is
+// lost.
+constexpr double outdated_comparisons = 64;
+// Below so many objects no index saves enough to be chosen.
+constexpr std::size_t least_objects_of_forest = 256;
 // How many searches it takes to forget half of what those before them showed.
 constexpr double memory_of_searches = 256;
 // Memory is asked for so many objects ahead.
@@ -56,6 +59,8 @@ Tracker::Tracker(std::pmr::memory_resource* memory, float margin, std::size_t al
       pairs_(engine_.memory()),
       by_object_(engine_.memory()),
       cells_(engine_.memory()),
+      forest_(engine_.memory()),
+      entering_(engine_.memory()),
       queries_(engine_),
       around_(engine_.memory()),
       found_(engine_.memory()) {}
@@ -139,53 +144,119 @@ bool Tracker::few_changed(const Options& options, unsigned tasks) {
   const auto changed = static_cast<double>(objects_.dirty_count());
   const double threads = 1 + thread_share * (tasks - 1);
   const double all = (objects * find_object_ns + pairs * find_pair_ns) / threads;
-  const double search =
-      search_ns + comparison_ns * comparisons_ + had_pair_ns * 2 * pairs / std::max(objects, 1.0);
-  const double few = changed * (settle_ns + search / threads);
+  const double settle = index_ == Index::forest ? settle_in_forest_ns : settle_ns;
+  const auto cost_of_few = [&](double comparisons) {
+    const double search =
+        search_ns + comparison_ns * comparisons + had_pair_ns * 2 * pairs / std::max(objects, 1.0);
+    return changed * (settle + search / threads);
+  };
+  const double few = cost_of_few(comparisons_);
   if (few >= all) {
+    if (index_ != Index::forest) waste(all - cost_of_few(std::min(comparisons_, fair_comparisons())));
     comparisons_ += forgotten * (first_comparisons - comparisons_);
-    return false;
+    if (index_ == Index::forest || !forest_pays()) return false;
+    comparisons_ = first_comparisons;
   }
-  if (!placed_ || !linked_) {
-    regret_ += all - few;
-    if (regret_ < objects * cell_ns + pairs * link_ns) return false;
-    if (!placed_) make_cells(options);
+  if (index_ == Index::absent || !linked_) {
+    regret_ += std::max(0.0, all - few);
+    if (regret_ < objects * cell_ns + pairs * link_ns && !forest_pays()) return false;
+    if (index_ == Index::absent) make_index(options);
     if (!linked_) pairs_.link_all(objects_);
     linked_ = true;
     regret_ = 0;
-  } else if (regret_ > objects * cell_ns) {
-    make_cells(options);
+  } else if (index_ == Index::forest) {
+    if (changed_ > objects_.count() && cells_.suit(objects_, fair_comparisons())) {
+      make_index(options);
+      retried_ = true;
+    }
+    changed_ = changed_ > objects_.count() ? 0 : changed_;
+  } else if (forest_pays() || regret_ > objects * cell_ns) {
+    make_index(options);
   }
-  if (settle_cells(options, all / line_ns)) return true;
-  // What changed is too wide, and will probably be so again.
+  changed_ += objects_.dirty_count();
+  if (settle_all(options, all / line_ns)) return true;
+  // What changed is too wide for cells, and will probably be so again.
+  waste(all);
   regret_ = -4 * (objects * cell_ns + pairs * link_ns);
   return false;
 }
 
-void Tracker::make_cells(const Options& options) {
-  THRONG_RANGE("make cells");
-  placed_ = blocked_ = false;
-  if (objects_.sparse()) objects_.list_alive();
-  cells_.make(objects_, cpu::executor_of(options), tasks_to_move(objects_.limit(), options));
-  if (linked_) regret_ = 0;
-  usual_comparisons_ = 0;
-  placed_ = true;
+// Comparisons of a search that a forest would not save.
+double Tracker::fair_comparisons() const noexcept {
+  const auto objects = static_cast<double>(std::max<std::size_t>(objects_.count(), 1));
+  return fair_search + fair_per_pair * 2 * static_cast<double>(pairs_.count()) / objects;
 }
 
-// Cells that have room for all objects.
-void Tracker::require_cells(const Options& options) {
-  if (!placed_ || !cells_.takes(objects_.count() + objects_.removed_count())) make_cells(options);
+void Tracker::waste(double ns) noexcept {
+  if (ns > 0) wasted_.fetch_add(ns, std::memory_order_relaxed);
+}
+
+bool Tracker::forest_pays() const noexcept {
+  return wasted_.load(std::memory_order_relaxed) >
+         forest_ns * static_cast<double>(std::max(objects_.count(), least_objects_of_forest));
+}
+
+void Tracker::make_index(const Options& options) {
+  THRONG_RANGE("make index");
+  // Where much has changed since there are cells, those may be the reason; but only once.
+  const bool outdated = index_ == Index::cells && changed_ > objects_.count() / 8 && !retried_;
+  const bool try_cells = outdated || !forest_pays();
+  retried_ = outdated && forest_pays();
+  index_ = Index::absent;
+  blocked_ = false;
+  if (objects_.sparse()) objects_.list_alive();
+  if (linked_) regret_ = 0;
+  usual_comparisons_ = 0;
+  wasted_ = 0;
+  changed_ = 0;
+  if (try_cells && cells_.make(objects_, fair_comparisons(), cpu::executor_of(options),
+                               tasks_to_move(objects_.limit(), options)))
+    index_ = Index::cells;
+  else
+    build_forest(false);
+}
+
+void Tracker::build_forest(bool others_are_none) {
+  THRONG_RANGE("build forest");
+  forest_.build(objects_, others_are_none);
+  index_ = Index::forest;
 }
 
 // Puts what changed where it belongs. False, with some of it undone, where searching would look at
 // too many lines.
-bool Tracker::settle_cells(const Options& options, double most_lines) {
-  require_cells(options);
+bool Tracker::settle_all(const Options& options, double most_lines) {
+  if (index_ == Index::cells && !cells_.takes(objects_.count() + objects_.removed_count()))
+    make_index(options);
   const List<ObjectId>& dirty = objects_.dirty_list();
-  return settle_listed(dirty.data(), dirty.size(), most_lines);
+  if (index_ == Index::cells) return settle_in_cells(dirty.data(), dirty.size(), most_lines);
+  settle_in_forest(dirty.data(), dirty.size());
+  return true;
 }
 
-bool Tracker::settle_listed(const ObjectId* dirty, std::size_t count, double most_lines) noexcept {
+// Some may be listed twice.
+void Tracker::settle_in_forest(const ObjectId* dirty, std::size_t count) {
+  constexpr std::uint32_t queued = none - 1;
+  entering_.renew(count);
+  if (!forest_.takes(count)) {
+    for (std::size_t i = 0; i < count; ++i) objects_.body(dirty[i]).home = none;
+    index_ = Index::absent;
+    build_forest(true);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const ObjectId id = dirty[i];
+    std::uint32_t& home = objects_.body(id).home;
+    if (home == queued) continue;
+    if (home != none) forest_.erase(home);
+    home = none;
+    if (!objects_.is_active(id)) continue;
+    home = queued;
+    entering_.push(id);
+  }
+  forest_.insert(objects_, entering_.data(), entering_.size());
+}
+
+bool Tracker::settle_in_cells(const ObjectId* dirty, std::size_t count, double most_lines) noexcept {
   double lines = 0;
   Cells::Place places[settle_ahead];
   for (std::size_t i = 0; i + 1 < count + settle_ahead; ++i) {
@@ -230,7 +301,8 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   r.plan.threads = tasks;
   around_.make(tasks);
   for (unsigned t = 0; t < tasks; ++t) around_[t].start();
-  const Around::Scene scene{objects_, pairs_, cells_};
+  const bool in_forest = index_ == Index::forest;
+  const Around::Scene scene{objects_, pairs_, cells_, in_forest ? &forest_ : nullptr};
   cpu::Stop stop(options.stop);
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
   cpu::run_tasks_or_throw(cpu::executor_of(options), tasks, [&](unsigned t) {
@@ -242,11 +314,14 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
     return;
   }
   std::size_t begun = 0, ended = 0;
+  Work work;
   for (unsigned t = 0; t < tasks; ++t) {
     begun += around_[t].begun().size();
     ended += around_[t].ended().size();
-    r.comparisons += around_[t].compared();
+    work += around_[t].work();
   }
+  r.comparisons += work.compared;
+  r.visited += work.visited;
   pairs_.make_room(begun, ended);
   for (unsigned t = 0; t < tasks; ++t) {
     pairs_.next_begun().push(around_[t].begun());
@@ -254,16 +329,22 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   }
   around_.match(tasks);
   pairs_.commit_linked(objects_);
-  learn(static_cast<double>(r.comparisons));
+  learn(work);
 }
 
-// What searches compared is what the next will be expected to.
-void Tracker::learn(double compared) noexcept {
+// What searches looked at is what the next will be expected to.
+void Tracker::learn(const Work& work) noexcept {
   const auto searches = static_cast<double>(objects_.dirty_count());
+  const bool in_forest = index_ == Index::forest;
+  const auto compared = static_cast<double>(in_forest ? work.total() : work.compared);
   comparisons_ += (compared / searches - comparisons_) * searches / (searches + memory_of_searches);
-  const double fair = std::max(fair_comparisons, 2 * usual_comparisons_) * searches;
+  if (in_forest) return;
+  waste(comparison_ns * (compared - fair_comparisons() * searches));
+  const auto objects = static_cast<double>(objects_.count());
+  const double pairs = 1 + 2 * static_cast<double>(pairs_.count()) / std::max(objects, 1.0);
+  const double fair = std::max(outdated_comparisons, 2 * usual_comparisons_ * pairs) * searches;
   if (usual_comparisons_ == 0) {
-    usual_comparisons_ = compared / searches + 1;
+    usual_comparisons_ = (compared / searches + 1) / pairs;
   } else {
     regret_ += comparison_ns * std::max(0.0, compared - fair);
   }
@@ -286,7 +367,7 @@ Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  placed_ = false;
+  index_ = Index::absent;
   columned_ = false;
   asked_before_ = asked_.exchange(0);
   const bool sparse = objects_.sparse();
@@ -308,21 +389,26 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
 void Tracker::reserve_for(const Tracker& other) {
   objects_.reserve_for(other.objects_);
   pairs_.reserve_for(other.pairs_);
-  cells_.reserve_for(other.cells_);
+  if (other.index_ == Index::cells) cells_.reserve_for(other.cells_);
+  if (other.index_ == Index::forest) forest_.reserve_for(other.forest_);
 }
 
 void Tracker::copy(const Tracker& other) noexcept {
   objects_.copy(other.objects_);
   pairs_.copy(other.pairs_);
-  cells_.copy(other.cells_);
+  if (other.index_ == Index::cells) cells_.copy(other.cells_);
+  if (other.index_ == Index::forest) forest_.copy(other.forest_);
   ready_ = false;
   columned_ = false;
-  placed_ = other.placed_.load();
+  index_ = other.index_.load();
   blocked_ = false;
   indexed_ = false;
   looked_ = 0;
   linked_ = other.linked_;
   regret_ = other.regret_;
+  wasted_ = other.wasted_.load();
+  changed_ = other.changed_;
+  retried_ = other.retried_;
   asked_ = other.asked_.load();
   asked_before_ = other.asked_before_;
   usual_comparisons_ = other.usual_comparisons_;

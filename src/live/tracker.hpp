@@ -1,9 +1,14 @@
 // What a BroadPhase keeps: objects, pairs, cells, and which way an update goes.
 //
-// Few changed: each of them is compared with the pairs it had and with the boxes around it, which
-// Cells find. Many changed: all pairs are found anew, as a Finder does, and merged with those there
-// were. After the latter the cells are stale; making them anew is put off until what they would
-// have saved since is as much as that costs. Questions have the columns in which pairs were found.
+// Few changed: each of them is compared with the pairs it had and with the boxes around it, which an
+// index finds. Many changed: all pairs are found from scratch, as a Finder does, and merged with those
+// there were. After the latter the index is stale; building it again is put off until what it would
+// have saved since is as much as that costs. Queries have the columns in which pairs were found.
+//
+// The index is Cells where boxes are spread out, and a BvhForest where they are not. Searches in
+// cells are counted: what they look at beyond `fair_comparisons()` is waste. Once the waste is as much
+// as a forest costs, there is one. So whatever the boxes, less than twice is paid of what the better
+// index would have cost. After as many changes as there are objects, cells are tried again.
 #pragma once
 
 #include <atomic>
@@ -16,6 +21,7 @@
 
 #include "cpu/engine.hpp"
 #include "live/around.hpp"
+#include "live/bvh_forest.hpp"
 #include "live/cells.hpp"
 #include "live/objects.hpp"
 #include "live/pair_set.hpp"
@@ -61,12 +67,16 @@ class Tracker {
  private:
   void catch_up(const Options& options, unsigned tasks, Result& result);
   bool few_changed(const Options& options, unsigned tasks);
-  void make_cells(const Options& options);
-  void require_cells(const Options& options);
-  bool settle_cells(const Options& options, double most_lines);
-  bool settle_listed(const ObjectId* dirty, std::size_t count, double most_lines) noexcept;
+  void make_index(const Options& options);
+  void build_forest(bool others_are_none);
+  bool settle_all(const Options& options, double most_lines);
+  bool settle_in_cells(const ObjectId* dirty, std::size_t count, double most_lines) noexcept;
+  void settle_in_forest(const ObjectId* dirty, std::size_t count);
+  double fair_comparisons() const noexcept;
+  void waste(double ns) noexcept;
+  bool forest_pays() const noexcept;
   void search_around(const Options& options, unsigned tasks, Result& result);
-  void learn(double compared) noexcept;
+  void learn(const Work& work) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
@@ -76,6 +86,9 @@ class Tracker {
   void get_ready(const Queries& by, const Options& options);
   void asked(const Queries& by, std::size_t count, double ns, const Options& options);
   void walked(std::uint64_t cells) noexcept;
+  void cost_more(const Queries& by, const Work& work, double expected,
+                 const Options& options) noexcept;
+  void looked_at(const Work& work, std::size_t queries, std::size_t hits) noexcept;
   bool index_pairs() noexcept;
   std::optional<Columns> columns() noexcept;
   Ground ground() noexcept;
@@ -85,17 +98,24 @@ class Tracker {
   PairSet pairs_;
   PairsByObject by_object_;
   Cells cells_;
+  BvhForest forest_;
+  List<ObjectId> entering_;  // room for objects that go into the forest
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
   std::mutex preparing_;              // what those who ask share
   std::atomic<bool> ready_{false};    // what changed is where questions look for it
-  std::atomic<bool> placed_{false};   // cells are kept
+  enum class Index : std::uint8_t { absent, cells, forest };
+  std::atomic<Index> index_{Index::absent};  // what all objects but those that changed are in
   std::atomic<bool> blocked_{false};  // and which blocks of them are empty
   std::atomic<bool> indexed_{false};  // which of the pairs, as they are in order, an object has
   bool linked_ = false;               // pairs are linked; where not, they are in order
   bool columned_ = false;             // the engine's columns hold all but what has changed since
-  double regret_ = 0;  // ns that cells would have saved, or better cells than those there are
+  double regret_ = 0;  // ns that an index would have saved, or better cells than those there are
+  // ns that a forest would have saved; and objects that changed since there has been this index.
+  std::atomic<double> wasted_{0};
+  std::size_t changed_ = 0;
+  bool retried_ = false;  // these cells are not the first since there was a forest, or waste
   // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
   // were last found anew, and from the time before that.
   std::atomic<double> asked_{0};
@@ -103,13 +123,16 @@ class Tracker {
   std::atomic<std::uint64_t> walked_{0};  // cells that sweeps looked into, without blocks
   std::atomic<std::uint64_t> looked_{0};  // pairs that were looked at for those of one object
   // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
-  // Making cells, an object; searching around a box, and each comparison there.
-  static constexpr double cell_ns = 35, search_ns = 80, comparison_ns = 6;
+  // Making cells, and a forest, an object; searching around a box, and each comparison there.
+  static constexpr double cell_ns = 35, forest_ns = 250, search_ns = 80, comparison_ns = 6;
+  // A search in a forest looks at about so many nodes and boxes, and so many for each pair.
+  static constexpr double fair_search = 256, fair_per_pair = 16;
   // What a box is compared with in a search around an object that changed: before the first, and
   // as searches have shown it.
   static constexpr double first_comparisons = 24;
   double comparisons_ = first_comparisons;
-  double usual_comparisons_ = 0;  // of a search, in cells as they were when new; 0: not known yet
+  // Of a search, in cells as they were when new, per pair of an object and one more; 0: not known yet.
+  double usual_comparisons_ = 0;
 };
 
 }  // namespace throng::live

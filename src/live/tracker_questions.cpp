@@ -12,6 +12,8 @@ namespace {
 // Finding the overlaps of many boxes with all objects as those of two sets, an object; a question
 // that has cells.
 constexpr double search_object_ns = 8, question_ns = 1500;
+// Without an index: looking at a record of a column, and comparing a box.
+constexpr double record_ns = 1, compared_ns = 5;
 constexpr double no_limit = 1e300;
 // Looking at a pair, for those of one object; telling which each object has: a pair, an object.
 constexpr double look_ns = 0.5, index_pair_ns = 6, index_object_ns = 2;
@@ -45,10 +47,14 @@ void Tracker::get_ready(const Queries& by, const Options& options) {
   const std::lock_guard<std::mutex> lock(preparing_);
   if (ready_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
-  if (placed_) {
-    require_cells(to_prepare(by, options));
+  if (index_ == Index::cells && !cells_.takes(objects_.count() + objects_.removed_count()))
+    make_index(to_prepare(by, options));
+  if (index_ != Index::absent) {
     objects_.place_changed([this](const ObjectId* changed, std::size_t count) {
-      settle_listed(changed, count, no_limit);
+      if (index_ == Index::cells)
+        settle_in_cells(changed, count, no_limit);
+      else
+        settle_in_forest(changed, count);
     });
   }
   if (cells_.blocks().worn()) {
@@ -66,19 +72,19 @@ void Tracker::asked(const Queries& by, std::size_t count, double ns, const Optio
   const double cells = cell_ns * static_cast<double>(objects_.count());
   double sum = asked_.load(std::memory_order_relaxed);
   if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
-  if (placed_ || std::max(sum, asked_before_) <= cells) return;
+  if (index_ != Index::absent || std::max(sum, asked_before_) <= cells) return;
   // While another one makes them there is the ground of before, for who has not much to ask.
   std::unique_lock<std::mutex> lock(preparing_, std::defer_lock);
   if (saved > cells)
     lock.lock();
   else if (!lock.try_lock())
     return;
-  if (!placed_) make_cells(to_prepare(by, options));
+  if (index_ == Index::absent) make_index(to_prepare(by, options));
 }
 
 // Sweeps that looked into as many cells as blocks of them cost; they might have passed over most.
 void Tracker::walked(std::uint64_t cells) noexcept {
-  if (blocked_ || !placed_ || cells == 0) return;
+  if (blocked_ || index_ != Index::cells || cells == 0) return;
   walked_ += cells;
   if (block_cells * static_cast<double>(objects_.count()) > static_cast<double>(walked_)) return;
   const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
@@ -91,12 +97,47 @@ void Tracker::walked(std::uint64_t cells) noexcept {
   }
 }
 
+// What queries without an index cost beyond what was expected of them: where boxes are clustered, the
+// columns that are looked into may have far more than their share.
+void Tracker::cost_more(const Queries& by, const Work& work, double expected,
+                        const Options& options) noexcept {
+  if (index_ != Index::absent) return;
+  const double cost = record_ns * static_cast<double>(work.visited) +
+                      compared_ns * static_cast<double>(work.compared);
+  if (cost <= expected) return;
+  try {
+    asked(by, 0, cost - expected, options);
+  } catch (const cpu::NoMemory&) {  // the queries have been answered without
+  }
+}
+
+// Queries in cells that looked at more than a forest would. While others search in the cells those stay
+// as they are, and the forest is built beside them.
+void Tracker::looked_at(const Work& work, std::size_t queries, std::size_t hits) noexcept {
+  if (index_ != Index::cells) return;
+  const double fair =
+      fair_search * static_cast<double>(queries) + fair_per_pair * static_cast<double>(hits);
+  waste(comparison_ns * (static_cast<double>(work.total()) - fair));
+  if (!forest_pays()) return;
+  const std::unique_lock<std::mutex> lock(preparing_, std::try_to_lock);
+  if (!lock || index_ != Index::cells) return;
+  wasted_ = 0;
+  changed_ = 0;
+  try {
+    build_forest(false);
+  } catch (const cpu::NoMemory&) {  // the queries have been answered without
+  }
+}
+
 std::optional<Columns> Tracker::columns() noexcept {
   if (!columned_ || objects_.dirty_count() > objects_.count() / most_listed) return std::nullopt;
   return Columns{{engine_.grid(), *engine_.whole_plan()}, objects_.dirty_list()};
 }
 Ground Tracker::ground() noexcept {
-  if (placed_) return {.cells = &cells_, .blocks = blocked_ ? &cells_.blocks() : nullptr};
+  const Index index = index_;
+  if (index == Index::forest) return {.forest = &forest_};
+  if (index == Index::cells)
+    return {.cells = &cells_, .blocks = blocked_ ? &cells_.blocks() : nullptr};
   return {.columns = columns()};
 }
 
@@ -135,18 +176,24 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
   const double all = search_object_ns * static_cast<double>(objects_.limit());  // so many it takes
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
   bool one_by_one = false;
+  double expected = 0;
   if (few) {
     get_ready(by, options);
     const Ground now{.columns = columns()};
     const double cost =
         cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
-    asked(by, boxes.size(), std::min(cost, all), options);
-    one_by_one = placed_ || cost < all;
+    expected = std::min(cost, all);
+    asked(by, boxes.size(), expected, options);
+    one_by_one = index_ != Index::absent || cost < all;
   }
   cpu::Stop stop(options.stop);
   if (one_by_one) {
-    by.find_overlaps(objects_, ground(), boxes, cpu::executor_of(options), cpu::threads_of(options),
-                     stop);
+    const Work work = by.find_overlaps(objects_, ground(), boxes, cpu::executor_of(options),
+                                       cpu::threads_of(options), stop);
+    r.comparisons = work.compared;
+    r.visited = work.visited;
+    looked_at(work, boxes.size(), by.overlaps().size());
+    cost_more(by, work, expected, options);
   } else {
     if (&by == &queries_) columned_ = false;  // the engine is that of updates
     const Boxes view = objects_.view();
@@ -166,8 +213,14 @@ void Tracker::find_hits(Queries& by, const Sweeps& sweeps, const Options& option
       cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
   asked(by, sweeps.count, cost, options);
   cpu::Stop stop(options.stop);
-  walked(by.find_hits(objects_, ground(), sweeps, cpu::executor_of(options),
-                      cpu::threads_of(options), stop));
+  std::uint64_t far = 0;
+  const Work work = by.find_hits(objects_, ground(), sweeps, cpu::executor_of(options),
+                                 cpu::threads_of(options), stop, far);
+  r.comparisons = work.compared;
+  r.visited = work.visited;
+  walked(far);
+  looked_at(work, sweeps.count, by.hits().size());
+  cost_more(by, work, cost, options);
   r.found = r.written = by.hits().size();
   if (stop()) r.status = Status::stopped;
 }

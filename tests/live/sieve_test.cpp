@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <vector>
@@ -22,8 +23,9 @@ Body body_of(const Box& box) { return {box, 0, none}; }
 struct Met {
   std::size_t met = 0, grazed = 0, passed = 0, lost = 0;
 };
-void ask(const Sweep& sweep, const Body (&four)[4], Met& sum) {
-  const SieveTerms terms(sweep, core::Cover(sweep)(0, 1));
+// Until time `end`.
+void ask(const Sweep& sweep, double end, const Body (&four)[4], Met& sum) {
+  const SieveTerms terms(sweep, core::Cover(sweep), end);
   const std::uint32_t passes = Sieve(terms).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
@@ -35,7 +37,7 @@ void ask(const Sweep& sweep, const Body (&four)[4], Met& sum) {
     EXPECT_EQ((in_line & 1) != 0, passed);
     EXPECT_EQ(in_line >> 1, i % 2 & passes >> (i + 1) % 4);
     const core::Touch t = core::touch(sweep, four[i].box);
-    const bool met = core::is_active(four[i].box) && t.enter <= t.leave;
+    const bool met = core::is_active(four[i].box) && t.enter <= std::min(t.leave, end);
     sum.met += met;
     sum.grazed += met && t.enter == t.leave;
     sum.passed += passed;
@@ -73,6 +75,14 @@ Box any_box(Random& random) {
   return box;
 }
 
+// A time until which a sweep may be looked at: all of it, that at which it meets or leaves a box, or
+// any.
+double any_end(Random& random, const Sweep& sweep, const Box& box) {
+  const core::Touch t = core::touch(sweep, box);
+  const double ends[] = {1, t.enter, t.leave, std::ldexp(double{random.unit()}, -random.between(0, 90))};
+  return std::clamp(ends[random.below(4)], 0.0, 1.0);
+}
+
 TEST(Sieve, AnyNumbers) {
   Random random(1);
   Met sum;
@@ -83,7 +93,7 @@ TEST(Sieve, AnyNumbers) {
     sweep.by = {any_number(random, true), any_number(random, true), any_number(random, true)};
     const Body four[4] = {body_of(any_box(random)), body_of(any_box(random)),
                           body_of(any_box(random)), body_of(any_box(random))};
-    ask(sweep, four, sum);
+    ask(sweep, any_end(random, sweep, four[random.below(4)].box), four, sum);
   }
   EXPECT_EQ(sum.lost, 0u);
   EXPECT_GT(sum.met, 100'000u);
@@ -108,7 +118,7 @@ TEST(Sieve, Grazing) {
     const Sweep sweep = {box_at(), {at(-9, 9), at(-9, 9), at(-9, 9)}};
     const Body four[4] = {body_of(box_at()), body_of(box_at()), body_of(box_at()),
                           body_of(box_at())};
-    ask(sweep, four, sum);
+    ask(sweep, any_end(random, sweep, four[random.below(4)].box), four, sum);
   }
   EXPECT_EQ(sum.lost, 0u);
   EXPECT_GT(sum.grazed, 10'000u);
@@ -126,8 +136,29 @@ TEST(Sieve, FewMorePassThanAreMet) {
     const Vec3 from = random.point(0, 100), to = random.point(0, 100);
     const Sweep ray = {{from, from}, {to.x - from.x, to.y - from.y, to.z - from.z}};
     const Body four[4] = {small(), small(), small(), small()};
-    ask(ray, four, sum);
+    ask(ray, 1, four, sum);
   }
+  EXPECT_GT(sum.met, 20u);
+  EXPECT_LE(sum.passed, sum.met + sum.met / 20);
+}
+
+// The same rays, but 1e14 to 1e30 times as long, looked at until they leave the room.
+TEST(Sieve, LongRaysPassAsFew) {
+  Random random(4);
+  Met sum;
+  for (int k = 0; k < 100'000; ++k) {
+    const auto small = [&] {
+      const Vec3 v = random.point(0, 100);
+      return body_of({v, {v.x + 1, v.y + 1, v.z + 1}});
+    };
+    const Vec3 from = random.point(0, 100), to = random.point(0, 100);
+    const float far = std::ldexp(1.0f, random.between(46, 100));
+    const Sweep ray = {{from, from},
+                       {(to.x - from.x) * far, (to.y - from.y) * far, (to.z - from.z) * far}};
+    const Body four[4] = {small(), small(), small(), small()};
+    ask(ray, core::touch(ray, {{0, 0, 0}, {101, 101, 101}}).leave, four, sum);
+  }
+  EXPECT_EQ(sum.lost, 0u);
   EXPECT_GT(sum.met, 20u);
   EXPECT_LE(sum.passed, sum.met + sum.met / 20);
 }
@@ -147,7 +178,7 @@ TEST(Sieve, EachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    Sieve(SieveTerms(sweep, core::Cover(sweep)(0, 1))).each(objects, [&](ObjectId id) {
+    Sieve(SieveTerms(sweep, core::Cover(sweep), 1)).each(objects, [&](ObjectId id) {
       if (objects.is_active(id)) got.push_back(id);
     });
     EXPECT_EQ(got, want) << count;

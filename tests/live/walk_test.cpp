@@ -31,7 +31,7 @@ class World {
     objects_.add(box, filter);
   }
   void make() {
-    cells_.make(objects_, cpu::default_executor(), 1);
+    ASSERT_TRUE(cells_.make(objects_, infinity, cpu::default_executor(), 1));
     cells_.make_blocks(objects_);
   }
 
@@ -70,14 +70,14 @@ void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
          const std::vector<Meeting>& wanted, Sum& sum) {
   const Objects& objects = w.objects();
   const core::Cover cover(sweep);
-  const LineSieve sieve(SieveTerms(sweep, cover(0, 1)));
   std::set<ObjectId> looked;
   double first = 2;  // of all objects, and as found by the one who ends there
   for (const Meeting& m : wanted) first = std::min(first, m.touch.enter);
   CellWalk walk;
+  Work work;
   const double never = 2;
   walk.start(w.cells(), blocks, {}, sweep, cover, false);
-  if (!walk.go(sieve, never, [&](const CellLine& line, std::uint32_t k) {
+  if (!walk.go(never, work, [&](const CellLine& line, std::uint32_t k) {
         looked.insert(line.id[k]);
         ++sum.looked;
       })) {
@@ -99,7 +99,7 @@ void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
   }
   double found = 2;
   walk.start(w.cells(), blocks, {}, sweep, cover, true);
-  ASSERT_TRUE(walk.go(sieve, found, [&](const CellLine& line, std::uint32_t k) {
+  ASSERT_TRUE(walk.go(found, work, [&](const CellLine& line, std::uint32_t k) {
     const core::Touch t = core::touch(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
   }));
@@ -287,12 +287,12 @@ TEST(CellWalk, PassesOverEmptyBlocks) {
       Sweep ray{{from, from}, any_way(random, 4000)};
       if (k % 2 && !diagonal) ray.by = {to.x - from.x, to.y - from.y, to.z - from.z};
       const core::Cover cover(ray);
-      const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
       for (const bool passes : {false, true}) {
         CellWalk walk;
+        Work work;
         const double never = 2;
         walk.start(world.cells(), passes ? &blocks : nullptr, {}, ray, cover, false);
-        given_up[passes] += !walk.go(sieve, never, [](const CellLine&, std::uint32_t) {});
+        given_up[passes] += !walk.go(never, work, [](const CellLine&, std::uint32_t) {});
         looked[passes] += walk.looked_far();
       }
       ask(world, &blocks, ray, meetings(world.objects(), ray), sum);
@@ -353,13 +353,13 @@ TEST(CellWalk, Worlds) {
     const Vec3 from = random.point(0, 25);
     const Sweep ray = {{from, from}, any_way(random, 10)};
     const core::Cover cover(ray);
-    const LineSieve sieve(SieveTerms(ray, cover(0, 1)));
     std::set<ObjectId> looked;
     CellWalk walk;
+    Work work;
     const double never = 2;
     const auto look = [&](const CellLine& line, std::uint32_t k) { looked.insert(line.id[k]); };
     walk.start(world.cells(), nullptr, {2, true, false}, ray, cover, false);
-    ASSERT_TRUE(walk.go(sieve, never, look));
+    ASSERT_TRUE(walk.go(never, work, look));
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
       const std::int32_t of = world.objects().filter(id).world;
@@ -369,7 +369,7 @@ TEST(CellWalk, Worlds) {
       EXPECT_EQ(looked.count(id), 1u);
     }
     walk.start(world.cells(), nullptr, {-1, false, true}, ray, cover, false);
-    EXPECT_FALSE(walk.go(sieve, never, look));
+    EXPECT_FALSE(walk.go(never, work, look));
   }
   EXPECT_GT(met, 300u);
 }
