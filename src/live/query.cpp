@@ -205,85 +205,137 @@ Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
   return work;
 }
 
+namespace {
+
+// What one sweep meets of the objects that it is shown.
+class Meetings {
+ public:
+  Meetings(const Objects& objects, const Sweeps& sweeps, const Allowed& allowed, std::size_t i,
+           List<SweepHit>& found) noexcept
+      : sweep(sweeps.data[i]),
+        filter(allowed.filter(i)),
+        objects_(objects),
+        allowed_(allowed),
+        test_(sweeps.test),
+        only_first_(sweeps.which == SweepHits::first),
+        grown_(objects.margin() != 0),
+        number_(static_cast<std::uint32_t>(i)),
+        best_{number_, none, 2},
+        found_(found) {}
+
+  // When the first was met, or 2.
+  const double& first() const noexcept { return best_.time; }
+  void meet(ObjectId id) {
+    const Box& box = objects_.body(id).box;
+    if (core::is_active(box)) meet_box(id, box);
+  }
+  // Box k of a line, which may have a margin.
+  void meet(const CellLine& line, std::uint32_t k) {
+    meet_box(line.id[k], grown_ ? objects_.body(line.id[k]).box : line.box(k));
+  }
+  // All objects, one by one.
+  void meet_all(const core::Cover& cover, Work& work) {
+    work.visited += objects_.limit();
+    Sieve(SieveTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) { meet(id); });
+  }
+  void finish() {
+    if (only_first_ && best_.object != none) found_.append(best_);
+  }
+
+  const Sweep& sweep;
+  const Filter filter;
+  double begin = 0;  // whatever is met until then has been looked at, but for a start at 0
+
+ private:
+  bool is_better(double time, ObjectId id) const noexcept {
+    return time < best_.time || (time == best_.time && id < best_.object);
+  }
+  void meet_box(ObjectId id, const Box& box) {
+    if (!allowed_(filter, id)) return;
+    const core::Touch t = core::touch(sweep, box);
+    if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
+    if (only_first_ && !is_better(t.enter, id)) return;
+    double time = t.enter;
+    if (test_.when) {
+      const double told = test_.when(test_.context, number_, id, time);
+      if (!(told <= 1)) return;
+      time = std::max(time, told);
+    }
+    if (!only_first_)
+      found_.append({number_, id, time});
+    else if (is_better(time, id))
+      best_ = {number_, id, time};
+  }
+
+  const Objects& objects_;
+  const Allowed& allowed_;
+  const SweepTest& test_;
+  const bool only_first_, grown_;
+  const std::uint32_t number_;
+  SweepHit best_;
+  List<SweepHit>& found_;
+};
+
+}  // namespace
+
 Work Queries::find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
                         const Executor& executor, unsigned tasks, cpu::Stop& stop,
                         std::uint64_t& far) {
-  std::atomic<std::uint64_t> looked_far{0};
-  const Cells* const cells = ground.cells;
   const Allowed allowed(objects, sweeps.filters);
-  const SweepTest& test = sweeps.test;
   const bool only_first = sweeps.which == SweepHits::first;
-  const bool by_cells = cells && objects.limit() > few_objects;
-  const bool grown = objects.margin() != 0;
-  const auto prepare = [&](std::size_t i, Way& way) {
-    const Sweep& sweep = sweeps.data[i];
-    if (!core::is_active(sweep.box)) return;
-    way.cover = core::Cover(sweep);
-    if (by_cells)
-      way.walk.start(*cells, ground.blocks, worlds_of(objects, allowed.filter(i)), sweep, way.cover,
-                     only_first);
-  };
-  const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found, Work& work) {
-    const Sweep& sweep = sweeps.data[i];
-    if (!core::is_active(sweep.box)) return;
-    const Filter filter = allowed.filter(i);
-    const auto number = static_cast<std::uint32_t>(i);
-    SweepHit best{number, none, 2};
-    const auto is_better = [&](double time, ObjectId id) {
-      return time < best.time || (time == best.time && id < best.object);
+  far = 0;
+  if (ground.cells && objects.limit() > few_objects) {
+    std::atomic<std::uint64_t> looked_far{0};
+    const auto prepare = [&](std::size_t i, Way& way) {
+      const Sweep& sweep = sweeps.data[i];
+      if (!core::is_active(sweep.box)) return;
+      way.cover = core::Cover(sweep);
+      way.walk.start(*ground.cells, ground.blocks, worlds_of(objects, allowed.filter(i)), sweep,
+                     way.cover, only_first);
     };
-    double begin = 0;  // whatever is met until then has been looked at, but for a start at 0
-    const auto meet_box = [&](ObjectId id, const Box& box) {
-      if (!allowed(filter, id)) return;
-      const core::Touch t = core::touch(sweep, box);
-      if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
-      if (only_first && !is_better(t.enter, id)) return;
-      double time = t.enter;
-      if (test.when) {
-        const double told = test.when(test.context, number, id, time);
-        if (!(told <= 1)) return;
-        time = std::max(time, told);
-      }
-      if (!only_first)
-        found.append({number, id, time});
-      else if (is_better(time, id))
-        best = {number, id, time};
-    };
-    const auto meet = [&](ObjectId id) {
-      ++work.compared;
-      const Box& box = objects.body(id).box;
-      if (core::is_active(box)) meet_box(id, box);
-    };
-    const auto look = [&](const CellLine& line, std::uint32_t k) {
-      meet_box(line.id[k], grown ? objects.body(line.id[k]).box : line.box(k));
-    };
-    const auto look_at_all = [&] {
-      work.visited += objects.limit();
-      Sieve(SieveTerms(sweep, way.cover, 1)).each(objects, meet);
-    };
-    if (by_cells) {
-      if (!way.walk.go(best.time, work, look)) look_at_all();
+    const auto ask = [&](std::size_t i, Way& way, List<SweepHit>& found, Work& work) {
+      if (!core::is_active(sweeps.data[i].box)) return;
+      Meetings meetings(objects, sweeps, allowed, i, found);
+      const auto look = [&](const CellLine& line, std::uint32_t k) { meetings.meet(line, k); };
+      if (!way.walk.go(meetings.first(), work, look)) meetings.meet_all(way.cover, work);
       if (way.walk.looked_far() != 0)
         looked_far.fetch_add(way.walk.looked_far(), std::memory_order_relaxed);
-    } else if (ground.forest) {
-      ground.forest->cast(sweep, way.cover, filter, only_first, best.time, work, look);
-    } else if (!cells && columns_pay(ground, objects, sweep)) {
+      meetings.finish();
+    };
+    const Work work =
+        run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
+    far = looked_far;
+    return work;
+  }
+  struct Nothing {};
+  const auto prepare = [](std::size_t, Nothing&) {};
+  const auto ask = [&](std::size_t i, Nothing&, List<SweepHit>& found, Work& work) {
+    const Sweep& sweep = sweeps.data[i];
+    if (!core::is_active(sweep.box)) return;
+    const core::Cover cover(sweep);
+    Meetings meetings(objects, sweeps, allowed, i, found);
+    if (ground.forest) {
+      ground.forest->cast(
+          sweep, cover, meetings.filter, only_first, meetings.first(), work,
+          [&](const CellLine& line, std::uint32_t k) { meetings.meet(line, k); });
+    } else if (!ground.cells && columns_pay(ground, objects, sweep)) {
+      const auto meet = [&](ObjectId id) {
+        ++work.compared;
+        meetings.meet(id);
+      };
       for (const ObjectId id : ground.columns->changed) meet(id);
       const double piece = 1 / pieces(*ground.columns, sweep);
-      for (double end; begin != 1; begin = end) {
-        end = std::min(begin + piece, 1.0);
-        work.visited += ground.columns->look.each(way.cover(begin, end), meet);
-        if (best.time <= end) break;  // what is met later is not the first
+      for (double end; meetings.begin != 1; meetings.begin = end) {
+        end = std::min(meetings.begin + piece, 1.0);
+        work.visited += ground.columns->look.each(cover(meetings.begin, end), meet);
+        if (meetings.first() <= end) break;  // what is met later is not the first
       }
     } else {
-      look_at_all();
+      meetings.meet_all(cover, work);
     }
-    if (only_first && best.object != none) found.append(best);
+    meetings.finish();
   };
-  const Work work =
-      run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
-  far = looked_far;
-  return work;
+  return run<Nothing>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
 }
 
 }  // namespace throng::live
