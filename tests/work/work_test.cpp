@@ -1,0 +1,52 @@
+// A cost cliff fails here without a clock: comparisons and what was looked into, per object, query
+// and result, on scenes of many kinds, are below the bounds of one table. See measure.hpp for what
+// counts and bounds.hpp for the bounds; scripts/work_bound draws more scenes, and larger ones.
+#include <gtest/gtest.h>
+
+#include "work/bounds.hpp"
+#include "work/tally.hpp"
+
+namespace throng::tests {
+namespace {
+
+class WorkBounds : public testing::TestWithParam<std::string> {};
+
+// Draws of a family: some that are also held against a double loop, then larger ones.
+constexpr std::uint64_t checked_draws = 3, draws = 10;
+
+TEST_P(WorkBounds, Hold) {
+  WorkTally tally;
+  for (std::uint64_t seed = 1; seed <= checked_draws; ++seed)
+    tally.add(draw_work(seed, 300, 600, GetParam()));
+  for (std::uint64_t seed = 100; seed < 100 + draws; ++seed)
+    tally.add(draw_work(seed, 500, 20000, GetParam()));
+  EXPECT_EQ(tally.wrong(), "");
+  EXPECT_EQ(tally.violations(), "") << "throng-work-bound with these arguments shows one alone";
+}
+
+INSTANTIATE_TEST_SUITE_P(Families, WorkBounds, testing::ValuesIn(work_families()),
+                         [](const auto& which) {
+                           std::string name = which.param;
+                           for (char& c : name)
+                             if (c == '-') c = '_';
+                           return name;
+                         });
+
+// Each call has a bound for any family, and each row a family that there is.
+TEST(WorkBounds, TheTableIsWhole) {
+  for (int w = 0; w < work_count; ++w) {
+    int rows = 0;
+    for (const WorkBound& b : work_bounds)
+      rows += b.family[0] == '\0' && b.work == static_cast<Work>(w);
+    EXPECT_EQ(rows, 1) << to_string(static_cast<Work>(w));
+  }
+  const auto& names = work_families();
+  for (const WorkBound& b : work_bounds) {
+    if (b.family[0] == '\0') continue;
+    EXPECT_NE(std::find(names.begin(), names.end(), b.family), names.end()) << b.family;
+    EXPECT_NE(std::string(b.reason), "") << b.family << " needs a reason";
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests
