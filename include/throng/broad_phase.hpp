@@ -111,31 +111,39 @@ class THRONG_API BroadPhase {
   // Adds an object for each box, with the filters that hang on the view, and writes their ids:
   // 0, 1, 2, ... where none was removed. The id of a removed object is given away again only after
   // an update has told which pairs its removal ended.
+  // Cost: a constant for each; the search is the next update's or query's. All calls:
+  // docs/choosing.md.
   Result add(const Boxes& boxes, ObjectId* ids) noexcept;
   Status add(const Box& box, const Filter& filter, ObjectId& id) noexcept;
   ObjectId add(const Box& box, const Filter& filter = {});  // throws Error
 
   // An id that is not alive, or twice in one list, is an error: Status::bad_id.
+  // Cost: as add.
   Result remove(const ObjectId* ids, std::size_t count) noexcept;
   Status remove(ObjectId id) noexcept;
 
   // Gives objects new boxes; of several calls before an update the last wins. Filters that hang on
   // the view are not looked at.
+  // Cost: as add.
   Result move(const ObjectId* ids, const Boxes& boxes) noexcept;
   Status move(ObjectId id, const Box& box) noexcept;
   // The same for all objects: boxes[id] for every id below id_limit(). It finds out which boxes
   // differ. Those of ids that are not alive are not looked at.
+  // Cost: a look at each object; then as move() of those that differ.
   Result move_all(const Boxes& boxes) noexcept;
 
   // One value an object of the list; filters that are absent stay as they were.
+  // Cost: as add.
   Result set_filters(const ObjectId* ids, std::size_t count, const Filters& filters) noexcept;
   Status set_filter(ObjectId id, const Filter& filter) noexcept;
 
   // Adds `by` to all corners, rounded to nearest. The next update tells the pairs of the boxes that
   // this gives: rounding can make boxes touch that did not, and the reverse.
+  // Cost: as move() of all objects.
   Result shift_origin(const Vec3& by) noexcept;
 
   // Finds the pairs that began and ended since the last update.
+  // Cost: for each object that changed log n + its pairs; at most n + all pairs.
   Result update() noexcept;
   // What the last update told; good until the next one. A slot that ended is free: the next update
   // may give it to another pair.
@@ -143,12 +151,14 @@ class THRONG_API BroadPhase {
   LivePairs ended() const noexcept;
   // All pairs there are since the last update; good until the next. They are put into order when
   // they are asked for.
+  // Cost: a sort of all pairs, once after an update.
   LivePairs pairs() noexcept;
   // Those of one object, sorted by the other one. Returns how many there are, and writes them if
   // `room` is enough; if not, what is in `out` then is of no use. 0 of an id that has none. It
   // costs what the object's own pairs do; only after an update that found all pairs anew the first
   // calls look through all of them. Several threads may call it at once, and beside each
   // BroadPhaseQuery.
+  // Cost: the object's pairs; see above.
   std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
 
   // Questions to the objects as they were given last, with an update since or without. Each takes
@@ -157,6 +167,7 @@ class THRONG_API BroadPhase {
   //
   // All objects that each box overlaps, as far as the filters on the view allow: first is the
   // number of the box, second the object; sorted. The Result tells how many.
+  // Cost: for each box log n + what it overlaps.
   Result find_overlaps(const Boxes& boxes) noexcept;
   Pairs overlaps() const noexcept;
   // The objects that each sweep meets. On each axis the times of touching are computed in doubles,
@@ -164,6 +175,7 @@ class THRONG_API BroadPhase {
   // and cut to 0 .. 1; along an axis with `by` 0 the boxes must overlap. What is the hit is decided
   // by these numbers alone, and by `test` if there is one. A sweep with a NaN, or a `by` that is
   // not finite, is refused: nan_box. A box with lower > upper meets nothing.
+  // Cost: for each sweep log n + what it meets, and of a long one what lies along its way.
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
                    const Filters& filters = {}, const SweepTest& test = {}) noexcept;
   SweepHitList hits() const noexcept;

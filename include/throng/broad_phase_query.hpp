@@ -32,6 +32,7 @@ class THRONG_API BroadPhaseQuery {
   BroadPhaseQuery(BroadPhaseQuery&& other) noexcept;
   BroadPhaseQuery& operator=(BroadPhaseQuery&& other) noexcept;
 
+  // Cost: as of BroadPhase's, here and below.
   Result find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept;
   Pairs overlaps() const noexcept;
   Result find_hits(const BroadPhase& objects, const Sweep* sweeps, std::size_t count,

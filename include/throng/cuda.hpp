@@ -74,6 +74,7 @@ class THRONG_API Finder {
   // status buffer_too_small, the exact total in `found`, the first `written` valid (canonical: none
   // are written). Takes memory where reserve() has not. Where a NaN is refused, what stands
   // in `out` is of no use.
+  // Cost: n + pairs, of all forms; up to 4,096 boxes n^2 / 2.
   Result find(const Boxes& boxes, Pair* out, std::size_t capacity, Stream stream) noexcept;
   Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity,
               Stream stream) noexcept;

@@ -69,6 +69,7 @@ class THRONG_API BroadPhase {
   Result shift_origin(const Vec3& by, Stream stream) noexcept;
 
   // Finds the pairs that began and ended since the last update.
+  // Cost: n + candidates.
   Result update(Stream stream) noexcept;
   // move_all(boxes) and update() in one, which waits once less. Where memory runs out the boxes may
   // have been taken, but nothing has been told: give them again.

@@ -22,6 +22,7 @@ class THRONG_API Error : public std::runtime_error {
 };
 
 // All pairs of overlapping boxes, each once, first < second. Throws Error.
+// Cost: n + pairs, here and below; docs/choosing.md, 'What each call costs'.
 THRONG_API std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options = {});
 // All pairs of a box of `a` and an overlapping box of `b`. Throws Error.
 THRONG_API std::vector<Pair> find_pairs(const Boxes& a, const Boxes& b,

@@ -64,23 +64,27 @@ class THRONG_API Finder {
   Finder& operator=(const Finder&) = delete;
 
   // Pairs into the Finder's own memory, which grows: see pairs().
+  // Cost: n + pairs; docs/choosing.md, 'What each call costs', has all calls and their exceptions.
   Result find(const Boxes& boxes) noexcept;
   Result find(const Boxes& a, const Boxes& b) noexcept;
   Pairs pairs() const noexcept { return pairs_; }
 
   // Pairs into out[0 .. capacity-1]. Where they do not fit: status buffer_too_small, the exact
   // total in `found`, the first `written` valid (under canonical order none are written).
+  // Cost: n + pairs, however few there is room for.
   Result find(const Boxes& boxes, Pair* out, std::size_t capacity) noexcept;
   Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity) noexcept;
 
   // Pairs in blocks to `consumer`, one call at a time unless Options::concurrent_consumer; nothing
   // else is stored, and all memory taken stays under Options::memory_cap_bytes. What the consumer
   // throws comes through. It runs in the library's floating-point state: nearest, denormals kept.
+  // Cost: n + pairs; sorted, one search more for each range of pairs that the cap has room for.
   Result consume(const Boxes& boxes, Consumer consumer);
   Result consume(const Boxes& a, const Boxes& b, Consumer consumer);
 
   // The same for boxes of doubles, on the CPU: exactly the pairs of those that overlap as doubles,
   // those grown by the margin rounded outward to doubles. Takes 24 bytes a box more. Not captured.
+  // Cost: n + pairs.
   Result find(const DoubleBoxes& boxes) noexcept;
   Result find(const DoubleBoxes& a, const DoubleBoxes& b) noexcept;
   Result find(const DoubleBoxes& boxes, Pair* out, std::size_t capacity) noexcept;

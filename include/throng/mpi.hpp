@@ -105,6 +105,7 @@ class Finder {
 
   // Collective. A rank may have no boxes. Of two sets `first` is an id of a, `second` one of b;
   // each set has ids of its own.
+  // Cost: as throng::Finder's of the boxes that reach a rank's region; docs/scale.md.
   Result find(const RankBoxes& boxes) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b) noexcept;
   // Those that this rank tells; with Order::canonical sorted.
@@ -156,6 +157,7 @@ class BroadPhase {
 
   // Collective. found: the pairs that live now, over all ranks; written: how many events this rank
   // tells.
+  // Cost: as throng::BroadPhase's of the objects that reach a rank's region.
   Result update() noexcept;
   // What the last update told on this rank, sorted.
   Pairs64 begun() const noexcept;

@@ -40,6 +40,7 @@ class DeviceFinder {
   DeviceFinder& operator=(const DeviceFinder&) = delete;
 
   // Collective; waits for the stream, whose work before it may still write the boxes.
+  // Cost: as cuda::Finder's of the boxes that reach a rank's region.
   Result find(const RankBoxes& boxes, cuda::Stream stream) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b, cuda::Stream stream) noexcept;
   // In device memory; those that this rank tells, with Order::canonical sorted.
