@@ -46,6 +46,7 @@ def test_result() -> None:
     assert result.found == result.written == len(found)
     assert result.inactive == 1
     assert result.comparisons >= result.found
+    assert result.visited >= len(boxes) - 1 and "visited=" in repr(result)
     assert result.plan.algorithm == "grid" and result.plan.backend == "cpu"
     assert result.plan.threads >= 1 and len(result.plan.columns) == 3
     assert len(result.plan.reason) > 10 and result.plan.isa in repr(result.plan)

@@ -66,6 +66,7 @@ TEST_F(Pairs, tells_all_fields_as_one_object) {
   EXPECT_TRUE(j.at("stages_ms").contains("find"));
   EXPECT_TRUE(j.at("peak_bytes").is_number_unsigned());
   EXPECT_TRUE(j.at("comparisons").is_number_unsigned());
+  EXPECT_GT(j.at("visited").get<std::uint64_t>(), 0u);
   EXPECT_NE(j.at("plan").at("reason"), "");
   EXPECT_FALSE(j.contains("frames"));
 }

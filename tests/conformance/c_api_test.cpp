@@ -305,6 +305,7 @@ TEST_F(CApi, StopEndsACallThatIsUnderWay) {
   EXPECT_EQ(r.algorithm, THRONG_ALGORITHM_GRID);
   EXPECT_EQ(r.isa, THRONG_ISA_SCALAR);
   EXPECT_EQ(r.threads, 2u);
+  EXPECT_GE(r.visited, boxes_.size());
   throng_finder_destroy(finder_);
   finder_ = nullptr;
   options_.isa = 6;
