@@ -22,6 +22,7 @@ void Around::start() noexcept {
   begun_.clear();
   ended_.clear();
   work_ = {};
+  searched_ = 0;
   if (std::exchange(unclean_, false)) std::fill(seen_.begin(), seen_.end(), 0);
 }
 
@@ -32,7 +33,9 @@ void Around::match(const Around& other) {
   seen_.match(other.seen_);
 }
 
-void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, cpu::Stop& stop) {
+void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
+                    std::uint64_t most_work, cpu::Stop& stop) {
+  if (work_.total() > most_work) return;
   const Objects& objects = scene.objects;
   Cells::Reach reaches[ahead];
   PairSet::Walk walks[edges_ahead];
@@ -54,7 +57,8 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count, 
       edges_ahead - 1, 3 + 3 * std::uint64_t{scene.pairs.count()} / (objects.count() + 1));
   ObjectId hits[Cells::most_hits + 1];
   for (std::size_t i = 0; i < count; ++i) {
-    if (stop()) return;
+    if (stop() || work_.total() > most_work) return;
+    ++searched_;
     if (const std::size_t soon = i + ahead / 2; soon < count) {
       if (!scene.forest && objects.body(ids[soon]).home != none)
         scene.cells.prefetch_chains(reaches[soon % ahead]);

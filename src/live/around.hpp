@@ -31,12 +31,15 @@ class Around {
   // Searches around the objects of a list, all of which changed, until `stop`; adds to what was
   // found. Of two objects that both changed, the one with the lower id tells of their pair. Throws
   // cpu::NoMemory.
-  void search(const Scene& scene, const ObjectId* ids, std::size_t count, cpu::Stop& stop);
+  // Ends early once it has looked at more than `most_work`.
+  void search(const Scene& scene, const ObjectId* ids, std::size_t count, std::uint64_t most_work,
+              cpu::Stop& stop);
 
   // Begun: without slots.
   const List<LivePair>& begun() const noexcept { return begun_; }
   const List<LivePair>& ended() const noexcept { return ended_; }
   const Work& work() const noexcept { return work_; }
+  std::size_t searched() const noexcept { return searched_; }  // around so many objects
 
   // As much room as another task's part has, for which objects come to which task differs. What was
   // found is lost.
@@ -57,6 +60,7 @@ class Around {
   List<std::uint64_t> seen_;  // a bit an object, all of them 0 between two objects
   bool unclean_ = false;      // unless memory ran out
   Work work_;
+  std::size_t searched_ = 0;
 };
 
 }  // namespace throng::live

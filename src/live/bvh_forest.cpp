@@ -10,12 +10,39 @@ namespace {
 
 constexpr Box no_bounds = {{1, 1, 1}, {-1, -1, -1}};
 
-// Six coordinates of a box, in which infinite ones are finite: their differences are numbers.
-float coordinate(const Box& b, int i) noexcept {
-  const float c[6] = {b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
-  return c[i];
+// One of the six coordinates of a box, which lie one after another.
+float coordinate(const Box& box, int i) noexcept {
+  static_assert(sizeof(Box) == 6 * sizeof(float));
+  return reinterpret_cast<const float*>(&box)[i];
 }
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
+
+// Along which of the six coordinates boxes are furthest apart.
+class Widest {
+ public:
+  void add(const Box& box) noexcept {
+    for (int k = 0; k < 6; ++k) {
+      const float x = coordinate(box, k);
+      least_[k] = x < least_[k] ? x : least_[k];
+      greatest_[k] = x > greatest_[k] ? x : greatest_[k];
+    }
+  }
+  int coordinate_number() const noexcept {
+    int widest = 0;
+    double most = -1;
+    for (int k = 0; k < 6; ++k) {
+      const double width = finite(greatest_[k]) - finite(least_[k]);
+      if (width > most) widest = k;
+      most = std::max(most, width);
+    }
+    return widest;
+  }
+
+ private:
+  static constexpr float far = std::numeric_limits<float>::infinity();
+  float least_[6] = {far, far, far, far, far, far};
+  float greatest_[6] = {-far, -far, -far, -far, -far, -far};
+};
 
 }  // namespace
 
@@ -213,27 +240,18 @@ BvhForest::Ref BvhForest::make_leaf(Build& build, const Item* items, std::size_t
 BvhForest::Ref BvhForest::split(Build& build, Item* items, std::size_t count, Bounds& bounds,
                                 Summary& summary) noexcept {
   if (count <= leaf_objects) return make_leaf(build, items, count, bounds, summary);
-  double least[6], greatest[6];
-  std::fill(least, least + 6, DBL_MAX);
-  std::fill(greatest, greatest + 6, -DBL_MAX);
+  Widest widest;
   bool one_class = true;
   for (std::size_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 6; ++k) {
-      const double x = finite(coordinate(items[i].box, k));
-      least[k] = std::min(least[k], x);
-      greatest[k] = std::max(greatest[k], x);
-    }
+    widest.add(items[i].box);
     one_class &= items[i].filters == items[0].filters;
-  }
-  int widest = 0;
-  for (int k = 1; k < 6; ++k) {
-    if (greatest[k] - least[k] > greatest[widest] - least[widest]) widest = k;
   }
   const std::size_t half = count / 2;
   if (one_class) {
-    std::nth_element(items, items + half, items + count, [widest](const Item& a, const Item& b) {
-      return coordinate(a.box, widest) < coordinate(b.box, widest);
-    });
+    std::nth_element(items, items + half, items + count,
+                     [k = widest.coordinate_number()](const Item& a, const Item& b) {
+                       return coordinate(a.box, k) < coordinate(b.box, k);
+                     });
   } else {
     std::nth_element(items, items + half, items + count,
                      [](const Item& a, const Item& b) { return a.filters < b.filters; });

@@ -81,7 +81,7 @@ class BvhForest {
   struct Item {
     Box box;
     ObjectId id;
-    std::uint64_t filters;  // which ways of pairing are told apart
+    std::uint32_t filters;  // a hash of what it may pair with
   };
   struct Tree {
     std::uint32_t first_line, first_node, room;  // room for so many objects

@@ -81,10 +81,11 @@ class Objects {
     if (!kinds_.allow(kind(a), kind(b))) return false;
     return !asks_filters() || allows(filters_[a], filters_[b]);
   }
-  // The same number for objects that may pair with the same others, by all but owners.
-  std::uint64_t pairing_class(ObjectId id) const noexcept {
-    return std::uint64_t{kinds_.allowed(kind(id))} << 32 |
-           (static_cast<std::uint32_t>(filters_[id].world) + 1);
+  // The same number for objects that may pair with the same others, by all but owners, and mostly
+  // another one for others.
+  std::uint32_t pairing_class(ObjectId id) const noexcept {
+    return (kinds_.allowed(kind(id)) * 0x9e3779b1u ^ static_cast<std::uint32_t>(filters_[id].world)) *
+           0x85ebca6bu;
   }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.
   Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }

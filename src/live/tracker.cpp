@@ -18,8 +18,14 @@ constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
 // Putting an object that changed into its cell, and telling what of it began and ended; for each
 // pair it has; a cache line of cells that a search around it looks at.
 constexpr double settle_ns = 70, settle_in_forest_ns = 600, had_pair_ns = 45, line_ns = 15;
-// An update that finds all pairs anew as searches compared too many forgets so much of that.
+// Each comparison of that: where there are many, they cost more than the objects do.
+constexpr double found_comparison_ns = 0.25;
+// An update that finds all pairs from scratch as searches compared too many forgets so much of that; and
+// after so many at most it is tried again.
 constexpr double forgotten = 0.01;
+constexpr std::uint32_t most_wait = 64;
+// Searching around what changed is not given up before it has looked at so much.
+constexpr double least_work = 4096;
 // Linking a pair.
 constexpr double link_ns = 30;
 // Where searches compare twice as many boxes per pair as in new cells, and more than this, so much is
@@ -128,57 +134,69 @@ void Tracker::update(const Options& options, Result& r) {
 }
 
 void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
-  if (few_changed(options, tasks)) {
+  double most_ns = 0;
+  if (few_changed(options, tasks, most_ns)) {
     columned_ = false;
     r.plan.reason = "few objects changed: only around them was searched";
-    search_around(options, tasks, r);
+    if (search_around(options, tasks, most_ns, r)) return;
+    // It was given up, but what changed is in its place.
+    find_all(options, tasks, r);
   } else {
+    index_ = Index::absent;
     find_all(options, tasks, r);
   }
 }
 
-// Which way is cheaper. This decides nothing but the cost.
-bool Tracker::few_changed(const Options& options, unsigned tasks) {
+// Which way is cheaper. This decides nothing but the cost. Searching around what changed is to be given
+// up once it has cost `most_ns`.
+bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_ns) {
   const auto objects = static_cast<double>(objects_.count());
   const auto pairs = static_cast<double>(pairs_.count());
   const auto changed = static_cast<double>(objects_.dirty_count());
   const double threads = 1 + thread_share * (tasks - 1);
-  const double all = (objects * find_object_ns + pairs * find_pair_ns) / threads;
+  const double all =
+      (objects * std::max(find_object_ns, all_ns_) + pairs * find_pair_ns) / threads;
   const double settle = index_ == Index::forest ? settle_in_forest_ns : settle_ns;
   const auto cost_of_few = [&](double comparisons) {
     const double search =
         search_ns + comparison_ns * comparisons + had_pair_ns * 2 * pairs / std::max(objects, 1.0);
     return changed * (settle + search / threads);
   };
-  const double few = cost_of_few(comparisons_);
+  double few = cost_of_few(comparisons_);
+  most_ns = all * threads;
   if (few >= all) {
-    if (index_ != Index::forest) waste(all - cost_of_few(std::min(comparisons_, fair_comparisons())));
+    // What other searches compared need not be what these would. Now and then it is tried.
     comparisons_ += forgotten * (first_comparisons - comparisons_);
-    if (index_ == Index::forest || !forest_pays()) return false;
-    comparisons_ = first_comparisons;
+    few = cost_of_few(first_comparisons);
+    if (few >= all || --try_in_ != 0) return false;
+    try_in_ = 1;
   }
   if (index_ == Index::absent || !linked_) {
-    regret_ += std::max(0.0, all - few);
+    regret_ += all - few;
     if (regret_ < objects * cell_ns + pairs * link_ns && !forest_pays()) return false;
     if (index_ == Index::absent) make_index(options);
     if (!linked_) pairs_.link_all(objects_);
     linked_ = true;
     regret_ = 0;
   } else if (index_ == Index::forest) {
-    if (changed_ > objects_.count() && cells_.suit(objects_, fair_comparisons())) {
-      make_index(options);
-      retried_ = true;
+    if (changed_ > objects_.count()) {
+      if (cells_.suit(objects_, fair_comparisons())) {
+        make_index(options);
+        retried_ = true;
+      }
+      changed_ = 0;
     }
-    changed_ = changed_ > objects_.count() ? 0 : changed_;
   } else if (forest_pays() || regret_ > objects * cell_ns) {
     make_index(options);
   }
   changed_ += objects_.dirty_count();
   if (settle_all(options, all / line_ns)) return true;
-  // What changed is too wide for cells, and will probably be so again.
-  waste(all);
-  regret_ = -4 * (objects * cell_ns + pairs * link_ns);
-  return false;
+  // What changed is too wide for cells. Where it is so again, a forest is what it takes.
+  regret_ = 0;
+  if (!std::exchange(too_wide_, true)) return false;
+  index_ = Index::absent;
+  build_forest(false);
+  return true;
 }
 
 // Comparisons of a search that a forest would not save.
@@ -294,7 +312,8 @@ bool Tracker::settle_in_cells(const ObjectId* dirty, std::size_t count, double m
   return true;
 }
 
-void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
+// False: it was given up.
+bool Tracker::search_around(const Options& options, unsigned tasks, double most_ns, Result& r) {
   THRONG_RANGE("search around");
   const List<ObjectId>& dirty = objects_.dirty_list();
   tasks = dirty.size() < threads_search_from ? 1 : tasks;
@@ -304,24 +323,34 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   const bool in_forest = index_ == Index::forest;
   const Around::Scene scene{objects_, pairs_, cells_, in_forest ? &forest_ : nullptr};
   cpu::Stop stop(options.stop);
+  const auto most_work =
+      static_cast<std::uint64_t>(std::max(most_ns / comparison_ns / tasks, least_work));
   cpu::Shares shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_step);
   cpu::run_tasks_or_throw(cpu::executor_of(options), tasks, [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);)
-      around_[t].search(scene, dirty.data() + begin, end - begin, stop);
+      around_[t].search(scene, dirty.data() + begin, end - begin, most_work, stop);
   });
   if (stop()) {
     r.status = Status::stopped;
-    return;
+    return true;
   }
-  std::size_t begun = 0, ended = 0;
+  std::size_t begun = 0, ended = 0, searched = 0;
   Work work;
   for (unsigned t = 0; t < tasks; ++t) {
     begun += around_[t].begun().size();
     ended += around_[t].ended().size();
+    searched += around_[t].searched();
     work += around_[t].work();
   }
   r.comparisons += work.compared;
   r.visited += work.visited;
+  learn(work, searched);
+  if (searched != dirty.size()) {
+    try_wait_ = std::min(2 * try_wait_, most_wait);
+    try_in_ = try_wait_;
+    return false;
+  }
+  try_in_ = try_wait_ = 1;
   pairs_.make_room(begun, ended);
   for (unsigned t = 0; t < tasks; ++t) {
     pairs_.next_begun().push(around_[t].begun());
@@ -329,12 +358,12 @@ void Tracker::search_around(const Options& options, unsigned tasks, Result& r) {
   }
   around_.match(tasks);
   pairs_.commit_linked(objects_);
-  learn(work);
+  return true;
 }
 
 // What searches looked at is what the next will be expected to.
-void Tracker::learn(const Work& work) noexcept {
-  const auto searches = static_cast<double>(objects_.dirty_count());
+void Tracker::learn(const Work& work, std::size_t searched) noexcept {
+  const auto searches = static_cast<double>(searched);
   const bool in_forest = index_ == Index::forest;
   const auto compared = static_cast<double>(in_forest ? work.total() : work.compared);
   comparisons_ += (compared / searches - comparisons_) * searches / (searches + memory_of_searches);
@@ -367,7 +396,6 @@ Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a
 }
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
-  index_ = Index::absent;
   columned_ = false;
   asked_before_ = asked_.exchange(0);
   const bool sparse = objects_.sparse();
@@ -375,6 +403,8 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   const Boxes all = sparse ? objects_.packed_view() : objects_.view();
   r = find_into(engine_, found_, all, nullptr, objects_.margin(), options);
   if (!r.ok()) return;
+  all_ns_ = found_comparison_ns * static_cast<double>(r.comparisons) /
+            static_cast<double>(std::max<std::size_t>(objects_.count(), 1));
   if (sparse) {
     const List<ObjectId>& ids = objects_.alive_ids();
     for (Pair& pair : found_) pair = {ids[pair.first], ids[pair.second]};
@@ -409,6 +439,10 @@ void Tracker::copy(const Tracker& other) noexcept {
   wasted_ = other.wasted_.load();
   changed_ = other.changed_;
   retried_ = other.retried_;
+  too_wide_ = other.too_wide_;
+  all_ns_ = other.all_ns_;
+  try_in_ = other.try_in_;
+  try_wait_ = other.try_wait_;
   asked_ = other.asked_.load();
   asked_before_ = other.asked_before_;
   usual_comparisons_ = other.usual_comparisons_;

@@ -66,7 +66,7 @@ class Tracker {
 
  private:
   void catch_up(const Options& options, unsigned tasks, Result& result);
-  bool few_changed(const Options& options, unsigned tasks);
+  bool few_changed(const Options& options, unsigned tasks, double& most_ns);
   void make_index(const Options& options);
   void build_forest(bool others_are_none);
   bool settle_all(const Options& options, double most_lines);
@@ -75,8 +75,8 @@ class Tracker {
   double fair_comparisons() const noexcept;
   void waste(double ns) noexcept;
   bool forest_pays() const noexcept;
-  void search_around(const Options& options, unsigned tasks, Result& result);
-  void learn(const Work& work) noexcept;
+  bool search_around(const Options& options, unsigned tasks, double most_ns, Result& result);
+  void learn(const Work& work, std::size_t searched) noexcept;
   void find_all(const Options& options, unsigned tasks, Result& result);
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
@@ -116,6 +116,10 @@ class Tracker {
   std::atomic<double> wasted_{0};
   std::size_t changed_ = 0;
   bool retried_ = false;  // these cells are not the first since there was a forest, or waste
+  bool too_wide_ = false;  // what changed has been so for cells
+  double all_ns_ = 0;      // what comparing cost an object when all pairs were last found
+  // Searching around what changed is tried again in so many updates; the next time in so many.
+  std::uint32_t try_in_ = 1, try_wait_ = 1;
   // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
   // were last found anew, and from the time before that.
   std::atomic<double> asked_{0};
