@@ -33,7 +33,7 @@ enum class Work : std::uint8_t {
   remove_most,    // most objects in one update
   build_moves,    // the first updates in which few move
   move_few,       // the next
-  build_queries,  // each query once, after updates in which few moved
+  build_queries,  // each query some times, after updates in which few moved
   overlap,        // boxes like the objects, near one
   overlap_empty,  // the same, beside everything
   overlap_large,  // boxes up to the size of the scene, mostly beside it
