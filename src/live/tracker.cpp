@@ -23,7 +23,7 @@ constexpr double found_comparison_ns = 0.25;
 // An update that finds all pairs from scratch as searches compared too many forgets so much of that; and
 // after so many at most it is tried again.
 constexpr double forgotten = 0.01;
-constexpr std::uint32_t most_wait = 64;
+constexpr std::uint32_t most_wait = 8;
 // Searching around what changed is not given up before it has looked at so much.
 constexpr double least_work = 4096;
 // Linking a pair.

@@ -129,8 +129,8 @@ class Tracker {
   // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
   // Making cells, and a forest, an object; searching around a box, and each comparison there.
   static constexpr double cell_ns = 35, forest_ns = 250, search_ns = 80, comparison_ns = 6;
-  // A search in a forest looks at about so many nodes and boxes, and so many for each pair.
-  static constexpr double fair_search = 256, fair_per_pair = 16;
+  // A search in a forest takes as long as so many comparisons in cells, and so many for each pair.
+  static constexpr double fair_search = 512, fair_per_pair = 16;
   // What a box is compared with in a search around an object that changed: before the first, and
   // as searches have shown it.
   static constexpr double first_comparisons = 24;
