@@ -54,6 +54,8 @@ class Kinds {
   // The words of a kind: they have a bit in common where the two may not pair.
   const std::uint16_t* as_query() const noexcept { return as_query_; }
   const std::uint16_t* as_target() const noexcept { return as_target_; }
+  // The kinds with which one may not pair, a bit each.
+  std::uint32_t forbidden(std::uint32_t kind) const noexcept { return forbidden_[kind]; }
   // By id, of the first set or the second.
   const std::uint8_t* of(bool second) const noexcept { return of_[second && two_sets_].data(); }
 

@@ -1,7 +1,9 @@
 #include "cpu/refine.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "cpu/forbidden.hpp"
 #include "cpu/kinds.hpp"
 
 namespace throng::cpu {
@@ -20,6 +22,9 @@ constexpr double worthwhile = 0.6;
 // Copies multiply from grid to grid: boxes too large for their column stay in one. Where much is
 // gained there may be more of them.
 constexpr double most_replicas = 2, most_replicas_ever = 4, very_worthwhile = 0.25;
+
+// Boxes of which no two may pair are left out where they make so much of all comparisons.
+constexpr double worth_leaving_out = 0.25;
 
 // One grid within the other. Where words tell of kinds, too, they have bits for one grid less.
 unsigned most_grids(const Search& search) {
@@ -87,6 +92,54 @@ void tell_begins(const Search& search, const Strip& strip, std::uint32_t first, 
   }
 }
 
+// The boxes of a side with those that are forbidden last; how many others there are.
+std::uint32_t move_last(Level& inner, std::uint32_t first, std::uint32_t count,
+                        const Forbidden& forbidden, bool second) {
+  std::uint32_t at = first, end = first + count;
+  while (at < end) {
+    if (!forbidden.has(second, inner.ids[at])) {
+      ++at;
+      continue;
+    }
+    --end;
+    std::swap(inner.ids[at], inner.ids[end]);
+    std::swap(inner.before[at], inner.before[end]);
+  }
+  return at - first;
+}
+
+// Solves a part of a column without comparing boxes of which no two may pair: their labels are told
+// anew. False where there are too few, and nothing was done.
+bool leave_out(Search& search, const Problem& part, Worker& worker, unsigned depth) {
+  if (!search.owners && !search.kinds) return false;
+  const Forbidden forbidden(search, part);
+  const std::uint32_t of_a = part.queries.count, of_b = part.targets.count;
+  const auto comparisons = [&](double a, double b) { return (part.self ? a * a / 2 : 0) + a * b; };
+  const double left_out = comparisons(static_cast<double>(forbidden.count(false)),
+                                      static_cast<double>(forbidden.count(true)));
+  if (left_out < worth_leaving_out * comparisons(of_a, of_b)) return false;
+  Level& inner = worker.level(depth + 1);
+  const std::uint32_t a = move_last(inner, 0, of_a, forbidden, false);
+  const std::uint32_t b = move_last(inner, of_a, of_b, forbidden, true);
+  const auto side = [&](const Boxes* boxes, std::uint32_t first, std::uint32_t count) {
+    return Side{boxes, inner.ids.data() + first, count, inner.labels.data() + first};
+  };
+  // The others with all, and then those left out with the other targets. Where queries are compared
+  // among themselves, targets are of the same set.
+  const Boxes* const of_queries = part.queries.boxes;
+  const Boxes* const of_targets = part.self ? of_queries : part.targets.boxes;
+  const std::uint32_t from = part.self ? a : of_a;
+  const Problem problems[] = {
+      {side(of_queries, 0, a), side(of_targets, from, of_a + of_b - from), part.self, part.frame},
+      {side(of_queries, a, of_a - a), side(of_targets, of_a, b), false, part.frame}};
+  for (const Problem& problem : problems) {
+    if (problem.queries.count == 0 || (problem.targets.count == 0 && !problem.self)) continue;
+    if (search.over()) break;
+    solve_alone(search, problem, make_plan(search, problem, Algorithm::grid), worker, depth + 1);
+  }
+  return true;
+}
+
 }  // namespace
 
 bool refine(Search& search, const Problem& problem, Worker& worker, const Strip& a, const Strip& b,
@@ -125,16 +178,23 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
                      side(problem.targets.boxes, a.count, b.count), problem.self, &frame};
   core::GridPlan finer;
   if (may_refine) finer = make_plan(search, part, Algorithm::grid);
+  bool left_out = false;
   const bool pays_well = finer.expected_ns < very_worthwhile * sweep_ns;
   if (!may_refine || finer.map.column_count() <= 1 || finer.expected_ns > worthwhile * sweep_ns ||
       finer.replicas > (pays_well ? most_replicas_ever : most_replicas)) {
-    if (!may_brute) return false;
-    finer.all_pairs = true;
-    tell_all_begins(0);
+    if (may_refine) {
+      tell_all_begins(3);
+      left_out = leave_out(search, part, worker, depth);
+    }
+    if (!left_out && !may_brute) return false;
+    if (!left_out) {
+      finer.all_pairs = true;
+      tell_all_begins(0);
+    }
   } else {
     tell_all_begins(3);
   }
-  solve_alone(search, part, finer, worker, depth + 1);
+  if (!left_out) solve_alone(search, part, finer, worker, depth + 1);
   worker.by_words();
   return true;
 }

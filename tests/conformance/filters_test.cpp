@@ -66,6 +66,59 @@ TEST_P(Filter, EveryCombinationInTwoSets) {
   }
 }
 
+// In one place, most of one owner, of layers that do not see one another, or of both: what is
+// forbidden is not compared, and all else is found. Others are of several owners, and two of the
+// layers see themselves.
+TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
+  struct Crowd {
+    BoxList boxes;
+    std::vector<std::int32_t> owner;
+    std::vector<std::uint32_t> group, mask;
+    std::vector<std::uint8_t> is_static;
+
+    Boxes view(int which) const {
+      Boxes all = boxes;
+      const std::size_t n = boxes.size();
+      if (which & 1) all.filters.owner = {owner.data(), n};
+      if (which & 2) all.filters.group = {group.data(), n}, all.filters.mask = {mask.data(), n};
+      if (which & 4) all.filters.is_static = {is_static.data(), n};
+      return all;
+    }
+  };
+  static const auto crowd = [](std::uint64_t seed) {
+    Crowd c;
+    Random r(seed);
+    for (int i = 0; i < 1500; ++i) {
+      c.boxes.push_back(cube(r.point(0, 1), r.in(0.5f, 1)));
+      c.owner.push_back(r.one_in(12) ? r.between(-1, 2) : 1);
+      const std::uint32_t layer = r.one_in(12) ? 3 + r.below(2) : r.below(3);
+      c.group.push_back(1u << layer);
+      c.mask.push_back(layer < 3 ? 8 : (r.one_in(2) ? 24 : 31));
+      c.is_static.push_back(!r.one_in(8));
+    }
+    return c;
+  };
+  static const Crowd one = crowd(1), two = crowd(2);
+  struct Case {
+    int first, second;  // second below 0: one set
+    Answer answer;
+  };
+  static std::vector<Case> cases;
+  if (cases.empty()) {
+    for (const int which : {1, 2, 3, 5, 7})
+      cases.push_back({which, -1, reference_pairs(one.view(which))});
+    for (const auto [a, b] : {std::pair(1, 1), std::pair(2, 2), std::pair(3, 7), std::pair(2, 1)})
+      cases.push_back({a, b, reference_pairs(one.view(a), two.view(b))});
+  }
+  for (const Case& c : cases) {
+    SCOPED_TRACE(std::to_string(c.first) + " and " + std::to_string(c.second));
+    if (c.second < 0)
+      expect_exact(one.view(c.first), config(), c.answer);
+    else
+      expect_exact(one.view(c.first), two.view(c.second), config(), c.answer);
+  }
+}
+
 TEST_P(Filter, OnHardScenes) {
   static std::vector<HardScene> scenes = hard_scenes(250);
   for (const HardScene& scene : scenes) {
