@@ -84,6 +84,7 @@ class Engine {
   void find_in_order(Call&, Output&);
   void consume(Call&, const Consumer&);
   void consume_in_order(Call&, const Consumer&);
+  void widen_rooms(const Call&);
   void consume_range(Call&, const Consumer&, std::uint64_t begin, unsigned slice_bits, bool& go_on);
   void solve_partition(Call&);
   std::size_t enough_bytes(const Call&) const noexcept;

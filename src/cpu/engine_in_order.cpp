@@ -9,6 +9,8 @@ namespace {
 
 // The canonical order in bounded memory: at least so many pairs at a time.
 constexpr std::size_t least_in_order = 4096;
+// And no more than so many.
+constexpr std::size_t usual_in_order = std::size_t{1} << 22;
 
 }  // namespace
 
@@ -54,23 +56,45 @@ void Engine::consume_in_order(Call& call, const Consumer& consumer) {
   if (!go_on) call.result.status = Status::stopped;
 }
 
+// Under a cap, once all pairs were found and what that takes is held: what is left of it becomes
+// room for pairs, as each room of them is one more search. Tasks may yet come to need as much
+// scratch as any has, and sorting a little more than is known here.
+void Engine::widen_rooms(const Call& call) {
+  const std::size_t cap = memory_.cap();
+  const std::size_t rooms = unordered_.bytes() + ordered_.bytes();
+  const std::size_t held = memory_.held() - rooms, shared = grid_.held() + sorter_.held();
+  const std::size_t to_come = (call.tasks - 1) * (held - shared);
+  if (cap == 0 || cap < held || cap - held < to_come) return;
+  const std::size_t left = (cap - held - to_come) / 8 * 7;
+  const auto bytes = [&](std::size_t count) {
+    return 2 * count * sizeof(Pair) + PairSorter::bytes_for(count, call.tasks);
+  };
+  std::size_t count = usual_in_order;
+  while (count > least_in_order && bytes(count) > left) count -= count / 8;
+  if (count <= std::min(unordered_.capacity(), ordered_.capacity())) return;
+  unordered_.release();
+  ordered_.release();
+  unordered_.room(count, true);
+  ordered_.room(count, true);
+}
+
 // Delivers all pairs whose key lies in [begin, begin + slices * 2^slice_bits).
 void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t begin,
                            unsigned slice_bits, bool& go_on) {
   if (unordered_.capacity() == 0 || ordered_.capacity() == 0) {
-    constexpr std::size_t usual = std::size_t{1} << 22;
-    std::size_t count = usual;
+    std::size_t count = usual_in_order;
     if (const std::size_t cap = memory_.cap()) {
       // What the cap leaves beyond what is needed in any case, for finding, sorting, and its
       // scratch.
       const std::size_t enough = enough_bytes(call);
       const std::size_t spare = cap > enough ? cap - enough : 0;
-      count = std::min(usual, least_in_order + spare / (2 * sizeof(Pair) + 5 + 18 * call.tasks));
+      count = std::min(usual_in_order,
+                       least_in_order + spare / (2 * sizeof(Pair) + 5 + 18 * call.tasks));
     }
     unordered_.room(count, true);
     ordered_.room(count, true);
   }
-  const std::size_t room = std::min(unordered_.capacity(), ordered_.capacity());
+  std::size_t room = std::min(unordered_.capacity(), ordered_.capacity());
 
   const auto deliver = [&](std::size_t count) {
     sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, unordered_.data(),
@@ -88,6 +112,8 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
     if (sink.found() <= room) return deliver(static_cast<std::size_t>(sink.found()));
     for (std::size_t s = 0; s < RangeSink::slices; ++s) counts[s] = sink.in_slice(s);
   }
+  widen_rooms(call);
+  room = std::min(unordered_.capacity(), ordered_.capacity());
   for (std::size_t s = 0; s < RangeSink::slices && go_on && !call.search.failed();) {
     std::uint64_t sum = counts[s];
     const std::uint64_t at = begin + (std::uint64_t{s} << slice_bits);

@@ -284,6 +284,39 @@ TEST_P(Consume, MorePairsThanMemory) {
   EXPECT_LE(counted.peak(), needed);
 }
 
+// Under a cap that is just enough sorted pairs come in few blocks, as each is one more search: what
+// finding leaves of the cap is theirs.
+TEST(ConsumeUnderACap, SortedPairsComeInFewBlocks) {
+  if (watches_threads) GTEST_SKIP() << one_thread;
+  BoxList boxes = uniform_boxes(20'000, 4);
+  for (Box& box : boxes) box.upper = {box.lower.x + 3, box.lower.y + 3, box.lower.z + 3};
+  const Answer answer = reference_pairs(boxes);
+  for (const unsigned threads : {1u, 2u}) {
+    Options options;
+    options.threads = threads;
+    options.order = Order::canonical;
+    options.memory_cap_bytes = 1;
+    const auto none = [](const Pair*, std::size_t) { return true; };
+    options.memory_cap_bytes =
+        static_cast<std::size_t>(Finder(options).consume(boxes, none).bytes_needed);
+    CountingResource counted;
+    options.memory = &counted;
+    Finder finder(options);
+    std::vector<Pair> taken;
+    int blocks = 0;
+    const Result r = finder.consume(boxes, [&](const Pair* pairs, std::size_t count) {
+      taken.insert(taken.end(), pairs, pairs + count);
+      ++blocks;
+      return true;
+    });
+    EXPECT_TRUE(r.ok()) << r.message;
+    EXPECT_TRUE(std::equal(taken.begin(), taken.end(), answer.pairs.begin(), answer.pairs.end()));
+    EXPECT_GT(answer.pairs.size(), 40 * 4096u);
+    EXPECT_LE(blocks, 12) << threads;
+    EXPECT_LE(counted.peak(), options.memory_cap_bytes);
+  }
+}
+
 // Pairs that a consumer was handed before memory ran short are told of.
 TEST(ConsumeUnderACap, WhatWasHandedOutIsTold) {
   if (watches_threads) GTEST_SKIP() << one_thread;
