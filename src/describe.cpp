@@ -113,8 +113,9 @@ class Occupancy {
     for (int k = 0; k < 3; ++k) {
       for (std::uint32_t e = 0; e < 2; ++e) {
         const double words = static_cast<double>(core::words_per_column) * (cell[k] + e);
-        ends[e][k] = static_cast<float>(words / static_cast<double>(map_.scale[k]) +
-                                        static_cast<double>(map_.origin[k]));
+        const double position =
+            words / static_cast<double>(map_.scale[k]) + static_cast<double>(map_.origin[k]);
+        ends[e][k] = static_cast<float>(core::coordinate_at(map_, k, position));
       }
     }
     return {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}};

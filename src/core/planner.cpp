@@ -20,8 +20,14 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   for (int k = 0; k < 3; ++k) {
     const double length = double{s.upper[k]} - double{s.lower[k]};
     const double wanted = columns[k] * double{words_per_column} / std::max(length, least_length);
-    map.origin[k] = s.lower[k];
-    map.scale[k] = static_cast<float>(std::min(wanted, 3e38));
+    map.by_bits[k] = s.by_bits[k];
+    map.centre[k] = s.centre[k];
+    // A length is at least the last place of its ends, so these stay below 2^26 if it becomes 1.
+    if (length > FLT_MAX / 2 || (wanted > FLT_MAX / 2 && length > 0))
+      map.factor[k] = std::ldexp(1.0f, std::clamp(-std::ilogb(length), -126, 127));
+    map.plain = map.plain && map.factor[k] == 1 && !s.by_bits[k];
+    map.origin[k] = s.lower[k] * map.factor[k];
+    map.scale[k] = static_cast<float>(std::min(wanted / double{map.factor[k]}, 3e38));
     map.max[k] = largest_index(columns[k]);
     map.columns[k] = columns[k];
   }

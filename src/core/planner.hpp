@@ -19,7 +19,11 @@ constexpr double least_length = 1e-44;
 struct Stats {
   std::uint64_t query_count = 0;  // boxes that look for partners: all, or those that are not static
   std::uint64_t target_count = 0;  // boxes among which they look
-  float lower[3] = {0, 0, 0};      // where nearly all boxes lie; outliers are left out
+  // Along which axes all below is of positions by bits (core/quantise.hpp), around a centre, and
+  // not of the coordinates.
+  bool by_bits[3] = {false, false, false};
+  float centre[3] = {0, 0, 0};
+  float lower[3] = {0, 0, 0};  // where nearly all boxes lie; outliers are left out
   float upper[3] = {0, 0, 0};
   double extent[3] = {0, 0, 0};   // mean extent along each axis, cut to that range
   double product[3] = {0, 0, 0};  // mean product of the extents along the two other axes

@@ -1,12 +1,21 @@
 // From float coordinates to columns and 15-bit words, and why no pair is lost on the way.
 //
 // One function q per axis maps a float to an integer in 0 .. columns * 32768 - 1:
-//   q(x) = int(min(max((x - origin) * scale, 0), max)),   scale > 0.
-// In round-to-nearest, subtraction, multiplication by a positive number, min, max and truncation
-// are each non-decreasing in x, so q is non-decreasing, for every float but NaN, infinities
-// included (origin is finite, so x - origin is never NaN; scale is finite and > 0, so no 0 *
-// infinity). q's high part is the column, its low 15 bits the word; a word of 0 is raised to 1,
-// which keeps the order within a column. Therefore, for boxes a, b that share a column on an axis,
+//   q(x) = int(min(max((p(x) - origin) * scale, 0), max)),   scale > 0.
+// p(x), the position, is one of two:
+//   x * factor, where the factor is a power of two: 1, unless the range is so short that its scale
+//   would be no float, or so long that differences overflow;
+//   the bits of x - centre read as an integer, in the order of the floats: about a logarithm on
+//   either side of the centre, for coordinates that lie around it over many powers of two; and for
+//   denormals, of which it is a multiple. 0 is added first, as -0 equals 0 and must have the same
+//   position; of negative numbers all bits but the sign are inverted, as greater ones there stand
+//   for lesser numbers; and the integer is rounded to a float.
+// In round-to-nearest, subtraction, adding 0, multiplication by a positive number, the conversion
+// of an integer, min, max and truncation are each non-decreasing, so p and q are non-decreasing in
+// x, for every float but NaN, infinities included: factor, centre, origin and scale are finite,
+// factor and scale > 0, so nothing is infinity - infinity or 0 * infinity. q's high part is the
+// column, its low 15 bits the word; a word of 0 is raised to 1, which keeps the order within a
+// column. Therefore, for boxes a, b that share a column on an axis,
 //   word(a.lower) < word(b.upper)  implies  a.lower <  b.upper   (contraposition of monotony)
 //   word(a.lower) > word(b.upper)  implies  a.lower >  b.upper
 // and equal words leave the decision to the floats. Nothing is widened and nothing is rounded
@@ -25,6 +34,7 @@
 // reported once, whatever number of columns the two share.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "core/hd.hpp"
@@ -40,11 +50,15 @@ constexpr std::uint32_t max_columns_per_axis = 4096;
 
 // The map of three axes; a fourth lane pads to a vector and maps everything to 0.
 struct Quantiser {
+  alignas(16) std::uint32_t by_bits[4] = {0, 0, 0, 0};  // 1: positions are bits
+  alignas(16) float centre[4] = {0, 0, 0, 0};           // of these
+  alignas(16) float factor[4] = {1, 1, 1, 1};           // of others
   alignas(16) float origin[4] = {0, 0, 0, 0};
   alignas(16) float scale[4] = {1, 1, 1, 1};
   alignas(16) float max[4] = {0, 0, 0, 0};
   alignas(16) std::uint32_t stride[4] = {0, 0, 0, 0};  // of a column's number, per axis
   std::uint32_t columns[3] = {1, 1, 1};
+  bool plain = true;  // all positions are the floats themselves
 
   std::uint32_t column_count() const noexcept { return columns[0] * columns[1] * columns[2]; }
 };
@@ -65,8 +79,30 @@ THRONG_HD inline std::int32_t index_of(float x, float origin, float scale, float
   t = t < last ? t : last;
   return static_cast<std::int32_t>(t);
 }
-THRONG_HD inline std::int32_t quantise(const Quantiser& map, int axis, float x) noexcept {
-  return index_of(x, map.origin[axis], map.scale[axis], map.max[axis]);
+// The bits of a float in the order of the floats.
+inline std::int32_t ordered_bits(float x) noexcept {
+  const auto bits = std::bit_cast<std::int32_t>(x + 0.0f);
+  return bits ^ (bits >> 31 & 0x7fffffff);
+}
+inline float position_by_bits(float x, float centre) noexcept {
+  return static_cast<float>(ordered_bits(x - centre));
+}
+
+inline std::int32_t quantise(const Quantiser& map, int axis, float x) noexcept {
+  const float position =
+      map.by_bits[axis] ? position_by_bits(x, map.centre[axis]) : x * map.factor[axis];
+  return index_of(position, map.origin[axis], map.scale[axis], map.max[axis]);
+}
+
+// About the coordinate at a position, for those who look at a map.
+inline double coordinate_at(const Quantiser& map, int axis, double position) noexcept {
+  if (map.by_bits[axis] == 0) return position / double{map.factor[axis]};
+  // Those of the infinities.
+  constexpr double least = -2139095041.0, most = 2139095040.0;
+  const double inside = position < least ? least : (position > most ? most : position);
+  const auto bits = static_cast<std::int32_t>(inside);
+  const float x = std::bit_cast<float>(bits ^ (bits >> 31 & 0x7fffffff));
+  return double{x} + double{map.centre[axis]};
 }
 
 THRONG_HD constexpr std::int32_t column_of(std::int32_t index) noexcept {

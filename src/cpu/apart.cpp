@@ -1,6 +1,7 @@
 #include "cpu/apart.hpp"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 
 namespace throng::cpu {
@@ -72,7 +73,8 @@ struct Distance {
   double sum[3] = {}, count = 0;
   void add(const Box& x, const Box& y) noexcept {
     const float a[3] = {x.lower.x, x.lower.y, x.lower.z}, b[3] = {y.lower.x, y.lower.y, y.lower.z};
-    for (int k = 0; k < 3; ++k) sum[k] += std::min(std::fabs(double{a[k]} - double{b[k]}), 1e30);
+    for (int k = 0; k < 3; ++k)
+      sum[k] += std::min(std::fabs(double{a[k]} - double{b[k]}), double{FLT_MAX});
     ++count;
   }
 };

@@ -107,6 +107,153 @@ TEST(Visited, CountsBoxesColumnsAndPasses) {
   EXPECT_GT(cold.visited, warm.visited * 3 / 2);
 }
 
+// What the CPU's own grid compares, as a share of boxes and pairs, by one instruction set.
+double share_of(const Boxes& a, const Boxes* b = nullptr, const Options& options = {}) {
+  Options with = options;
+  with.backend = Backend::cpu;
+  with.algorithm = Algorithm::grid;
+  Finder finder(with);
+  const Result result = b ? finder.find(a, *b) : finder.find(a);
+  EXPECT_TRUE(result.ok()) << result.message;
+  const double size = static_cast<double>(a.size() + (b ? b->size() : 0) + result.found);
+  return static_cast<double>(result.comparisons) / size;
+}
+
+// Coordinates over so many decades, by themselves on each of some axes, on one side of 0 or on
+// both; all boxes a thousandth of these, or of any size from there to a billionth.
+struct Decades {
+  float count;
+  bool both;
+  int axes;
+  bool sizes;
+
+  BoxList boxes(std::size_t n, std::uint64_t seed) const {
+    Random r(seed);
+    BoxList all(n);
+    for (Box& box : all) {
+      for (int k = 0; k < 3; ++k) {
+        float& lower = (&box.lower.x)[k];
+        float& upper = (&box.upper.x)[k];
+        if (k >= axes) {
+          lower = r.in(0, 100);
+          upper = lower + 1;
+          continue;
+        }
+        const float at = std::pow(10.0f, r.in(-count / 2, count / 2));
+        const float half = at * (sizes ? std::pow(10.0f, r.in(-9, -3)) : 0.001f);
+        const float sign = both && r.one_in(2) ? -1.0f : 1.0f;
+        lower = sign * at - half;
+        upper = sign * at + half;
+      }
+    }
+    return all;
+  }
+};
+
+TEST(ComparisonsOfDecades, AreFew) {
+  constexpr std::size_t n = 30000;
+  for (const Decades& d : {Decades{2, false, 3, false},
+                           {4, false, 3, false},
+                           {6, false, 3, false},
+                           {12, false, 3, false},
+                           {12, true, 3, false},
+                           {20, false, 1, false},
+                           {20, false, 2, false},
+                           {20, true, 3, true},
+                           {32, false, 3, false},
+                           {60, true, 3, false},
+                           {60, false, 3, true}}) {
+    SCOPED_TRACE(std::to_string(d.count) + " decades of " + std::to_string(d.axes) + " axes" +
+                 (d.both ? ", both signs" : "") + (d.sizes ? ", all sizes" : ""));
+    const BoxList list = d.boxes(n, 1), other = d.boxes(n, 2);
+    const Boxes boxes = list, others = other;
+    EXPECT_LE(share_of(boxes), 60);
+    EXPECT_LE(share_of(boxes, &others), 60);
+    Options options;
+    options.threads = 3;
+    EXPECT_LE(share_of(boxes, nullptr, options), 60);
+    options.margin = std::pow(10.0f, -d.count / 2 - 3);
+    EXPECT_LE(share_of(boxes, nullptr, options), 60);
+    Boxes worlds = boxes;
+    std::vector<std::int32_t> world(n);
+    for (std::size_t i = 0; i < n; ++i) world[i] = static_cast<std::int32_t>(i % 8);
+    worlds.filters.world = {world.data(), n};
+    EXPECT_LE(share_of(worlds), 60);
+  }
+}
+
+// Decades around another place than 0, where floats are some 5e-7 apart.
+TEST(ComparisonsOfDecades, AroundAnotherPlace) {
+  for (const bool both : {false, true}) {
+    BoxList list = Decades{12, both, 3, false}.boxes(30000, 3);
+    for (Box& box : list)
+      for (int k = 0; k < 6; ++k) (&box.lower.x)[k] += 5;
+    EXPECT_LE(share_of(list), 100);
+  }
+}
+
+// A scene of any scale costs what it does at 1: down to where floats are denormal, up to where
+// differences overflow.
+TEST(ComparisonsOfScales, AreAlike) {
+  const BoxList usual = uniform_boxes(30000, 1), others = uniform_boxes(30000, 2);
+  BoxList thin = usual;
+  for (Box& box : thin) box.upper.z = box.lower.z + 0.001f;
+  std::vector<std::int32_t> world(usual.size());
+  for (std::size_t i = 0; i < world.size(); ++i) world[i] = static_cast<std::int32_t>(i % 8);
+  const auto in_worlds = [&](const BoxList& list) {
+    Boxes boxes = list;
+    boxes.filters.world = {world.data(), world.size()};
+    return share_of(boxes);
+  };
+  const Boxes b = others;
+  const double of_usual = share_of(usual), of_two = share_of(usual, &b), of_thin = share_of(thin),
+               of_worlds = in_worlds(usual);
+  for (const int exponent : {-140, -134, -130, -126, -120, -112, -100, 100, 115, 121}) {
+    SCOPED_TRACE(exponent);
+    const float factor = std::ldexp(1.0f, exponent);
+    const BoxList at_scale = scaled(usual, factor), other = scaled(others, factor);
+    const Boxes second = other;
+    EXPECT_LE(share_of(at_scale), 2 * of_usual);
+    EXPECT_LE(share_of(at_scale, &second), 2 * of_two);
+    EXPECT_LE(share_of(scaled(thin, factor)), 2 * of_thin);
+    EXPECT_LE(in_worlds(at_scale), 2 * of_worlds);
+    BoxList around = at_scale;  // on both sides of 0: the range is no float at the largest scale
+    for (Box& box : around)
+      for (int k = 0; k < 6; ++k) (&box.lower.x)[k] -= 20 * factor;
+    EXPECT_LE(share_of(around), 2 * of_usual);
+    BoxList flat = usual;  // one axis alone
+    for (Box& box : flat) box.lower.y *= factor, box.upper.y *= factor;
+    EXPECT_LE(share_of(flat), 2 * of_usual);
+  }
+}
+
+// Boxes in one place of which filters let no two pair are not compared with one another: all of one
+// owner, or of layers that do not see one another; a few others among them meet all.
+TEST(ComparisonsOfForbidden, AreFew) {
+  constexpr std::size_t n = 15000, others = 100;
+  Random r(3);
+  BoxList list;
+  std::vector<std::int32_t> owner;
+  std::vector<std::uint32_t> group, mask;
+  for (std::size_t i = 0; i < n + others; ++i) {
+    list.push_back(cube(r.point(0, 1), 1));
+    const bool is_other = i % 151 == 150;
+    owner.push_back(is_other ? -1 : 7);
+    group.push_back(is_other ? 8 : 1u << i % 3);
+    mask.push_back(is_other ? 15 : 8);
+  }
+  Boxes owned = list, layers = list;
+  owned.filters.owner = {owner.data(), owner.size()};
+  layers.filters.group = {group.data(), group.size()};
+  layers.filters.mask = {mask.data(), mask.size()};
+  EXPECT_LE(share_of(owned), 4);
+  EXPECT_LE(share_of(layers), 4);
+  EXPECT_LE(share_of(owned, &owned), 4);
+  EXPECT_LE(share_of(layers, &layers), 4);
+  std::fill(owner.begin(), owner.end(), 7);
+  EXPECT_LE(share_of(owned), 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, Comparisons, testing::ValuesIn(cases()), [](const auto& which) {
   std::string name = which.param.name + "_" + std::to_string(which.param.objects);
   for (char& c : name) {

@@ -3,6 +3,7 @@
 
 #include "core/planner.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/random.hpp"
 
 namespace throng::core {
 namespace {
@@ -130,6 +131,83 @@ TEST(Planner, DiagonalsAreSeen) {
         EXPECT_GE(s.beyond_across[k], 4);
       } else {
         EXPECT_LE(s.beyond_across[k], 2);
+      }
+    }
+  }
+}
+
+// Boxes of a thousandth of their coordinates, which span so many decades along each axis.
+tests::BoxList decades(float count, bool both_sides, float centre) {
+  tests::Random r(5);
+  tests::BoxList boxes;
+  for (int i = 0; i < 512; ++i) {
+    float c[6];
+    for (int k = 0; k < 3; ++k) {
+      const float at = std::pow(10.0f, r.in(-count / 2, count / 2));
+      const bool below = both_sides && r.one_in(2);
+      c[k] = centre + (below ? -1.001f : 0.999f) * at;
+      c[k + 3] = centre + (below ? -0.999f : 1.001f) * at;
+    }
+    boxes.push_back({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}});
+  }
+  return boxes;
+}
+
+// Such boxes are spread by the bits of their coordinates, about evenly; others lie as they are.
+TEST(Planner, ManyDecadesAreSeen) {
+  for (const float count : {6.0f, 12.0f, 60.0f}) {
+    for (const bool both : {false, true}) {
+      SCOPED_TRACE(count);
+      const Stats s = measure(decades(count, both, 0).data(), 512, 100000, 100000);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_TRUE(s.by_bits[k]);
+        EXPECT_EQ(s.centre[k], 0);
+      }
+      const GridPlan p = plan_of(decades(count, both, 0), 100000, 1);
+      EXPECT_FALSE(p.map.plain);
+      EXPECT_LT(p.expected_ns, 4 * plan_of(tests::uniform_boxes(512, 3), 100000, 1).expected_ns);
+    }
+  }
+  // Around another place, from which floats are at least so far apart.
+  for (const bool both : {false, true}) {
+    const Stats s = measure(decades(12, both, 5).data(), 512, 100000, 100000);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_TRUE(s.by_bits[k]);
+      EXPECT_NEAR(s.centre[k], 5, 0.1);
+    }
+  }
+  for (const auto& boxes :
+       {tests::uniform_boxes(512, 3), tests::clusters_and_outliers(512, 3), tests::rods(512, 3),
+        tests::one_cell(512, 3), tests::huge_among_small(512, 3), decades(1, false, 0)}) {
+    EXPECT_TRUE(plan_of(boxes, 100000, 1).map.plain);
+  }
+}
+
+// The same boxes at any scale, each axis at its own, are planned alike, and the range is told apart
+// as finely.
+TEST(Planner, ScaledScenesHaveTheSamePlan) {
+  const tests::BoxList boxes = tests::uniform_boxes(512, 3);
+  const GridPlan own = plan_of(boxes, 100000, 1);
+  EXPECT_TRUE(own.map.plain);
+  const float side = tests::side_of(1024);
+  for (const int exponent : {-140, -130, -126, -110, -60, 60, 110, 124}) {
+    for (const std::uint32_t axes : {1u, 2u, 7u}) {
+      SCOPED_TRACE(std::to_string(exponent) + " of " + std::to_string(axes));
+      tests::BoxList scaled = boxes;
+      for (Box& box : scaled) {
+        for (int k = 0; k < 6; ++k) {
+          if (axes >> (k % 3) & 1) (&box.lower.x)[k] = std::ldexp((&box.lower.x)[k], exponent);
+        }
+      }
+      const GridPlan p = plan_of(scaled, 100000, 1);
+      EXPECT_EQ(p.sweep_axis, own.sweep_axis);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(p.map.columns[k], own.map.columns[k]);
+        if (!(axes >> k & 1)) continue;
+        const float first = std::ldexp(side / 4, exponent), last = std::ldexp(side / 2, exponent);
+        EXPECT_NEAR(quantise(p.map, k, last) - quantise(p.map, k, first),
+                    quantise(own.map, k, side / 2) - quantise(own.map, k, side / 4),
+                    (exponent < -130 ? 0.1f : 0.001f) * p.map.max[k]);
       }
     }
   }

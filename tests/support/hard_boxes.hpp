@@ -2,6 +2,8 @@
 // boxes for a seed; hard_scenes() names them all.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -329,6 +331,45 @@ inline BoxList nested_boxes(int n, std::uint64_t seed) {
   return boxes;
 }
 
+// Coordinates of very many powers of two, around a centre and on both sides of it, along each axis
+// independently. Some boxes touch, or miss by one float, or begin at one zero and end at the other;
+// some are unbounded.
+inline BoxList many_decades(int n, float centre, std::uint64_t seed) {
+  Random r(seed);
+  BoxList boxes;
+  for (int i = 0; i < n; ++i) {
+    float c[6];
+    for (int k = 0; k < 3; ++k) {
+      const float at = r.magnitude(-60, 60) * (r.one_in(2) ? -1.0f : 1.0f);
+      const float size = std::fabs(at) * std::ldexp(1.0f, -r.between(0, 9));
+      c[k] = centre + at;
+      c[k + 3] = c[k] + size;
+      if (r.one_in(30)) c[k] = 0.0f, c[k + 3] = centre + size;
+      if (r.one_in(30)) c[k] = centre - size, c[k + 3] = -0.0f;
+      if (r.one_in(60)) (r.one_in(2) ? c[k] : c[k + 3]) *= infinity;
+      if (!(c[k] <= c[k + 3])) c[k + 3] = c[k];
+      if (!(c[k] <= c[k + 3])) c[k] = c[k + 3] = centre;
+    }
+    Box box = {{c[0], c[1], c[2]}, {c[3], c[4], c[5]}};
+    if (r.one_in(3) && !boxes.empty()) {  // a neighbour of the box before
+      const std::uint32_t k = r.below(3);
+      box = boxes.back();
+      (&box.lower.x)[k] = nudge((&box.upper.x)[k], r.between(-1, 1));
+      (&box.upper.x)[k] = std::max((&box.lower.x)[k], centre + std::fabs(c[k]));
+    }
+    boxes.push_back(box);
+  }
+  shuffle(boxes, r);
+  return boxes;
+}
+
+// The same boxes, all coordinates multiplied.
+inline BoxList scaled(BoxList boxes, float factor) {
+  for (Box& box : boxes)
+    for (int k = 0; k < 6; ++k) (&box.lower.x)[k] *= factor;
+  return boxes;
+}
+
 struct HardScene {
   std::string name;
   BoxList boxes;
@@ -362,6 +403,11 @@ inline std::vector<HardScene> hard_scenes(int n) {
       {"one_cell", one_cell(n, 23)},
       {"clusters", clusters_and_outliers(n, 24)},
       {"nested", nested_boxes(n / 4, 25)},
+      {"decades", many_decades(n, 0, 26)},
+      {"decades_around_5", many_decades(n, 5, 27)},
+      {"tiny", scaled(faces_edges_corners(n, 28), 1e-36f)},
+      {"tiniest", scaled(uniform_boxes(n, 29), 1e-42f)},
+      {"vast", scaled(faces_edges_corners(n, 30), 3e35f)},
   };
   Lattice unit;  // integer-grid touching unit cubes
   unit.count[0] = unit.count[1] = 8;
