@@ -81,4 +81,12 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }
+// The same for a maximum, which few of them raise.
+THRONG_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) noexcept {
+#if defined(__CUDA_ARCH__)
+  if (__ldca(at) < value) fetch_max(at, value);
+#else
+  fetch_max(at, value);
+#endif
+}
 }  // namespace throng::pipeline

@@ -52,7 +52,7 @@ struct NameCells {
   Input in;
   const core::ClassGrid* grid;
   std::uint32_t *cells, *ids;
-  std::uint32_t* occupied;  // a group and class; cleared
+  std::uint32_t* occupied;  // see occupied_flags; cleared
   Report* report;
   std::uint32_t outside;  // the cell of boxes that take no part
 
@@ -69,7 +69,7 @@ struct NameCells {
     }
     const Home home = home_of(in, *grid, i, box);
     cells[i] = home.cell;
-    raise(occupied + home.class_index);
+    occupy(in, occupied, home.class_index, box);
   }
 };
 

@@ -73,7 +73,7 @@ struct PlanGrid {
     if (!wanted()) {
       each([&](std::uint32_t t) {
         if (t == 0) *grid = core::ClassGrid{};
-        if (t < occupied_flags) occupied[t] = 0;
+        clear_occupied(t);
       });
       return;
     }
@@ -82,6 +82,11 @@ struct PlanGrid {
   }
 
  private:
+  THRONG_HD void clear_occupied(std::uint32_t t) const noexcept {
+    THRONG_UNROLL(1)
+    for (std::uint32_t k = t; k < occupied_words; k += threads) occupied[k] = 0;
+  }
+
   static constexpr float infinity = std::numeric_limits<float>::infinity();
 
   // Each thread sees some boxes for the range; the first of every `parts` threads keeps one. Those
@@ -136,7 +141,7 @@ struct PlanGrid {
       if (first == 0) kept = boxes[0];
     }
     if (t == 0) *report = Report{};
-    if (t < occupied_flags) occupied[t] = 0;
+    clear_occupied(t);
     THRONG_UNROLL(1)
     for (int k = 0; k < 2; ++k) {
       const bool keep = k == 1;
@@ -190,7 +195,7 @@ struct Workspace {
   char* scratch = nullptr;  // of the device's sort
   std::size_t scratch_bytes = 0;
 
-  static constexpr std::size_t occupied_count = occupied_flags;
+  static constexpr std::size_t occupied_count = occupied_words;
 
   // Sets the pointers, from `base` on; tells the bytes. base null: only measures.
   template <class Device>

@@ -10,6 +10,9 @@
 // anything, and pieces that begin later than something is met tell of nothing that is met first.
 // Pieces are passed over where the Cover of all of them, which holds that of each, as no step of
 // its arithmetic decreases, reaches no home.
+// The time that is cut is not 0 to 1 but when the sweep meets the bounds of the class's boxes. It
+// meets each of these meanwhile: touch() of a box in another one begins no earlier and ends no
+// later, as no step of its arithmetic decreases.
 #pragma once
 
 #include <cmath>
@@ -84,9 +87,9 @@ struct QuestionSearch {
         const Sweep& sweep = s_.sweeps[asked_];
         if (!core::is_sound(sweep)) return;
         cover_ = core::Cover(sweep);
-        inside_ = among_cells(sweep);
+        among_ = among_cells(sweep);
         for (std::uint32_t k = 0; k < targets(); ++k)
-          if (s_.objects.occupied[k]) pieces += pieces_of(k);
+          if (meets(k)) pieces += pieces_of(k);
       }
       // Who meets all worlds does not know their cells; and a piece costs more than so many
       // comparisons.
@@ -160,13 +163,26 @@ struct QuestionSearch {
     // Of the target that has come.
     THRONG_HD void begin_pieces() noexcept {
       piece_ = pieces_ = 0;
-      end_ = 0;
       known_ = s_.has_blocks ? patience : ~0u;
       if (everything_) {
+        times_ = {0, 1};
         pieces_ = 1;
-      } else if (s_.objects.occupied[left_]) {
+      } else if (meets(left_)) {
         if constexpr (Sweeps) inner_ = static_cast<std::uint32_t>(pieces_of(left_));
-        pieces_ = inner_ > 1 ? inner_ + 2 : 1;
+        pieces_ = inner_ > 1 ? inner_ + (inside_.leave < times_.leave ? 2 : 1) : 1;
+      }
+      end_ = times_.enter;
+    }
+    // Whether there is anything of a target where it is looked for; and of sweeps, when.
+    THRONG_HD bool meets(std::uint32_t target) noexcept {
+      if (!s_.objects.occupied[target]) return false;
+      const Box bounds = occupied_bounds(s_.objects.occupied, target);
+      if constexpr (!Sweeps) {
+        return core::overlaps(look_.box().box(), bounds);
+      } else {
+        times_ = core::touch(s_.sweeps[asked_], bounds);
+        inside_ = {fmax(times_.enter, among_.enter), fmin(times_.leave, among_.leave)};
+        return times_.enter <= times_.leave;
       }
     }
     THRONG_HD void next_piece() noexcept {
@@ -188,6 +204,13 @@ struct QuestionSearch {
         range_ = {0, s_.objects.report->active, s_.objects.all_rows};
       } else {
         rows_ = look_.aim(left_);
+        if (Sweeps && look_.whole() && piece_ < pieces_) {
+          // It goes through all boxes: once for all pieces that are left.
+          piece_ = pieces_;
+          end_ = end_of(piece_);
+          look_.turn_to(cover_(begin_, end_));
+          rows_ = look_.aim(left_);
+        }
         if (piece_ > patience) far_ += rows_;
       }
     }
@@ -250,10 +273,10 @@ struct QuestionSearch {
       return pieces > 1 ? fminf(pieces, most) : 1;
     }
     THRONG_HD double end_of(std::uint32_t piece) const noexcept {
-      if (piece == pieces_) return 1;
+      if (piece == pieces_) return times_.leave;
       const double part = static_cast<double>(piece - 1) / inner_;
       const double end = inside_.enter + (inside_.leave - inside_.enter) * part;
-      return end < 1 ? end : 1;
+      return end < times_.leave ? end : times_.leave;
     }
 
     // Where cells are empty is asked from so many pieces on: most sweeps end before.
@@ -271,7 +294,9 @@ struct QuestionSearch {
     std::uint32_t piece_ = 0, pieces_ = 0, inner_ = 1, known_ = 0;
     bool everything_ = false;  // all objects are gone through
     core::Cover cover_;
-    core::Touch inside_{0, 1};
+    // When the sweep is among the cells; and of the present target when it meets the bounds of its
+    // boxes, and when both.
+    core::Touch among_{0, 1}, times_{0, 1}, inside_{0, 1};
     double begin_ = 0, end_ = 0;
     SweepHit first_ = no_hit(0);
   };

@@ -32,7 +32,7 @@ struct GridSearchOf {
   Input in;
   const core::ClassGrid* grid;
   const std::uint32_t* start;     // of each cell's records, and one more
-  const std::uint32_t* occupied;  // a flag for each group and class
+  const std::uint32_t* occupied;  // see occupied_flags
   const Record* records;
   const Report* report;
   FirstRange range;
@@ -151,10 +151,15 @@ struct GridSearchOf {
       const std::uint64_t all =
           rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
       // A large box may look into a fine class of another group: then there may be more rows than
-      // boxes, and going through all of these costs less.
-      whole_ = mixed && !own_row_ && all > s_.report->active;
+      // boxes, or of a hashed grid more cells than its table has, and going through all boxes costs
+      // less.
+      whole_ = mixed && !own_row_ &&
+               (all > s_.report->active ||
+                (cells_.hashed &&
+                 all * static_cast<std::uint32_t>(x_last_ - x_first_ + 1) > cells_.table_cells));
       return whole_ ? 1 : static_cast<std::uint32_t>(all);
     }
+    THRONG_HD bool whole() const noexcept { return whole_; }
 
     // The next row.
     THRONG_HD Range row() noexcept {

@@ -27,13 +27,13 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
   p.limits = {boxes.size(),  static_cast<std::uint32_t>(boxes.size() * 9 / 4 + 1024),
               8192,          present,
               in.has_worlds, cell_scale};
-  std::uint32_t occupied[occupied_flags];
+  std::uint32_t occupied[occupied_words];
   std::fill(std::begin(occupied), std::end(occupied), 7u);
   const PlanGrid planner{in, p.limits, &p.grid, occupied, &report};
   planner(*p.shared, [](const auto& phase) {
     for (std::uint32_t t = 0; t < PlanGrid::threads; ++t) phase(t);
   });
-  EXPECT_EQ(std::count(std::begin(occupied), std::end(occupied), 0u), occupied_flags);
+  EXPECT_EQ(std::count(std::begin(occupied), std::end(occupied), 0u), occupied_words);
   return p;
 }
 
