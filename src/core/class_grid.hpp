@@ -1,8 +1,10 @@
 // Cells for boxes of several sizes, each box stored once, and why no pair is lost or told twice.
 //
 // One function q per axis maps a float to the index of a cell, 0 .. N-1:
-//   q(x) = int(min(max((x - origin) * scale, 0), N - 1)),   scale > 0.
-// Each step is non-decreasing in x for every float but NaN (core/quantise.hpp), so q is. A size
+//   q(x) = int(min(max((p(x * unit) - origin) * scale, 0), N - 1)),   unit > 0, scale > 0.
+// p is the identity, or where boxes lie so unevenly that no one length of cells suits them, the
+// place among knots (place_among). Each step is non-decreasing in x for every float but NaN
+// (core/quantise.hpp), so q is. A size
 // class c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing
 // too. Call it c(x). A box belongs to the first class in whose grid it spans at most two cells on
 // every axis,
@@ -34,6 +36,9 @@ namespace throng::core {
 constexpr std::uint32_t max_size_classes = 12;
 constexpr std::uint32_t max_class_cells = 1u << 22;  // along an axis: exact as a float
 
+// Spans between the knots of an axis: a power of two.
+constexpr std::uint32_t knot_spans = 32;
+
 struct SizeClass {
   std::uint32_t shift[3] = {0, 0, 0};
   std::uint32_t cells[3] = {1, 1, 1};
@@ -43,6 +48,26 @@ struct SizeClass {
 // What a box's flags say of whom it may meet. Boxes of different groups are stored apart.
 constexpr std::uint32_t static_bit = 1, everywhere_bit = 2, second_bit = 4;
 
+// What makes equal steps of spans that hold about as many boxes each.
+struct Knots {
+  float at[knot_spans + 1];  // nowhere decreasing
+  float scale[knot_spans];   // one over the span's length, or 0 where it has none; finite
+};
+
+// Where x stands: 0 .. knot_spans. Of two floats the greater one is in the same span, and no less
+// far in it, as the steps below nowhere decrease; or in a later one, whose places are no less than
+// those of the earlier one. What is not a number is 0: of x = at[i], or of all of a span of no
+// length.
+THRONG_HD inline float place_among(const Knots& knots, float x) noexcept {
+  std::uint32_t span = 0;
+  for (std::uint32_t half = knot_spans / 2; half > 0; half /= 2)
+    span += x >= knots.at[span + half] ? half : 0;
+  float part = (x - knots.at[span]) * knots.scale[span];
+  part = part > 0.0f ? part : 0.0f;
+  part = part < 1.0f ? part : 1.0f;
+  return static_cast<float>(span) + part;
+}
+
 // The grids of all classes, laid out in one table of counts. `present`: which group bits occur. A
 // world's cells stand together, one part a group; worlds that share a slot are told apart when a
 // pair is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes
@@ -51,12 +76,15 @@ struct ClassGrid {
   float origin[3] = {0, 0, 0};
   float scale[3] = {1, 1, 1};
   float last[3] = {0, 0, 0};      // index of the last cell, as a float
+  float unit = 1;                 // coordinates are multiplied by it first
+  std::uint32_t among_knots = 0;  // as a word: no byte of the grid is left unwritten
+  Knots knots[3] = {};
   std::uint32_t class_count = 1;  // the last one has one cell
   std::uint32_t present = 0;
   std::uint32_t world_cells = 1;  // of all classes of one group
   std::uint32_t world_slots = 1;
   std::uint32_t table_cells = 1;
-  std::uint32_t hashed = 0;  // as a word: no byte of the grid is left unwritten
+  std::uint32_t hashed = 0;
   SizeClass classes[max_size_classes];
 
   THRONG_HD bool shares_cells(bool has_worlds) const noexcept { return hashed || has_worlds; }
@@ -68,7 +96,9 @@ struct CellSpan {
 };
 
 THRONG_HD inline std::int32_t cell_of(const ClassGrid& grid, int axis, float x) noexcept {
-  return index_of(x, grid.origin[axis], grid.scale[axis], grid.last[axis]);
+  float at = x * grid.unit;
+  if (grid.among_knots) at = place_among(grid.knots[axis], at);
+  return index_of(at, grid.origin[axis], grid.scale[axis], grid.last[axis]);
 }
 
 THRONG_HD inline CellSpan cells_of(const ClassGrid& grid, const Box& b) noexcept {

@@ -37,11 +37,12 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
                       : size == 12              ? 2.52f
                       : size == 13              ? 3.17f
                                                 : 8.0f;
-  const float base = greater(times * of * 1.0001f * scale, 1e-30f);
+  const float base = greater(times * of * 1.0001f * scale, shortest);
   if (scheme != 2) return base;
   // The shape of the typical box.
-  const float typical = greater(middle, 1e-30f);
-  return greater(quotient(base * greater(s.extent[axis][n / 2], typical * 0.01f), typical), 1e-30f);
+  const float typical = greater(middle, shortest);
+  return greater(base * quotient(greater(s.extent[axis][n / 2], typical * 0.01f), typical),
+                 shortest);
 }
 
 // The finest cells, along an axis a row; and for how many classes they are doubled.
@@ -52,7 +53,7 @@ THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared
   if (row > 3 || !looked_after(t, chosen, s)) return;
   const float side = side_of(candidate, row % 3, chosen ? limits.cell_scale : 1, s);
   if (row < 3) {
-    float count = quotient(s.length[row], greater(side, 1e-30f));
+    float count = s.unbounded[row] ? 1 : quotient(s.length[row], greater(side, shortest));
     const float bound = static_cast<float>(max_class_cells);
     count = count < 1 ? 1 : count > bound ? bound : count;
     s.cells[row][candidate] = static_cast<std::uint32_t>(count);
@@ -170,8 +171,15 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
   if (t < 3) {
     const std::uint32_t cells = none ? 1 : s.cells[t][best];
     grid.origin[t] = none ? 0 : s.low[t];
-    grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 1e30f);
+    grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 0x1p126f);
     grid.last[t] = static_cast<float>(cells - 1);
+  }
+  constexpr std::uint32_t ends = knot_spans + 1;
+  if (t >= 128 && t < 128 + 3 * ends) {
+    const std::uint32_t axis = (t - 128) / ends, k = (t - 128) % ends;
+    const bool among = !none && s.among_knots;
+    grid.knots[axis].at[k] = among ? s.knots[axis].at[k] : 0;
+    if (k < knot_spans) grid.knots[axis].scale[k] = among ? s.knots[axis].scale[k] : 0;
   }
   // Those that do not occur, too: the grid is copied as a whole.
   if (t >= 32 && t < 32 + max_size_classes) {
@@ -186,6 +194,8 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
     to.offset = empty ? 0 : static_cast<std::uint32_t>(s.late.before[c][best]);
   }
   if (t != 64) return;
+  grid.unit = given_unit;
+  grid.among_knots = !none && s.among_knots;
   grid.class_count = classes;
   grid.present = limits.present;
   grid.table_cells = limits.table_cells;

@@ -40,7 +40,8 @@ struct GridLimits {
   std::uint32_t row_cells = 1;    // the longest row of a hashed grid
   std::uint32_t present = 0;      // group bits
   bool has_worlds = false;
-  float cell_scale = 1;  // cells so many times as long as the cheapest
+  float cell_scale = 1;   // cells so many times as long as the cheapest
+  bool straight = false;  // cells of one length: sweeps are cut by it
 };
 
 // Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
@@ -50,6 +51,13 @@ constexpr float hash_cell_cost = 3.0f;  // strangers met in a cell of a hashed r
 constexpr float hash_compare_cost = 1.5f;
 constexpr float class_cost = 1.0f;    // a class looked into
 constexpr float unused_cost = 1.25f;  // times as much where none of the sample is of the finest
+
+// Where the cheapest grid costs so much a box, boxes lie too unevenly for cells of one length, or
+// too dense: it is planned again among knots. Uniform boxes cost 10 to 12, layers 6 to 12, clusters
+// that a hash parts up to 60; two clusters 1,000 of their widths apart 171, and 10,000 7,100. Knots
+// are taken where that halves the cost: of what they are for it is 0.44 and less, of heaps, static
+// ones too, and of rods 0.6 and more, and nothing is gained.
+constexpr float dear_cost = 128.0f;
 
 class ClassPlanner {
  public:
@@ -93,9 +101,14 @@ class ClassPlanner {
     float centre[3][sample_size];                  // sorted
     float scale;                                   // neighbours of a box for each of its pairs
     float low[3], length[3];                       // the range that holds nearly all boxes
-    float unit;                                    // at this distance a box has one neighbour
-    std::uint32_t which;                           // `near` of all worlds, or of one
-    std::uint32_t base;                            // the least exponent that the sample resolves
+    bool unbounded[3];                             // most boxes are, along that axis: one cell does
+    bool among_knots;    // planned again, all that is told of boxes by their places there
+    bool again, beaten;  // to be planned again; the grid that was written before is better
+    float straight_cost;
+    Knots knots[3];
+    float unit;                     // at this distance a box has one neighbour
+    std::uint32_t which;            // `near` of all worlds, or of one
+    std::uint32_t base;             // the least exponent that the sample resolves
     float base_pairs, shrink;       // pairs within it; what is left of them at half of it
     float neighbours[256];          // within 2^(e+1)
     float worlds, most_neighbours;  // about how many
@@ -125,17 +138,18 @@ class ClassPlanner {
                             const Each& each) noexcept {
     each([&](std::uint32_t t) { gather(t, s, limits); });
     each([&](std::uint32_t t) { compact(t, s, limits); });
-    if (s.count != 0) {
-      each([&](std::uint32_t t) { sort(t, s), pair_up(t, s, limits); });
-      each([&](std::uint32_t t) { add_within(t, s, limits); });
-      each([&](std::uint32_t t) { summarise(t, s, limits); });
-      each([&](std::uint32_t t) { resolve(t, s, limits); });
-      each([&](std::uint32_t t) { spread(t, s); });
-      // Candidates are compared at a scale of 1: else a size would be chosen that undoes the scale.
-      // Code that runs once takes longer to be loaded than to run, so there is one copy of it.
-      bool chosen = false;
-      THRONG_UNROLL(1)
-      for (;; chosen = true) {
+    // Code that runs once takes longer to be loaded than to run, so there is one copy of it.
+    bool chosen = false;
+    THRONG_UNROLL(1)
+    for (;;) {
+      if (s.count != 0) {
+        if (!chosen) {
+          each([&](std::uint32_t t) { sort(t, s), pair_up(t, s, limits); });
+          each([&](std::uint32_t t) { add_within(t, s, limits); });
+          each([&](std::uint32_t t) { summarise(t, s, limits); });
+          each([&](std::uint32_t t) { resolve(t, s, limits); });
+          each([&](std::uint32_t t) { spread(t, s); });
+        }
         each([&](std::uint32_t t) { measure(t, chosen, s, limits); });
         bool anew = false;
         THRONG_UNROLL(1)
@@ -144,18 +158,30 @@ class ClassPlanner {
           each([&](std::uint32_t t) { finish(t, chosen, anew, s, limits); });
           if (anew || !s.some_cut) break;
         }
-        if (chosen) break;
-        each([&](std::uint32_t t) { fit(t, s); });
-        each([&](std::uint32_t t) { average(t, s); });
-        each([&](std::uint32_t t) { price(t, s, limits); });
-        each([&](std::uint32_t t) {
-          if (t < candidates) add_up(t, s);
-        });
-        each([&](std::uint32_t t) { choose(t, s); });
-        if (limits.cell_scale == 1) break;
+        if (!chosen) {
+          each([&](std::uint32_t t) { fit(t, s); });
+          each([&](std::uint32_t t) { average(t, s); });
+          each([&](std::uint32_t t) { price(t, s, limits); });
+          each([&](std::uint32_t t) {
+            if (t < candidates) add_up(t, s);
+          });
+          each([&](std::uint32_t t) { choose(t, s); });
+          each([&](std::uint32_t t) { judge(t, s, limits); });
+          if (s.beaten) break;
+          // Candidates are compared at a scale of 1: else a size would be chosen that undoes the
+          // scale.
+          chosen = limits.cell_scale != 1;
+          if (chosen) continue;
+        }
       }
+      each([&](std::uint32_t t) { write(t, s, limits, grid); });
+      if (s.count == 0 || !s.again) break;
+      chosen = false;
+      each([&](std::uint32_t t) { tie_knots(t, s); });
+      each([&](std::uint32_t t) { measure_spans(t, s); });
+      each([&](std::uint32_t t) { place(t, s); });
+      each([&](std::uint32_t t) { place_longest(t, s); });
     }
-    each([&](std::uint32_t t) { write(t, s, limits, grid); });
   }
 
   // What a thread has seen.
@@ -177,9 +203,15 @@ class ClassPlanner {
   }
 
  private:
-  static constexpr float most = 1e18f;  // products of three lengths stay finite
+  // Coordinates are planned in this unit, so that they are no denormals down to 1e-41: distances
+  // are told apart by their exponents. Beyond `most`, 8e31 as given, all are alike, so that sums of
+  // 72 lengths stay finite; no length counts as less than `shortest`, so that 1 over it does.
+  static constexpr float given_unit = 0x1p12f, most = 0x1p118f, shortest = 0x1p-120f;
 
-  THRONG_HD static float cut(float x) noexcept { return x < -most ? -most : x > most ? most : x; }
+  THRONG_HD static float cut(float given) noexcept {
+    const float x = given * given_unit;
+    return x < -most ? -most : x > most ? most : x;
+  }
   THRONG_HD static float lesser(float a, float b) noexcept { return a < b ? a : b; }
   THRONG_HD static float greater(float a, float b) noexcept { return a > b ? a : b; }
   THRONG_HD static float extent_of(const GridSample& s, std::uint32_t j, int k) noexcept {
@@ -235,6 +267,11 @@ class ClassPlanner {
   THRONG_HD static float base_neighbours(const Shared& s) noexcept;
   THRONG_HD static float neighbours_within(const Shared& s, std::uint32_t exponent) noexcept;
   THRONG_HD static void spread(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void judge(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void tie_knots(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void measure_spans(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void place(std::uint32_t t, Shared& s) noexcept;
+  THRONG_HD static void place_longest(std::uint32_t t, Shared& s) noexcept;
 
   // What candidates look like: core/class_planner-inl.hpp.
   static constexpr std::uint32_t rows = threads / candidates;  // of threads, one a candidate

@@ -117,7 +117,7 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
   const float share = s.late.share[from][candidate];
   const float boxes = static_cast<float>(limits.boxes);
   const bool hashed = s.hashed[candidate];
-  float width[3] = {}, least = 0, looked_up = 1, cells = 1;
+  float width[3] = {}, narrow = 0, looked_up = 1, cells = 1;
   // One axis after the other; the widths move up, as an index that is computed would need memory.
   THRONG_UNROLL(1)
   for (int k = 0; k < 3; ++k) {
@@ -127,15 +127,17 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
     const float across = lesser(extent * power_of_two(127 - shift) + 2, static_cast<float>(there));
     if (k > 0) looked_up *= across;
     cells *= across;
-    const float wide = lesser(s.side[k][candidate] * (extent + 2 * cell), s.length[k]);
-    least = k == 0 || wide < least ? wide : least;
+    // Unbounded boxes are all in one place along that axis.
+    const float wide =
+        s.unbounded[k] ? 0 : lesser(s.side[k][candidate] * (extent + 2 * cell), s.length[k]);
+    narrow = wide > 0 && (narrow == 0 || wide < narrow) ? wide : narrow;
     width[0] = width[1];
     width[1] = width[2];
     width[2] = wide;
   }
-  const float inverse = quotient(1, least);
-  float compared = neighbours(s, 0.5f * least);
-  for (int k = 0; k < 3; ++k) compared *= width[k] * inverse;
+  const float inverse = narrow > 0 ? quotient(1, narrow) : 0;
+  float compared = narrow > 0 ? neighbours(s, 0.5f * narrow) : s.most_neighbours;
+  for (int k = 0; k < 3; ++k) compared *= width[k] > 0 ? width[k] * inverse : 1;
   compared = 1 + lesser(compared, s.most_neighbours) * s.late.share[to][candidate] * s.a_look;
   float one = compared + looked_up * row_cost;
   if (hashed)

@@ -76,15 +76,21 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   }
   const bool active = takes_part(e, own);
   const std::uint32_t to = active ? before : all + (own - before);
-  constexpr float beyond = 1e30f;
+  constexpr float beyond = 0x1p127f;
   // Adding zero leaves one zero of two, so that equal values have no difference with a sign.
   if (t < sample_size) {
     if (active) s.world[to] = e.loaded.worlds[own];
     float extent = 0;
     THRONG_UNROLL(1)
-    for (int k = 0; k < 3; ++k) extent = greater(extent, extent_of(e.loaded, own, k));
+    for (int k = 0; k < 3; ++k) {
+      const float along = extent_of(e.loaded, own, k);
+      extent = greater(extent, along < most ? along : 0);  // cells cannot part unbounded ones
+    }
     s.value[longest][to] = active ? extent + 0.0f : beyond;
-    if (t == 0) s.count = all;
+    if (t == 0) {
+      s.count = all;
+      s.among_knots = false;
+    }
   } else {
     const int k = static_cast<int>(t / sample_size) - 1;
     const float centre = 0.5f * e.loaded.most[3 + k][own] - 0.5f * e.loaded.most[k][own];
@@ -185,7 +191,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
 THRONG_HD inline void ClassPlanner::add_within(std::uint32_t t, Shared& s,
                                                const GridLimits& limits) noexcept {
   Early& e = s.early;
-  if (t < (limits.has_worlds ? 9 : 6)) join_member(t, e.fewer, 1, s.range);
+  if (!s.among_knots && t < (limits.has_worlds ? 9 : 6)) join_member(t, e.fewer, 1, s.range);
   if (t < threads - 64) return;
   const std::uint32_t which = t / 32 % 2, eight = t % 32;
   std::uint32_t sum = 0;
@@ -211,6 +217,12 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   const std::uint32_t own = e.near[limits.has_worlds ? which : 0][exponent];
   if (sum >= 8 && sum - own < 8 && exponent < 254) e.least[which] = exponent;
   if (t >= 3) return;
+  if (s.among_knots) {
+    s.low[t] = 0;
+    s.length[t] = knot_spans;
+    return;
+  }
+  s.unbounded[t] = !(s.extent[t][n / 2] < most);
   float low = -s.range.most[t], high = s.range.most[t + 3];
   // Without the few that stretch it; these are clamped into the outermost cells.
   const float inner_low = s.centre[t][n / 20], inner_high = s.centre[t][n - 1 - n / 20];
@@ -220,7 +232,7 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   // And with what even many samples miss of the ends.
   const float missed = n < limits.boxes ? (high - low) * (1.0f / 512) : 0.0f;
   s.low[t] = low - missed;
-  s.length[t] = greater(high - low + 2 * missed, 1e-30f);
+  s.length[t] = greater(high - low + 2 * missed, shortest);
 }
 
 // How the boxes crowd: one thread tells how many there are, another how they thin out.
@@ -307,6 +319,51 @@ THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept 
     if (exponent >= 250 || !(count < 1)) break;
   }
   s.unit = power_of_two(exponent);
+}
+
+THRONG_HD inline void ClassPlanner::judge(std::uint32_t t, Shared& s,
+                                          const GridLimits& limits) noexcept {
+  if (t != 0) return;
+  const float cost = s.cost[s.best];
+  s.beaten = s.among_knots && cost > 0.5f * s.straight_cost;
+  s.again = !s.among_knots && !limits.straight && cost > dear_cost;
+  s.straight_cost = cost;
+}
+
+// Knots such that about as many boxes of the sample have their centres in each span.
+THRONG_HD inline void ClassPlanner::tie_knots(std::uint32_t t, Shared& s) noexcept {
+  constexpr std::uint32_t all = knot_spans + 1;
+  if (t >= 3 * all) return;
+  const std::uint32_t axis = t / all, k = t % all;
+  const float low = s.low[axis], high = low + s.length[axis];
+  const float centre = s.centre[axis][k * (s.count - 1) / knot_spans];
+  s.knots[axis].at[k] = k == 0 ? low : k == knot_spans ? high : greater(low, lesser(centre, high));
+}
+THRONG_HD inline void ClassPlanner::measure_spans(std::uint32_t t, Shared& s) noexcept {
+  if (t == 3 * knot_spans) s.among_knots = true;
+  if (t < 2) s.early.least[t] = 254;
+  s.early.near[t / 256][t % 256] = 0;
+  if (t >= 3 * knot_spans) return;
+  Knots& knots = s.knots[t / knot_spans];
+  const std::uint32_t k = t % knot_spans;
+  const float span = knots.at[k + 1] - knots.at[k];
+  knots.scale[k] = span > 0 ? lesser(quotient(1, span), 0x1p126f) : 0;
+}
+// The sample by its places.
+THRONG_HD inline void ClassPlanner::place(std::uint32_t t, Shared& s) noexcept {
+  const std::uint32_t own = t % sample_size, axis = t / sample_size;
+  if (axis > 2 || own >= s.count) return;
+  const float half = 0.5f * s.value[axis][own], centre = s.value[centres + axis][own];
+  const float low = place_among(s.knots[axis], centre - half);
+  const float high = place_among(s.knots[axis], centre + half);
+  s.value[axis][own] = high - low;
+  s.value[centres + axis][own] = 0.5f * (low + high);
+}
+THRONG_HD inline void ClassPlanner::place_longest(std::uint32_t t, Shared& s) noexcept {
+  if (t >= s.count) return;
+  float extent = 0;
+  for (int k = 0; k < 3; ++k) extent = greater(extent, s.unbounded[k] ? 0 : s.value[k][t]);
+  s.value[longest][t] = extent;
 }
 
 }  // namespace throng::core

@@ -249,8 +249,8 @@ struct QuestionSearch {
     THRONG_HD core::Touch among_cells(const Sweep& sweep) const noexcept {
       float ends[2][3];
       for (int k = 0; k < 3; ++k) {
-        ends[0][k] = cells_.origin[k];
-        ends[1][k] = cells_.origin[k] + (cells_.last[k] + 1) / cells_.scale[k];
+        ends[0][k] = cells_.origin[k] / cells_.unit;
+        ends[1][k] = (cells_.origin[k] + (cells_.last[k] + 1) / cells_.scale[k]) / cells_.unit;
       }
       return core::touch(
           sweep, {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}});
@@ -260,7 +260,8 @@ struct QuestionSearch {
       const Vec3& by = s_.sweeps[asked_].by;
       const auto time = static_cast<float>(inside_.leave - inside_.enter);
       const auto along = [&](float x, int k) {
-        return fabsf(x) * time * cells_.scale[k] / static_cast<float>(1u << c.shift[k]);
+        return fabsf(x) * time * cells_.unit * cells_.scale[k] /
+               static_cast<float>(1u << c.shift[k]);
       };
       return fmaxf(fmaxf(along(by.x, 0), along(by.y, 1)), along(by.z, 2));
     }

@@ -37,6 +37,12 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
   return p;
 }
 
+// Of the finest cells, where all are alike.
+float finest_side(const core::ClassGrid& grid, int axis) {
+  EXPECT_FALSE(grid.among_knots);
+  return 1 / (grid.scale[axis] * grid.unit);
+}
+
 void expect_sound(const Planned& p) {
   const core::ClassGrid& grid = p.grid;
   ASSERT_GE(grid.class_count, 1u);
@@ -106,8 +112,8 @@ TEST(Planning, EqualCubesGetCellsOfTheirSize) {
   for (const Box& b : boxes) first += core::class_of(p.grid, core::cells_of(p.grid, b)) == 0;
   EXPECT_EQ(first, boxes.size());
   for (int k = 0; k < 3; ++k) {
-    EXPECT_GE(1 / p.grid.scale[k], 1.0f);
-    EXPECT_LE(1 / p.grid.scale[k], 2.1f);
+    EXPECT_GE(finest_side(p.grid, k), 1.0f);
+    EXPECT_LE(finest_side(p.grid, k), 2.1f);
   }
 }
 
@@ -122,14 +128,15 @@ TEST(Planning, SparseWorldsAreHashed) {
   }
   const Planned p = plan(boxes);
   EXPECT_TRUE(p.grid.hashed);
-  for (int k = 0; k < 3; ++k) EXPECT_LE(1 / p.grid.scale[k], 10.0f) << "cells as large as clusters";
+  for (int k = 0; k < 3; ++k)
+    EXPECT_LE(finest_side(p.grid, k), 10.0f) << "cells as large as clusters";
 }
 
 TEST(Planning, OneFarBoxDoesNotStretchTheGrid) {
   BoxList boxes = tests::uniform_boxes(20000, 3);
   boxes[7] = tests::cube(1e30f, 1e30f, -1e30f, 1);
   const Planned p = plan(boxes);
-  for (int k = 0; k < 3; ++k) EXPECT_LE(1 / p.grid.scale[k], 3.0f);
+  for (int k = 0; k < 3; ++k) EXPECT_LE(finest_side(p.grid, k), 3.0f);
 }
 
 // Boxes that take no part tell nothing of those that do.
@@ -161,7 +168,7 @@ TEST(Planning, ClassesReachToTheLargestBoxes) {
   const core::ClassGrid& grid = p.grid;
   ASSERT_GT(grid.class_count, 3u);
   for (std::uint32_t c = 0; c + 2 < grid.class_count; ++c) {
-    const auto side = static_cast<float>(1u << grid.classes[c].shift[0]) / grid.scale[0];
+    const auto side = static_cast<float>(1u << grid.classes[c].shift[0]) * finest_side(grid, 0);
     const std::uint32_t step = grid.classes[c + 1].shift[0] - grid.classes[c].shift[0];
     EXPECT_EQ(step, side < 20 ? 1u : 3u) << side;
   }
