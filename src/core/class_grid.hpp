@@ -95,10 +95,27 @@ struct CellSpan {
   std::int32_t lower[3], upper[3];
 };
 
+// Along an axis, as it is before it is cut into cells.
+THRONG_HD inline float place_of(const ClassGrid& grid, int axis, float x) noexcept {
+  const float at = x * grid.unit;
+  return grid.among_knots ? place_among(grid.knots[axis], at) : at;
+}
 THRONG_HD inline std::int32_t cell_of(const ClassGrid& grid, int axis, float x) noexcept {
-  float at = x * grid.unit;
-  if (grid.among_knots) at = place_among(grid.knots[axis], at);
-  return index_of(at, grid.origin[axis], grid.scale[axis], grid.last[axis]);
+  return index_of(place_of(grid, axis, x), grid.origin[axis], grid.scale[axis], grid.last[axis]);
+}
+// How many cells are before x, with a fraction; and about where there are so many.
+THRONG_HD inline float cells_before(const ClassGrid& grid, int axis, float x) noexcept {
+  const float t = (place_of(grid, axis, x) - grid.origin[axis]) * grid.scale[axis];
+  return t > 0 ? (t < grid.last[axis] + 1 ? t : grid.last[axis] + 1) : 0;
+}
+THRONG_HD inline double where_before(const ClassGrid& grid, int axis, float cells) noexcept {
+  const double at = double{grid.origin[axis]} + double{cells} / grid.scale[axis];
+  if (!grid.among_knots) return at / grid.unit;
+  const Knots& knots = grid.knots[axis];
+  auto span = static_cast<std::uint32_t>(at > 0 ? at : 0);
+  if (span >= knot_spans) span = knot_spans - 1;
+  const double low = knots.at[span], high = knots.at[span + 1];
+  return (low + (high - low) * (at - span)) / grid.unit;
 }
 
 THRONG_HD inline CellSpan cells_of(const ClassGrid& grid, const Box& b) noexcept {

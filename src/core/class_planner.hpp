@@ -40,8 +40,7 @@ struct GridLimits {
   std::uint32_t row_cells = 1;    // the longest row of a hashed grid
   std::uint32_t present = 0;      // group bits
   bool has_worlds = false;
-  float cell_scale = 1;   // cells so many times as long as the cheapest
-  bool straight = false;  // cells of one length: sweeps are cut by it
+  float cell_scale = 1;  // cells so many times as long as the cheapest
 };
 
 // Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
@@ -166,7 +165,7 @@ class ClassPlanner {
             if (t < candidates) add_up(t, s);
           });
           each([&](std::uint32_t t) { choose(t, s); });
-          each([&](std::uint32_t t) { judge(t, s, limits); });
+          each([&](std::uint32_t t) { judge(t, s); });
           if (s.beaten) break;
           // Candidates are compared at a scale of 1: else a size would be chosen that undoes the
           // scale.
@@ -267,7 +266,7 @@ class ClassPlanner {
   THRONG_HD static float base_neighbours(const Shared& s) noexcept;
   THRONG_HD static float neighbours_within(const Shared& s, std::uint32_t exponent) noexcept;
   THRONG_HD static void spread(std::uint32_t t, Shared& s) noexcept;
-  THRONG_HD static void judge(std::uint32_t t, Shared& s, const GridLimits& limits) noexcept;
+  THRONG_HD static void judge(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void tie_knots(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void measure_spans(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void place(std::uint32_t t, Shared& s) noexcept;

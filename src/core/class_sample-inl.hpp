@@ -321,12 +321,11 @@ THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept 
   s.unit = power_of_two(exponent);
 }
 
-THRONG_HD inline void ClassPlanner::judge(std::uint32_t t, Shared& s,
-                                          const GridLimits& limits) noexcept {
+THRONG_HD inline void ClassPlanner::judge(std::uint32_t t, Shared& s) noexcept {
   if (t != 0) return;
   const float cost = s.cost[s.best];
   s.beaten = s.among_knots && cost > 0.5f * s.straight_cost;
-  s.again = !s.among_knots && !limits.straight && cost > dear_cost;
+  s.again = !s.among_knots && cost > dear_cost;
   s.straight_cost = cost;
 }
 

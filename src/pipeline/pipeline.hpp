@@ -282,7 +282,6 @@ class Pipeline {
     limits.present = in.present;
     limits.has_worlds = in.has_worlds;
     limits.cell_scale = in.cell_scale;
-    limits.straight = in.for_others;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
     if (by_worlds(in)) {
       device_.launch(1, BeginWorlds{w.worlds, w.report});

@@ -87,7 +87,6 @@ struct QuestionSearch {
         const Sweep& sweep = s_.sweeps[asked_];
         if (!core::is_sound(sweep)) return;
         cover_ = core::Cover(sweep);
-        among_ = among_cells(sweep);
         for (std::uint32_t k = 0; k < targets(); ++k)
           if (meets(k)) pieces += pieces_of(k);
       }
@@ -132,7 +131,7 @@ struct QuestionSearch {
       if constexpr (!Sweeps) return true;
       const core::Touch t = core::touch(s_.sweeps[asked_], c.box());
       time = t.enter;
-      return t.enter <= t.leave && begin_ <= t.enter && (t.enter < end_ || piece_ == pieces_);
+      return t.enter <= t.leave && begin_ <= t.enter && (t.enter < end_ || !more_);
     }
 
     // To the next range of records that is not empty, if there is one. Coarse classes come first,
@@ -142,7 +141,7 @@ struct QuestionSearch {
         if (rows_ > 0) {
           range_ = look_.row();
           --rows_;
-        } else if (piece_ < pieces_) {
+        } else if (more_) {
           next_piece();
         } else if (left_ > 0) {
           --left_;
@@ -162,15 +161,10 @@ struct QuestionSearch {
 
     // Of the target that has come.
     THRONG_HD void begin_pieces() noexcept {
-      piece_ = pieces_ = 0;
-      known_ = s_.has_blocks ? patience : ~0u;
-      if (everything_) {
-        times_ = {0, 1};
-        pieces_ = 1;
-      } else if (meets(left_)) {
-        if constexpr (Sweeps) inner_ = static_cast<std::uint32_t>(pieces_of(left_));
-        pieces_ = inner_ > 1 ? inner_ + (inside_.leave < times_.leave ? 2 : 1) : 1;
-      }
+      piece_ = 0;
+      known_ = 0;
+      if (everything_) times_ = {0, 1};
+      more_ = everything_ || meets(left_);
       end_ = times_.enter;
     }
     // Whether there is anything of a target where it is looked for; and of sweeps, when.
@@ -181,107 +175,107 @@ struct QuestionSearch {
         return core::overlaps(look_.box().box(), bounds);
       } else {
         times_ = core::touch(s_.sweeps[asked_], bounds);
-        inside_ = {fmax(times_.enter, among_.enter), fmin(times_.leave, among_.leave)};
         return times_.enter <= times_.leave;
       }
     }
     THRONG_HD void next_piece() noexcept {
       if constexpr (Sweeps) {
-        if (piece_ >= known_) skip_empty();
+        if (s_.has_blocks && piece_ >= patience && end_ >= known_) skip_empty();
         // What is met from here on is not the first.
-        if (piece_ == pieces_ || (First && end_ > first_.time)) {
-          piece_ = pieces_;
-          return;
-        }
+        if (First && end_ > first_.time) more_ = false;
+        if (!more_) return;
         begin_ = end_;
-        end_ = end_of(++piece_);
-        if (begin_ == end_ && piece_ < pieces_) return;
+        end_ = everything_ ? times_.leave : further(begin_, 1 / part);
+        more_ = end_ < times_.leave;
         look_.turn_to(cover_(begin_, end_));
       } else {
-        ++piece_;
+        more_ = false;
       }
+      ++piece_;
       if (everything_) {
         range_ = {0, s_.objects.report->active, s_.objects.all_rows};
-      } else {
-        rows_ = look_.aim(left_);
-        if (Sweeps && look_.whole() && piece_ < pieces_) {
-          // It goes through all boxes: once for all pieces that are left.
-          piece_ = pieces_;
-          end_ = end_of(piece_);
-          look_.turn_to(cover_(begin_, end_));
-          rows_ = look_.aim(left_);
-        }
-        if (piece_ > patience) far_ += rows_;
+        return;
       }
+      rows_ = look_.aim(left_);
+      if (Sweeps && look_.whole() && more_) {
+        // It goes through all boxes: once for all pieces that are left.
+        end_ = times_.leave;
+        more_ = false;
+        look_.turn_to(cover_(begin_, end_));
+        rows_ = look_.aim(left_);
+      }
+      if (piece_ > patience) far_ += rows_;
     }
-    // Over pieces that need no cell in which there is a home: some that are about as long as a
-    // block together, of a larger one if that is so.
+    // Over times in which it needs no cell where there is a home: some in which it comes about the
+    // length of a block further, of a larger one if that is so.
     THRONG_HD void skip_empty() noexcept {
       const core::SizeClass& c = class_of(left_);
-      const float a_cell = static_cast<float>(inner_) / crossed(c);
-      while (piece_ < pieces_) {
-        std::uint32_t empty = 0, asked = 0;
+      while (more_) {
+        double empty = end_;
+        float cells = 0;
         for (int level = 1; level <= core::BlockBits::levels; ++level) {
-          const float length = a_cell * static_cast<float>(core::BlockBits::length(level));
-          const std::uint32_t left = pieces_ - piece_;
-          asked = length < static_cast<float>(left) ? static_cast<std::uint32_t>(length) : left;
-          if (asked == 0) asked = 1;
-          const core::CellSpan span = core::cells_of(cells_, cover_(end_, end_of(piece_ + asked)));
+          const auto length = static_cast<float>(core::BlockBits::length(level));
+          const double end = further(end_, length);
+          if (level == 1) known_ = end;
+          const core::CellSpan span = core::cells_of(cells_, cover_(end_, end));
           std::int32_t lower[3], upper[3];
           for (int k = 0; k < 3; ++k) {
             lower[k] = (span.lower[k] >> c.shift[k]) - 1;
             upper[k] = span.upper[k] >> c.shift[k];
           }
           if (s_.blocks.any(lower, upper, left_ % core::max_size_classes, level)) break;
-          empty = asked;
+          empty = end;
+          cells = length;
         }
-        if (empty == 0) {
-          known_ = piece_ + asked;
-          return;
-        }
-        far_ += rows_a_piece * empty;
-        piece_ += empty;
-        end_ = end_of(piece_);
+        if (cells == 0) return;
+        far_ += static_cast<std::uint32_t>(rows_a_piece * part * cells);
+        end_ = empty;
+        more_ = end_ < times_.leave;
       }
     }
 
-    // When the sweep is among the cells: before and after that it has one piece each.
-    THRONG_HD core::Touch among_cells(const Sweep& sweep) const noexcept {
-      float ends[2][3];
-      for (int k = 0; k < 3; ++k) {
-        ends[0][k] = cells_.origin[k] / cells_.unit;
-        ends[1][k] = (cells_.origin[k] + (cells_.last[k] + 1) / cells_.scale[k]) / cells_.unit;
-      }
-      return core::touch(
-          sweep, {{ends[0][0], ends[0][1], ends[0][2]}, {ends[1][0], ends[1][1], ends[1][2]}});
-    }
-    // How many cells of a class it crosses.
-    THRONG_HD float crossed(const core::SizeClass& c) const noexcept {
-      const Vec3& by = s_.sweeps[asked_].by;
-      const auto time = static_cast<float>(inside_.leave - inside_.enter);
-      const auto along = [&](float x, int k) {
-        return fabsf(x) * time * cells_.unit * cells_.scale[k] /
-               static_cast<float>(1u << c.shift[k]);
-      };
-      return fmaxf(fmaxf(along(by.x, 0), along(by.y, 1)), along(by.z, 2));
-    }
-    // Of m pieces that cross u cells each looks into some (u / m + 2)^2 rows: two cells a piece are
+    // Of pieces that cross u cells each, one looks into some (u + 2)^2 rows: two cells a piece are
     // best. Of a first hit the later ones are mostly not gone through, and they may be shorter.
-    THRONG_HD float pieces_of(std::uint32_t target) const noexcept {
-      if (!(inside_.enter < inside_.leave)) return 1;
-      constexpr float part = First ? 0.75f : 0.5f, most = 65536;
-      const float pieces = ceilf(part * crossed(class_of(target)));
-      return pieces > 1 ? fminf(pieces, most) : 1;
+    static constexpr float part = First ? 0.75f : 0.5f;
+
+    THRONG_HD float cells_before(const core::SweepAxis& axis, int k, double time) const noexcept {
+      return core::cells_before(cells_, k, static_cast<float>(axis.lower + double{axis.by} * time));
     }
-    THRONG_HD double end_of(std::uint32_t piece) const noexcept {
-      if (piece == pieces_) return times_.leave;
-      const double part = static_cast<double>(piece - 1) / inner_;
-      const double end = inside_.enter + (inside_.leave - inside_.enter) * part;
-      return end < times_.leave ? end : times_.leave;
+    // How many pieces there will be of a target that it meets, about.
+    THRONG_HD float pieces_of(std::uint32_t target) const noexcept {
+      const core::SizeClass& c = class_of(target);
+      core::SweepAxis axes[3];
+      core::axes_of(s_.sweeps[asked_], axes);
+      float cells = 0;
+      for (int k = 0; k < 3; ++k) {
+        const float crossed =
+            fabsf(cells_before(axes[k], k, times_.leave) - cells_before(axes[k], k, times_.enter));
+        cells = fmaxf(cells, crossed / static_cast<float>(1u << c.shift[k]));
+      }
+      return ceilf(part * cells);
+    }
+    // When it has come so many cells of the present target further than at `begin`, along one axis;
+    // or when its time is over.
+    THRONG_HD double further(double begin, float cells) const noexcept {
+      const core::SizeClass& c = class_of(left_);
+      core::SweepAxis axes[3];
+      core::axes_of(s_.sweeps[asked_], axes);
+      double end = times_.leave;
+      for (int k = 0; k < 3; ++k) {
+        if (axes[k].by == 0) continue;
+        const float at = cells_before(axes[k], k, begin);
+        const float way = cells * static_cast<float>(1u << c.shift[k]);
+        const float to = axes[k].by > 0 ? at + way : at - way;
+        if (!(to >= 0 && to <= cells_.last[k] + 1)) continue;  // it stays in the outermost cells
+        const double time = (core::where_before(cells_, k, to) - axes[k].lower) / axes[k].by;
+        if (time > begin && time < end) end = time;
+      }
+      return end;
     }
 
     // Where cells are empty is asked from so many pieces on: most sweeps end before.
-    static constexpr std::uint32_t patience = 8, rows_a_piece = 12;
+    static constexpr std::uint32_t patience = 8;
+    static constexpr float rows_a_piece = 12;
 
     const QuestionSearch& s_;
     const core::ClassGrid& cells_;
@@ -290,15 +284,14 @@ struct QuestionSearch {
     GridSearchOf<Looking::around>::Range range_{0, 0, 0};
     std::uint32_t left_ = 0;  // targets that are yet to come; the number of the present one
     std::uint32_t rows_ = 0, comparisons_ = 0, far_ = 0;
-    // Of the present target: pieces begun, all, those among cells; once so many have begun, it is
-    // asked whether those behind are empty.
-    std::uint32_t piece_ = 0, pieces_ = 0, inner_ = 1, known_ = 0;
+    std::uint32_t piece_ = 0;  // pieces of the present target begun
+    bool more_ = false;        // and there are others
     bool everything_ = false;  // all objects are gone through
     core::Cover cover_;
-    // When the sweep is among the cells; and of the present target when it meets the bounds of its
-    // boxes, and when both.
-    core::Touch among_{0, 1}, times_{0, 1}, inside_{0, 1};
-    double begin_ = 0, end_ = 0;
+    // When the sweep meets the bounds of the present target's boxes.
+    core::Touch times_{0, 1};
+    // Of the present piece; and until when it is known that not all cells are empty.
+    double begin_ = 0, end_ = 0, known_ = 0;
     SweepHit first_ = no_hit(0);
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }

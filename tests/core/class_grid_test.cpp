@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 #include <tuple>
 
@@ -21,10 +22,26 @@ using tests::Random;
 ClassGrid random_grid(Random& r) {
   ClassGrid grid;
   std::uint32_t cells[3];
+  grid.unit = std::ldexp(1.0f, r.between(-3, 12));
+  grid.among_knots = r.one_in(2);
   for (int k = 0; k < 3; ++k) {
     cells[k] = 1 + r.below(r.one_in(3) ? 3 : 300);
-    const float length = r.magnitude(-4, 12);
-    grid.origin[k] = r.in(-1, 1) * r.magnitude(-4, 14);
+    float length = r.magnitude(-4, 12) * grid.unit;
+    grid.origin[k] = r.in(-1, 1) * r.magnitude(-4, 14) * grid.unit;
+    if (grid.among_knots) {
+      // Spans of any length, and of none; the last one has one, so that it has cells.
+      Knots& knots = grid.knots[k];
+      knots.at[0] = grid.origin[k];
+      for (std::uint32_t i = 0; i < knot_spans; ++i) {
+        const bool none = i + 1 < knot_spans && r.one_in(5);
+        knots.at[i + 1] = knots.at[i] + (none ? 0 : length * r.magnitude(-20, 0));
+        if (i + 1 == knot_spans) knots.at[i + 1] = tests::nudge(knots.at[i + 1], 1);
+        const float span = knots.at[i + 1] - knots.at[i];
+        knots.scale[i] = span > 0 ? 1 / span : 0;
+      }
+      grid.origin[k] = 0;
+      length = knot_spans;
+    }
     grid.scale[k] = static_cast<float>(cells[k]) / length;
     grid.last[k] = static_cast<float>(cells[k] - 1);
   }
@@ -45,24 +62,53 @@ ClassGrid random_grid(Random& r) {
   return grid;
 }
 
+// Of one of them, or of all on average.
+float cell_length(const ClassGrid& grid, int axis) {
+  return static_cast<float>(
+      (where_before(grid, axis, grid.last[axis] + 1) - where_before(grid, axis, 0)) /
+      (grid.last[axis] + 1));
+}
 float coordinate(const ClassGrid& grid, int axis, Random& r) {
   if (r.one_in(40)) return r.one_in(2) ? infinity : -infinity;
   // On a cell's edge as near as floats come, beside it, or anywhere.
   const float cell = static_cast<float>(r.between(-2, static_cast<int>(grid.last[axis]) + 2));
-  const float at = grid.origin[axis] + cell / grid.scale[axis];
-  return r.one_in(4) ? at + r.in(-2, 2) / grid.scale[axis] : tests::nudge(at, r.between(-2, 2));
+  const auto at = static_cast<float>(where_before(grid, axis, cell));
+  return r.one_in(4) ? at + r.in(-2, 2) * cell_length(grid, axis)
+                     : tests::nudge(at, r.between(-2, 2));
 }
 
 Box random_box(const ClassGrid& grid, Random& r) {
   Box b;
   for (int k = 0; k < 3; ++k) {
     float low = coordinate(grid, k, r), high = coordinate(grid, k, r);
-    if (r.one_in(2)) high = low + r.in(0, 2) / grid.scale[k];
+    if (r.one_in(2)) high = low + r.in(0, 2) * cell_length(grid, k);
     if (high < low) std::swap(low, high);
     (&b.lower.x)[k] = low;
     (&b.upper.x)[k] = high;
   }
   return b;
+}
+
+// Where so many cells are before is where so many are before.
+TEST(ClassGrid, CellsBeforeAndWhere) {
+  Random r(11);
+  for (int round = 0; round < 200; ++round) {
+    const ClassGrid grid = random_grid(r);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < 50; ++k) {
+        const float x = coordinate(grid, axis, r), before = cells_before(grid, axis, x);
+        ASSERT_GE(before, 0);
+        ASSERT_LE(before, grid.last[axis] + 1);
+        ASSERT_EQ(std::min(static_cast<float>(static_cast<int>(before)), grid.last[axis]),
+                  static_cast<float>(cell_of(grid, axis, x)));
+        // As near as floats come, and their products.
+        const auto where = static_cast<float>(where_before(grid, axis, before));
+        const float slack = 1e-4f * (grid.last[axis] + 1);
+        ASSERT_GE(before, cells_before(grid, axis, tests::nudge(where, -3)) - slack);
+        ASSERT_LE(before, cells_before(grid, axis, tests::nudge(where, 3)) + slack);
+      }
+    }
+  }
 }
 
 TEST(ClassGrid, CellsNeverFall) {

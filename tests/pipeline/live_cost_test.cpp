@@ -59,6 +59,75 @@ TEST(LiveScene, CostFollowsTheMovers) {
   update("compared again");
 }
 
+// Far from a dense heap of static boxes, or above it, one that moves is compared with none of
+// these.
+TEST(LiveScene, MoversBesideAHeap) {
+  for (const float width : {1.0f, 8.0f}) {
+    Random r(5);
+    BoxList heap;
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 at = r.point(1000, 1000 + width);
+      heap.push_back({{at.x - 2, at.y - 2, at.z - 2}, {at.x + 2, at.y + 2, at.z + 2}});
+    }
+    const std::vector<std::uint8_t> is_static(heap.size(), 1);
+    Boxes view = heap;
+    view.filters.is_static = {is_static.data(), is_static.size()};
+    LiveMachine m({}, 0.1f);
+    ASSERT_TRUE(m.add(view, nullptr).ok());
+    const Box first = cube(0, 0, 0, 1);
+    ObjectId mover = 0;
+    ASSERT_TRUE(m.add(Boxes(&first, 1), &mover).ok());
+    EXPECT_EQ(m.update().comparisons, 0u);
+    for (int step = 0; step < 6; ++step) {
+      const float x = static_cast<float>(step);
+      const Box there = step < 3 ? cube(x, 3, 0, 1) : cube(1000 + x, 1003 + width, 1000, 1);
+      ASSERT_TRUE(m.move(&mover, Boxes(&there, 1)).ok());
+      EXPECT_LE(m.update().comparisons, heap.size() / 2) << step;
+      EXPECT_EQ(m.pair_count(), 0u);
+    }
+  }
+}
+
+// After a heap has been unpacked, object by object, updates and questions cost what they do in a
+// scene that was made as it is now.
+TEST(LiveScene, AnUnpackedHeapIsLikeANewScene) {
+  constexpr int count = 4000, frames = 50;
+  Random r(5);
+  BoxList boxes, to;
+  const float side = side_of(count * 4.0f);
+  for (int i = 0; i < count; ++i) {
+    boxes.push_back(cube(r.point(0, 5), 1));
+    to.push_back(cube(r.point(-side / 2, side / 2), 1));
+  }
+  LiveMachine old({}, 0.1f), fresh({}, 0.1f);
+  ASSERT_TRUE(old.add(boxes, nullptr).ok());
+  ASSERT_TRUE(old.update().ok());
+  const auto move = [&](LiveMachine& m, int step) {
+    std::vector<ObjectId> ids;
+    BoxList moved;
+    for (int i = step; i < count; i += frames) {
+      ids.push_back(static_cast<ObjectId>(i));
+      moved.push_back(to[static_cast<std::size_t>(i)]);
+    }
+    EXPECT_TRUE(m.move(ids.data(), moved).ok());
+    const Result result = m.update();
+    EXPECT_TRUE(result.ok());
+    return result.comparisons;
+  };
+  for (int step = 0; step < frames; ++step) (void)move(old, step);
+  ASSERT_TRUE(fresh.add(to, nullptr).ok());
+  ASSERT_TRUE(fresh.update().ok());
+  std::uint64_t unpacked = 0, as_new = 0;
+  for (int step = 0; step < 20; ++step) {
+    for (Box& b : to) b.lower.x += 0.3f, b.upper.x += 0.3f;
+    unpacked += move(old, step);
+    as_new += move(fresh, step);
+  }
+  EXPECT_LE(unpacked, as_new * 3 / 2);
+  const BoxList asked(to.begin(), to.begin() + 500);
+  EXPECT_LE(old.find_overlaps(asked).comparisons, fresh.find_overlaps(asked).comparisons * 3 / 2);
+}
+
 // What an update puts on the device, and how often it waits.
 TEST(LiveScene, FewLaunchesAndWaits) {
   Options options;

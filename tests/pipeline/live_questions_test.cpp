@@ -2,6 +2,7 @@
 // what they cost, and what is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/live_actor.hpp"
@@ -91,6 +92,117 @@ TEST(LiveQuestions, LookAtLittle) {
   for (Sweep& ray : many.rays) ray.by = {ray.by.x * 1e6f, ray.by.y * 1e6f, ray.by.z * 1e6f};
   const Result far = many.hits(SweepHits::first);
   EXPECT_LT(static_cast<double>(far.comparisons) / 1000, 300);
+}
+
+// A dense heap of boxes that never move. Its cells hold thousands; what is asked beside it looks
+// into none, and what touches its bounds at what is there.
+TEST(LiveQuestions, BesideAHeap) {
+  for (const float width : {0.0f, 4.0f, 8.0f, 30.0f}) {
+    Random r(5);
+    BoxList heap;
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 at = r.point(1000, 1000 + width);
+      heap.push_back({{at.x - 2, at.y - 2, at.z - 2}, {at.x + 2, at.y + 2, at.z + 2}});
+    }
+    const std::vector<std::uint8_t> is_static(heap.size(), 1);
+    Boxes view = heap;
+    view.filters.is_static = {is_static.data(), is_static.size()};
+    LiveMachine m({});
+    ASSERT_TRUE(m.add(view, nullptr).ok());
+    const float middle = 1000 + width / 2, above = 1000 + width + 2.1f;
+    const Box far = cube(0, 3, 0, 1), near = cube(middle, above, middle, 1);
+    for (const Box& box : {far, near}) {
+      const Result overlaps = m.find_overlaps(Boxes(&box, 1));
+      EXPECT_EQ(overlaps.found, 0u);
+      EXPECT_EQ(overlaps.comparisons, 0u);
+      for (const Vec3& by : {Vec3{0, 9, 0}, Vec3{9, 0, 9}, Vec3{0, 1e30f, 0}}) {
+        const Sweep sweep{box, by};
+        for (const SweepHits which : {SweepHits::all, SweepHits::first}) {
+          const Result hits = m.find_hits(&sweep, 1, which, {});
+          EXPECT_EQ(hits.found, 0u);
+          EXPECT_EQ(hits.comparisons, 0u) << by.x << ' ' << by.y;
+        }
+      }
+    }
+    // Into it, it looks at each once at most in each class.
+    const Sweep into{{{middle, above + 9, middle}, {middle, above + 9, middle}}, {0, -100, 0}};
+    const Result hits = m.find_hits(&into, 1, SweepHits::all, {});
+    EXPECT_GT(hits.found, width < 30 ? 1000u : 50u);
+    EXPECT_LE(hits.comparisons, 3 * heap.size());
+  }
+}
+
+// However long a ray is, it costs what lies on its way through the boxes.
+TEST(LiveQuestions, RaysOfAnyLength) {
+  Uniform scene(20000);
+  const std::vector<Sweep> rays = scene.rays;
+  for (const SweepHits which : {SweepHits::first, SweepHits::all}) {
+    std::uint64_t found = 0, comparisons = 0;
+    for (const float length : {100.0f, 1e6f, 1e12f, 1e14f, 1e20f, 1e30f, 3e38f}) {
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Vec3 by = rays[i].by;
+        const float most = std::max({std::abs(by.x), std::abs(by.y), std::abs(by.z)});
+        const auto along = [&](float x) { return x / most * length; };
+        scene.rays[i].by = {along(by.x), along(by.y), along(by.z)};
+      }
+      const Result r = scene.hits(which);
+      if (length == 100.0f) found = r.found, comparisons = r.comparisons;
+      EXPECT_EQ(r.found, found) << length;
+      EXPECT_LE(r.comparisons, comparisons * 11 / 10) << length;
+    }
+    EXPECT_GT(found, 900u);
+  }
+}
+
+// Half of the boxes here, half far away: what is asked here costs no more than a few times what it
+// does where there is no gap.
+TEST(LiveQuestions, TwoClustersFarApart) {
+  double ray_alone = 0, overlap_alone = 0;
+  for (const float gap : {0.0f, 1e2f, 1e3f, 1e4f, 1e5f, 1e6f}) {
+    Random r(5);
+    BoxList boxes;
+    const float side = side_of(10000 * 3);
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 at = r.point(0, side);
+      const float by = i % 2 ? gap : 0;
+      boxes.push_back(cube(at.x + by, at.y + by, at.z + by, 1));
+    }
+    LiveMachine m({});
+    ASSERT_TRUE(m.add(boxes, nullptr).ok());
+    std::vector<Sweep> rays;
+    BoxList asked;
+    for (int k = 0; k < 300; ++k) {
+      const Vec3 from = r.point(0, side);
+      rays.push_back({{from, from}, r.point(-30, 30)});
+      asked.push_back(cube(from, 2));
+    }
+    const double ray = static_cast<double>(
+        m.find_hits(rays.data(), rays.size(), SweepHits::first, {}).comparisons);
+    const double overlap = static_cast<double>(m.find_overlaps(asked).comparisons);
+    if (gap == 0) ray_alone = ray, overlap_alone = overlap;
+    EXPECT_LE(ray, 8 * ray_alone) << gap;
+    EXPECT_LE(overlap, 4 * overlap_alone) << gap;
+  }
+}
+
+// A large box between two clusters, of which no cell holds anything: it goes through all objects at
+// most once for each class, swept or not.
+TEST(LiveQuestions, LargeBoxesInEmptySpace) {
+  Random r(5);
+  BoxList boxes;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 at = r.point(0, 20);
+    const float by = i % 2 ? 1e4f : 0;
+    boxes.push_back(cube(at.x + by, at.y + by, at.z + by, 1));
+  }
+  LiveMachine m({});
+  ASSERT_TRUE(m.add(boxes, nullptr).ok());
+  for (const float size : {1.0f, 10.0f, 100.0f, 1000.0f, 5000.0f}) {
+    const Box box = cube(4000, 4000, 4000, size);
+    EXPECT_LE(m.find_overlaps(Boxes(&box, 1)).comparisons, boxes.size()) << size;
+    const Sweep sweep{box, {100, 100, 100}};
+    EXPECT_LE(m.find_hits(&sweep, 1, SweepHits::all, {}).comparisons, 2 * boxes.size()) << size;
+  }
 }
 
 TEST(LiveQuestions, TheGridIsKept) {
