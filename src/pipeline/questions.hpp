@@ -91,9 +91,11 @@ struct QuestionSearch {
           if (meets(k)) pieces += pieces_of(k);
       }
       // Who meets all worlds does not know their cells; and a piece costs more than so many
-      // comparisons.
-      everything_ = (s_.meets_worlds() && s_.in.world(asked_) < 0) ||
-                    pieces * 16 > static_cast<float>(s_.objects.report->active);
+      // comparisons, but for those that are passed over.
+      const bool far =
+          !s_.has_blocks && pieces * 16 > static_cast<float>(s_.objects.report->active);
+      if (far) far_ = static_cast<std::uint32_t>(rows_a_piece * pieces);
+      everything_ = (s_.meets_worlds() && s_.in.world(asked_) < 0) || far;
       left_ = everything_ ? 1 : targets();
       advance();
     }

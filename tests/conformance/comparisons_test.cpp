@@ -68,7 +68,7 @@ TEST(ComparisonsOfLayers, AreFew) {
     sheet.push_back({at, {at.x + 1, at.y + 1, at.z + 0.1f}});
     if (i % 2 == 0) sheet.back().lower.z = sheet.back().upper.z = r.unit() * 300;
   }
-  expect_few(Boxes(rods.data(), rods.size()), 100, 200);
+  expect_few(Boxes(rods.data(), rods.size()), 100, 40);
   expect_few(Boxes(sheet.data(), sheet.size()), 50, 50);
 }
 
