@@ -101,7 +101,7 @@ class ClassPlanner {
     float scale;                                   // neighbours of a box for each of its pairs
     float low[3], length[3];                       // the range that holds nearly all boxes
     bool unbounded[3];                             // most boxes are, along that axis: one cell does
-    bool among_knots;    // planned again, all that is told of boxes by their places there
+    bool among_knots;    // planned again: what is known of boxes is of their places there
     bool again, beaten;  // to be planned again; the grid that was written before is better
     float straight_cost;
     Knots knots[3];

@@ -169,7 +169,7 @@ struct QuestionSearch {
       more_ = everything_ || meets(left_);
       end_ = times_.enter;
     }
-    // Whether there is anything of a target where it is looked for; and of sweeps, when.
+    // Whether a query meets the bounds of a target's boxes; and a sweep, when.
     THRONG_HD bool meets(std::uint32_t target) noexcept {
       if (!s_.objects.occupied[target]) return false;
       const Box bounds = occupied_bounds(s_.objects.occupied, target);
@@ -199,12 +199,14 @@ struct QuestionSearch {
         return;
       }
       rows_ = look_.aim(left_);
-      if (Sweeps && look_.whole() && more_) {
-        // It goes through all boxes: once for all pieces that are left.
+      const std::uint32_t active = s_.objects.report->active;
+      if (Sweeps && more_ && (look_.whole() || piece_ > active / 16)) {
+        // All boxes are gone through, once for all pieces that are left.
         end_ = times_.leave;
         more_ = false;
         look_.turn_to(cover_(begin_, end_));
-        rows_ = look_.aim(left_);
+        rows_ = 0;
+        range_ = {0, active, s_.objects.all_rows};
       }
       if (piece_ > patience) far_ += rows_;
     }

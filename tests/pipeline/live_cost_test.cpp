@@ -88,7 +88,7 @@ TEST(LiveScene, MoversBesideAHeap) {
   }
 }
 
-// After a heap has been unpacked, object by object, updates and questions cost what they do in a
+// After a heap has been unpacked, object by object, updates and queries cost what they do in a
 // scene that was made as it is now.
 TEST(LiveScene, AnUnpackedHeapIsLikeANewScene) {
   constexpr int count = 4000, frames = 50;

@@ -94,8 +94,8 @@ TEST(LiveQuestions, LookAtLittle) {
   EXPECT_LT(static_cast<double>(far.comparisons) / 1000, 300);
 }
 
-// A dense heap of boxes that never move. Its cells hold thousands; what is asked beside it looks
-// into none, and what touches its bounds at what is there.
+// A dense heap of boxes that never move. Its cells hold thousands; queries beside it look into
+// none.
 TEST(LiveQuestions, BesideAHeap) {
   for (const float width : {0.0f, 4.0f, 8.0f, 30.0f}) {
     Random r(5);
@@ -154,8 +154,7 @@ TEST(LiveQuestions, RaysOfAnyLength) {
   }
 }
 
-// Half of the boxes here, half far away: what is asked here costs no more than a few times what it
-// does where there is no gap.
+// Half of the boxes here, half far away: a query here costs a few times what it does without a gap.
 TEST(LiveQuestions, TwoClustersFarApart) {
   double ray_alone = 0, overlap_alone = 0;
   for (const float gap : {0.0f, 1e2f, 1e3f, 1e4f, 1e5f, 1e6f}) {
