@@ -72,7 +72,8 @@ Explanation explain(const Case& c) {
   Options options;
   options.backend = Backend::cpu;
   Finder finder(options);
-  finder.find(boxes);
+  const Result warmed = finder.find(boxes);
+  if (!warmed.ok()) throw Error(warmed);
   return finder.explain(boxes);
 }
 

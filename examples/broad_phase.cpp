@@ -33,7 +33,8 @@ int main() {
   // snippet-begin: live
   throng::BroadPhase broad_phase;
   std::vector<throng::ObjectId> ids(boxes.size());
-  broad_phase.add(boxes, ids.data());
+  throng::Result result = broad_phase.add(boxes, ids.data());
+  if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
 
   throng::Filter of_the_scene;
   of_the_scene.is_static = 1;
@@ -51,8 +52,8 @@ int main() {
       moved.push_back(box);
     }
     // snippet-begin: update
-    broad_phase.move(movers.data(), moved);  // by their ids; what is not moved costs nothing
-    const throng::Result result = broad_phase.update();
+    result = broad_phase.move(movers.data(), moved);  // by their ids; the others cost nothing
+    if (result.ok()) result = broad_phase.update();
     if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
     // A pair's slot is its own while it lives: a place for the contact.
     for (const throng::LivePair& pair : broad_phase.ended()) contacts[pair.slot] = {};
@@ -67,7 +68,7 @@ int main() {
   // snippet-begin: rollback
   const throng::BroadPhase saved = broad_phase;  // ids, slots and all that is not told yet
   broad_phase.remove(ground);
-  broad_phase.update();
+  CHECK(broad_phase.update().ok());
   CHECK(broad_phase.ended().size() == boxes.size());
   broad_phase = saved;
   // snippet-end: rollback
@@ -79,7 +80,8 @@ int main() {
       {{eye, eye}, {0, -100, 0}},              // a ray: a point that goes down by 100
       {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that goes along x
   };
-  broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
+  result = broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
+  if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   for (const throng::SweepHit& hit : broad_phase.hits()) {
     std::printf("sweep %u meets object %u at %g of its way\n", hit.sweep, hit.object, hit.time);
   }
@@ -87,7 +89,8 @@ int main() {
   CHECK(broad_phase.hits().size() == 1 && broad_phase.hits()[0].object == ground);
   // snippet-begin: overlaps
   const std::vector<throng::Box> rooms = {{{0, 0, 0}, {100, 10, 10}}};
-  broad_phase.find_overlaps(rooms);
+  result = broad_phase.find_overlaps(rooms);
+  if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   for (const throng::Pair& pair : broad_phase.overlaps()) {
     std::printf("object %u is in room %u\n", pair.second, pair.first);
   }
@@ -104,8 +107,9 @@ int main() {
     const throng::Vec3 at = broad_phase.box(shooter).lower, from = {at.x + 0.5f, 0.5f, 0.5f};
     const throng::Sweep ray = {{from, from}, {100, 0, 0}};
     const throng::SweepTest test = {not_me, &shooter};
-    query.find_hits(broad_phase, &ray, 1, throng::SweepHits::first, {}, test);
-    if (!query.hits().empty()) hit = query.hits()[0];
+    const throng::Result answered =
+        query.find_hits(broad_phase, &ray, 1, throng::SweepHits::first, {}, test);
+    if (answered.ok() && !query.hits().empty()) hit = query.hits()[0];
   };
   throng::SweepHit hits[2] = {};
   std::thread other(shoot, ids[0], std::ref(hits[0]));

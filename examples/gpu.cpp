@@ -61,12 +61,12 @@ int main() {
 
   {
     // snippet-begin: live
-    throng::cuda::BroadPhase broad_phase(0.2f);        // how far they go before a search
-    broad_phase.add({boxes, count}, nullptr, stream);  // ids 0, 1, 2, ...
-    broad_phase.update(stream);
+    throng::cuda::BroadPhase broad_phase(0.2f);  // how far they go before a search
+    throng::Result result = broad_phase.add({boxes, count}, nullptr, stream);  // ids 0, 1, 2, ...
+    if (result.ok()) result = broad_phase.update(stream);
     simulate(boxes, stream);  // kernels that move the boxes
-    const throng::Result result =
-        broad_phase.update({boxes, count}, stream);  // who moved, and what of it
+    if (result.ok())
+      result = broad_phase.update({boxes, count}, stream);  // who moved, and what of it
     if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
     const throng::LivePairs begun = broad_phase.begun();  // in device memory
     // snippet-end: live
@@ -81,7 +81,7 @@ int main() {
                                   {{{-9, 0.5f, 0.5f}, {-9, 0.5f, 0.5f}}, {-100, 0, 0}}};
     cudaMemcpy(rays, two, sizeof two, cudaMemcpyHostToDevice);
     throng::cuda::BroadPhase broad_phase;
-    broad_phase.add({boxes, count}, nullptr, stream);
+    CHECK(broad_phase.add({boxes, count}, nullptr, stream).ok());
     // snippet-begin: rays
     // rays: throng::Sweep[2], hits: throng::SweepHit[2], both in device memory
     const throng::Result asked = broad_phase.find_first_hits(rays, 2, {}, hits, stream);
@@ -99,13 +99,15 @@ int main() {
 
   // snippet-begin: graph
   throng::cuda::Finder finder;
-  finder.reserve(count, 0, stream);  // from here on no memory is taken
+  throng::Result ready = finder.reserve(count, 0, stream);  // from here on no memory is taken
 
   cudaGraph_t graph;
   cudaGraphExec_t frame;
   cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal);
-  finder.find_async(throng::Boxes(boxes, count), pairs, capacity, report, stream);
+  if (ready.ok())
+    ready = finder.find_async(throng::Boxes(boxes, count), pairs, capacity, report, stream);
   cudaStreamEndCapture(stream, &graph);
+  if (!ready.ok()) std::fprintf(stderr, "%s\n", ready.message);
   cudaGraphInstantiate(&frame, graph, 0);
 
   cudaGraphLaunch(frame, stream);  // each frame, whatever boxes lie there then

@@ -88,8 +88,8 @@ class Engine {
       ids_.push_back(body.id);
       boxes_.push_back(throng::round_outward(body.lower, body.upper));
     }
-    phase_.move(ids_.data(), boxes_);
-    const throng::Result result = phase_.update();
+    throng::Result result = phase_.move(ids_.data(), boxes_);
+    if (result.ok()) result = phase_.update();
     if (!result.ok()) {  // nothing has changed: the step may be tried again
       std::fprintf(stderr, "%s\n", result.message);
       return false;

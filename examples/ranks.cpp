@@ -54,15 +54,18 @@ int run(int rank, int ranks) {
   std::vector<std::uint64_t> ids;  // an id belongs to one object, over all ranks
   for (std::uint64_t i = 0; i < mine.size(); ++i)
     ids.push_back(1000000u * static_cast<std::uint64_t>(rank) + i);
-  live.add(ids.data(), mine);
+  const auto check = [](const throng::Result& r) {
+    if (!r.ok()) std::fprintf(stderr, "%s\n", r.message);
+  };
+  check(live.add(ids.data(), mine));
   result = live.update();  // collective; objects go to the ranks in whose regions they lie
   for (std::size_t i = 0; i < live.arrived_count(); ++i) {
     const std::uint64_t id = live.arrived()[i];  // from now on this rank moves it
     throng::Box box = live.box(id);
     box.upper.y = 5;
-    live.move(&id, throng::Boxes(&box, 1));
+    check(live.move(&id, throng::Boxes(&box, 1)));
   }
-  live.update();
+  check(live.update());
   for (const throng::Pair64& pair : live.ended()) narrow_phase(pair.first, pair.second);
   // snippet-end: live
   CHECK(result.ok() && result.found == 100u * static_cast<unsigned>(ranks) - 1);

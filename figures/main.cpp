@@ -178,8 +178,11 @@ std::string live() {
   std::vector<Box> boxes = crowd();
   BroadPhase broad_phase;
   std::vector<ObjectId> ids(boxes.size());
-  broad_phase.add(boxes, ids.data());
-  broad_phase.update();
+  const auto done = [](const Result& result) {
+    if (!result.ok()) throw Error(result);
+  };
+  done(broad_phase.add(boxes, ids.data()));
+  done(broad_phase.update());
   // The first that both meets and leaves others on its way.
   const BroadPhase before_moving = broad_phase;
   ObjectId mover = 0;
@@ -189,7 +192,7 @@ std::string live() {
     after = flat(b.lower.x + 70, b.lower.y + 25, b.upper.x - b.lower.x, b.upper.y - b.lower.y);
     broad_phase = before_moving;
     broad_phase.move(mover, after);
-    broad_phase.update();
+    done(broad_phase.update());
     if (!broad_phase.begun().empty() && !broad_phase.ended().empty()) break;
   }
   const Box before = boxes[mover];

@@ -11,7 +11,7 @@ namespace {
 std::string_view remedy(Status status, const Remedies& has) {
   switch (status) {
     case Status::nan_box:
-      return has.nan ? "mend them, or treat them as inactive by --nan inactive" : "mend them";
+      return has.nan ? "fix them, or treat them as inactive by --nan inactive" : "fix them";
     case Status::out_of_memory:
       return has.memory ? "bound it by --memory, or split the boxes" : "split the boxes";
     case Status::no_device:

@@ -109,7 +109,7 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     live::Objects& objects = tracker.change();
     if (!valid(boxes, r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
+    if (!valid_floats(boxes, options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
       say(r, "%llu boxes and the %llu ids there are exceed %llu; remove some first",
           ull{boxes.size()}, ull{objects.limit()}, ull{max_box_count});
@@ -170,7 +170,15 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     bare.filters = {};
     if (!valid(bare, r)) return;
     if (!valid_ids(objects, ids, boxes.size(), r)) return;
-    if (!valid_floats(boxes, boxes.size(), options_, all_boxes, r)) return;
+    if (!valid_floats(boxes, options_, all_boxes, r)) {
+      if (r.status == Status::nan_box) {
+        say(r,
+            "%llu boxes have a NaN, the first is box %llu of the list, for id %u, and none was "
+            "moved; fix them, or treat them as inactive by Options::nan",
+            ull{r.invalid_count}, ull{r.first_invalid}, ids[r.first_invalid]);
+      }
+      return;
+    }
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
     Access::log(*this).boxes(bare);
@@ -195,7 +203,7 @@ Result BroadPhase::move_all(const Boxes& boxes) noexcept {
       return;
     }
     const auto alive = [&](std::size_t id) { return objects.is_alive(id); };
-    if (!valid_floats(boxes, boxes.size(), options_, alive, r)) return;
+    if (!valid_floats(boxes, options_, alive, r)) return;
     Access::log(*this).begin(Operation::move_all, 1);
     Access::log(*this).boxes(bare);
     tracker.move_all(boxes, options_);
@@ -230,19 +238,17 @@ Status BroadPhase::set_filter(ObjectId id, const Filter& filter) noexcept {
 Result BroadPhase::shift_origin(const Vec3& by) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     if (!std::isfinite(by.x) || !std::isfinite(by.y) || !std::isfinite(by.z)) {
-      say(r, "the shift of origin (%g, %g, %g) is not finite", static_cast<double>(by.x),
-          static_cast<double>(by.y), static_cast<double>(by.z));
+      say(r, "the shift of origin (%g, %g, %g) is not finite; give at most 3.4e38 a component",
+          static_cast<double>(by.x), static_cast<double>(by.y), static_cast<double>(by.z));
       r.status = Status::bad_option;
       return;
     }
     Access::log(*this).begin(Operation::shift_origin, 0, 0, 0, by);
     live::Objects& objects = tracker.change();
-    const auto shifted = [&](const Vec3& v) { return Vec3{v.x + by.x, v.y + by.y, v.z + by.z}; };
     for (std::size_t i = 0; i < objects.limit(); ++i) {
       if (!objects.is_alive(i)) continue;
       const auto id = static_cast<ObjectId>(i);
-      const Box box = objects.body(id).box;
-      objects.move(id, {shifted(box.lower), shifted(box.upper)});
+      objects.move(id, core::shifted(objects.body(id).box, by));
     }
     r.found = objects.count();
   });

@@ -35,8 +35,7 @@ SweepHitList view(const live::List<SweepHit>& found) noexcept {
 }
 
 bool valid_question(const Boxes& boxes, const Options& options, Result& r) noexcept {
-  return valid(boxes, nullptr, options, r) &&
-         valid_floats(boxes, boxes.size(), options, all_boxes, r);
+  return valid(boxes, nullptr, options, r) && valid_floats(boxes, options, all_boxes, r);
 }
 
 Boxes boxes_of(const live::Sweeps& sweeps) noexcept {
@@ -49,7 +48,10 @@ bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& 
   for (std::size_t i = 0; i < sweeps.count; ++i) {
     if (!core::is_sound(sweeps.data[i]) && r.invalid_count++ == 0) r.first_invalid = i;
   }
-  if (r.invalid_count == 0) return true;
+  if (r.invalid_count == 0) {
+    return options.inverted != InvertedPolicy::refuse ||
+           none_inverted(boxes_of(sweeps), "", all_boxes, r);
+  }
   explain_sweeps(r);
   return refuse(r, Status::nan_box);
 }
@@ -88,9 +90,10 @@ void ask(live::Queries& queries, live::Tracker* tracker, const live::Sweeps& swe
 }  // namespace
 
 Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
-  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+  const auto body = [&](live::Tracker& tracker, Result& r) {
     ask(tracker.queries(), &tracker, boxes, options_, &Access::log(*this), r);
-  });
+  };
+  return Access::call(*this, body, Access::ask_less);
 }
 Pairs BroadPhase::overlaps() const noexcept {
   return state_ ? view(state_->tracker.queries().overlaps()) : Pairs{};
@@ -99,9 +102,10 @@ Pairs BroadPhase::overlaps() const noexcept {
 Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                              const Filters& filters, const SweepTest& test) noexcept {
   const live::Sweeps asked{sweeps, count, which, filters, test};
-  return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
+  const auto body = [&](live::Tracker& tracker, Result& r) {
     ask(tracker.queries(), &tracker, asked, options_, &Access::log(*this), r);
-  });
+  };
+  return Access::call(*this, body, Access::ask_less);
 }
 SweepHitList BroadPhase::hits() const noexcept {
   return state_ ? view(state_->tracker.queries().hits()) : SweepHitList{};

@@ -14,6 +14,7 @@
 #include "capture/log.hpp"
 #include "cpu/float_state.hpp"
 #include "gate.hpp"
+#include "inverted.hpp"
 #include "live/tracker.hpp"
 #include "validate.hpp"
 
@@ -49,7 +50,8 @@ struct BroadPhaseQuery::State {
 struct BroadPhaseAccess {
   // Runs body(tracker, result) in the library's float state, alone, with memory failures told.
   template <class F>
-  static Result call(BroadPhase& it, F&& body) noexcept {
+  static Result call(BroadPhase& it, F&& body,
+                     const char* if_no_memory = "free some, or keep fewer objects") noexcept {
     const cpu::FloatState float_state;
     Result r;
     if (!prepare(it, "BroadPhase", r)) return r;
@@ -62,11 +64,13 @@ struct BroadPhaseAccess {
     if (!std::exchange(state.called, true)) {
       if (const char* folder = capture::folder_of(it.options_)) state.log.open(folder, it.options_);
     }
-    attempt(r, [&] { body(state.tracker, r); });
+    attempt(r, if_no_memory, [&] { body(state.tracker, r); });
     state.log.answer(r);
     state.gate.leave_alone();
     return r;
   }
+
+  static constexpr const char* ask_less = "free some, or ask about fewer at once";
 
   // Runs body(queries, tracker, result) likewise, beside others that do the same; the tracker is
   // null where there are no objects.
@@ -87,7 +91,7 @@ struct BroadPhaseAccess {
       say(r, "another thread is in a call on the BroadPhase that is asked; ask when it is over");
       r.status = Status::busy;
     } else {
-      attempt(r, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
+      attempt(r, ask_less, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
       if (asked) asked->gate.leave(state.number);
     }
     state.in_call.store(false, std::memory_order_release);
@@ -142,27 +146,28 @@ struct BroadPhaseAccess {
     return std::atomic_ref(const_cast<BroadPhase&>(it).state_).load(std::memory_order_acquire);
   }
   template <class F>
-  static void attempt(Result& r, F&& body) noexcept {
+  static void attempt(Result& r, const char* if_no_memory, F&& body) noexcept {
     try {
       body();
     } catch (const cpu::NoMemory& failure) {
-      explain_failure(r, {Status::out_of_memory, failure.bytes});
+      explain_failure(r, {Status::out_of_memory, failure.bytes}, if_no_memory);
     }
-    if (!r.ok()) explain(r, false, false);
+    if (!r.ok()) explain(r, false, false, if_no_memory);
   }
 };
 
-// Whether none of those boxes that are wanted has a NaN, or they may have.
+// Whether those boxes that are wanted may have the NaN and the lower > upper that they have.
 template <class Wanted>
-bool valid_floats(const Boxes& boxes, std::size_t count, const Options& options, Wanted&& wanted,
+bool valid_floats(const Boxes& boxes, const Options& options, const Wanted& wanted,
                   Result& r) noexcept {
-  if (options.nan == NanPolicy::inactive || !live::Tracker::has_nan(boxes, options)) return true;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
-    if (r.invalid_count++ == 0) r.first_invalid = i;
+  if (options.nan == NanPolicy::refuse && live::Tracker::has_nan(boxes, options)) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
+      if (r.invalid_count++ == 0) r.first_invalid = i;
+    }
+    if (r.invalid_count != 0) return refuse(r, Status::nan_box);
   }
-  return r.invalid_count == 0 || refuse(r, Status::nan_box);
+  return options.inverted != InvertedPolicy::refuse || none_inverted(boxes, "", wanted, r);
 }
-inline constexpr auto all_boxes = [](std::size_t) { return true; };
 
 }  // namespace throng

@@ -20,19 +20,22 @@ namespace {
 constexpr bool same(throng_status c, Status cpp) noexcept {
   return static_cast<int>(c) == static_cast<int>(cpp);
 }
-static_assert(
-    same(THRONG_OK, Status::ok) && same(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
-    same(THRONG_STOPPED, Status::stopped) && same(THRONG_NAN_BOX, Status::nan_box) &&
-    same(THRONG_BAD_BOXES, Status::bad_boxes) && same(THRONG_BAD_FILTER, Status::bad_filter) &&
-    same(THRONG_BAD_OPTION, Status::bad_option) &&
-    same(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
-    same(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
-    same(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
-    same(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
-    same(THRONG_NO_DEVICE, Status::no_device) && same(THRONG_DEVICE_ERROR, Status::device_error) &&
-    same(THRONG_NOT_RESERVED, Status::not_reserved) &&
-    same(THRONG_BAD_BODIES, Status::bad_bodies) && same(THRONG_BAD_SHAPE, Status::bad_shape) &&
-    same(THRONG_BAD_ID, Status::bad_id) && same(THRONG_BUSY, Status::busy));
+static_assert(same(THRONG_OK, Status::ok) &&
+              same(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
+              same(THRONG_STOPPED, Status::stopped) && same(THRONG_NAN_BOX, Status::nan_box) &&
+              same(THRONG_BAD_BOXES, Status::bad_boxes) &&
+              same(THRONG_BAD_FILTER, Status::bad_filter) &&
+              same(THRONG_BAD_OPTION, Status::bad_option) &&
+              same(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
+              same(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
+              same(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
+              same(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
+              same(THRONG_NO_DEVICE, Status::no_device) &&
+              same(THRONG_DEVICE_ERROR, Status::device_error) &&
+              same(THRONG_NOT_RESERVED, Status::not_reserved) &&
+              same(THRONG_BAD_BODIES, Status::bad_bodies) &&
+              same(THRONG_BAD_SHAPE, Status::bad_shape) && same(THRONG_BAD_ID, Status::bad_id) &&
+              same(THRONG_BUSY, Status::busy) && same(THRONG_INVERTED_BOX, Status::inverted_box));
 static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_ALGORITHM_ALL_PAIRS == static_cast<int>(Algorithm::all_pairs) &&
               THRONG_ORDER_CANONICAL == static_cast<int>(Order::canonical) &&
@@ -40,6 +43,8 @@ static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_BACKEND_CUDA == static_cast<int>(Backend::cuda) &&
               THRONG_BACKEND_EMULATED == static_cast<int>(Backend::emulated) &&
               THRONG_NAN_INACTIVE == static_cast<int>(NanPolicy::inactive) &&
+              THRONG_INVERTED_REFUSE == static_cast<int>(InvertedPolicy::refuse) &&
+              THRONG_INVERTED_INACTIVE == static_cast<int>(InvertedPolicy::inactive) &&
               THRONG_ISA_SCALAR == static_cast<int>(Isa::scalar) &&
               THRONG_ISA_SSE4 == static_cast<int>(Isa::sse4) &&
               THRONG_ISA_AVX2 == static_cast<int>(Isa::avx2) &&
@@ -178,6 +183,11 @@ throng_status throng_consume_doubles(throng_finder* finder, const throng_double_
 
 throng_box throng_round_outward(const double* lower, const double* upper) {
   return std::bit_cast<throng_box>(throng::round_outward(lower, upper));
+}
+
+throng_box throng_box_from_center(const float* center, const float* half_size) {
+  return std::bit_cast<throng_box>(throng::box_from_center(
+      {center[0], center[1], center[2]}, {half_size[0], half_size[1], half_size[2]}));
 }
 
 const throng_result* throng_finder_result(const throng_finder* finder) {

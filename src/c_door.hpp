@@ -23,17 +23,29 @@ Strided<T> strided(const throng_strided& s, std::size_t count) noexcept {
   return {static_cast<const T*>(s.data), count, stride};
 }
 
+// The stride of boxes that lie side by side: as many values as stand beside one another.
+template <class C>
+std::size_t tight_stride(const C& c) noexcept {
+  const int d = c.corner[2] ? 3 : 2;
+  bool corners = c.corner[0] && c.corner[3], all = corners;
+  for (int k = 0; k < d; ++k) {
+    corners = corners && c.corner[k] == c.corner[0] + k && c.corner[3 + k] == c.corner[3] + k;
+    all = all && corners && c.corner[3 + k] == c.corner[0] + d + k;
+  }
+  return sizeof(*c.corner[0]) * static_cast<std::size_t>(all ? 2 * d : corners ? d : 1);
+}
+
 // Of throng_boxes or throng_double_boxes.
 template <class AnyBoxes, class C>
 AnyBoxes view_as(const C& c) noexcept {
   using Box = typename AnyBoxes::Value;
+  const std::size_t stride = c.stride_bytes == 0 ? tight_stride(c) : c.stride_bytes;
   // Coordinates that lie together are read together.
-  bool packed = c.corner[0] != nullptr && c.stride_bytes >= sizeof(Box);
+  bool packed = c.corner[0] != nullptr && stride >= sizeof(Box);
   for (int k = 1; k < 6; ++k) packed = packed && c.corner[k] == c.corner[0] + k;
-  AnyBoxes boxes =
-      packed ? AnyBoxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, c.stride_bytes)
-             : AnyBoxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3], c.corner[4],
-                                c.corner[5], c.count, c.stride_bytes);
+  AnyBoxes boxes = packed ? AnyBoxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, stride)
+                          : AnyBoxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3],
+                                             c.corner[4], c.corner[5], c.count, stride);
   boxes.filters.group = strided<std::uint32_t>(c.group, c.count);
   boxes.filters.mask = strided<std::uint32_t>(c.mask, c.count);
   boxes.filters.owner = strided<std::int32_t>(c.owner, c.count);
@@ -94,6 +106,7 @@ class Handle {
     choose(given.order, THRONG_ORDER_CANONICAL, options_.order, "order");
     choose(given.backend, THRONG_BACKEND_EMULATED, options_.backend, "backend");
     choose(given.nan, THRONG_NAN_INACTIVE, options_.nan, "nan");
+    choose(given.inverted, THRONG_INVERTED_INACTIVE, options_.inverted, "inverted");
     choose(given.isa, THRONG_ISA_NEON, options_.isa, "isa");
     choose(given.struct_bytes == 0, 0, nothing, "struct_bytes missing");
     choose(!given.allocate != !given.deallocate, 0, nothing, "one of allocate, deallocate missing");

@@ -40,9 +40,9 @@ struct BroadPhaseAccess {
         it.state_->scene.reset(create_scene(it.fat_margin_, it.options_, it.memory_));
       f(*it.state_->scene, r);
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure);
+      explain_failure(r, failure, "free some, or keep fewer objects");
     }
-    if (!r.ok()) explain(r, false, false);
+    if (!r.ok()) explain(r, false, false, "free some, or keep fewer objects");
     return r;
   }
   // The same with boxes, whose filters are looked at where they count.

@@ -41,7 +41,8 @@ struct FinderAccess {
     if (!valid_on_device(a, b, finder.options_, r)) return r;
     r = run(finder, f);
     explain(r, b != nullptr,
-            finder.state_ && finder.state_->engine && finder.state_->engine->nan_in_second_set());
+            finder.state_ && finder.state_->engine && finder.state_->engine->nan_in_second_set(),
+            "free some, or split the boxes");
     return r;
   }
 
@@ -156,7 +157,7 @@ Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream s
     r.status = Status::bad_shape;
     r.invalid_count = told.bad_shapes;
     r.first_invalid = told.first_bad_shape();
-    explain(r, false, false);
+    explain(r, false, false, "");  // no matter of memory
   });
 }
 Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,

@@ -29,7 +29,8 @@ class IntoVector {
     try {
       out_.assign(output.data, output.data + found);
     } catch (...) {
-      explain_failure(r, {Status::out_of_memory, found * sizeof(Pair)});
+      explain_failure(r, {Status::out_of_memory, found * sizeof(Pair)},
+                      "take pairs in blocks by Finder::consume, or split the boxes");
     }
     return r;
   }
@@ -58,7 +59,9 @@ class IntoVector {
 template <class AnyBoxes>
 Result find_into(const AnyBoxes& a, const AnyBoxes* b, std::vector<Pair>& out,
                  const Options& options) noexcept {
-  return IntoVector(out, options).find(a, b);
+  Options strict = options;
+  if (strict.inverted == InvertedPolicy::automatic) strict.inverted = InvertedPolicy::refuse;
+  return IntoVector(out, strict).find(a, b);
 }
 
 template <class AnyBoxes>
@@ -112,6 +115,29 @@ Box round_outward(const double lower[3], const double upper[3]) noexcept {
   const auto up = [&](double x) { return -down(-x); };
   return {{down(lower[0]), down(lower[1]), down(lower[2])},
           {up(upper[0]), up(upper[1]), up(upper[2])}};
+}
+
+namespace {
+
+Box from_center(const Vec3& c, const Vec3& h) noexcept {
+  return {{core::subtract_rounded_down(c.x, h.x), core::subtract_rounded_down(c.y, h.y),
+           core::subtract_rounded_down(c.z, h.z)},
+          {core::add_rounded_up(c.x, h.x), core::add_rounded_up(c.y, h.y),
+           core::add_rounded_up(c.z, h.z)}};
+}
+
+}  // namespace
+
+Box box_from_center(const Vec3& center, const Vec3& half_size) noexcept {
+  const cpu::FloatState float_state;
+  return from_center(center, half_size);
+}
+
+std::vector<Box> boxes_from_center(const Vec3* centers, const Vec3* half_sizes, std::size_t count) {
+  const cpu::FloatState float_state;
+  std::vector<Box> boxes(count);
+  for (std::size_t i = 0; i < count; ++i) boxes[i] = from_center(centers[i], half_sizes[i]);
+  return boxes;
 }
 
 }  // namespace throng

@@ -15,6 +15,7 @@
 #include "cuda/backend.hpp"
 #include "describe.hpp"
 #include "finder_access.hpp"
+#include "inverted.hpp"
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
@@ -46,11 +47,16 @@ struct Finder::State {
     return r;
   }
 
+  static const char* if_no_memory(const Consumer* consumer) noexcept {
+    return consumer ? "free some, or split the boxes"
+                    : "take pairs in blocks by Finder::consume, or split the boxes";
+  }
+
   // Doubles are the CPU's alone.
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options,
               core::Output* output, const Consumer* consumer) {
     Result r = find_on_cpu(a, b, options, output, consumer);
-    throng::explain(r, b != nullptr, cpu.nan_in_second_set());
+    throng::explain(r, b != nullptr, cpu.nan_in_second_set(), if_no_memory(consumer));
     return r;
   }
 
@@ -77,7 +83,7 @@ struct Finder::State {
       if (options.backend == Backend::automatic && automatic.reason(boxes))
         r.plan.reason = automatic.reason(boxes);
     }
-    throng::explain(r, b != nullptr, nan_in_second);
+    throng::explain(r, b != nullptr, nan_in_second, if_no_memory(consumer));
     return r;
   }
 
@@ -92,7 +98,7 @@ struct Finder::State {
       unless_stopped(
           options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
     } catch (const pipeline::Failure& failure) {
-      explain_failure(r, failure);
+      explain_failure(r, failure, if_no_memory(consumer));
     }
   }
 
@@ -122,7 +128,7 @@ struct Finder::State {
       return gpu->nan_in_second_set();
     } catch (const pipeline::Failure& failure) {
       delivered = consumer && r.written != 0;
-      explain_failure(r, failure);
+      explain_failure(r, failure, if_no_memory(consumer));
     }
     return false;
   }
@@ -142,6 +148,25 @@ Result FinderAccess::run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, c
   Result r;
   finder.pairs_ = {};
   if (!valid(a, b, finder.options_, r)) return r;
+  const bool refuses = finder.options_.inverted == InvertedPolicy::refuse;
+  // A consumer would have been given pairs before the search has counted such boxes.
+  if (refuses && consumer && !none_inverted(a, b, r)) return r;
+  r = capture_or_search(finder, a, b, output, consumer);
+  // Where none is inactive there is nothing to look for, so that good boxes are not read twice. A
+  // mistaken layout can give more pairs than memory holds.
+  if (refuses && (r.inactive != 0 || r.status == Status::out_of_memory)) {
+    Result refused;
+    if (!none_inverted(a, b, refused)) {
+      finder.pairs_ = {};
+      return refused;
+    }
+  }
+  return r;
+}
+
+template <class AnyBoxes>
+Result FinderAccess::capture_or_search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b,
+                                       core::Output* output, const Consumer* consumer) {
   if constexpr (AnyBoxes::is_float) {
     if (const char* folder = capture::folder_of(finder.options_))
       return captured(folder, finder, a, b, output, consumer);

@@ -23,6 +23,9 @@ struct FinderAccess {
   static Explanation explain(Finder&, const Boxes& a, const Boxes* b);
 
  private:
+  template <class AnyBoxes>
+  static Result capture_or_search(Finder&, const AnyBoxes& a, const AnyBoxes* b, core::Output*,
+                                  const Consumer*);
   static Result captured(const char* folder, Finder&, const Boxes& a, const Boxes* b, core::Output*,
                          const Consumer*);
   template <class AnyBoxes>

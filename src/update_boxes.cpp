@@ -93,7 +93,7 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
                     double{h.y}, double{h.z});
       break;
     case core::ShapeFault::points:
-      std::snprintf(what, sizeof what, "points %lu to %llu of %llu; mend the range or give more",
+      std::snprintf(what, sizeof what, "points %lu to %llu of %llu; fix the range or give more",
                     static_cast<unsigned long>(s.first_point),
                     ull{s.first_point} + s.point_count - 1, ull{job.point_count});
       break;

@@ -77,6 +77,8 @@ const char* to_string(Status status) noexcept {
       return "ranks disagree";
     case Status::rank_failed:
       return "rank failed";
+    case Status::inverted_box:
+      return "inverted box";
   }
   return "unknown";
 }
@@ -205,6 +207,7 @@ bool valid_choices(const Options& options, Result& r) noexcept {
          valid_choice(options.order, Order::canonical, "Options::order", r) &&
          valid_choice(options.backend, Backend::emulated, "Options::backend", r) &&
          valid_choice(options.nan, NanPolicy::inactive, "Options::nan", r) &&
+         valid_choice(options.inverted, InvertedPolicy::inactive, "Options::inverted", r) &&
          valid_choice(options.isa, Isa::neon, "Options::isa", r);
 }
 
@@ -277,7 +280,16 @@ void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_
   return nullptr;
 }
 
-void explain_failure(Result& r, const pipeline::Failure& failure) noexcept {
+namespace {
+
+void say_no_memory(Result& r, const char* remedy) noexcept {
+  say(r, "no memory: %llu bytes were asked for in vain; %s", ull{r.bytes_needed}, remedy);
+}
+
+}  // namespace
+
+void explain_failure(Result& r, const pipeline::Failure& failure,
+                     const char* if_no_memory) noexcept {
   r.status = failure.status;
   r.found = r.written = r.bytes_needed = 0;
   const char* text = failure.text ? failure.text : "";
@@ -318,14 +330,12 @@ void explain_failure(Result& r, const pipeline::Failure& failure) noexcept {
       break;
     case Status::out_of_memory:
       r.bytes_needed = number;
-      if (!failure.text) return explain(r, false, false);
+      if (!failure.text) return say_no_memory(r, if_no_memory);
       if (number)
-        say(r,
-            "no device memory: %llu bytes were asked for in vain (%s); free some, or split the "
-            "boxes",
-            number, text);
+        say(r, "no device memory: %llu bytes were asked for in vain (%s); %s", number, text,
+            if_no_memory);
       else
-        say(r, "no device memory: %s; free some, or split the boxes", text);
+        say(r, "no device memory: %s; %s", text, if_no_memory);
       break;
     case Status::memory_cap_too_small:
       r.bytes_needed = number;
@@ -345,17 +355,19 @@ bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Resul
   return refuse(r, Status::bad_boxes);
 }
 void explain_sweeps(Result& r) noexcept {
-  say(r, "%llu sweeps have a NaN or go infinitely far, the first is sweep %llu; mend them",
+  say(r,
+      "%llu sweeps have a NaN or an infinite direction, the first is sweep %llu; scale directions "
+      "to at most 3.4e38 a component: one longer than the scene finds the same hits",
       ull{r.invalid_count}, ull{r.first_invalid});
 }
 
-void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
+void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no_memory) noexcept {
   if (r.message[0]) return;  // a device has said it
   const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
       say(r,
-          "%llu boxes have a NaN, the first is box %llu%s; mend them, or treat them as inactive "
+          "%llu boxes have a NaN, the first is box %llu%s; fix them, or treat them as inactive "
           "by Options::nan",
           ull{r.invalid_count}, ull{r.first_invalid}, set);
       break;
@@ -376,13 +388,11 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept {
       say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
       break;
     case Status::out_of_memory:
-      say(r,
-          "no memory: %llu bytes were asked for in vain; take pairs in blocks, or split the boxes",
-          ull{r.bytes_needed});
+      say_no_memory(r, if_no_memory);
       break;
     case Status::bad_shape:
-      say(r, "%llu bodies have no good shape, the first is body %llu; mend it",
-          ull{r.invalid_count}, ull{r.first_invalid});
+      say(r, "%llu bodies have no good shape, the first is body %llu; fix it", ull{r.invalid_count},
+          ull{r.first_invalid});
       break;
     case Status::memory_cap_too_small:
       say(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",

@@ -49,8 +49,9 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
 bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
               std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept;
 
-// Status and message for a device that failed.
-void explain_failure(Result& r, const pipeline::Failure&) noexcept;
+// Status and message for a device that failed. if_no_memory: the remedy that the call has.
+void explain_failure(Result& r, const pipeline::Failure&,
+                     const char* if_no_memory = "free some, or give fewer boxes at once") noexcept;
 
 // Room for what stands behind a door, of the caller's memory. Null, with status and message, where
 // that gives none.
@@ -63,7 +64,7 @@ bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Resul
 // The message for sweeps of which some have a NaN or an infinite `by`.
 void explain_sweeps(Result& r) noexcept;
 
-// The message for what a backend found wrong.
-void explain(Result& r, bool two_sets, bool nan_in_second_set) noexcept;
+// The message for what a backend found wrong. if_no_memory: the remedy that the call has.
+void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no_memory) noexcept;
 
 }  // namespace throng

@@ -134,7 +134,7 @@ void Solver::divide(const Problem& problem, const Split& split, int depth) {
     distribute(problem, side, split, lists);
     if (lists.nan != 0 && options_.nan == NanPolicy::refuse) {
       throw program::Failure(fmt::format(
-          "{}: {} boxes have a NaN, the first is box {}{}; mend them, or treat them as inactive by "
+          "{}: {} boxes have a NaN, the first is box {}{}; fix them, or treat them as inactive by "
           "--nan inactive",
           name_, lists.nan, lists.first_nan,
           problem.self ? "" : (side == 0 ? " of the first set" : " of the second set")));

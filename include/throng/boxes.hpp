@@ -1,6 +1,8 @@
 // Boxes: a view of somebody's array of boxes, in whatever layout, and of the filters beside it.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>

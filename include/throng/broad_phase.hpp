@@ -2,6 +2,8 @@
 // which ended.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -91,9 +93,10 @@ struct SweepHitList {
 // BroadPhaseQuery each, while nothing else is called. Result::found of a call on objects is how
 // many there are then, of update() how many pairs live.
 //
-// Of Options these hold here: nan, isa, margin, threads, measure_stages, capture, executor, memory
-// and stop, the last three of which must outlive the object; backend must be automatic or cpu.
-// `stop` is heeded by update() and by questions, which then have changed nothing: Status::stopped.
+// Of Options these hold here: nan, inverted, isa, margin, threads, measure_stages, capture,
+// executor, memory and stop, the last three of which must outlive the object; backend must be
+// automatic or cpu. `stop` is heeded by update() and by questions, which then have changed nothing:
+// Status::stopped.
 class THRONG_API BroadPhase {
  public:
   BroadPhase() noexcept = default;
@@ -123,7 +126,8 @@ class THRONG_API BroadPhase {
   Status remove(ObjectId id) noexcept;
 
   // Gives objects new boxes; of several calls before an update the last wins. Filters that hang on
-  // the view are not looked at.
+  // the view are not looked at. The list is taken whole or not at all: a box with a NaN refuses it,
+  // Result::first_invalid is that box's place in the list; NanPolicy::inactive takes such a box.
   // Cost: as add.
   Result move(const ObjectId* ids, const Boxes& boxes) noexcept;
   Status move(ObjectId id, const Box& box) noexcept;
@@ -138,7 +142,9 @@ class THRONG_API BroadPhase {
   Status set_filter(ObjectId id, const Filter& filter) noexcept;
 
   // Adds `by` to all corners, rounded to nearest. The next update tells the pairs of the boxes that
-  // this gives: rounding can make boxes touch that did not, and the reverse.
+  // this gives: rounding can make boxes touch that did not, and the reverse. Active boxes stay
+  // active and inactive ones inactive: where rounding would make lower and upper one number, upper
+  // goes a float further down. `by` is finite.
   // Cost: as move() of all objects.
   Result shift_origin(const Vec3& by) noexcept;
 
@@ -173,8 +179,13 @@ class THRONG_API BroadPhase {
   // The objects that each sweep meets. On each axis the times of touching are computed in doubles,
   //   (object.lower - box.upper) / by  ..  (object.upper - box.lower) / by,
   // and cut to 0 .. 1; along an axis with `by` 0 the boxes must overlap. What is the hit is decided
-  // by these numbers alone, and by `test` if there is one. A sweep with a NaN, or a `by` that is
-  // not finite, is refused: nan_box. A box with lower > upper meets nothing.
+  // by these numbers alone, and by `test` if there is one. Where an infinite bound meets an equal
+  // one, so that the difference is infinity minus infinity, that time is no limit: on that axis the
+  // two are at the same place from the start. So a swept box with upper +infinity meets an object
+  // with lower +infinity at 0, if the other axes allow it.
+  // A sweep with a NaN, or a `by` that is not finite, is refused: nan_box. A ray without a limit is
+  // one that is longer than the scene; any component up to 3.4e38 is taken, and times are shares of
+  // that length. A box with lower > upper meets nothing.
   // Cost: for each sweep log n + what it meets, and of a long one what lies along its way.
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
                    const Filters& filters = {}, const SweepTest& test = {}) noexcept;

@@ -1,6 +1,8 @@
 // BroadPhaseQuery: questions to objects that live, from several threads at once.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 
 #include <throng/export.h>

@@ -22,6 +22,8 @@
 //                            bytes_needed, checksum; u32 Backend, Algorithm, Isa, threads
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -1,6 +1,8 @@
 // A checksum of a set of pairs that does not depend on their order.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -5,6 +5,8 @@
 // device memory, too. Arrays in host memory: throng::Finder with Backend::cuda.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -2,6 +2,8 @@
 // Standard C++ only, as throng/cuda.hpp.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -1,6 +1,8 @@
 // What Finder::explain tells: why a search costs what it does, and what would make it faster.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstdint>
 #include <string>
 #include <vector>

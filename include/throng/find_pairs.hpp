@@ -1,6 +1,9 @@
 // find_pairs: the short form.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
+#include <cstddef>
 #include <stdexcept>
 #include <vector>
 
@@ -21,7 +24,8 @@ class THRONG_API Error : public std::runtime_error {
   Result result_;
 };
 
-// All pairs of overlapping boxes, each once, first < second. Throws Error.
+// All pairs of overlapping boxes, each once, first < second. Throws Error: also for a box with
+// lower > upper, unless Options::inverted is InvertedPolicy::inactive.
 // Cost: n + pairs, here and below; docs/choosing.md, 'What each call costs'.
 THRONG_API std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options = {});
 // All pairs of a box of `a` and an overlapping box of `b`. Throws Error.
@@ -45,5 +49,12 @@ THRONG_API Result find_pairs(const DoubleBoxes& a, const DoubleBoxes& b, std::ve
 
 // The smallest float box that contains the double box: lower rounded down, upper rounded up.
 THRONG_API Box round_outward(const double lower[3], const double upper[3]) noexcept;
+
+// center - half_size .. center + half_size, rounded outward: the smallest float box that contains
+// the exact one. half_size is half of the full extent on each axis, and not negative.
+THRONG_API Box box_from_center(const Vec3& center, const Vec3& half_size) noexcept;
+// The same of `count` centers, each with its half size. Boxes is a view and cannot hold them.
+THRONG_API std::vector<Box> boxes_from_center(const Vec3* centers, const Vec3* half_sizes,
+                                              std::size_t count);
 
 }  // namespace throng

@@ -1,6 +1,8 @@
 // Finder: finds all overlapping pairs, frame after frame, and keeps its workspace.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <type_traits>
 #include <utility>

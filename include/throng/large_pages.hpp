@@ -1,6 +1,8 @@
 // Memory in large pages where the system has them for the asking.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <memory_resource>
 

@@ -10,6 +10,8 @@
 // Status::rank_failed after Settings::seconds; the object is of no use after that.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <mpi.h>
 
 #include <cstddef>

@@ -7,6 +7,8 @@
 // Buffers.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <memory>
 
 #include <throng/cuda.hpp>

@@ -1,6 +1,8 @@
 // What a caller may ask for, and what every call answers.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -47,6 +49,14 @@ enum class NanPolicy : std::uint8_t {
   inactive,  // a box with a NaN overlaps nothing
 };
 
+// A box with lower > upper on some axis, and no NaN. Many of them are nearly always a mistaken
+// layout: boxes given as center and size, corners swapped, another order of the six numbers.
+enum class InvertedPolicy : std::uint8_t {
+  automatic,  // find_pairs refuses it; Finder and BroadPhase take it as inactive
+  refuse,     // an error: Status::inverted_box, and the message names the likely cause
+  inactive,   // an empty slot: it overlaps nothing, and is counted in Result::inactive
+};
+
 enum class Status : std::uint8_t {
   ok,
   buffer_too_small,      // `found` is exact; raise the capacity to it
@@ -68,6 +78,7 @@ enum class Status : std::uint8_t {
   busy,                  // another thread is in a call on the same object
   ranks_disagree,        // MPI ranks gave different options, or one id twice
   rank_failed,           // an MPI rank did not come in time, or MPI failed; the message says which
+  inverted_box,          // lower > upper, where that is refused; see first_invalid, invalid_count
 };
 
 THRONG_API const char* to_string(Algorithm) noexcept;
@@ -92,6 +103,8 @@ struct Options {
   Order order = Order::any;
   Backend backend = Backend::automatic;
   NanPolicy nan = NanPolicy::refuse;
+  // Boxes in device memory (cuda.hpp) and of MPI ranks are inactive, whatever is set.
+  InvertedPolicy inverted = InvertedPolicy::automatic;
   Isa isa = Isa::automatic;
   // Boxes are compared as lower - margin and upper + margin, rounded outward. World units, >= 0.
   float margin = 0.0f;
@@ -156,7 +169,8 @@ struct StageTimes {
   }
 };
 
-struct Result {
+// A call that failed says so here and nowhere else, so it is not to be dropped.
+struct [[nodiscard]] Result {
   Status status = Status::ok;
   std::uint64_t found = 0;        // pairs there are, exact even where there was no room
   std::uint64_t written = 0;      // pairs written or handed to the consumer

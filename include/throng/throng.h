@@ -5,7 +5,8 @@
  * handle serves one thread at a time; different handles are independent. Strides are in bytes. What
  * a struct points to must outlive the call (of options: the handle). The rules of boxes and pairs
  * are those of the C++ door: boxes are closed, so touching counts; lower > upper on some axis makes
- * a box overlap nothing. */
+ * a box overlap nothing, or with THRONG_INVERTED_REFUSE is an error. A struct whose bytes are all 0
+ * is empty or the default: no boxes, no filter; options alone need throng_options_init. */
 #ifndef THRONG_THRONG_H
 #define THRONG_THRONG_H
 
@@ -46,14 +47,18 @@ typedef enum throng_status {
   THRONG_NOT_RESERVED, /* this one and the next two: of calls that C has not */
   THRONG_BAD_BODIES,
   THRONG_BAD_SHAPE,
-  THRONG_BAD_ID, /* not alive, or twice in one list; see first_invalid, invalid_count */
-  THRONG_BUSY    /* a call on the same handle is under way, whose result it keeps */
+  THRONG_BAD_ID,           /* not alive, or twice in one list; see first_invalid, invalid_count */
+  THRONG_BUSY,             /* a call on the same handle is under way, whose result it keeps */
+  THRONG_INVERTED_BOX = 20 /* lower > upper, where refused; see first_invalid, invalid_count */
 } throng_status;
 
 enum { THRONG_ALGORITHM_AUTOMATIC, THRONG_ALGORITHM_ALL_PAIRS, THRONG_ALGORITHM_GRID };
 enum { THRONG_ORDER_ANY, THRONG_ORDER_CANONICAL };
 enum { THRONG_BACKEND_AUTOMATIC, THRONG_BACKEND_CPU, THRONG_BACKEND_CUDA, THRONG_BACKEND_EMULATED };
 enum { THRONG_NAN_REFUSE, THRONG_NAN_INACTIVE };
+/* A box with lower > upper on some axis. Automatic: inactive, as an empty slot. Refuse: an error
+ * that names the likely mistake, as boxes given as center and size; for programs without slots. */
+enum { THRONG_INVERTED_AUTOMATIC, THRONG_INVERTED_REFUSE, THRONG_INVERTED_INACTIVE };
 enum {
   THRONG_ISA_AUTOMATIC, /* the widest there is, or what the environment's THRONG_ISA names */
   THRONG_ISA_SCALAR,
@@ -72,8 +77,10 @@ typedef struct throng_strided {
 typedef struct throng_boxes {
   size_t count;
   const float* corner[6]; /* lower x, y, z, upper x, y, z of the first box; both z NULL: 2-D */
-  size_t stride_bytes;    /* from one box to the next, of each coordinate; a multiple of 4; 0: all
-                             are the same box */
+  size_t stride_bytes;    /* from one box to the next, of each coordinate; a multiple of 4; 0: they
+                             lie side by side: 24 bytes where the six of a box do, 12 where the
+                             three of a corner do, 4 where each coordinate has an array; of 2-D
+                             boxes 16, 8 or 4 */
   /* Filters: a pair is reported when every given one allows it. */
   throng_strided group, mask; /* uint32_t: (group a & mask b) and (group b & mask a) nonzero */
   throng_strided owner;       /* int32_t: equal owners never pair, -1 is nobody's */
@@ -104,6 +111,7 @@ typedef struct throng_options {
   int isa;       /* THRONG_ISA_ */
   int stoppable; /* 1: throng_finder_stop and throng_broad_phase_stop end a call; on a GPU the
                     stream is then waited for after each stage */
+  int inverted;  /* THRONG_INVERTED_ */
 } throng_options;
 
 /* All defaults: automatic, any order, NaN refused, all threads. */
@@ -318,7 +326,7 @@ THRONG_API size_t throng_query_memory_bytes(const throng_query* query);
 typedef struct throng_double_boxes {
   size_t count;
   const double* corner[6]; /* as of throng_boxes */
-  size_t stride_bytes;     /* a multiple of 8; 0: all are the same box */
+  size_t stride_bytes;     /* a multiple of 8; 0: they lie side by side, as of throng_boxes */
   throng_strided group, mask, owner, world, is_static;
 } throng_double_boxes;
 
@@ -338,6 +346,8 @@ THRONG_API throng_status throng_consume_doubles(
     int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
 /* The smallest float box that contains the double one: three doubles each. */
 THRONG_API throng_box throng_round_outward(const double* lower, const double* upper);
+/* center - half_size to center + half_size, rounded outward: three floats each. */
+THRONG_API throng_box throng_box_from_center(const float* center, const float* half_size);
 
 /* Its name, as "NaN box"; "unknown" for what is no status. */
 THRONG_API const char* throng_status_text(throng_status status);

@@ -1,6 +1,8 @@
 // Throng: every pair of overlapping boxes.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <throng/boxes.hpp>
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>

@@ -1,6 +1,8 @@
 // Plain data of the broad phase: points, boxes, pairs.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -1,6 +1,8 @@
 // update_boxes: from transforms and shapes to the boxes around them, rounded outward.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>

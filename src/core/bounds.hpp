@@ -112,4 +112,24 @@ constexpr DoubleBox expand(const DoubleBox& b, float margin) noexcept {
           {up(b.upper.x), up(b.upper.y), up(b.upper.z)}};
 }
 
+// Both corners plus `by`, each rounded to nearest, which keeps their order: an active box stays
+// active. Two corners that were apart can become one: where lower > upper the upper one then goes a
+// step down, so that an inactive box stays inactive. by finite.
+THRONG_HD constexpr void shift_axis(float& lower, float& upper, float by) noexcept {
+  const bool inverted = lower > upper;
+  lower += by;
+  upper += by;
+  if (!inverted || lower > upper) return;
+  if (upper == -std::numeric_limits<float>::infinity())
+    lower = std::numeric_limits<float>::lowest();
+  else
+    upper = next_down(upper);
+}
+THRONG_HD constexpr Box shifted(Box b, const Vec3& by) noexcept {
+  shift_axis(b.lower.x, b.upper.x, by.x);
+  shift_axis(b.lower.y, b.upper.y, by.y);
+  shift_axis(b.lower.z, b.upper.z, by.z);
+  return b;
+}
+
 }  // namespace throng::core

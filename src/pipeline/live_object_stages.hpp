@@ -330,9 +330,7 @@ struct ShiftOrigin {
   Vec3 by;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     if (!(live.state[i] & alive_bit)) return;
-    Box& b = live.boxes[i];
-    b.lower = {b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z};
-    b.upper = {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z};
+    live.boxes[i] = core::shifted(live.boxes[i], by);
   }
 };
 

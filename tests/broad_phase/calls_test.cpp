@@ -126,6 +126,29 @@ TEST(BroadPhaseCalls, ShiftOfOrigin) {
   EXPECT_NE(std::string(r.message).find("inf"), std::string::npos);
 }
 
+// Rounding brings the corners of an empty slot together; it stays one, and goes on meeting nothing.
+TEST(BroadPhaseCalls, AShiftWakesNoEmptySlot) {
+  for (int axis = 0; axis < 3; ++axis) {
+    BroadPhase b;
+    BoxList boxes = three;
+    (&boxes[1].lower.x)[axis] = (&boxes[1].upper.x)[axis] + 1;
+    ASSERT_TRUE(b.add(boxes, nullptr).ok());
+    EXPECT_EQ(b.update().inactive, 1u);
+    for (const float by : {1e12f, -1e12f, -1e12f, 3e38f, 3e38f, -3e38f, -3e38f, -3e38f}) {
+      Vec3 shift = {0, 0, 0};
+      (&shift.x)[axis] = by;
+      ASSERT_TRUE(b.shift_origin(shift).ok());
+      const Result r = b.update();
+      ASSERT_TRUE(r.ok()) << r.message;
+      EXPECT_EQ(r.inactive, 1u) << axis << " by " << by;
+      const Box box = b.box(1);
+      EXPECT_GT((&box.lower.x)[axis], (&box.upper.x)[axis]) << axis << " by " << by;
+      for (const LivePair& pair : b.pairs())
+        EXPECT_TRUE(pair.first != 1 && pair.second != 1) << axis << " by " << by;
+    }
+  }
+}
+
 TEST(BroadPhaseCalls, InactiveBoxesAreCounted) {
   World w;
   EXPECT_EQ(w.b.move(1, {{1, 1, 1}, {0, 0, 0}}), Status::ok);
@@ -206,9 +229,51 @@ TEST(BroadPhaseCalls, WrongBoxes) {
   EXPECT_EQ(w.b.add(boxes[1], {}, id), Status::nan_box);
   EXPECT_EQ(id, 77u);
   EXPECT_EQ(Snapshot(w.b), before);
+  // Of a list the words name the place and the id.
+  const ObjectId other_order[] = {1, 0};
+  const BoxList listed = {three[1], boxes[1]};
+  const Result told = w.b.move(other_order, listed);
+  refused(told, Status::nan_box, 1);
+  EXPECT_NE(std::string(told.message).find("box 1 of the list, for id 0"), std::string::npos)
+      << told.message;
   // The box of an id that is not alive may be anything.
   boxes = three;
   boxes[2].lower.x = std::nanf("");
+  EXPECT_TRUE(w.b.move_all(boxes).ok());
+}
+
+// Empty slots by default; where they are refused, nothing changes.
+TEST(BroadPhaseCalls, InvertedBoxes) {
+  BoxList boxes = three;
+  boxes[1].lower.y = boxes[1].upper.y + 1;
+  World lenient;
+  EXPECT_TRUE(lenient.b.move_all(boxes).ok());
+  EXPECT_EQ(lenient.b.update().inactive, 1u);
+  EXPECT_TRUE(lenient.b.find_overlaps(boxes).ok());
+
+  Options options;
+  options.inverted = InvertedPolicy::refuse;
+  World w(options);
+  ASSERT_EQ(w.b.remove(2), Status::ok);
+  const Snapshot before(w.b);
+  const auto refused = [&](const Result& r, std::size_t first) {
+    EXPECT_EQ(r.status, Status::inverted_box) << r.message;
+    EXPECT_EQ(r.first_invalid, first);
+    EXPECT_EQ(r.invalid_count, 1u);
+    EXPECT_NE(std::string(r.message).find("lower > upper"), std::string::npos) << r.message;
+    EXPECT_EQ(Snapshot(w.b), before);
+  };
+  const ObjectId ids[] = {0, 1};
+  const Sweep sweeps[] = {{three[0], {1, 0, 0}}, {boxes[1], {1, 0, 0}}};
+  refused(w.b.add(boxes, nullptr), 1);
+  refused(w.b.move(ids, Boxes(boxes.data(), 2)), 1);
+  refused(w.b.move_all(boxes), 1);
+  refused(w.b.find_overlaps(boxes), 1);
+  refused(w.b.find_hits(sweeps, 2), 1);
+  EXPECT_EQ(w.b.move(1, boxes[1]), Status::inverted_box);
+  // The box of an id that is not alive may be anything.
+  boxes = three;
+  boxes[2].lower.x = 100;
   EXPECT_TRUE(w.b.move_all(boxes).ok());
 }
 

@@ -34,6 +34,7 @@ struct Crowd {
   std::vector<Pair> pairs() const {
     Options canonical;
     canonical.order = Order::canonical;
+    canonical.inverted = InvertedPolicy::inactive;
     return find_pairs(boxes, canonical);
   }
 };

@@ -137,10 +137,17 @@ class Life {
   void shift() {
     const Vec3 by = {static_cast<float>(bytes_.next()) - 128, 0.1f, -3};
     must(phase_.shift_origin(by).ok(), "shift_origin");
+    const auto along = [](float& lower, float& upper, float d) {
+      const bool inverted = lower > upper;
+      lower += d;
+      upper += d;
+      if (inverted && lower <= upper) upper = std::nextafter(upper, -INFINITY);
+    };
     for (const ObjectId id : model_.ids()) {
       Box& b = model_.at(id).box;
-      b.lower = {b.lower.x + by.x, b.lower.y + by.y, b.lower.z + by.z};
-      b.upper = {b.upper.x + by.x, b.upper.y + by.y, b.upper.z + by.z};
+      along(b.lower.x, b.upper.x, by.x);
+      along(b.lower.y, b.upper.y, by.y);
+      along(b.lower.z, b.upper.z, by.z);
     }
   }
 

@@ -129,7 +129,24 @@ TEST(BroadPhaseMemory, QuestionsRunOut) {
     memory.calm();
   }
   EXPECT_EQ(r.status, Status::out_of_memory);
+  EXPECT_NE(std::string(r.message).find("ask about fewer"), std::string::npos) << r.message;
   ask();
+}
+
+// The remedy is one that the call has: an update takes no pairs in blocks.
+TEST(BroadPhaseMemory, TheRemedyFitsTheCall) {
+  FailingResource memory;
+  BroadPhase b(options_of(memory, 1));
+  const BoxList boxes = uniform_boxes(2000, 1);
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  memory.fail(0, true);
+  const Result r = b.update();
+  memory.calm();
+  EXPECT_EQ(r.status, Status::out_of_memory);
+  const std::string message = r.message;
+  EXPECT_NE(message.find("keep fewer objects"), std::string::npos) << message;
+  EXPECT_EQ(message.find("blocks"), std::string::npos) << message;
+  EXPECT_NE(message.find(std::to_string(r.bytes_needed)), std::string::npos) << message;
 }
 
 TEST(BroadPhaseMemory, CopiesRunOutToo) {

@@ -303,6 +303,65 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
   EXPECT_GT(grazing, 100u);
 }
 
+// Infinity minus infinity is no limit: what reaches an infinity meets what lies at it from the
+// start.
+TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
+  constexpr float inf = infinity;
+  for (const float sign : {1.0f, -1.0f}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto between = [&](float from, float to) {
+        Box box = cube(0, 0, 0, 1);
+        (&box.lower.x)[axis] = sign > 0 ? from : -to;
+        (&box.upper.x)[axis] = sign > 0 ? to : -from;
+        return box;
+      };
+      // At the infinity, reaching it from 5 on, everywhere, and a box that lies at 2 to 3.
+      const BoxList objects = {between(inf, inf), between(5, inf), between(-inf, inf),
+                               between(2, 3)};
+      BroadPhase b;
+      ASSERT_TRUE(b.add(objects, nullptr).ok());
+      for (const float by : {4.0f, -4.0f, 3e38f}) {
+        Sweep sweep = {between(0, inf), {0, 0, 0}};
+        (&sweep.by.x)[axis] = sign * by;
+        ASSERT_TRUE(b.find_hits(&sweep, 1).ok());
+        ASSERT_EQ(b.hits().size(), 4u) << axis << " by " << by;
+        for (const SweepHit& hit : b.hits()) EXPECT_EQ(hit.time, 0) << hit.object << " by " << by;
+        // One that ends at 1 never comes to the infinity, and to the others in its time.
+        sweep.box = between(0, 1);
+        ASSERT_TRUE(b.find_hits(&sweep, 1).ok());
+        std::vector<ObjectId> met;
+        for (const SweepHit& hit : b.hits()) met.push_back(hit.object);
+        const std::vector<ObjectId> all = {1, 2, 3}, back = {2};
+        EXPECT_EQ(met, by > 0 ? all : back) << axis << " by " << by;
+      }
+    }
+  }
+}
+
+// No limit: a length beyond the scene finds what a length that just leaves it finds.
+TEST(BroadPhaseQuery, ARayOfTheGreatestLengthFindsTheSame) {
+  const BoxList boxes = uniform_boxes(400, 6);
+  BroadPhase b;
+  ASSERT_TRUE(b.add(boxes, nullptr).ok());
+  Random random(4);
+  std::size_t met = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Box& at = boxes[random.below(boxes.size())];
+    const Vec3 from = at.lower;
+    Vec3 by = {0, 0, 0};
+    (&by.x)[k % 3] = k % 2 ? 1e6f : -1e6f;
+    std::vector<ObjectId> found[2];
+    for (const float scale : {1.0f, 3e32f}) {
+      const Sweep ray = {{from, from}, {by.x * scale, by.y * scale, by.z * scale}};
+      ASSERT_TRUE(b.find_hits(&ray, 1).ok());
+      for (const SweepHit& hit : b.hits()) found[scale > 1].push_back(hit.object);
+    }
+    EXPECT_EQ(found[0], found[1]);
+    met += found[0].size();
+  }
+  EXPECT_GT(met, 60u);
+}
+
 TEST(BroadPhaseQuery, WrongQuestions) {
   BroadPhase b;
   const BoxList boxes = {cube(0, 0, 0, 1)};
@@ -312,6 +371,7 @@ TEST(BroadPhaseQuery, WrongQuestions) {
   Result r = b.find_hits(sweeps, 2);
   EXPECT_EQ(r.status, Status::nan_box);
   EXPECT_EQ(r.first_invalid, 1u);
+  EXPECT_NE(std::string(r.message).find("3.4e38"), std::string::npos) << "no remedy: " << r.message;
   EXPECT_TRUE(b.hits().empty());
   sweeps[1] = {{{0, std::nanf(""), 0}, {1, 1, 1}}, {1, 0, 0}};
   EXPECT_EQ(b.find_hits(sweeps, 2).status, Status::nan_box);

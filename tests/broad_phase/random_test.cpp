@@ -79,6 +79,7 @@ TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
   one.threads = 1;
   Options canonical = one;
   canonical.order = Order::canonical;
+  canonical.inverted = InvertedPolicy::inactive;
   const auto rod = [](const Vec3& at, float length) {
     return Box{at, {at.x + length, at.y + 0.5f, at.z + 0.5f}};
   };

@@ -75,9 +75,8 @@ TEST_F(BadInput, nan_boxes_with_index_and_count) {
   values[9 * 6 + 5] = NAN;
   spill(at("nan.npy"), npy("<f4", "10, 6", values));
   for (const char* command : {"pairs", "check", "explain"}) {
-    refuses({command, at("nan.npy")},
-            {"nan.npy: 2 boxes have a NaN, the first is box 7; mend them, "
-             "or treat them as inactive by --nan inactive\n"});
+    refuses({command, at("nan.npy")}, {"nan.npy: 2 boxes have a NaN, the first is box 7; fix them, "
+                                       "or treat them as inactive by --nan inactive\n"});
   }
   EXPECT_EQ(run({"pairs", at("nan.npy"), "--nan", "inactive"}).status, 0);
 }

@@ -162,6 +162,7 @@ TEST_P(Invalid, NoConstantOfAnEnumeration) {
   is_refused(&throng::Options::order, "Options::order", Order::canonical);
   is_refused(&throng::Options::backend, "Options::backend", Backend::emulated);
   is_refused(&throng::Options::nan, "Options::nan", NanPolicy::inactive);
+  is_refused(&throng::Options::inverted, "Options::inverted", InvertedPolicy::inactive);
   is_refused(&throng::Options::isa, "Options::isa", Isa::neon);
   UpdateOptions of_update;
   of_update.isa = static_cast<Isa>(77);
@@ -247,7 +248,7 @@ void expect_names(Enum last) {
   EXPECT_STREQ(to_string(static_cast<Enum>(count)), "unknown");
 }
 TEST(Names, OneEach) {
-  expect_names(Status::rank_failed);
+  expect_names(Status::inverted_box);
   expect_names(Algorithm::grid);
   expect_names(Backend::emulated);
   expect_names(Isa::neon);

@@ -30,7 +30,7 @@ TEST(UpdateBoxes, WrongShapesAreNamed) {
            {Shape::convex(0, 1, -2), "radius -2"},
            {Shape::box({1, -3, 1}), "half extents 1 -3 1; they must be 0 or more"},
            {Shape::box({1, 1, quiet}), "half extents 1 1 nan"},
-           {Shape::convex(some, 1), "points 60 to 60 of 60; mend the range or give more"},
+           {Shape::convex(some, 1), "points 60 to 60 of 60; fix the range or give more"},
            {Shape::convex(0xffffffffu, 2), "points 4294967295 to 4294967296 of 60"},
            {strange, "kind 9; it must be a ShapeKind"}}) {
     BodyScene broken = scene;

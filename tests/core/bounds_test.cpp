@@ -186,5 +186,40 @@ TEST(Active, InvertedOnAnyAxisIsNot) {
   }
 }
 
+// Whatever the shift rounds away: an active axis stays active, an inverted one inverted, and both
+// corners are the nearest floats where that holds already.
+TEST(Shift, KeepsActiveAndInactiveApart) {
+  std::vector<float> values = {0.0f,    -0.0f,    1.0f, -1.0f, 0.1f, 16777216.0f,
+                               largest, -largest, tiny, inf,   -inf};
+  for (std::size_t k = values.size(); k-- > 0;) {
+    values.push_back(std::nextafter(values[k], inf));
+    values.push_back(std::nextafter(values[k], -inf));
+  }
+  int kept = 0;
+  for (const float lower : values) {
+    for (const float upper : values) {
+      for (const float by : {0.0f, 1e12f, -1e12f, 1e-30f, 0.3f, largest, -largest}) {
+        float l = lower, u = upper;
+        shift_axis(l, u, by);
+        ASSERT_EQ(l <= u, lower <= upper) << lower << ' ' << upper << " by " << by;
+        if (l == lower + by && u == upper + by) continue;
+        ASSERT_GT(lower, upper);
+        ASSERT_EQ(lower + by, upper + by);
+        ++kept;
+      }
+    }
+  }
+  EXPECT_GT(kept, 100) << "no shift that rounds two corners to one";
+  const Box slot{{0, 1, 0}, {1, 0.5f, 1}};
+  const Box far = shifted(slot, {1e12f, 1e12f, 0});
+  EXPECT_FALSE(is_active(far));
+  EXPECT_TRUE(is_active(shifted(unit, {1e12f, -1e12f, 3})));
+  // A NaN is neither.
+  float l = quiet, u = 1;
+  shift_axis(l, u, 5);
+  EXPECT_NE(l, l);
+  EXPECT_EQ(u, 6);
+}
+
 }  // namespace
 }  // namespace throng::core

@@ -20,8 +20,7 @@ int main() {
   const std::size_t found = throng::find_pairs(boxes, options).size();
   std::vector<throng::ObjectId> ids(boxes.size());
   throng::BroadPhase broad_phase(options);
-  broad_phase.add(boxes, ids.data());
-  broad_phase.update();
+  if (!broad_phase.add(boxes, ids.data()).ok() || !broad_phase.update().ok()) return 1;
   std::printf("%zu pairs, %zu live\n", found, broad_phase.pair_count());
   if (found != 200 * 199 || found != broad_phase.pair_count()) return 1;
 #if defined(COUNTED)

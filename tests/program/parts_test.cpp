@@ -106,10 +106,10 @@ Result failed(Status status, const std::string& message) {
 }
 
 TEST(Remedy, IsThatOfTheCommand) {
-  const Result nan = failed(Status::nan_box, "2 boxes have a NaN; mend them by Options::nan");
-  EXPECT_EQ(failure_text(nan, {}), "2 boxes have a NaN; mend them");
+  const Result nan = failed(Status::nan_box, "2 boxes have a NaN; fix them by Options::nan");
+  EXPECT_EQ(failure_text(nan, {}), "2 boxes have a NaN; fix them");
   EXPECT_EQ(failure_text(nan, {.nan = true}),
-            "2 boxes have a NaN; mend them, or treat them as inactive by --nan inactive");
+            "2 boxes have a NaN; fix them, or treat them as inactive by --nan inactive");
   const Result device = failed(Status::no_device, "no GPU: a; b; use Backend::cpu");
   EXPECT_EQ(failure_text(device, {.backend = true}).rfind("no GPU: a; b; use --backend cpu", 0),
             0u);

@@ -29,6 +29,7 @@ struct Config {
     o.isa = isa;
     o.threads = threads;
     o.order = order;
+    o.inverted = InvertedPolicy::inactive;  // hard boxes have empty slots, for find_pairs, too
     return o;
   }
   std::string name() const {

@@ -151,6 +151,7 @@ std::string as_test(const Case& c, const Config& config, const std::string& name
       ";\n  options.order = Order::" + (config.order == Order::canonical ? "canonical" : "any") +
       ";\n  options.threads = " + std::to_string(config.threads) +
       ";\n  options.nan = NanPolicy::" + (c.nan == NanPolicy::refuse ? "refuse" : "inactive") +
+      ";\n  options.inverted = InvertedPolicy::inactive" +
       ";\n  options.margin = " + literal(c.margin) +
       ";\n  options.cell_scale = " + literal(c.cell_scale) + ";\n";
   const std::string views = c.two_sets ? "view_a, view_b" : "view_a";

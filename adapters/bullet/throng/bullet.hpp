@@ -15,6 +15,8 @@
 // compiled without exceptions it can only end the program.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -9,6 +9,8 @@
 // for, as memory is short, it throws throng::Error.
 #pragma once
 
+#include <throng/cpp17.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <limits>

@@ -1,0 +1,63 @@
+// Boxes with lower > upper, where they are refused: which they are, and what they may have been
+// meant as.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/boxes.hpp>
+#include <throng/options.hpp>
+
+#include "core/bounds.hpp"
+#include "validate.hpp"
+
+namespace throng {
+
+// How many boxes are valid as given, and how many would be under each likely mistake.
+class LayoutGuess {
+ public:
+  // Lower x, y, z, upper x, y, z as given, no NaN; of a flat one both z are 0.
+  void add(const double (&given)[6], bool flat) noexcept;
+  // What fits nearly all boxes, with what to do, or null: "lower and upper look swapped".
+  const char* text() const noexcept;
+
+ private:
+  std::uint64_t count_ = 0, valid_ = 0, swapped_ = 0, sizes_ = 0, intervals_ = 0;
+};
+
+// Status and message for r.invalid_count boxes of `count`; `set`: "", " of the first set".
+bool refuse_inverted(const LayoutGuess& guess, std::size_t count, const char* set,
+                     Result& r) noexcept;
+
+// Whether none of the wanted boxes has lower > upper on some axis; false with status and message.
+// A box with a NaN is none of these.
+template <class Real, class Wanted>
+bool none_inverted(const BasicBoxes<Real>& boxes, const char* set, const Wanted& wanted,
+                   Result& r) noexcept {
+  const std::size_t n = boxes.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto box = boxes[i];
+    if (core::is_active(box) || core::has_nan(box) || !wanted(i)) continue;
+    if (r.invalid_count++ == 0) r.first_invalid = i;
+  }
+  if (r.invalid_count == 0) return true;
+  LayoutGuess guess;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (core::has_nan(boxes[i]) || !wanted(i)) continue;
+    double given[6];
+    for (int k = 0; k < 6; ++k) given[k] = double{boxes.corner(i, k)};
+    guess.add(given, boxes.is_flat());
+  }
+  return refuse_inverted(guess, n, set, r);
+}
+inline constexpr auto all_boxes = [](std::size_t) { return true; };
+
+// The same of one set, or where b is not null of two, all of their boxes.
+template <class AnyBoxes>
+bool none_inverted(const AnyBoxes& a, const AnyBoxes* b, Result& r) noexcept {
+  if (!b) return none_inverted(a, "", all_boxes, r);
+  return none_inverted(a, " of the first set", all_boxes, r) &&
+         none_inverted(*b, " of the second set", all_boxes, r);
+}
+
+}  // namespace throng

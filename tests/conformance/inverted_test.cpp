@@ -1,0 +1,256 @@
+// Boxes with lower > upper: find_pairs refuses them, in words that name the likely mistake; Finder
+// takes them as empty slots; an option makes either do the other.
+#include <algorithm>
+
+#include "support/configs.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
+
+class Inverted : public Conformance {
+ protected:
+  Options with(InvertedPolicy policy) const {
+    Options o = options();
+    o.inverted = policy;
+    return o;
+  }
+};
+
+bool says(const Result& result, const std::string& text) {
+  return std::string(result.message).find(text) != std::string::npos;
+}
+
+void expect_refused(const Result& result, std::uint64_t first, std::uint64_t count) {
+  EXPECT_EQ(result.status, Status::inverted_box) << result.message;
+  EXPECT_EQ(result.first_invalid, first);
+  EXPECT_EQ(result.invalid_count, count);
+  EXPECT_EQ(result.found, 0u);
+  EXPECT_TRUE(says(result, std::to_string(count) + " of ")) << result.message;
+  EXPECT_TRUE(says(result, "the first is box " + std::to_string(first))) << result.message;
+  EXPECT_TRUE(says(result, "Options::inverted")) << result.message;
+}
+
+// Boxes far from the origin, so that each mistake is seen in nearly all of them.
+BoxList far_boxes(int n) {
+  BoxList boxes = uniform_boxes(n, 4);
+  for (Box& b : boxes) {
+    b.lower = {b.lower.x + 900, b.lower.y + 500, b.lower.z + 1700};
+    b.upper = {b.upper.x + 900, b.upper.y + 500, b.upper.z + 1700};
+  }
+  return boxes;
+}
+
+template <class Make>
+BoxList each(BoxList boxes, const Make& make) {
+  std::transform(boxes.begin(), boxes.end(), boxes.begin(), make);
+  return boxes;
+}
+Box as_center_and_size(const Box& b) {
+  const Vec3 size = {b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z};
+  return {{b.lower.x + size.x / 2, b.lower.y + size.y / 2, b.lower.z + size.z / 2}, size};
+}
+Box around_zero(const Box& b) {
+  return {{b.lower.x - 950, b.lower.y - 550, b.lower.z - 1750},
+          {b.upper.x - 950, b.upper.y - 550, b.upper.z - 1750}};
+}
+Box swapped(const Box& b) { return {b.upper, b.lower}; }
+Box as_intervals(const Box& b) {
+  return {{b.lower.x, b.upper.x, b.lower.y}, {b.upper.y, b.lower.z, b.upper.z}};
+}
+
+TEST_P(Inverted, TheShortFormRefusesByIndexAndCount) {
+  const Options o = with(InvertedPolicy::automatic);
+  for (const int n : {1, 2, 17, 3000}) {
+    const BoxList good = uniform_boxes(n, 1);
+    for (const std::size_t first : {std::size_t{0}, static_cast<std::size_t>(n) / 2,
+                                    static_cast<std::size_t>(n) - 1}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        BoxList boxes = good;
+        std::uint64_t count = 0;
+        for (std::size_t i = first; i < boxes.size(); i += 31, ++count) {
+          float* const lower = &boxes[i].lower.x + axis;
+          *lower = std::nextafter((&boxes[i].upper.x)[axis], infinity);
+        }
+        std::vector<Pair> out = {{5, 6}};
+        expect_refused(find_pairs(boxes, out, o), first, count);
+        EXPECT_TRUE(out.empty());
+        const Result second = find_pairs(good, boxes, out, o);
+        expect_refused(second, first, count);
+        EXPECT_TRUE(says(second, "of the second set")) << second.message;
+        const Result both = find_pairs(boxes, boxes, out, o);
+        EXPECT_TRUE(says(both, "of the first set")) << both.message;
+      }
+    }
+  }
+  EXPECT_THROW((void)find_pairs(BoxList{swapped(cube(0, 0, 0, 1))}, o), Error);
+}
+
+TEST_P(Inverted, AnOptionAllowsEmptySlots) {
+  for (const int n : {1, 40, 900}) {
+    const BoxList boxes = with_inverted(n, 2), others = with_inverted(n, 3);
+    std::vector<Pair> out;
+    const Result one = find_pairs(boxes, out, with(InvertedPolicy::inactive));
+    ASSERT_TRUE(one.ok()) << one.message;
+    EXPECT_EQ(one.inactive, reference_pairs(boxes).inactive);
+    EXPECT_TRUE(same_pairs(out, reference_pairs(boxes).pairs));
+    out = find_pairs(boxes, others, with(InvertedPolicy::inactive));
+    EXPECT_TRUE(same_pairs(out, reference_pairs(boxes, others).pairs));
+  }
+}
+
+// A Finder keeps them by default, whichever form; and refuses them where it is told to.
+TEST_P(Inverted, AFinderKeepsThemUnlessToldOtherwise) {
+  const BoxList boxes = with_inverted(700, 8);
+  const Answer answer = reference_pairs(boxes);
+  ASSERT_GT(answer.inactive, 0u);
+  std::size_t first = 0;
+  while (boxes[first].lower.x <= boxes[first].upper.x &&
+         boxes[first].lower.y <= boxes[first].upper.y &&
+         boxes[first].lower.z <= boxes[first].upper.z)
+    ++first;
+  std::vector<Pair> room(answer.pairs.size() + 1);
+  std::uint64_t given = 0;
+  const auto count_in = [&](const Pair*, std::size_t n) {
+    given += n;
+    return true;
+  };
+  Finder finder(with(InvertedPolicy::automatic));
+  for (const Result& r : {finder.find(boxes), finder.find(boxes, room.data(), room.size()),
+                          finder.consume(boxes, count_in)}) {
+    ASSERT_TRUE(r.ok()) << r.message;
+    EXPECT_EQ(r.inactive, answer.inactive);
+    EXPECT_EQ(r.found, answer.pairs.size());
+  }
+  EXPECT_EQ(given, answer.pairs.size());
+  given = 0;
+  finder.set_options(with(InvertedPolicy::refuse));
+  for (const Result& r : {finder.find(boxes), finder.find(boxes, room.data(), room.size()),
+                          finder.find(boxes, nullptr, 0), finder.consume(boxes, count_in)}) {
+    expect_refused(r, first, answer.inactive);
+  }
+  EXPECT_EQ(finder.pairs().size(), 0u);
+  EXPECT_EQ(given, 0u) << "a consumer was given pairs of boxes that are refused";
+  const BoxList good = uniform_boxes(700, 8);
+  const Result fine = finder.find(good);
+  EXPECT_TRUE(fine.ok()) << fine.message;
+  EXPECT_EQ(fine.found, reference_pairs(good).pairs.size());
+}
+
+// A box with a NaN is judged as one, never as inverted.
+TEST_P(Inverted, NanIsJudgedFirst) {
+  BoxList boxes = uniform_boxes(60, 1);
+  boxes[20] = {{1, quiet, 0}, {0, 1, 1}};
+  std::vector<Pair> out;
+  Options o = with(InvertedPolicy::refuse);
+  EXPECT_EQ(find_pairs(boxes, out, o).status, Status::nan_box);
+  o.nan = NanPolicy::inactive;
+  const Result r = find_pairs(boxes, out, o);
+  ASSERT_TRUE(r.ok()) << r.message;
+  EXPECT_EQ(r.inactive, 1u);
+  boxes[40] = swapped(boxes[40]);
+  expect_refused(find_pairs(boxes, out, o), 40, 1);
+}
+
+TEST_P(Inverted, TheLikelyMistakeIsNamed) {
+  const Options o = with(InvertedPolicy::automatic);
+  const BoxList good = far_boxes(500);
+  std::vector<Pair> out;
+  ASSERT_TRUE(find_pairs(good, out, o).ok());
+  const auto told = [&](const BoxList& boxes) {
+    const Result r = find_pairs(boxes, out, o);
+    EXPECT_EQ(r.status, Status::inverted_box);
+    EXPECT_LT(std::string(r.message).size() + 1, sizeof r.message) << "cut off";
+    return std::string(r.message);
+  };
+  const auto names = [](const std::string& message, const char* cause) {
+    return message.find(cause) != std::string::npos;
+  };
+  // Far on the positive side a size and a swapped corner look alike: both are named.
+  const std::string sizes = told(each(good, as_center_and_size));
+  EXPECT_TRUE(names(sizes, "looks like a size") && names(sizes, "swapped")) << sizes;
+  const BoxList centred = each(good, around_zero);
+  const std::string here = told(each(centred, as_center_and_size));
+  EXPECT_TRUE(names(here, "box_from_center()") && !names(here, "swapped")) << here;
+  const std::string corners = told(each(centred, swapped));
+  EXPECT_TRUE(names(corners, "look swapped") && !names(corners, "size")) << corners;
+  const std::string order = told(each(good, as_intervals));
+  EXPECT_TRUE(names(order, "xmin, xmax, ymin")) << order;
+  // Some empty slots among good boxes are no layout, nor are odd ones.
+  BoxList some = good;
+  for (std::size_t i = 0; i < some.size(); i += 50) some[i] = swapped(some[i]);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::string message = told(some);
+    for (const char* cause : {"looks", "look ", "xmin"})
+      EXPECT_FALSE(names(message, cause)) << message;
+    for (std::size_t i = 0; i < some.size(); i += 3)
+      some[i] = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+  }
+}
+
+TEST_P(Inverted, OfTwoDimensions) {
+  const BoxList good = far_boxes(300);
+  std::vector<float> part[4];
+  for (const Box& b : good) {  // x from, x to, y from, y to, where lower x, y, upper x, y are wanted
+    part[0].push_back(b.lower.x);
+    part[1].push_back(b.upper.x);
+    part[2].push_back(b.lower.y);
+    part[3].push_back(b.upper.y);
+  }
+  const auto view = [&](int lower_x, int lower_y, int upper_x, int upper_y) {
+    return Boxes::arrays(part[lower_x].data(), part[lower_y].data(), nullptr, part[upper_x].data(),
+                         part[upper_y].data(), nullptr, good.size());
+  };
+  std::vector<Pair> out;
+  const Options o = with(InvertedPolicy::automatic);
+  EXPECT_TRUE(find_pairs(view(0, 2, 1, 3), out, o).ok());
+  const Result r = find_pairs(view(0, 1, 2, 3), out, o);
+  EXPECT_EQ(r.status, Status::inverted_box);
+  EXPECT_TRUE(says(r, "xmin, xmax, ymin")) << r.message;
+}
+
+THRONG_INSTANTIATE(Inverted, all_configs);
+
+TEST(InvertedDoubles, AreRefusedByTheShortForm) {
+  std::vector<DoubleBox> boxes = {{{0, 0, 0}, {1, 1, 1}}, {{1, 1, 1}, {2, 2, 2}}};
+  std::vector<Pair> out;
+  EXPECT_TRUE(find_pairs(boxes, out).ok());
+  EXPECT_EQ(out.size(), 1u);
+  // By less than floats tell.
+  boxes[1].lower.y = std::nextafter(2.0, 3.0);
+  const Result r = find_pairs(boxes, out);
+  expect_refused(r, 1, 1);
+  EXPECT_TRUE(out.empty());
+  const Result second = find_pairs(DoubleBoxes(boxes.data(), 1), boxes, out);
+  expect_refused(second, 1, 1);
+  EXPECT_TRUE(says(second, "second set")) << second.message;
+  Finder finder;
+  const Result kept = finder.find(DoubleBoxes(boxes));
+  EXPECT_TRUE(kept.ok());
+  EXPECT_EQ(kept.inactive, 1u);
+}
+
+TEST(BoxFromCenter, IsTheSmallestFloatBoxAround) {
+  const Box exact = box_from_center({1, 2, 3}, {0.5f, 1, 1.5f});
+  EXPECT_TRUE(same_bits(exact, Box{{0.5f, 1, 1.5f}, {1.5f, 3, 4.5f}}));
+  // 1 - 2^-60 is no float: lower goes down, and upper up.
+  const Box tight = box_from_center({1, 1, -1}, {0x1p-60f, 0, 0x1p-60f});
+  EXPECT_EQ(tight.lower.x, std::nextafter(1.0f, 0.0f));
+  EXPECT_EQ(tight.upper.x, std::nextafter(1.0f, 2.0f));
+  EXPECT_EQ(tight.lower.y, 1.0f);
+  EXPECT_EQ(tight.upper.y, 1.0f);
+  EXPECT_EQ(tight.lower.z, std::nextafter(-1.0f, -2.0f));
+  EXPECT_EQ(tight.upper.z, std::nextafter(-1.0f, 0.0f));
+  const Box plane = box_from_center({0, 5, 0}, {infinity, 1, infinity});
+  EXPECT_TRUE(same_bits(plane, Box{{-infinity, 4, -infinity}, {infinity, 6, infinity}}));
+  const Vec3 centers[] = {{1, 2, 3}, {0, 5, 0}}, halves[] = {{0.5f, 1, 1.5f}, {infinity, 1, infinity}};
+  const std::vector<Box> boxes = boxes_from_center(centers, halves, 2);
+  ASSERT_EQ(boxes.size(), 2u);
+  EXPECT_TRUE(same_bits(boxes[0], exact));
+  EXPECT_TRUE(same_bits(boxes[1], plane));
+}
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Every public C++ header, compiled for an older standard, says one thing that names C++17, and stops
+# there; for C++17 it says nothing. throng.h is C, and any standard will do.
+# Usage: cpp_standard_test.sh SOURCE_DIR COMPILER
+set -euo pipefail
+cd "$1"
+compiler="$2"
+room="$(mktemp -d)"
+trap 'rm -rf "$room"' EXIT
+count=0
+for header in include/throng/*.hpp; do
+  name="${header##*/}"
+  echo "#include <throng/$name>" > "$room/it.cpp"
+  for standard in c++98 c++11 c++14; do
+    if "$compiler" "-std=$standard" -fsyntax-only -Iinclude "$room/it.cpp" > "$room/log" 2>&1; then
+      echo "$name compiles as $standard; include throng/cpp17.hpp first"
+      exit 1
+    fi
+    # The #error, and the include that ends the compilation.
+    named="$(grep -c "error:.*Throng's headers need C++17" "$room/log" || true)"
+    all="$(grep -c 'error:' "$room/log" || true)"
+    if [ "$named" -ne 1 ] || [ "$all" -ne 2 ]; then
+      echo "$name as $standard makes $all errors, $named of which name C++17; wanted 2 and 1:"
+      cat "$room/log"
+      exit 1
+    fi
+    count=$((count + 1))
+  done
+done
+for standard in c++98 c++17; do
+  echo '#include <throng/throng.h>' > "$room/it.cpp"
+  "$compiler" "-std=$standard" -fsyntax-only -Iinclude "$room/it.cpp"
+done
+[ "$count" -gt 0 ]
+echo "$count compilations refused by one line"
