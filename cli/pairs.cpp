@@ -160,6 +160,13 @@ Run add_pairs(CLI::App& program) {
   CLI::App& app = *program.add_subcommand("pairs", "Find the overlapping pairs of files of boxes");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
+  arguments->input.refuses_inverted = true;
+  app.add_option_function<std::string>(
+         "--inverted",
+         [arguments](const std::string& v) { arguments->input.refuses_inverted = v == "refuse"; },
+         "a box with lower > upper: refuse (the default), or inactive: an empty slot")
+      ->check(CLI::IsMember({"refuse", "inactive"}).description(""))
+      ->type_name("refuse|inactive");
   add_search_arguments(app, arguments->search);
   app.add_option("-o,--output", arguments->output, "write the pairs: uint32 of shape (pairs, 2)")
       ->type_name("PAIRS.npy");

@@ -135,20 +135,18 @@ Run add_scene(CLI::App& program) {
          "--frames", program::count_into(spec.frames, "--frames", 1, scene::max_frames),
          "frames (1)")
       ->type_name("F");
-  app.add_option("--density", spec.density, "how crowded; what the scene has of itself")
-      ->check([](const std::string& text) {  // CLI::Range answers with 300 digits
-        char* end = nullptr;
-        const double density = std::strtod(text.c_str(), &end);
-        if (*end == 0 && density >= scene::min_density && density <= scene::max_density)
-          return std::string();
-        return "found " + text + ", wanted 1e-9 to 1000000";
-      })
+  app.add_option_function<std::string>(
+         "--density",
+         program::number_into(spec.density, "--density", scene::min_density, scene::max_density,
+                              "1e-9 to 1000000"),
+         "how crowded; what the scene has of itself")
       ->type_name("D");
   app.add_option_function<std::string>("--seed", program::seed_into(spec.seed),
                                        "another number, another scene (1)")
       ->type_name("S");
-  app.add_option("--moving", arguments->spec.moving, "share of the boxes that move, 0 to 1 (1)")
-      ->check(CLI::Range(0.0, 1.0).description(""))
+  app.add_option_function<std::string>(
+         "--moving", program::number_into(spec.moving, "--moving", 0, 1, "0 to 1"),
+         "share of the boxes that move, 0 to 1 (1)")
       ->type_name("SHARE");
   app.add_option("-o,--output", arguments->output, "the file to write")
       ->required()

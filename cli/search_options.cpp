@@ -34,7 +34,8 @@ void InputArguments::require_no_filters_b() const {
 }
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments) {
-  app.add_option("A", arguments.a, "boxes: float32 of shape (n, 6) or (frames, n, 6), min then max")
+  app.add_option("A", arguments.a,
+                 "boxes: float32 of shape (n, 6) or (frames, n, 6), min then max; 2-D: 4 for 6")
       ->required()
       ->type_name("FILE.npy");
   app.add_option("B", arguments.b, "a second set: pairs of a box of A and a box of B")
@@ -51,7 +52,8 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
          "outward: take float64 boxes, rounded outward to float32")
       ->check(CLI::IsMember({"outward"}).description(""))
       ->type_name("outward");
-  app.add_option("--margin", arguments.margin, "grow every box by so much on each side")
+  app.add_option_function<std::string>("--margin", program::margin_into(arguments.margin),
+                                       "grow every box by so much on each side")
       ->type_name("M");
 }
 
@@ -86,7 +88,10 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_al
 }
 
 program::Remedies to_remedies(const SearchArguments& search) {
-  return {.nan = true, .backend = true, .isa = search.isa == "auto" ? "" : search.isa};
+  return {.nan = true,
+          .inverted = true,
+          .backend = true,
+          .isa = search.isa == "auto" ? "" : search.isa};
 }
 
 Options to_options(const InputArguments& input, const SearchArguments& search) {
@@ -107,6 +112,7 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
                                                       : Algorithm::automatic;
   options.order = search.order == "canonical" ? Order::canonical : Order::any;
   options.nan = input.nan_inactive ? NanPolicy::inactive : NanPolicy::refuse;
+  options.inverted = input.refuses_inverted ? InvertedPolicy::refuse : InvertedPolicy::inactive;
   options.isa = search.isa == "scalar"   ? Isa::scalar
                 : search.isa == "sse4"   ? Isa::sse4
                 : search.isa == "avx2"   ? Isa::avx2

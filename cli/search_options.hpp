@@ -23,6 +23,7 @@ struct InputArguments {
   FilterFiles filters_a, filters_b;
   bool round_outward = false;
   bool nan_inactive = false;
+  bool refuses_inverted = false;
   float margin = 0.0f;
 
   // Throws Failure where filters of a second set are given without one.

@@ -73,6 +73,25 @@ std::uint64_t parse_seed(const std::string& text, const std::string& option) {
   return seed;
 }
 
+double parse_number(const std::string& text, const std::string& option, double least, double most,
+                    const std::string& wanted) {
+  const char* const begin = text.c_str();
+  char* end = nullptr;
+  const double value = std::strtod(begin, &end);
+  const bool whole = end == begin + text.size() && !text.empty() &&
+                     std::isspace(static_cast<unsigned char>(text[0])) == 0;
+  if (!whole || !(value >= least && value <= most)) refuse(text, option, wanted);
+  return value;
+}
+
+float parse_margin(const std::string& text, const std::string& option) {
+  constexpr float most = std::numeric_limits<float>::max();
+  const double margin = parse_number(text, option, 0, double{most}, "0 to 3.4e38");
+  const auto nearest = static_cast<float>(margin);
+  if (static_cast<double>(nearest) >= margin) return nearest;
+  return std::nextafter(nearest, most);
+}
+
 std::uint64_t parse_bytes(const std::string& text, const std::string& option) {
   return parse_scaled(text, option, 1024, "bytes such as 1000000, 64M or 2G");
 }

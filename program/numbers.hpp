@@ -19,12 +19,27 @@ std::uint64_t parse_seed(const std::string& text, const std::string& option);
 // "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024. Throws Failure likewise.
 std::uint64_t parse_bytes(const std::string& text, const std::string& option);
 
+// Any number from `least` to `most`; `wanted` says so. NaN is none.
+double parse_number(const std::string& text, const std::string& option, double least, double most,
+                    const std::string& wanted);
+// A margin: a finite float32 that is not negative. One that is no float32 is rounded up, so that no
+// pair is lost by it.
+float parse_margin(const std::string& text, const std::string& option);
+
 // What an option that is such a number does with its text; `value` lives as long.
 template <class T>
 auto count_into(T& value, std::string option, std::uint64_t least, std::uint64_t most) {
   return [&value, option = std::move(option), least, most](const std::string& text) {
     value = static_cast<T>(parse_count(text, option, least, most));
   };
+}
+inline auto number_into(double& value, std::string option, double least, double most,
+                        std::string wanted) {
+  return [&value, option = std::move(option), least, most, wanted = std::move(wanted)](
+             const std::string& text) { value = parse_number(text, option, least, most, wanted); };
+}
+inline auto margin_into(float& margin) {
+  return [&margin](const std::string& text) { margin = parse_margin(text, "--margin"); };
 }
 inline auto threads_into(unsigned& threads) {
   return [&threads](const std::string& text) { threads = parse_threads(text, "--threads"); };

@@ -12,6 +12,8 @@ std::string_view remedy(Status status, const Remedies& has) {
   switch (status) {
     case Status::nan_box:
       return has.nan ? "fix them, or treat them as inactive by --nan inactive" : "fix them";
+    case Status::inverted_box:
+      return has.inverted ? "for empty slots use --inverted inactive" : "fix them";
     case Status::out_of_memory:
       return has.memory ? "bound it by --memory, or split the boxes" : "split the boxes";
     case Status::no_device:

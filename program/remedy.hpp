@@ -9,10 +9,11 @@ namespace throng::program {
 
 // Which options of a command help. The library's own words name its C++.
 struct Remedies {
-  bool nan = false;      // --nan inactive
-  bool memory = false;   // --memory
-  bool backend = false;  // --backend
-  std::string isa = {};  // the instruction set that --isa names; empty: none
+  bool nan = false;       // --nan inactive
+  bool inverted = false;  // --inverted inactive
+  bool memory = false;    // --memory
+  bool backend = false;   // --backend
+  std::string isa = {};   // the instruction set that --isa names; empty: none
 };
 
 // What is wrong, in the library's words, and what helps, in those of the command.

@@ -53,7 +53,17 @@ enum class Rounding : std::uint8_t { none, outward, exact };
 // ValueError for any other, and for 'exact' where only float32 will do.
 Rounding rounding_of(nb::handle round, bool takes_exact);
 
-// Boxes as given, (n, 6), (n, 4) or (lower, upper), and what must live for the view to be good.
+// One corner of each box, in an array whose first index is the box.
+struct CornerArray {
+  const AnyArray& array;
+  const std::string& name;       // of the argument, for messages
+  std::int64_t begin, axis;      // in values: where the first box's is, and from axis to axis
+  const char* index = "";        // of the corner, where the array has one: "0, "
+  std::size_t first_column = 0;  // of the corner, where corners lie in one row
+};
+
+// Boxes as given, (n, 6), (n, 2, 3), of 2-D ones (n, 4), (n, 2, 2), or (lower, upper), and what
+// must live for the view to be good.
 class BoxArray {
  public:
   BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place = nullptr);
@@ -75,8 +85,7 @@ class BoxArray {
   void take_one(nb::handle value, const std::string& name, Rounding rounding);
   void take_two(nb::handle pair, const std::string& name, Rounding rounding);
   // Makes the view, of values as they lie or of float64 converted.
-  void show(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
-            const std::string& lower_name, const std::string& upper_name, const std::string& wanted,
+  void show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
             Rounding rounding);
 
   Boxes view_;
@@ -117,5 +126,8 @@ nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
 // each of which must be a float32; None: absent (count 0). count: rows wanted, or -1.
 template <class T>
 Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept);
+// The same of directions, each with `dimensions` values or with three; a z that is not there is 0.
+Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
+                                unsigned dimensions, Kept& kept);
 
 }  // namespace throng::python

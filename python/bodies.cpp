@@ -52,7 +52,7 @@ nb::object update(nb::handle position, nb::handle shapes, nb::handle rotation,
 void bind_bodies(nb::module_& m) {
   m.def("update_boxes", update, nb::arg("position").none(), nb::arg("shapes").none(),
         nb::arg("rotation").none(), nb::arg("displacement").none(), nb::arg("shape").none(),
-        nb::arg("points").none(), nb::arg("margin"), nb::arg("threads"));
+        nb::arg("points").none(), nb::arg("margin").none(), nb::arg("threads").none());
 }
 
 }  // namespace throng::python

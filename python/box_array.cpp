@@ -24,10 +24,10 @@ struct Table {
   }
 };
 
-Table<double> table_of(const AnyArray& a, std::size_t first_column) {
-  const auto* data = static_cast<const double*>(a.data());
-  if (data) data += static_cast<std::int64_t>(first_column) * a.stride(1);
-  return {data, a.stride(0), a.stride(1)};
+Table<double> table_of(const CornerArray& corner) {
+  const auto* data = static_cast<const double*>(corner.array.data());
+  if (data) data += corner.begin;
+  return {data, corner.array.stride(0), corner.axis};
 }
 
 // Within float's range, where alone the cast is defined, and exact.
@@ -85,29 +85,26 @@ BasicBoxes<Real> rows_of(const Real* p, std::size_t count, unsigned d) {
   return View::arrays(p, p + 1, nullptr, p + 2, p + 3, nullptr, count, 4 * sizeof(Real));
 }
 
-// Lower corners and, from `upper_column` on, upper ones of Real, which the view shows as they lie.
+// Lower and upper corners of Real, which the view shows as they lie.
 template <class Real>
-BasicBoxes<Real> as_they_lie(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
-                             const std::string& lower_name, const std::string& upper_name,
-                             unsigned d) {
+BasicBoxes<Real> as_they_lie(const CornerArray& lower, const CornerArray& upper, unsigned d) {
   using View = BasicBoxes<Real>;
-  const std::size_t count = lower.shape(0);
-  const std::size_t stride = row_stride(lower, lower_name, 2 * d) * sizeof(Real);
-  const std::size_t upper_stride = row_stride(upper, upper_name, 2 * d) * sizeof(Real);
+  const std::size_t count = lower.array.shape(0);
+  const std::size_t stride = row_stride(lower.array, lower.name, 2 * d) * sizeof(Real);
+  const std::size_t upper_stride = row_stride(upper.array, upper.name, 2 * d) * sizeof(Real);
   if (upper_stride != stride) {
-    value_error(lower_name + " has rows " + std::to_string(stride) + " bytes apart and " +
-                upper_name + " " + std::to_string(upper_stride) +
+    value_error(lower.name + " has rows " + std::to_string(stride) + " bytes apart and " +
+                upper.name + " " + std::to_string(upper_stride) +
                 "; give both the same layout, as by numpy.ascontiguousarray");
   }
-  const auto* l = static_cast<const Real*>(lower.data());
-  const auto* u = static_cast<const Real*>(upper.data()) +
-                  static_cast<std::int64_t>(upper_column) * upper.stride(1);
-  if (d == 3 && upper_column == 3 && lower.stride(1) == 1)
+  const auto* l = static_cast<const Real*>(lower.array.data()) + lower.begin;
+  const auto* u = static_cast<const Real*>(upper.array.data()) + upper.begin;
+  if (d == 3 && u == l + 3 && lower.axis == 1 && upper.axis == 1)
     return View(reinterpret_cast<const typename View::Value*>(l), count, stride);
   const Real* p[6] = {};
   for (unsigned k = 0; k < d; ++k) {
-    p[k] = l + static_cast<std::int64_t>(k) * lower.stride(1);
-    p[3 + k] = u + static_cast<std::int64_t>(k) * upper.stride(1);
+    p[k] = l + static_cast<std::int64_t>(k) * lower.axis;
+    p[3 + k] = u + static_cast<std::int64_t>(k) * upper.axis;
   }
   return View::arrays(p[0], p[1], p[2], p[3], p[4], p[5], count, stride);
 }
@@ -123,14 +120,32 @@ BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding,
 }
 
 void BoxArray::take_one(nb::handle value, const std::string& name, Rounding rounding) {
-  const std::string wanted = "float32 of shape (n, 6), (n, 4) for 2-D, or a tuple (lower, upper)";
+  const std::string wanted =
+      "float32 of shape (n, 6) or (n, 2, 3), for 2-D (n, 4) or (n, 2, 2), or a tuple (lower, "
+      "upper)";
   AnyArray a = import_array(value, name, wanted, place_);
-  if (a.ndim() != 2 || (a.shape(1) != 6 && a.shape(1) != 4)) {
-    value_error(name + ": found " + described(a) + ", wanted " + wanted);
+  const bool rows = a.ndim() == 2 && (a.shape(1) == 6 || a.shape(1) == 4);
+  const bool corners = a.ndim() == 3 && a.shape(1) == 2 && (a.shape(2) == 3 || a.shape(2) == 2);
+  if (!rows && !corners) {
+    std::string text = name + ": found " + described(a) + ", wanted " + wanted;
+    if (a.ndim() == 3 && (a.shape(2) == 6 || a.shape(2) == 4)) {
+      const std::string worlds = std::to_string(a.shape(0)), n = std::to_string(a.shape(1));
+      text += "; of " + worlds + " worlds of " + n + " boxes give " + name + ".reshape(-1, " +
+              std::to_string(a.shape(2)) + "), " + (name == "other" ? "other_" : "") +
+              "world=numpy.repeat(numpy.arange(" + worlds + "), " + n + ")";
+    }
+    value_error(text);
   }
-  dimensions_ = a.shape(1) == 6 ? 3 : 2;
   arrays_.push_back(a);
-  show(a, a, dimensions_, name, name, wanted, rounding);
+  if (corners) {
+    dimensions_ = static_cast<unsigned>(a.shape(2));
+    show({a, name, 0, a.stride(2), "0, "}, {a, name, a.stride(1), a.stride(2), "1, "}, wanted,
+         rounding);
+  } else {
+    dimensions_ = a.shape(1) == 6 ? 3 : 2;
+    show({a, name, 0, a.stride(1)},
+         {a, name, dimensions_ * a.stride(1), a.stride(1), "", dimensions_}, wanted, rounding);
+  }
 }
 
 void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding rounding) {
@@ -154,54 +169,53 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
                 described(upper) + ", wanted two arrays of one type and shape");
   }
   dimensions_ = static_cast<unsigned>(lower.shape(1));
-  show(lower, upper, 0, names[0], names[1], wanted, rounding);
+  show({lower, names[0], 0, lower.stride(1)}, {upper, names[1], 0, upper.stride(1)}, wanted,
+       rounding);
 }
 
-void BoxArray::show(const AnyArray& lower, const AnyArray& upper, unsigned upper_column,
-                    const std::string& lower_name, const std::string& upper_name,
-                    const std::string& wanted, Rounding rounding) {
-  const bool given_double = holds_double(lower, lower_name, wanted);
+void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
+                    Rounding rounding) {
+  const bool given_double = holds_double(lower.array, lower.name, wanted);
   if (given_double && place_ && place_->on_gpu) {
-    type_error(lower_name + ": found " + described(lower) + " on " + place_->name() +
+    type_error(lower.name + ": found " + described(lower.array) + " on " + place_->name() +
                ", where nothing is converted; wanted float32, as by x.astype(float32)");
   }
-  const std::size_t count = lower.shape(0);
+  const std::size_t count = lower.array.shape(0);
   const unsigned d = dimensions_;
   if (count > max_box_count) {
-    value_error(lower_name + ": found " + std::to_string(count) + " boxes, at most " +
+    value_error(lower.name + ": found " + std::to_string(count) + " boxes, at most " +
                 std::to_string(max_box_count) + " can be indexed; split them");
   }
   is_double_ = given_double && rounding == Rounding::exact;
   if (count == 0) return;
-  require_aligned(lower, lower_name, given_double ? 8 : 4);
-  require_aligned(upper, upper_name, given_double ? 8 : 4);
+  require_aligned(lower.array, lower.name, given_double ? 8 : 4);
+  require_aligned(upper.array, upper.name, given_double ? 8 : 4);
   if (is_double_) {
-    doubles_ = as_they_lie<double>(lower, upper, upper_column, lower_name, upper_name, d);
+    doubles_ = as_they_lie<double>(lower, upper, d);
   } else if (given_double) {
     converted_.reset(new (std::nothrow) float[2 * d * count]);
     if (!converted_) {
-      memory_error(lower_name + ": no memory for " + std::to_string(8 * d * count) +
+      memory_error(lower.name + ": no memory for " + std::to_string(8 * d * count) +
                    " bytes of float32");
     }
     std::optional<Inexact> bad;
     {
       const Unlocked unlocked;
-      bad = to_floats(table_of(lower, 0), table_of(upper, upper_column), count, d, rounding,
-                      converted_.get());
+      bad = to_floats(table_of(lower), table_of(upper), count, d, rounding, converted_.get());
     }
     if (bad) {
-      const unsigned column = static_cast<unsigned>(bad->column) + (bad->upper ? upper_column : 0);
+      const CornerArray& corner = bad->upper ? upper : lower;
       char number[40];
       std::snprintf(number, sizeof number, "%.17g", bad->value);
-      const std::string& name = bad->upper ? upper_name : lower_name;
-      value_error(name + ": the float64 at [" + std::to_string(bad->row) + ", " +
-                  std::to_string(column) + "] is " + number +
+      value_error(corner.name + ": the float64 at [" + std::to_string(bad->row) + ", " +
+                  corner.index + std::to_string(bad->column + corner.first_column) + "] is " +
+                  number +
                   ", which no float32 equals; pass round='exact' or 'outward' to a search, or give "
                   "float32");
     }
     view_ = rows_of(converted_.get(), count, d);
   } else {
-    view_ = as_they_lie<float>(lower, upper, upper_column, lower_name, upper_name, d);
+    view_ = as_they_lie<float>(lower, upper, d);
   }
 }
 

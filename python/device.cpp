@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include <throng/cuda.hpp>
+#include <throng/finder.hpp>
 
 #include "python/errors.hpp"
 #include "python/lock.hpp"
@@ -73,6 +75,30 @@ nb::object host_array(const DevicePairs& pairs, std::size_t count, cuda::Stream 
   return numpy_array(std::move(values), {count, 2});
 }
 
+// A copy of boxes of the device, in host memory.
+class HostBoxes {
+ public:
+  explicit HostBoxes(const Boxes& there) : boxes_(there.size()) {
+    auto* const out = reinterpret_cast<char*>(boxes_.data());
+    for (int k = 0; k < 6; ++k) {
+      if (!there.corner_data(k) || boxes_.empty()) continue;
+      require(cudaMemcpy2D(out + static_cast<std::size_t>(k) * sizeof(float), sizeof(Box),
+                           there.corner_data(k), there.stride_bytes(), sizeof(float), boxes_.size(),
+                           cudaMemcpyDeviceToHost),
+              "boxes");
+    }
+    const auto* const c = reinterpret_cast<const float*>(boxes_.data());
+    const bool flat = there.is_flat();
+    view_ = Boxes::arrays(c, c + 1, flat ? nullptr : c + 2, c + 3, c + 4, flat ? nullptr : c + 5,
+                          boxes_.size(), sizeof(Box));
+  }
+  const Boxes& view() const noexcept { return view_; }
+
+ private:
+  std::vector<Box> boxes_;
+  Boxes view_;
+};
+
 }  // namespace
 
 struct DeviceFinder::State {
@@ -127,6 +153,21 @@ nb::object DeviceFinder::find(const BoxArray& a, const BoxArray* b, std::uintptr
   return nb::cast(nb::ndarray<std::uint32_t>(data, 2, shape, owner, nullptr,
                                              nb::dtype<std::uint32_t>(), nb::device::cuda::value,
                                              device_));
+}
+
+Result DeviceFinder::check(const BoxArray& a, const BoxArray* b) const {
+  const Current current(device_);
+  Options options = state_->finder.options();
+  options.backend = Backend::cpu;
+  options.inverted = InvertedPolicy::refuse;
+  throng::Finder finder(options);
+  const auto none = [](const Pair*, std::size_t) { return false; };
+  const HostBoxes first(a.view());
+  // Before it hands out a pair, this form looks at all boxes.
+  Result result = b ? finder.consume(first.view(), HostBoxes(b->view()).view(), none)
+                    : finder.consume(first.view(), none);
+  if (result.status == Status::stopped) result.status = Status::ok;
+  return result;
 }
 
 }  // namespace throng::python

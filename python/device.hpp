@@ -29,6 +29,8 @@ class DeviceFinder {
   // null. The pairs are there when it returns, for any stream. What was told goes to `result`.
   nb::object find(const BoxArray& a, const BoxArray* b, std::uintptr_t stream, bool to_host,
                   Result& result);
+  // Whether boxes with lower > upper are among these, by a copy of them on the host.
+  Result check(const BoxArray& a, const BoxArray* b) const;
 
  private:
   struct State;

@@ -23,6 +23,9 @@ std::string described(nb::handle value) {
 std::string in_python(std::string text) {
   static constexpr const char* words[][2] = {
       {"treat them as inactive by Options::nan", "pass nan='inactive'"},
+      {"set Options::inverted to inactive", "pass inverted='inactive'"},
+      {"box_from_center()", "throng.boxes_from_center()"},
+      {"Finder::consume", "Finder.consume"},
       {"Options::memory_cap_bytes", "memory_cap"},
       {"Options::isa", "isa"},
       {"--round outward", "round='outward'"},
@@ -45,6 +48,7 @@ void require_ok(const Result& result) {
     case Status::memory_cap_too_small:
       memory_error(text);
     case Status::nan_box:
+    case Status::inverted_box:
     case Status::bad_boxes:
     case Status::bad_filter:
     case Status::bad_option:

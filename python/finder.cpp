@@ -183,7 +183,11 @@ nb::object FinderObject::find_on_gpu(const BoxArray& a, const BoxArray* b, const
     on_gpu_.reset();
     on_gpu_ = std::make_unique<DeviceFinder>(finder_.options(), place.device);
   }
-  return on_gpu_->find(a, b, place.stream, to_host, result_);
+  nb::object pairs = on_gpu_->find(a, b, place.stream, to_host, result_);
+  // A GPU counts such boxes and keeps none apart; to name one they are looked at here.
+  if (finder_.options().inverted == InvertedPolicy::refuse && result_.inactive != 0)
+    require_ok(on_gpu_->check(a, b));
+  return pairs;
 }
 
 nb::object FinderObject::find(const BoxArray& a, const BoxArray* b, const Place& place,

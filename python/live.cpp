@@ -12,6 +12,7 @@
 #include <nanobind/stl/unique_ptr.h>
 
 #include <throng/broad_phase.hpp>
+#include <throng/broad_phase_query.hpp>
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
@@ -23,12 +24,70 @@
 namespace throng::python {
 namespace {
 
+Filters filters_of(const nb::tuple& f, std::size_t n, Kept& kept) {
+  Filters filters;
+  filters.group = import_values<std::uint32_t>(f[0], "group", n, kept);
+  filters.mask = import_values<std::uint32_t>(f[1], "mask", n, kept);
+  filters.owner = import_values<std::int32_t>(f[2], "owner", n, kept);
+  filters.world = import_values<std::int32_t>(f[3], "world", n, kept);
+  filters.is_static = import_values<std::uint8_t>(f[4], "static", n, kept);
+  return filters;
+}
+
+// Boxes with filters, of which it is asked what they overlap.
+struct AskedBoxes {
+  BoxArray boxes;
+  AskedBoxes(nb::handle given, const nb::tuple& f) : boxes(given, "boxes", Rounding::none) {
+    boxes.set_filters("", f[0], f[1], f[2], f[3], f[4]);
+  }
+  bool is_long() const noexcept { return boxes.size() >= long_from; }
+};
+
+// Boxes on their way, with filters.
+struct AskedSweeps {
+  BoxArray boxes;
+  SweepHits which;
+  Kept kept;
+  std::size_t count;
+  Filters filters;
+  std::unique_ptr<Sweep[]> sweeps;
+
+  AskedSweeps(nb::handle given, nb::handle by, nb::handle wanted, const nb::tuple& f)
+      : boxes(given, "boxes", Rounding::none), which(hits_of(wanted)), count(boxes.size()) {
+    const Strided<Vec3> ways = import_directions(by, "by", count, boxes.dimensions(), kept);
+    filters = filters_of(f, count, kept);
+    sweeps.reset(new (std::nothrow) Sweep[count + 1]);
+    if (!sweeps) memory_error("no memory for " + std::to_string(count) + " sweeps of 36 bytes");
+    for (std::size_t i = 0; i < count; ++i) sweeps[i] = {boxes.view()[i], ways[i]};
+  }
+  bool is_long() const noexcept { return count >= long_from / 8; }
+};
+
+// (m, 2).
+nb::object pair_array(const Pairs& pairs) {
+  return numpy_rows<std::uint32_t>(pairs.data(), pairs.size(), 2);
+}
+// ((m, 2): sweep, object; (m,): time).
+nb::object hit_arrays(const SweepHitList& hits) {
+  const std::size_t m = hits.size();
+  auto pairs = std::make_unique<std::uint32_t[]>(2 * m + 1);
+  auto times = std::make_unique<double[]>(m + 1);
+  for (std::size_t i = 0; i < m; ++i) {
+    pairs[2 * i] = hits[i].sweep;
+    pairs[2 * i + 1] = hits[i].object;
+    times[i] = hits[i].time;
+  }
+  return nb::make_tuple(numpy_array(std::move(pairs), {m, 2}), numpy_array(std::move(times), {m}));
+}
+
 class LiveObject {
  public:
-  LiveObject(nb::handle margin, nb::handle nan, nb::handle threads, nb::handle isa) {
+  LiveObject(nb::handle margin, nb::handle nan, nb::handle inverted, nb::handle threads,
+             nb::handle isa) {
     Options o;
     o.margin = margin_of(margin);
     o.nan = nan_of(nan);
+    o.inverted = inverted_of(inverted);
     o.threads = threads_of(threads);
     o.isa = isa_of(isa);
     o.executor = &executor();
@@ -114,47 +173,23 @@ class LiveObject {
   }
 
   nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::none);
-    given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
+    const AskedBoxes asked(boxes, f);
     nb::object found;
-    const auto read = [&] {
-      const Pairs pairs = live_.overlaps();
-      found = numpy_rows<std::uint32_t>(pairs.data(), pairs.size(), 2);
-    };
     call(
-        given.size() >= long_from, [&] { return live_.find_overlaps(given.view()); }, read);
+        asked.is_long(), [&] { return live_.find_overlaps(asked.boxes.view()); },
+        [&] { found = pair_array(live_.overlaps()); });
     return found;
   }
 
-  // ((m, 2): sweep, object; (m,): time).
   nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::none);
-    const SweepHits wanted = hits_of(which);
-    Kept kept;
-    const std::size_t n = given.size();
-    const auto ways = import_rows<Vec3>(by, "by", static_cast<std::int64_t>(n), kept);
-    if (by.is_none()) type_error("by: found None, wanted float32 of shape (n, 3), one a box");
-    const Filters filters = filters_of(f, n, kept);
-    std::unique_ptr<Sweep[]> sweeps(new (std::nothrow) Sweep[n + 1]);
-    if (!sweeps) memory_error("no memory for " + std::to_string(n) + " sweeps of 36 bytes");
-    for (std::size_t i = 0; i < n; ++i) sweeps[i] = {given.view()[i], ways[i]};
+    const AskedSweeps asked(boxes, by, which, f);
     nb::object found;
-    const auto read = [&] {
-      const SweepHitList hits = live_.hits();
-      const std::size_t m = hits.size();
-      auto pairs = std::make_unique<std::uint32_t[]>(2 * m + 1);
-      auto times = std::make_unique<double[]>(m + 1);
-      for (std::size_t i = 0; i < m; ++i) {
-        pairs[2 * i] = hits[i].sweep;
-        pairs[2 * i + 1] = hits[i].object;
-        times[i] = hits[i].time;
-      }
-      found =
-          nb::make_tuple(numpy_array(std::move(pairs), {m, 2}), numpy_array(std::move(times), {m}));
-    };
     call(
-        n >= long_from / 8, [&] { return live_.find_hits(sweeps.get(), n, wanted, filters); },
-        read);
+        asked.is_long(),
+        [&] {
+          return live_.find_hits(asked.sweeps.get(), asked.count, asked.which, asked.filters);
+        },
+        [&] { found = hit_arrays(live_.hits()); });
     return found;
   }
 
@@ -175,6 +210,9 @@ class LiveObject {
     const Filter f = of_object(id, &BroadPhase::filter);
     return nb::make_tuple(f.group, f.mask, f.owner, f.world, f.is_static != 0);
   }
+
+  // For a QueryObject: the library itself refuses what may not go on at once.
+  const BroadPhase& objects() const noexcept { return live_; }
 
   std::uint64_t number(std::uint64_t (BroadPhase::*of)() const noexcept) const {
     std::uint64_t value = 0;
@@ -219,16 +257,6 @@ class LiveObject {
       value_error("id: found " + std::to_string(index) +
                   ", wanted that of an object, is_alive(id)");
     return value;
-  }
-
-  static Filters filters_of(const nb::tuple& f, std::size_t n, Kept& kept) {
-    Filters filters;
-    filters.group = import_values<std::uint32_t>(f[0], "group", n, kept);
-    filters.mask = import_values<std::uint32_t>(f[1], "mask", n, kept);
-    filters.owner = import_values<std::int32_t>(f[2], "owner", n, kept);
-    filters.world = import_values<std::int32_t>(f[3], "world", n, kept);
-    filters.is_static = import_values<std::uint8_t>(f[4], "static", n, kept);
-    return filters;
   }
 
   // No other call meanwhile, of whatever thread.
@@ -277,6 +305,66 @@ class LiveObject {
   mutable std::atomic<bool> busy_{false};
 };
 
+// Queries of one thread; any number of these may ask one BroadPhase at once.
+class QueryObject {
+ public:
+  QueryObject(nb::handle nan, nb::handle inverted, nb::handle threads, nb::handle isa) {
+    Options o;
+    o.nan = nan_of(nan);
+    o.inverted = inverted_of(inverted);
+    o.threads = threads_of(threads);
+    o.isa = isa_of(isa);
+    o.executor = &executor();
+    o.stop = &stop_;
+    query_ = BroadPhaseQuery(o);
+  }
+
+  nb::object find_overlaps(const LiveObject& objects, nb::handle boxes, const nb::tuple& f) {
+    const AskedBoxes asked(boxes, f);
+    nb::object found;
+    call(
+        asked.is_long(),
+        [&] { return query_.find_overlaps(objects.objects(), asked.boxes.view()); },
+        [&] { found = pair_array(query_.overlaps()); });
+    return found;
+  }
+
+  nb::object find_hits(const LiveObject& objects, nb::handle boxes, nb::handle by, nb::handle which,
+                       const nb::tuple& f) {
+    const AskedSweeps asked(boxes, by, which, f);
+    nb::object found;
+    call(
+        asked.is_long(),
+        [&] {
+          return query_.find_hits(objects.objects(), asked.sweeps.get(), asked.count, asked.which,
+                                  asked.filters);
+        },
+        [&] { found = hit_arrays(query_.hits()); });
+    return found;
+  }
+
+ private:
+  template <class F, class Then>
+  void call(bool is_long, const F& body, const Then& then) {
+    if (busy_.exchange(true)) {
+      throw std::runtime_error(
+          "this BroadPhaseQuery is at work in another thread; give each thread one of its own");
+    }
+    struct End {
+      std::atomic<bool>& busy;
+      ~End() { busy = false; }
+    } end{busy_};
+    Result result;
+    stop_ = false;
+    run_unlocked(is_long, stop_, [&] { result = body(); });
+    require_ok(result);
+    then();
+  }
+
+  BroadPhaseQuery query_;
+  std::atomic<bool> stop_{false}, busy_{false};
+};
+
 }  // namespace
 
 void bind_live(nb::module_& m) {
@@ -284,8 +372,9 @@ void bind_live(nb::module_& m) {
     return [of](const LiveObject& self) { return self.number(of); };
   };
   nb::class_<LiveObject>(m, "BroadPhase")
-      .def(nb::init<nb::handle, nb::handle, nb::handle, nb::handle>(), nb::arg("margin").none(),
-           nb::arg("nan").none(), nb::arg("threads").none(), nb::arg("isa").none())
+      .def(nb::init<nb::handle, nb::handle, nb::handle, nb::handle, nb::handle>(),
+           nb::arg("margin").none(), nb::arg("nan").none(), nb::arg("inverted").none(),
+           nb::arg("threads").none(), nb::arg("isa").none())
       .def("copy", [](const LiveObject& self) { return std::make_unique<LiveObject>(self); })
       .def("add", &LiveObject::add, nb::arg("boxes").none(), nb::arg("filters"))
       .def("remove", &LiveObject::remove, nb::arg("ids").none())
@@ -308,6 +397,13 @@ void bind_live(nb::module_& m) {
       .def_prop_ro("pair_count", number(&BroadPhase::pair_count))
       .def_prop_ro("id_limit", number(&BroadPhase::id_limit))
       .def_prop_ro("slot_limit", number(&BroadPhase::slot_limit));
+  nb::class_<QueryObject>(m, "BroadPhaseQuery")
+      .def(nb::init<nb::handle, nb::handle, nb::handle, nb::handle>(), nb::arg("nan").none(),
+           nb::arg("inverted").none(), nb::arg("threads").none(), nb::arg("isa").none())
+      .def("find_overlaps", &QueryObject::find_overlaps, nb::arg("objects"),
+           nb::arg("boxes").none(), nb::arg("filters"))
+      .def("find_hits", &QueryObject::find_hits, nb::arg("objects"), nb::arg("boxes").none(),
+           nb::arg("by").none(), nb::arg("which").none(), nb::arg("filters"));
 }
 
 }  // namespace throng::python

@@ -51,13 +51,14 @@ Sets sets_of(nb::handle boxes, nb::handle other, const nb::tuple& filters,
 }
 
 void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb::handle backend,
-                 nb::handle nan, nb::handle isa, nb::handle margin, nb::handle threads,
-                 nb::handle memory_cap, nb::handle round, bool once) {
+                 nb::handle nan, nb::handle inverted, nb::handle isa, nb::handle margin,
+                 nb::handle threads, nb::handle memory_cap, nb::handle round, bool once) {
   Options o;
   o.order = order_of(order);
   o.algorithm = algorithm_of(algorithm);
   o.backend = backend_of(backend);
   o.nan = nan_of(nan);
+  o.inverted = inverted_of(inverted);
   o.isa = isa_of(isa);
   o.margin = margin_of(margin);
   o.threads = threads_of(threads);
@@ -68,9 +69,9 @@ void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb:
 void bind_finder(nb::module_& m) {
   nb::class_<FinderObject>(m, "Finder")
       .def("__init__", init_finder, nb::arg("order").none(), nb::arg("algorithm").none(),
-           nb::arg("backend").none(), nb::arg("nan").none(), nb::arg("isa").none(),
-           nb::arg("margin").none(), nb::arg("threads").none(), nb::arg("memory_cap").none(),
-           nb::arg("round").none(), nb::arg("once"))
+           nb::arg("backend").none(), nb::arg("nan").none(), nb::arg("inverted").none(),
+           nb::arg("isa").none(), nb::arg("margin").none(), nb::arg("threads").none(),
+           nb::arg("memory_cap").none(), nb::arg("round").none(), nb::arg("once"))
       .def(
           "find",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,

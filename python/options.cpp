@@ -88,6 +88,12 @@ NanPolicy nan_of(nb::handle value) {
                            {{"refuse", NanPolicy::refuse}, {"inactive", NanPolicy::inactive}});
 }
 
+InvertedPolicy inverted_of(nb::handle value) {
+  return choice<InvertedPolicy>(
+      value, "inverted",
+      {{"refuse", InvertedPolicy::refuse}, {"inactive", InvertedPolicy::inactive}});
+}
+
 Isa isa_of(nb::handle value) {
   return choice<Isa>(value, "isa",
                      {{"auto", Isa::automatic},

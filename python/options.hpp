@@ -20,6 +20,7 @@ Order order_of(nb::handle value);
 Algorithm algorithm_of(nb::handle value);
 Backend backend_of(nb::handle value);
 NanPolicy nan_of(nb::handle value);
+InvertedPolicy inverted_of(nb::handle value);
 Isa isa_of(nb::handle value);
 SweepHits hits_of(nb::handle value);
 // A whole number, 0 to `most`.

@@ -29,14 +29,28 @@ std::unique_ptr<Box[]> box_room(std::uint64_t count, const std::string& what) {
   memory_error(what + ": no memory for " + std::to_string(count) + " boxes of 24 bytes");
 }
 
-// (frames, n, 6), or (n, 6) where `flat`, float32.
+// (frames, n, 6), or (n, 6) of the only frame, float32.
 nb::object box_array(std::unique_ptr<Box[]> boxes, std::size_t frames, std::size_t count,
-                     bool flat) {
+                     bool only) {
   auto* floats = reinterpret_cast<float*>(boxes.get());
   const nb::capsule owner(boxes.release(), [](void* p) noexcept { delete[] static_cast<Box*>(p); });
   const std::size_t shape[3] = {frames, count, 6};
   return nb::cast(
-      nb::ndarray<nb::numpy, float>(floats, flat ? 2 : 3, shape + (flat ? 1 : 0), owner));
+      nb::ndarray<nb::numpy, float>(floats, only ? 2 : 3, shape + (only ? 1 : 0), owner));
+}
+
+// The same of 2-D boxes: 4 for 6.
+nb::object flat_array(const scene::BoxFile& file) {
+  const std::size_t n = file.frames * file.count;
+  std::unique_ptr<float[]> floats(new (std::nothrow) float[4 * n + 1]);
+  if (!floats) memory_error("no memory for " + std::to_string(n) + " boxes of 16 bytes");
+  for (std::size_t i = 0; i < n; ++i) {
+    const Box& b = file.boxes[i];
+    const float row[4] = {b.lower.x, b.lower.y, b.upper.x, b.upper.y};
+    std::copy(row, row + 4, floats.get() + 4 * i);
+  }
+  if (file.frames == 1) return numpy_array(std::move(floats), {file.count, 4});
+  return numpy_array(std::move(floats), {file.frames, file.count, 4});
 }
 
 scene::Scene make_scene(const std::string& name, nb::handle objects, std::size_t frames,
@@ -94,6 +108,7 @@ nb::object load_boxes(const std::string& path, nb::handle round) {
   } catch (const scene::FileError& error) {
     value_error(in_python(error.what()));
   }
+  if (file.is_flat) return flat_array(file);
   return box_array(std::move(file.boxes), file.frames, file.count, file.frames == 1);
 }
 

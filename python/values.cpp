@@ -147,14 +147,21 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
   return {values.get(), count, sizeof(T)};
 }
 
+namespace {
+
+struct Vec2 {
+  float x, y;
+};
+
+std::string rows_text(std::int64_t count, std::size_t columns) {
+  return "(" + (count < 0 ? std::string("n") : std::to_string(count)) + ", " +
+         std::to_string(columns) + ")";
+}
+
 template <class T>
-Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept) {
-  if (value.is_none()) return {};
+Strided<T> rows_of(const AnyArray& a, const std::string& name, const std::string& wanted,
+                   std::int64_t count, Kept& kept) {
   constexpr std::size_t columns = sizeof(T) / sizeof(float);
-  const std::string wanted = "float32 of shape (" +
-                             (count < 0 ? std::string("n") : std::to_string(count)) + ", " +
-                             std::to_string(columns) + ")";
-  AnyArray a = import_array(value, name, wanted);
   const bool is_double = a.dtype() == nb::dtype<double>();
   if (!is_float32(a) && !is_double) {
     type_error(name + ": found " + described(a) + ", wanted " + wanted +
@@ -181,6 +188,33 @@ Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t c
   kept.push_back(std::make_shared<AnyArray>(a));
   const std::size_t stride = a.shape(0) == 1 ? columns : static_cast<std::size_t>(a.stride(0));
   return {static_cast<const T*>(a.data()), a.shape(0), stride * sizeof(float)};
+}
+
+}  // namespace
+
+template <class T>
+Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept) {
+  if (value.is_none()) return {};
+  const std::string wanted = "float32 of shape " + rows_text(count, sizeof(T) / sizeof(float));
+  return rows_of<T>(import_array(value, name, wanted), name, wanted, count, kept);
+}
+
+Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
+                                unsigned dimensions, Kept& kept) {
+  const auto n = static_cast<std::int64_t>(count);
+  std::string wanted = "float32 of shape ";
+  if (dimensions == 2) wanted += rows_text(n, 2) + " or ";
+  wanted += rows_text(n, 3);
+  if (value.is_none()) type_error(name + ": found None, wanted " + wanted + ", one a box");
+  const AnyArray a = import_array(value, name, wanted);
+  if (dimensions != 2 || a.ndim() != 2 || a.shape(1) != 2)
+    return rows_of<Vec3>(a, name, wanted, n, kept);
+  const Strided<Vec2> given = rows_of<Vec2>(a, name, wanted, n, kept);
+  std::shared_ptr<Vec3[]> whole(new (std::nothrow) Vec3[count + 1]);
+  if (!whole) memory_error(name + ": no memory for " + std::to_string(count) + " directions");
+  for (std::size_t i = 0; i < given.count; ++i) whole[i] = {given[i].x, given[i].y, 0};
+  kept.push_back(whole);
+  return {whole.get(), given.count, sizeof(Vec3)};
 }
 
 template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,

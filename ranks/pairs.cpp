@@ -205,7 +205,9 @@ Run add_pairs(CLI::App& program) {
   filter("--owner", a->owner);
   filter("--world", a->world);
   filter("--static", a->is_static);
-  app.add_option("--margin", a->margin, "boxes grow by it on every side")->type_name("M");
+  app.add_option_function<std::string>("--margin", program::margin_into(a->margin),
+                                       "boxes grow by it on every side")
+      ->type_name("M");
   app.add_option("--nan", a->nan, "refuse or inactive (refuse)")
       ->check(CLI::IsMember({"refuse", "inactive"}))
       ->type_name("HOW");

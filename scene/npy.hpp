@@ -1,7 +1,8 @@
 // Boxes, pairs and filters in NumPy's .npy files.
 //
-// Boxes are float32, (n, 6) for one frame or (frames, n, 6). Either byte order, C or Fortran order,
-// and float64 whose every value is a float32 are taken; integers are not. Every failure is a
+// Boxes are float32, (n, 6) for one frame or (frames, n, 6); (n, 2, 3), lower and upper corners, is
+// taken, too. 2-D boxes have 4 for 6 and 2 for 3; their z is 0. Either byte order, C or Fortran
+// order, and float64 whose every value is a float32 are taken; integers are not. Every failure is a
 // FileError; no claim of a header is believed before the file is seen to be that long.
 #pragma once
 
@@ -25,6 +26,7 @@ struct FileError : std::runtime_error {
 struct BoxFile {
   std::size_t frames = 0;
   std::size_t count = 0;  // boxes in each frame
+  bool is_flat = false;   // 2-D boxes
   std::unique_ptr<Box[]> boxes;
 
   const Box* frame(std::size_t f) const noexcept { return boxes.get() + f * count; }
@@ -51,6 +53,7 @@ class BoxReader {
 
   std::size_t frames() const noexcept { return frames_; }
   std::size_t count() const noexcept { return count_; }  // boxes in each frame
+  bool is_flat() const noexcept;
   // Boxes begin .. begin+count-1 of a frame.
   void read(std::size_t frame, std::size_t begin, std::size_t count, Box* out);
 

@@ -17,7 +17,10 @@
 namespace throng::scene {
 namespace {
 
-constexpr const char* kWantedBoxes = "float32 of shape (n, 6) or (frames, n, 6)";
+constexpr const char* kWantedBoxes =
+    "float32 of shape (n, 6) or (frames, n, 6); of 2-D boxes 4 for 6; or (n, 2, 3), (n, 2, 2): "
+    "lower "
+    "and upper corners";
 // Empty frames take no room in a file, so their number is a claim that nothing backs.
 constexpr std::uint64_t kMaxEmptyFrames = 1 << 20;
 // What is converted is read in blocks of about so many numbers.
@@ -43,6 +46,12 @@ T load(const unsigned char* at, bool swapped) {
   return value;
 }
 
+// Of a row of corners in two dimensions more, (n, 2, 3), as of (n, 6), and of 2-D boxes 2 for 3.
+bool has_corners(const NpyHeader& h) {
+  return h.shape.size() == 3 && h.shape[1] == 2 && (h.shape[2] == 3 || h.shape[2] == 2);
+}
+bool is_flat(const NpyHeader& h) { return h.shape.back() == 4 || h.shape.back() == 2; }
+
 struct BoxShape {
   std::size_t frames, count;
 };
@@ -53,8 +62,11 @@ BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
     throw_file_error(name, h.text(), kWantedBoxes);
   }
   const std::size_t d = h.shape.size();
-  if ((d != 2 && d != 3) || h.shape.back() != 6) throw_file_error(name, h.text(), kWantedBoxes);
-  const std::uint64_t frames = d == 3 ? h.shape[0] : 1, count = h.shape[d - 2];
+  const bool corners = has_corners(h);
+  if ((d != 2 && d != 3) || (!corners && h.shape.back() != 6 && h.shape.back() != 4))
+    throw_file_error(name, h.text(), kWantedBoxes);
+  const std::uint64_t frames = d == 3 && !corners ? h.shape[0] : 1;
+  const std::uint64_t count = corners ? h.shape[0] : h.shape[d - 2];
   if (count > max_box_count) {
     throw_file_error(name, std::to_string(count) + " boxes in a frame",
                      "at most " + std::to_string(max_box_count));
@@ -71,6 +83,13 @@ std::string number_text(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.17g", value);
   return text;
+}
+
+// Where coordinate k of six stands: its indices after the box's.
+std::vector<std::uint64_t> place_of(const NpyHeader& h, std::uint64_t k) {
+  const std::uint64_t d = is_flat(h) ? 2 : 3, corner = k / 3, axis = k % 3;
+  if (has_corners(h)) return {corner, axis};
+  return {corner * d + axis};
 }
 
 // Six coordinates of one box, as they stand in the file, to float.
@@ -91,8 +110,9 @@ Box to_box(const T (&c)[6], bool round_outward, const NpyHeader& h, const std::s
                         : 0.0f;
       if (nan || static_cast<double>(f[k]) == c[k]) continue;
       if (round_outward) return throng::round_outward(c, c + 3);
-      std::vector<std::uint64_t> index = {box, static_cast<std::uint64_t>(k)};
-      if (h.shape.size() == 3) index.insert(index.begin(), frame);
+      std::vector<std::uint64_t> index = place_of(h, static_cast<std::uint64_t>(k));
+      index.insert(index.begin(), box);
+      if (h.shape.size() == 3 && !has_corners(h)) index.insert(index.begin(), frame);
       throw_file_error(name,
                        "the float64 " + number_text(c[k]) + " at " + shape_text(index) +
                            ", which no float32 equals",
@@ -140,7 +160,7 @@ std::vector<T> read_values(const std::string& path, std::size_t expected_count) 
 }
 
 BoxFile read_all(BoxReader& reader, const std::string& name) {
-  BoxFile out{reader.frames(), reader.count(), nullptr};
+  BoxFile out{reader.frames(), reader.count(), reader.is_flat(), nullptr};
   out.boxes = allocate<Box>(std::uint64_t{out.frames} * out.count, name);
   for (std::size_t f = 0; f < out.frames; ++f) {
     reader.read(f, 0, out.count, out.boxes.get() + f * out.count);
@@ -162,9 +182,11 @@ BoxReader::~BoxReader() = default;
 BoxReader::BoxReader(BoxReader&&) noexcept = default;
 BoxReader& BoxReader::operator=(BoxReader&&) noexcept = default;
 
+bool BoxReader::is_flat() const noexcept { return scene::is_flat(bytes_->header); }
+
 void BoxReader::read(std::size_t frame, std::size_t begin, std::size_t count, Box* out) {
   const NpyHeader& h = bytes_->header;
-  if (h.item_bytes == 4 && !h.swapped && !h.fortran_order) {
+  if (h.item_bytes == 4 && !h.swapped && !h.fortran_order && !is_flat()) {
     const std::uint64_t at = std::uint64_t{frame} * count_ + begin;
     bytes_->read(h.data_offset + at * sizeof(Box), out, count * sizeof(Box));
   } else if (h.item_bytes == 4) {
@@ -179,27 +201,31 @@ void BoxReader::convert(std::size_t frame, std::size_t begin, std::size_t count,
   const NpyHeader& h = bytes_->header;
   // Fortran order: the first index runs fastest, so a coordinate's values stand `apart` items apart
   // in a run of their own.
-  const std::size_t apart = h.fortran_order ? frames_ : 6;
-  const std::size_t block = std::max<std::size_t>(1, staged_items / (6 * apart));
+  const std::size_t d = is_flat() ? 2 : 3, width = 2 * d;
+  const bool corners = has_corners(h);
+  const std::size_t apart = h.fortran_order ? frames_ : width;
+  const std::size_t block = std::max<std::size_t>(1, staged_items / (width * apart));
   for (std::size_t done = 0; done < count; done += block) {
     const std::size_t now = std::min(block, count - done), first = begin + done;
-    const std::size_t span = h.fortran_order ? (now - 1) * apart + 1 : now * 6;
-    staged_.resize((h.fortran_order ? 6 * span : span) * sizeof(T));
+    const std::size_t span = h.fortran_order ? (now - 1) * apart + 1 : now * width;
+    staged_.resize((h.fortran_order ? width * span : span) * sizeof(T));
     if (h.fortran_order) {
-      for (std::uint64_t k = 0; k < 6; ++k) {
-        const std::uint64_t at = frame + std::uint64_t{frames_} * (first + count_ * k);
+      for (std::uint64_t k = 0; k < width; ++k) {
+        // Of corners the index that says which one runs faster than the axis.
+        const std::uint64_t run = corners ? k / d + 2 * (k % d) : k;
+        const std::uint64_t at = frame + std::uint64_t{frames_} * (first + count_ * run);
         bytes_->read(h.data_offset + at * sizeof(T), staged_.data() + k * span * sizeof(T),
                      span * sizeof(T));
       }
     } else {
-      const std::uint64_t at = (std::uint64_t{frame} * count_ + first) * 6;
+      const std::uint64_t at = (std::uint64_t{frame} * count_ + first) * width;
       bytes_->read(h.data_offset + at * sizeof(T), staged_.data(), span * sizeof(T));
     }
     for (std::size_t i = 0; i < now; ++i) {
-      T c[6];
-      for (std::size_t k = 0; k < 6; ++k) {
+      T c[6] = {};
+      for (std::size_t k = 0; k < width; ++k) {
         const std::size_t at = i * apart + k * (h.fortran_order ? span : 1);
-        c[k] = load<T>(staged_.data() + at * sizeof(T), h.swapped);
+        c[k < d ? k : 3 + k - d] = load<T>(staged_.data() + at * sizeof(T), h.swapped);
       }
       out[done + i] = to_box(c, round_outward_, h, name_, frame, first + i);
     }

@@ -24,6 +24,7 @@ constexpr double work_to_cut = 1, work_to_search = 2;
 
 program::Remedies remedies_of(const Options& options) {
   return {.nan = true,
+          .inverted = true,
           .memory = true,
           .backend = true,
           .isa = options.isa == Isa::automatic ? "" : to_string(options.isa)};
@@ -35,6 +36,7 @@ struct Solver::Lists {
   std::vector<Part> home[2], halo[2];
   Part wide[2];
   std::uint64_t nan = 0, first_nan = 0;
+  std::uint64_t inverted = 0, first_inverted = 0;
   int nan_side = 0;
 };
 
@@ -42,6 +44,7 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
                PairOutput& output, std::function<void(double)> progress, Search search)
     : sizes_(sizes),
       options_(options),
+      refuses_inverted_(options.inverted == InvertedPolicy::refuse),
       scratch_(scratch),
       output_(output),
       progress_(std::move(progress)),
@@ -51,6 +54,7 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;
   options_.concurrent_consumer = true;
+  options_.inverted = InvertedPolicy::inactive;  // they are told of, or left out, before a search
   finder_.set_options(options_);
 }
 
@@ -139,6 +143,13 @@ void Solver::divide(const Problem& problem, const Split& split, int depth) {
           name_, lists.nan, lists.first_nan,
           problem.self ? "" : (side == 0 ? " of the first set" : " of the second set")));
     }
+    if (lists.inverted != 0 && refuses_inverted_) {
+      throw program::Failure(fmt::format(
+          "{}: {} boxes have lower > upper, the first is box {}{}; for empty slots use --inverted "
+          "inactive",
+          name_, lists.inverted, lists.first_inverted,
+          problem.self ? "" : (side == 0 ? " of the first set" : " of the second set")));
+    }
   }
   for (int s = 0; s < split.slabs(); ++s) slab(problem, split, lists, s, depth);
   Problem wide = problem;
@@ -175,7 +186,11 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
       const Box box = Rows::box_of(row);
       if (!is_active(box)) {
         ++seen_.inactive;
-        if (has_nan(box) && lists.nan++ == 0) lists.first_nan = at + i;
+        if (has_nan(box)) {
+          if (lists.nan++ == 0) lists.first_nan = at + i;
+        } else if (lists.inverted++ == 0) {
+          lists.first_inverted = at + i;
+        }
         continue;
       }
       const int first = split.home(box), last = split.last(box, first);

@@ -81,6 +81,7 @@ class Solver {
 
   SolverSizes sizes_;
   Options options_;
+  bool refuses_inverted_;
   Scratch& scratch_;
   PairOutput& output_;
   std::function<void(double)> progress_;

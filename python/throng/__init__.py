@@ -7,8 +7,9 @@ detection.
     array([[0, 1]], dtype=uint32)
 
 A box is closed and float32: lower x, y, z, upper x, y, z, in units of your world. Two boxes overlap
-when on every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. A box with
-``lower > upper`` on some axis is inactive and overlaps nothing. A NaN is refused, or makes its box
+when on every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. find_pairs
+refuses a box with ``lower > upper`` on some axis; with ``inverted='inactive'``, and by default in a
+Finder and a BroadPhase, it is an empty slot that overlaps nothing. A NaN is refused, or makes its box
 inactive with ``nan='inactive'``.
 
 The pairs are those of the double loop over the floats as given, whatever the algorithm, the number
@@ -21,8 +22,9 @@ import threading as _threading
 
 from throng import _throng
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
+from throng._boxes import boxes_from_center, boxes_from_intervals
 from throng._find import Finder, find_pairs
-from throng._live import BroadPhase, Filter
+from throng._live import BroadPhase, BroadPhaseQuery, Filter
 from throng._scenes import (
     load_boxes,
     save_boxes,
@@ -38,6 +40,7 @@ __all__ = [
     "Array",
     "BoxesLike",
     "BroadPhase",
+    "BroadPhaseQuery",
     "Explanation",
     "Filter",
     "Finder",
@@ -46,6 +49,8 @@ __all__ = [
     "StageTimes",
     "__version__",
     "box",
+    "boxes_from_center",
+    "boxes_from_intervals",
     "capsule",
     "convex",
     "find_pairs",

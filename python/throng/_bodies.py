@@ -7,6 +7,7 @@ import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
+from throng._numbers import number, numbers, whole
 from throng._types import Array
 
 shape_type: numpy.dtype[Any] = numpy.dtype(
@@ -26,22 +27,29 @@ Vector = Sequence[float]
 
 def box(half_extents: Vector, center: Vector = (0, 0, 0)) -> numpy.void:
     """A box; half extents may be 0, or infinite: a plane is a box that is infinite along two axes."""
-    return _shape((0, center, half_extents, 0, 0, 0))
+    half = numbers(half_extents, "half_extents", (3,), infinite=True)
+    return _shape((0, _center(center), half, 0, 0, 0))
 
 
 def sphere(radius: float, center: Vector = (0, 0, 0)) -> numpy.void:
     """A sphere."""
-    return _shape((0, center, (0, 0, 0), radius, 0, 0))
+    return _shape((0, _center(center), (0, 0, 0), number(radius, "radius", infinite=True), 0, 0))
 
 
 def capsule(half_length: float, radius: float, center: Vector = (0, 0, 0)) -> numpy.void:
     """A capsule along y; half_length without the caps."""
-    return _shape((0, center, (0, half_length, 0), radius, 0, 0))
+    half = (0, number(half_length, "half_length", infinite=True), 0)
+    return _shape((0, _center(center), half, number(radius, "radius", infinite=True), 0, 0))
 
 
 def convex(first_point: int, point_count: int, radius: float = 0) -> numpy.void:
     """The hull of points[first_point : first_point + point_count]."""
-    return _shape((1, (0, 0, 0), (0, 0, 0), radius, first_point, point_count))
+    first, count = whole(first_point, "first_point"), whole(point_count, "point_count")
+    return _shape((1, (0, 0, 0), (0, 0, 0), number(radius, "radius", infinite=True), first, count))
+
+
+def _center(center: object) -> list[float]:
+    return numbers(center, "center", (3,))
 
 
 def _shape(values: tuple[object, ...]) -> numpy.void:

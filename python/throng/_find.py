@@ -14,6 +14,7 @@ from throng._types import (
     Backend,
     BoxesLike,
     FilterArrays,
+    Inverted,
     Isa,
     Nan,
     NumpyBoxes,
@@ -69,6 +70,7 @@ def find_pairs(
     order: Order = "any",
     algorithm: Algorithm = "auto",
     nan: Nan = "refuse",
+    inverted: Inverted = "refuse",
     round: Round | None = None,
     threads: int = 0,
     backend: Backend = "auto",
@@ -79,7 +81,8 @@ def find_pairs(
     """All pairs of overlapping boxes.
 
     boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in units of your world; or (n, 4)
-        for 2-D: lower x, y, upper x, y; or a tuple (lower, upper) of two arrays (n, 3) or (n, 2).
+        for 2-D: lower x, y, upper x, y; or (n, 2, 3), (n, 2, 2): lower and upper corners; or a tuple
+        (lower, upper) of two arrays (n, 3) or (n, 2).
         NumPy's arrays and whatever speaks DLPack, read where they lie: any strides, so long as rows
         do not run backwards; read-only is fine. float64 is copied to float32, unless `round` says
         otherwise. No box may change during the call. Arrays on a GPU (PyTorch, CuPy, JAX) stay
@@ -105,6 +108,9 @@ def find_pairs(
     order: 'any' is fastest; 'canonical': sorted by first, then second, the same bytes everywhere.
     algorithm: 'auto', 'all-pairs', 'grid'. The pairs are the same for each.
     nan: 'refuse' raises ValueError at a box with a NaN; 'inactive': such a box overlaps nothing.
+    inverted: 'refuse' raises ValueError at a box with lower > upper on some axis, and names the likely
+        mistake, as boxes given as center and size (see boxes_from_center, boxes_from_intervals);
+        'inactive': such a box is an empty slot and overlaps nothing.
     threads: at most so many; 0: as many as there are processors.
     backend: 'auto', 'cpu'; 'emulated': what a GPU would run, slowly, for tests.
     isa: the instruction set; 'auto' takes the widest there is. Of a GPU's arrays neither this nor
@@ -124,7 +130,7 @@ def find_pairs(
     KeyboardInterrupt.
     """
     finder = _throng.Finder(
-        order, algorithm, backend, nan, isa, margin, threads, 0, round, True
+        order, algorithm, backend, nan, inverted, isa, margin, threads, 0, round, True
     )
     check_result(result)
     found = finder.find(
@@ -141,7 +147,8 @@ def find_pairs(
 class Finder:
     """Finds pairs frame after frame, and keeps its memory: a warm one is faster than find_pairs.
 
-    The options are those of find_pairs, and
+    The options are those of find_pairs, but `inverted` is 'inactive' by default: boxes with
+    lower > upper are empty slots, which result.inactive counts. And
     memory_cap: for consume: all memory that the library may take, in bytes; 0: no cap.
 
     One thread at a time; a call during another one raises RuntimeError. It is neither copied nor
@@ -155,6 +162,7 @@ class Finder:
         order: Order = "any",
         algorithm: Algorithm = "auto",
         nan: Nan = "refuse",
+        inverted: Inverted = "inactive",
         round: Round | None = None,
         threads: int = 0,
         backend: Backend = "auto",
@@ -162,7 +170,7 @@ class Finder:
         memory_cap: int = 0,
     ) -> None:
         self._finder = _throng.Finder(
-            order, algorithm, backend, nan, isa, margin, threads, memory_cap, round, False
+            order, algorithm, backend, nan, inverted, isa, margin, threads, memory_cap, round, False
         )
 
     def __reduce__(self) -> NoReturn:

@@ -8,7 +8,8 @@ import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
-from throng._types import Array, BoxesLike, Hits, Isa, Nan
+from throng._numbers import numbers
+from throng._types import Array, BoxesLike, Hits, Inverted, Isa, Nan
 
 
 class Filter(NamedTuple):
@@ -28,14 +29,21 @@ class BroadPhase:
     cost follows the objects that changed. A call that raises has changed nothing; Ctrl-C ends a long
     update(), find_overlaps() or find_hits() soon, and what changed is told by the next update().
 
-    margin, nan, threads, isa: as of find_pairs. One thread at a time; a call during another one
-    raises RuntimeError.
+    margin, nan, inverted, threads, isa: as of find_pairs, but `inverted` is 'inactive' by default:
+    boxes with lower > upper are empty slots. One thread at a time; a call during another one raises
+    RuntimeError. Several threads ask at once by a BroadPhaseQuery each.
     """
 
     def __init__(
-        self, *, margin: float = 0.0, nan: Nan = "refuse", threads: int = 0, isa: Isa = "auto"
+        self,
+        *,
+        margin: float = 0.0,
+        nan: Nan = "refuse",
+        inverted: Inverted = "inactive",
+        threads: int = 0,
+        isa: Isa = "auto",
     ) -> None:
-        self._live = _throng.BroadPhase(margin, nan, threads, isa)
+        self._live = _throng.BroadPhase(margin, nan, inverted, threads, isa)
 
     def copy(self) -> Self:
         """A snapshot: ids, slots and what the last update told are the same. The module copy makes
@@ -85,7 +93,11 @@ class BroadPhase:
         self._live.remove(ids)
 
     def move(self, ids: Array, boxes: BoxesLike) -> None:
-        """Gives objects new boxes, one an id; of several calls before an update the last wins."""
+        """Gives objects new boxes, one an id; of several calls before an update the last wins.
+
+        The list is taken whole or not at all: a box with a NaN refuses it, and ValueError names its
+        place and id; with nan='inactive' it is taken, and overlaps nothing.
+        """
         self._live.move(ids, boxes)
 
     def move_all(self, boxes: BoxesLike) -> None:
@@ -106,15 +118,12 @@ class BroadPhase:
         self._live.set_filters(ids, (group, mask, owner, world, static))
 
     def shift_origin(self, by: Sequence[float]) -> None:
-        """Adds `by` (x, y, z) to all corners, rounded to the nearest float32."""
-        wanted = f"by: found {by!r:.60}, wanted three numbers (x, y, z)"
-        try:
-            shift = [float(value) for value in by]
-        except (TypeError, ValueError):
-            raise TypeError(wanted) from None
-        if len(shift) != 3:
-            raise ValueError(wanted)
-        self._live.shift_origin(*shift)
+        """Adds `by` (x, y, z) to all corners, rounded to the nearest float32; (x, y) leaves z.
+
+        Active boxes stay active, and inactive ones inactive.
+        """
+        shift = [*numbers(by, "by", (3, 2)), 0.0]
+        self._live.shift_origin(*shift[:3])
 
     def update(self) -> _throng.Result:
         """Finds the pairs that began and ended since the last update."""
@@ -177,8 +186,9 @@ class BroadPhase:
         """What boxes meet that go straight by `by` in the time from 0 to 1. A ray is a point that
         does: find_hits((origin, origin), direction).
 
-        by: (n, 3) float32, one a box, in units of your world; finite. float64 is copied, if every value
-            is a float32.
+        by: (n, 3) float32, one a box, or of 2-D boxes (n, 2), in units of your world; finite, at most
+            3.4e38 a component: a ray without a limit is one that is longer than the scene. float64 is
+            copied, if every value is a float32.
         which: 'all' objects on the way, or the 'first' that is met; of several at once that of the
             lowest id.
 
@@ -222,3 +232,67 @@ class BroadPhase:
     def slot_limit(self) -> int:
         """All slots of pairs that live, or ended in the last update, are below this."""
         return self._live.slot_limit
+
+
+class BroadPhaseQuery:
+    """What one thread asks of a BroadPhase. Any number of threads may ask one at once, each by a
+    BroadPhaseQuery of its own, and other Python threads run meanwhile.
+
+    While a query is under way, a call that changes the BroadPhase raises RuntimeError; during such a
+    call queries do. So does a call during another one on the same BroadPhaseQuery.
+
+    nan, inverted, threads, isa: as of BroadPhase; threads=1 where several threads ask at once.
+    """
+
+    def __init__(
+        self,
+        *,
+        nan: Nan = "refuse",
+        inverted: Inverted = "inactive",
+        threads: int = 0,
+        isa: Isa = "auto",
+    ) -> None:
+        self._query = _throng.BroadPhaseQuery(nan, inverted, threads, isa)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a BroadPhaseQuery is neither copied nor pickled: make another")
+
+    def find_overlaps(
+        self,
+        objects: BroadPhase,
+        boxes: BoxesLike,
+        *,
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> NDArray[numpy.uint32]:
+        """As BroadPhase.find_overlaps, of the objects of a BroadPhase."""
+        return self._query.find_overlaps(
+            _live_of(objects), boxes, (group, mask, owner, world, static)
+        )
+
+    def find_hits(
+        self,
+        objects: BroadPhase,
+        boxes: BoxesLike,
+        by: Array,
+        *,
+        which: Hits = "all",
+        group: Array | None = None,
+        mask: Array | None = None,
+        owner: Array | None = None,
+        world: Array | None = None,
+        static: Array | None = None,
+    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
+        """As BroadPhase.find_hits, of the objects of a BroadPhase."""
+        return self._query.find_hits(
+            _live_of(objects), boxes, by, which, (group, mask, owner, world, static)
+        )
+
+
+def _live_of(objects: object) -> _throng.BroadPhase:
+    if isinstance(objects, BroadPhase):
+        return objects._live
+    raise TypeError(f"objects: found a {type(objects).__name__}, wanted a BroadPhase")

@@ -43,6 +43,7 @@ def load_boxes(
     path: str | os.PathLike[str], round: Literal["outward"] | None = None
 ) -> NDArray[numpy.float32]:
     """The boxes of a .npy file: (n, 6) float32, or (frames, n, 6) where it has more frames than one.
+    Of 2-D boxes 4 for 6; lower and upper corners as (n, 2, 3) become (n, 6).
 
     Either byte order and Fortran order are taken, and float64 where each value is a float32, or with
     round='outward'. Raises FileNotFoundError, or ValueError that says what was found in the file.
@@ -53,11 +54,12 @@ def load_boxes(
 
 
 def save_boxes(path: str | os.PathLike[str], boxes: Array) -> None:
-    """Writes boxes, (n, 6) or (frames, n, 6), to a .npy file. It appears under its name when it is
+    """Writes boxes, (n, 6), (n, 2, 3) or (frames, n, 6), to a .npy file. It appears under its name when it is
     whole; what stood there before stays if that fails (OSError).
     """
     shape: Any = getattr(boxes, "shape", ())
-    frames = [boxes[i] for i in range(shape[0])] if len(shape) == 3 else [boxes]  # type: ignore[index]
+    of_frames = len(shape) == 3 and tuple(shape[1:]) != (2, 3)
+    frames = [boxes[i] for i in range(shape[0])] if of_frames else [boxes]  # type: ignore[index]
     _throng.save_boxes(os.fspath(path), frames)
 
 

@@ -8,6 +8,7 @@ Order: TypeAlias = Literal["any", "canonical"]
 Algorithm: TypeAlias = Literal["auto", "all-pairs", "grid"]
 Backend: TypeAlias = Literal["auto", "cpu", "cuda", "emulated"]
 Nan: TypeAlias = Literal["refuse", "inactive"]
+Inverted: TypeAlias = Literal["refuse", "inactive"]
 Hits: TypeAlias = Literal["all", "first"]
 Round: TypeAlias = Literal["outward", "exact"]
 ResultKind: TypeAlias = Literal["auto", "numpy", "same"]
@@ -46,6 +47,7 @@ class SearchOptions(FilterArrays, total=False):
     order: Order
     algorithm: Algorithm
     nan: Nan
+    inverted: Inverted
     round: Round | None
     threads: int
     backend: Backend

@@ -136,7 +136,7 @@ TEST_F(BadInput, options) {
           {"--frames: found '17M', wanted 1 to 16777216"});
   for (const char* density : {"-3", "0", "1e300", "inf", "nan", "1e-10", "much"}) {
     refuses({"scene", "uniform", "--objects", "5", "--density", density, "-o", at("x.npy")},
-            {"--density: found " + std::string(density) + ", wanted 1e-9 to 1000000\n"});
+            {"--density: found '" + std::string(density) + "', wanted 1e-9 to 1000000\n"});
   }
   for (const char* seed : {"-1", "18446744073709551616"}) {
     refuses({"scene", "uniform", "--objects", "5", "--seed", seed, "-o", at("x.npy")},

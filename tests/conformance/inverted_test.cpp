@@ -65,8 +65,8 @@ TEST_P(Inverted, TheShortFormRefusesByIndexAndCount) {
   const Options o = with(InvertedPolicy::automatic);
   for (const int n : {1, 2, 17, 3000}) {
     const BoxList good = uniform_boxes(n, 1);
-    for (const std::size_t first : {std::size_t{0}, static_cast<std::size_t>(n) / 2,
-                                    static_cast<std::size_t>(n) - 1}) {
+    for (const std::size_t first :
+         {std::size_t{0}, static_cast<std::size_t>(n) / 2, static_cast<std::size_t>(n) - 1}) {
       for (int axis = 0; axis < 3; ++axis) {
         BoxList boxes = good;
         std::uint64_t count = 0;
@@ -193,7 +193,8 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
 TEST_P(Inverted, OfTwoDimensions) {
   const BoxList good = far_boxes(300);
   std::vector<float> part[4];
-  for (const Box& b : good) {  // x from, x to, y from, y to, where lower x, y, upper x, y are wanted
+  for (const Box& b :
+       good) {  // x from, x to, y from, y to, where lower x, y, upper x, y are wanted
     part[0].push_back(b.lower.x);
     part[1].push_back(b.upper.x);
     part[2].push_back(b.lower.y);
@@ -245,7 +246,8 @@ TEST(BoxFromCenter, IsTheSmallestFloatBoxAround) {
   EXPECT_EQ(tight.upper.z, std::nextafter(-1.0f, 0.0f));
   const Box plane = box_from_center({0, 5, 0}, {infinity, 1, infinity});
   EXPECT_TRUE(same_bits(plane, Box{{-infinity, 4, -infinity}, {infinity, 6, infinity}}));
-  const Vec3 centers[] = {{1, 2, 3}, {0, 5, 0}}, halves[] = {{0.5f, 1, 1.5f}, {infinity, 1, infinity}};
+  const Vec3 centers[] = {{1, 2, 3}, {0, 5, 0}},
+             halves[] = {{0.5f, 1, 1.5f}, {infinity, 1, infinity}};
   const std::vector<Box> boxes = boxes_from_center(centers, halves, 2);
   ASSERT_EQ(boxes.size(), 2u);
   EXPECT_TRUE(same_bits(boxes[0], exact));
