@@ -25,4 +25,11 @@ for (ray, object_id), when in zip(pairs, times):
     print(f"ray {ray} meets object {object_id} at {origin[ray] + when * direction[ray]}")
 # snippet-end: hits
 assert len(pairs) > 0
+
+# snippet-begin: query
+query = throng.BroadPhaseQuery(threads=1)  # one a thread
+met = query.find_overlaps(live, boxes[:10])  # box, object
+pairs, times = query.find_hits(live, (origin, origin), direction)
+# snippet-end: query
+assert len(met) >= 10 and len(pairs) > 0
 assert result.found == live.pair_count == len(live.pairs) and len(live.ended) > 0

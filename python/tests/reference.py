@@ -8,6 +8,8 @@ import numpy
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import throng
+
 Pairs = list[tuple[int, int]]
 INF = float("inf")
 NAN = float("nan")
@@ -60,6 +62,11 @@ def pairs_of(met: NDArray[numpy.bool_], one_set: bool) -> Pairs:
 
 def brute_force(a: NDArray[Any], b: NDArray[Any] | None = None) -> Pairs:
     return pairs_of(overlap(a, a if b is None else b), b is None)
+
+
+def find_pairs(boxes: Any, other: Any = None, **options: Any) -> Any:
+    """throng.find_pairs of boxes of which some are inverted."""
+    return throng.find_pairs(boxes, other, **{"inverted": "inactive", **options})
 
 
 def as_pairs(found: NDArray[Any]) -> Pairs:

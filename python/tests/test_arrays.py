@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
 from dlpack import OnDevice, OnlyDLPack
-from reference import NAN, as_pairs, box_rows, brute_force, double, double_rows, grown
+from reference import NAN, as_pairs, box_rows, brute_force, double, double_rows, find_pairs, grown
 
 import throng
 from throng import _throng
@@ -35,10 +35,10 @@ def check_layouts(boxes: Any, **options: Any) -> None:
     for layout in layouts(boxes):
         if isinstance(layout, memoryview) and len(boxes) == 0:
             continue
-        assert as_pairs(throng.find_pairs(layout, **options)) == wanted
-    assert as_pairs(throng.find_pairs((boxes[:, :3], boxes[:, 3:]), **options)) == wanted
+        assert as_pairs(find_pairs(layout, **options)) == wanted
+    assert as_pairs(find_pairs((boxes[:, :3], boxes[:, 3:]), **options)) == wanted
     apart = numpy.ascontiguousarray(boxes[:, :3]), numpy.ascontiguousarray(boxes[:, 3:])
-    assert as_pairs(throng.find_pairs(apart, **options)) == wanted
+    assert as_pairs(find_pairs(apart, **options)) == wanted
 
 
 @settings(max_examples=100, deadline=None)
@@ -58,31 +58,31 @@ def test_no_copy() -> None:
     # 4 GB of boxes, if they were there.
     one = numpy.array([0, 0, 0, 1, 1, 1], numpy.float32)
     same = numpy.broadcast_to(one, (2000, 6))
-    assert len(throng.find_pairs(same)) == 1999 * 1000
+    assert len(find_pairs(same)) == 1999 * 1000
     with pytest.raises(ValueError, match="found 4294967296 boxes, at most 4294901760"):
-        throng.find_pairs(numpy.broadcast_to(one, (2**32, 6)))
+        find_pairs(numpy.broadcast_to(one, (2**32, 6)))
     with pytest.raises(ValueError, match="at most 4294901760"):
-        throng.find_pairs(numpy.broadcast_to(one.astype(float), (2**40, 6)))
+        find_pairs(numpy.broadcast_to(one.astype(float), (2**40, 6)))
 
 
 def test_float64() -> None:
     exact = BOXES.astype(numpy.float64)
     exact[0, 0] = -numpy.inf
-    assert as_pairs(throng.find_pairs(exact)) == [(0, 1), (1, 2)]
+    assert as_pairs(find_pairs(exact)) == [(0, 1), (1, 2)]
     exact[1, 4] = 3.1
     with pytest.raises(ValueError, match=r"at \[1, 4\] is 3.10000\d*, which no float32 equals; pass round"):
-        throng.find_pairs(exact)
+        find_pairs(exact)
     with pytest.raises(ValueError, match=r"boxes\[1\]: the float64 at \[1, 1\]"):
-        throng.find_pairs((exact[:, :3], exact[:, 3:]))
-    assert as_pairs(throng.find_pairs(exact, round="outward")) == [(0, 1), (1, 2)]
+        find_pairs((exact[:, :3], exact[:, 3:]))
+    assert as_pairs(find_pairs(exact, round="outward")) == [(0, 1), (1, 2)]
     # 0.1 lies between two floats: boxes that meet there in doubles meet in floats, too.
     tenth = numpy.array([[0, 0, 0.1, 0.1], [0.1, 0.1, 1, 1]])
-    assert as_pairs(throng.find_pairs(tenth, round="outward")) == [(0, 1)]
-    assert as_pairs(throng.find_pairs(numpy.asfortranarray(tenth), round="outward")) == [(0, 1)]
+    assert as_pairs(find_pairs(tenth, round="outward")) == [(0, 1)]
+    assert as_pairs(find_pairs(numpy.asfortranarray(tenth), round="outward")) == [(0, 1)]
     huge = numpy.array([[-1e300, 0, 0, 1e300, 1, 1], [5, 0, 0, 6, 1, 1]])
-    assert as_pairs(throng.find_pairs(huge, round="outward")) == [(0, 1)]
+    assert as_pairs(find_pairs(huge, round="outward")) == [(0, 1)]
     with pytest.raises(ValueError, match="-1.0*[0-9]*e\\+300"):
-        throng.find_pairs(huge)
+        find_pairs(huge)
 
 
 @settings(max_examples=300, deadline=None)
@@ -90,7 +90,7 @@ def test_float64() -> None:
 def test_round_outward_contains(rows: Any) -> None:
     boxes = numpy.array(rows)
     # Points within a double's reach of each corner are in the float box: nothing that meets is lost.
-    found = set(as_pairs(throng.find_pairs(boxes, round="outward", nan="inactive")))
+    found = set(as_pairs(find_pairs(boxes, round="outward", nan="inactive")))
     assert set(brute_force(boxes)) <= found or numpy.isnan(boxes).any()
 
 
@@ -107,24 +107,24 @@ exact_choices = st.fixed_dictionaries(
 @settings(max_examples=300, deadline=None)
 @given(double_rows(), exact_choices)
 def test_exact(boxes: Any, options: Any) -> None:
-    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(boxes)
+    assert as_pairs(find_pairs(boxes, **options)) == brute_force(boxes)
 
 
 @settings(max_examples=300, deadline=None)
 @given(double_rows(most=12), double_rows(most=12), box_rows(most=12), exact_choices)
 def test_exact_two_sets(a: Any, b: Any, floats: Any, options: Any) -> None:
     for one, other in ((a, b), (a, floats), (floats, a), (floats, floats), (a, floats.astype(float))):
-        assert as_pairs(throng.find_pairs(one, other, **options)) == brute_force(one, other)
+        assert as_pairs(find_pairs(one, other, **options)) == brute_force(one, other)
 
 
 @settings(max_examples=200, deadline=None)
 @given(double_rows(columns=4), box_rows(columns=4, most=8), exact_choices)
 def test_exact_flat(boxes: Any, floats: Any, options: Any) -> None:
     corners = boxes[:, :2], boxes[:, 2:]
-    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(boxes)
-    assert as_pairs(throng.find_pairs(corners, **options)) == brute_force(boxes)
-    assert as_pairs(throng.find_pairs(corners, floats, **options)) == brute_force(boxes, floats)
-    assert as_pairs(throng.find_pairs(floats, corners, **options)) == brute_force(floats, boxes)
+    assert as_pairs(find_pairs(boxes, **options)) == brute_force(boxes)
+    assert as_pairs(find_pairs(corners, **options)) == brute_force(boxes)
+    assert as_pairs(find_pairs(corners, floats, **options)) == brute_force(boxes, floats)
+    assert as_pairs(find_pairs(floats, corners, **options)) == brute_force(floats, boxes)
 
 
 @settings(max_examples=200, deadline=None)
@@ -132,8 +132,8 @@ def test_exact_flat(boxes: Any, floats: Any, options: Any) -> None:
 def test_exact_margin(boxes: Any, floats: Any, margin: float) -> None:
     options: Any = {"round": "exact", "margin": margin}
     large = grown(boxes, margin)
-    assert as_pairs(throng.find_pairs(boxes, **options)) == brute_force(large)
-    assert as_pairs(throng.find_pairs(floats, boxes, **options)) == brute_force(grown(floats, margin), large)
+    assert as_pairs(find_pairs(boxes, **options)) == brute_force(large)
+    assert as_pairs(find_pairs(floats, boxes, **options)) == brute_force(grown(floats, margin), large)
 
 
 @settings(max_examples=200, deadline=None)
@@ -141,13 +141,13 @@ def test_exact_margin(boxes: Any, floats: Any, margin: float) -> None:
 def test_exact_nan(boxes: Any, floats: Any) -> None:
     bad = numpy.isnan(boxes).any(axis=1)
     clean = numpy.where(bad[:, None], NAN, boxes)
-    assert as_pairs(throng.find_pairs(boxes, round="exact", nan="inactive")) == brute_force(clean)
+    assert as_pairs(find_pairs(boxes, round="exact", nan="inactive")) == brute_force(clean)
     if bad.any():
         text = f"the first is box {int(bad.argmax())}.*pass nan='inactive'"
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(boxes, round="exact")
+            find_pairs(boxes, round="exact")
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(floats, boxes, round="exact")
+            find_pairs(floats, boxes, round="exact")
 
 
 def rows_of_neighbours(n: int, at: float) -> Any:
@@ -165,13 +165,13 @@ def rows_of_neighbours(n: int, at: float) -> Any:
 def test_exact_far_from_the_origin(at: float) -> None:
     boxes = rows_of_neighbours(1001, at)
     wanted = [(i, i + 1) for i in range(1, 1000, 2)]
-    assert as_pairs(throng.find_pairs(boxes, round="exact")) == wanted == brute_force(boxes)
+    assert as_pairs(find_pairs(boxes, round="exact")) == wanted == brute_force(boxes)
     half = boxes[::2], boxes[1::2]
-    assert as_pairs(throng.find_pairs(*half, round="exact")) == brute_force(*half)
+    assert as_pairs(find_pairs(*half, round="exact")) == brute_force(*half)
     records = numpy.full((1001, 17), numpy.nan)
     records[:, 3:15:2] = boxes
-    assert as_pairs(throng.find_pairs(records[:, 3:15:2], round="exact")) == wanted
-    assert len(throng.find_pairs(boxes, round="outward")) > 500
+    assert as_pairs(find_pairs(records[:, 3:15:2], round="exact")) == wanted
+    assert len(find_pairs(boxes, round="outward")) > 500
 
 
 def test_exact_filters() -> None:
@@ -183,30 +183,30 @@ def test_exact_filters() -> None:
     allowed = (f["group"][:, None] & f["mask"] != 0) & (f["group"] & f["mask"][:, None] != 0)
     allowed &= (f["owner"][:, None] != f["owner"]) & (f["world"][:, None] == f["world"])
     allowed &= f["static"][:, None] + f["static"] < 2
-    found = as_pairs(throng.find_pairs(boxes, **f, round="exact"))
+    found = as_pairs(find_pairs(boxes, **f, round="exact"))
     assert found == [pair for pair in brute_force(boxes) if allowed[pair]] != []
     # Those of a float32 set come with it when it is copied.
     both = {k: v[:50] for k, v in f.items()} | {"other_" + k: v for k, v in f.items()}
-    found = as_pairs(throng.find_pairs(floats, boxes, **both, round="exact"))
+    found = as_pairs(find_pairs(floats, boxes, **both, round="exact"))
     assert found == [pair for pair in brute_force(floats, boxes) if allowed[pair]] != []
 
 
 def test_exact_is_for_float64_on_the_cpu() -> None:
     none = numpy.zeros((0, 6))
     for pair in ((none, none), (BOXES, none), (none, BOXES), (none[:, :4], BOXES)):
-        assert throng.find_pairs(*pair, round="exact").shape == (0, 2)
-    assert throng.find_pairs(none, round="exact").shape == (0, 2)
+        assert find_pairs(*pair, round="exact").shape == (0, 2)
+    assert find_pairs(none, round="exact").shape == (0, 2)
     one = numpy.array([0, 0, 0, 1, 1, 1.1])
-    assert len(throng.find_pairs(numpy.broadcast_to(one, (2000, 6)), round="exact")) == 1999 * 1000
+    assert len(find_pairs(numpy.broadcast_to(one, (2000, 6)), round="exact")) == 1999 * 1000
     # float32 alone is searched as without it.
-    assert len(throng.find_pairs(BOXES, BOXES, round="exact", backend="emulated")) == 7
+    assert len(find_pairs(BOXES, BOXES, round="exact", backend="emulated")) == 7
     for backend in ("emulated", "cuda"):
         kind: Any = backend
         with pytest.raises(ValueError, match=f"backend {backend}: boxes of doubles are searched on the CPU alone"):
-            throng.find_pairs(BOXES.astype(float), round="exact", backend=kind)
+            find_pairs(BOXES.astype(float), round="exact", backend=kind)
         with pytest.raises(ValueError, match="boxes of doubles"):
-            throng.find_pairs(BOXES, BOXES.astype(float), round="exact", backend=kind)
-    assert as_pairs(throng.find_pairs(OnlyDLPack(BOXES.astype(float)), round="exact")) == [(0, 1), (1, 2)]
+            find_pairs(BOXES, BOXES.astype(float), round="exact", backend=kind)
+    assert as_pairs(find_pairs(OnlyDLPack(BOXES.astype(float)), round="exact")) == [(0, 1), (1, 2)]
 
 
 EXACTLY_WRONG = [
@@ -223,15 +223,15 @@ EXACTLY_WRONG = [
 def test_exactly_wrong(boxes: Any, text: str) -> None:
     for name, sets in (("boxes", (boxes,)), ("boxes", (boxes, BOXES)), ("other", (BOXES, boxes))):
         with pytest.raises(ValueError, match=text) as caught:
-            throng.find_pairs(*sets, round="exact")
+            find_pairs(*sets, round="exact")
         assert str(caught.value).startswith(name)
 
 
 def test_dlpack() -> None:
-    assert as_pairs(throng.find_pairs(OnlyDLPack(BOXES))) == [(0, 1), (1, 2)]
+    assert as_pairs(find_pairs(OnlyDLPack(BOXES))) == [(0, 1), (1, 2)]
     corners = OnlyDLPack(BOXES[:, :3]), OnlyDLPack(BOXES[:, 3:])
     owner = OnlyDLPack(numpy.array([4, 4, -1]))
-    assert as_pairs(throng.find_pairs(corners, owner=owner)) == [(1, 2)]
+    assert as_pairs(find_pairs(corners, owner=owner)) == [(1, 2)]
 
 
 WRONG = [
@@ -267,30 +267,30 @@ WRONG = [
 @pytest.mark.parametrize("boxes, kind, text", WRONG)
 def test_wrong(boxes: Any, kind: type[Exception], text: str) -> None:
     with pytest.raises(kind, match=text) as caught:
-        throng.find_pairs(boxes)
+        find_pairs(boxes)
     assert str(caught.value).startswith("boxes")
     if boxes is not None:
         with pytest.raises(kind) as caught:
-            throng.find_pairs(BOXES, boxes)
+            find_pairs(BOXES, boxes)
         assert str(caught.value).startswith("other")
 
 
 def test_used_capsule() -> None:
     capsule: Any = BOXES.__dlpack__()
-    assert len(throng.find_pairs(capsule)) == 2
+    assert len(find_pairs(capsule)) == 2
     with pytest.raises(TypeError, match="boxes: found a PyCapsule"):
-        throng.find_pairs(capsule)
+        find_pairs(capsule)
 
 
 def test_dimensions_do_not_mix() -> None:
     with pytest.raises(ValueError, match="other: found 2-D boxes and 3-D"):
-        throng.find_pairs(BOXES, BOXES[:, [0, 1, 3, 4]])
+        find_pairs(BOXES, BOXES[:, [0, 1, 3, 4]])
 
 
 def test_wrong_filters() -> None:
     def refuses(kind: type[Exception], text: str, **filters: Any) -> None:
         with pytest.raises(kind, match=text):
-            throng.find_pairs(BOXES, **filters)
+            find_pairs(BOXES, **filters)
 
     refuses(TypeError, "group: found float64", group=numpy.ones(3))
     refuses(TypeError, r"mask: found a list.*asarray\(x, dtype=numpy.uint32\)", mask=[1, 2, 3])
@@ -305,13 +305,13 @@ def test_wrong_filters() -> None:
     refuses(ValueError, "world below -1, the first is box 1", world=numpy.array([0, -2, 0]))
     refuses(ValueError, "other: found None", other_world=numpy.zeros(3, numpy.int32))
     backwards = numpy.array([0, 1, 2], numpy.int32)[::-1]
-    assert as_pairs(throng.find_pairs(BOXES, owner=backwards)) == [(0, 1), (1, 2)]
+    assert as_pairs(find_pairs(BOXES, owner=backwards)) == [(0, 1), (1, 2)]
 
 
 def test_wrong_options() -> None:
     def refuses(kind: type[Exception], text: str, **options: Any) -> None:
         with pytest.raises(kind, match=text):
-            throng.find_pairs(BOXES, **options)
+            find_pairs(BOXES, **options)
 
     refuses(ValueError, "order: found 'sorted', wanted one of 'any', 'canonical'", order="sorted")
     refuses(TypeError, "order: found 1", order=1)
@@ -353,12 +353,12 @@ def test_no_array_crashes(kind: str, shape: Any, strides: Any, offset: int, two:
     else:
         made = as_strided(memory[: 8 * dtype.itemsize].view(dtype), shape, steps)
     for call in (
-        lambda: throng.find_pairs(made),
-        lambda: throng.find_pairs((made, made)),
-        lambda: throng.find_pairs(BOXES, made, round="outward", nan="inactive"),
-        lambda: throng.find_pairs(made, round="exact", nan="inactive"),
-        lambda: throng.find_pairs((made, made), BOXES, round="exact", nan="inactive"),
-        lambda: throng.find_pairs(BOXES, group=made, world=made, static=made),
+        lambda: find_pairs(made),
+        lambda: find_pairs((made, made)),
+        lambda: find_pairs(BOXES, made, round="outward", nan="inactive"),
+        lambda: find_pairs(made, round="exact", nan="inactive"),
+        lambda: find_pairs((made, made), BOXES, round="exact", nan="inactive"),
+        lambda: find_pairs(BOXES, group=made, world=made, static=made),
         lambda: throng.update_boxes(made, [throng.sphere(1)], rotation=made),
         lambda: throng.save_boxes("/nowhere/boxes.npy", made),
     ):

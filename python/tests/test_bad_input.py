@@ -10,7 +10,7 @@ from dlpack import CUDA, OnDevice, OnlyDLPack, capsule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
-from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force, double_rows
+from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force, double_rows, find_pairs
 
 import throng
 from throng import _throng
@@ -26,10 +26,10 @@ argument = st.sampled_from(["boxes", "other", "lower", "upper"])
 def call(name: str, array: Any, **options: Any) -> Any:
     """`array` as the argument `name`, good ones beside it."""
     if name == "boxes":
-        return throng.find_pairs(array, **options)
+        return find_pairs(array, **options)
     if name == "other":
-        return throng.find_pairs(BOXES, array, **options)
-    return throng.find_pairs((array, BOXES[:, 3:]) if name == "lower" else (BOXES[:, :3], array), **options)
+        return find_pairs(BOXES, array, **options)
+    return find_pairs((array, BOXES[:, 3:]) if name == "lower" else (BOXES[:, :3], array), **options)
 
 
 def refused(kinds: Any, name: str, text: str, array: Any, **options: Any) -> None:
@@ -52,6 +52,7 @@ def test_types(name: str, kind: str, n: int) -> None:
 def test_shapes(name: str, kind: str, shape: list[int]) -> None:
     array = numpy.zeros(shape, kind)
     fits = len(shape) == 2 and shape[1] in (4, 6)
+    fits = fits or len(shape) == 3 and shape[1] == 2 and shape[2] in (2, 3)
     if name in ("lower", "upper"):
         fits = shape == [3, 3] and kind == "f4"
         # Corners in rows of different lengths have different strides.
@@ -76,11 +77,11 @@ def test_devices(devices: list[Any]) -> None:
     filters = {"world": put(world, devices[2]), "other_world": put(world, devices[3])}
     places = {(1, 0) if device is None else device for device in devices}
     if places == {(1, 0)}:
-        assert len(throng.find_pairs(boxes, other, **filters)) == 7
+        assert len(find_pairs(boxes, other, **filters)) == 7
         return
     kinds = (ValueError, RuntimeError) if _throng.has_cuda and len(places) == 1 else ValueError
     with pytest.raises(kinds, match="found an array on|no GPU|GPU failed|device memory"):
-        throng.find_pairs(boxes, other, **filters)
+        find_pairs(boxes, other, **filters)
 
 
 @EXAMPLES
@@ -91,11 +92,11 @@ def test_layouts(boxes: Any, row: int, column: int, first: int, frozen: bool, tu
     part[:] = boxes[:, ::-1] if turned else boxes
     wide.flags.writeable = not frozen
     given_ = part[:, ::-1] if turned else part
-    assert as_pairs(throng.find_pairs(given_, round="exact")) == brute_force(boxes)
-    assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]), round="exact")) == brute_force(boxes)
+    assert as_pairs(find_pairs(given_, round="exact")) == brute_force(boxes)
+    assert as_pairs(find_pairs((given_[:, :3], given_[:, 3:]), round="exact")) == brute_force(boxes)
     if boxes.dtype == numpy.float32:
-        assert as_pairs(throng.find_pairs(given_)) == brute_force(boxes)
-        assert as_pairs(throng.find_pairs((given_[:, :3], given_[:, 3:]))) == brute_force(boxes)
+        assert as_pairs(find_pairs(given_)) == brute_force(boxes)
+        assert as_pairs(find_pairs((given_[:, :3], given_[:, 3:]))) == brute_force(boxes)
 
 
 @EXAMPLES
@@ -174,11 +175,11 @@ def test_nan(boxes: Any, other: Any) -> None:
     clean = numpy.where(bad[:, None], numpy.float32(NAN), boxes)
     rounds: Any = (None, "exact")
     for one, round in ((boxes, None), *((boxes.astype(numpy.float64), round) for round in rounds)):
-        assert as_pairs(throng.find_pairs(one, other, nan="inactive", round=round)) == brute_force(clean, other)
+        assert as_pairs(find_pairs(one, other, nan="inactive", round=round)) == brute_force(clean, other)
         if not bad.any():
             continue
         text = f"the first is box {int(bad.argmax())}.*pass nan='inactive'"
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(one, round=round)
+            find_pairs(one, round=round)
         with pytest.raises(ValueError, match=text):
-            throng.find_pairs(other, one, round=round)
+            find_pairs(other, one, round=round)

@@ -95,11 +95,29 @@ def test_calls() -> None:
 
 
 @pytest.mark.parametrize(
-    "by, kind", [((1, 2), ValueError), ((1, 2, 3, 4), ValueError), (5, TypeError), (["x"] * 3, TypeError)]
+    "by, kind",
+    [
+        ((1,), ValueError),
+        ((1, 2, 3, 4), ValueError),
+        (5, TypeError),
+        (["x"] * 3, TypeError),
+        ("123", TypeError),
+        (("1", 2, 3), TypeError),
+        ((1, 2, float("nan")), ValueError),
+        ((1, 1e39, 2), ValueError),
+        ((1, float("inf"), 2), ValueError),
+    ],
 )
 def test_a_shift_is_three_numbers(by: Any, kind: type[Exception]) -> None:
-    with pytest.raises(kind, match="by: found .*, wanted three numbers"):
+    with pytest.raises(kind, match=r"^by(\[\d\])?: found .*, wanted (3 or 2 numbers|a number from)"):
         throng.BroadPhase().shift_origin(by)
+
+
+def test_a_shift_of_two_dimensions() -> None:
+    live = throng.BroadPhase()
+    live.add(numpy.array([[0, 0, 1, 1]], numpy.float32))
+    live.shift_origin((5, -2))
+    assert live.box(0).tolist() == [5, -2, 0, 6, -1, 0]
 
 
 def touch_times(boxes: Any, by: Any, objects: Any) -> Any:

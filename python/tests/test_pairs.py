@@ -6,7 +6,7 @@ import numpy
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force, overlap, pairs_of
+from reference import NAN, any_coordinate, as_pairs, box_rows, brute_force, find_pairs, overlap, pairs_of
 
 import throng
 
@@ -23,7 +23,7 @@ choices = st.fixed_dictionaries(
 @settings(max_examples=300, deadline=None)
 @given(box_rows(), choices)
 def test_one_set(boxes: Any, options: Any) -> None:
-    found = throng.find_pairs(boxes, **options)
+    found = find_pairs(boxes, **options)
     assert as_pairs(found) == brute_force(boxes)
     if options["order"] == "canonical":
         assert as_pairs(found) == [tuple(pair) for pair in found.tolist()]
@@ -32,14 +32,14 @@ def test_one_set(boxes: Any, options: Any) -> None:
 @settings(max_examples=200, deadline=None)
 @given(box_rows(most=12), box_rows(most=12), choices)
 def test_two_sets(a: Any, b: Any, options: Any) -> None:
-    assert as_pairs(throng.find_pairs(a, b, **options)) == brute_force(a, b)
+    assert as_pairs(find_pairs(a, b, **options)) == brute_force(a, b)
 
 
 @settings(max_examples=200, deadline=None)
 @given(box_rows(columns=4))
 def test_flat(boxes: Any) -> None:
-    assert as_pairs(throng.find_pairs(boxes)) == brute_force(boxes)
-    assert as_pairs(throng.find_pairs((boxes[:, :2], boxes[:, 2:]))) == brute_force(boxes)
+    assert as_pairs(find_pairs(boxes)) == brute_force(boxes)
+    assert as_pairs(find_pairs((boxes[:, :2], boxes[:, 2:]))) == brute_force(boxes)
 
 
 @settings(max_examples=300, deadline=None)
@@ -47,14 +47,14 @@ def test_flat(boxes: Any) -> None:
 def test_nan(boxes: Any) -> None:
     bad = numpy.isnan(boxes).any(axis=1)
     # A box with a NaN overlaps nothing, even where no comparison sees the NaN.
-    assert as_pairs(throng.find_pairs(boxes, nan="inactive")) == brute_force(
+    assert as_pairs(find_pairs(boxes, nan="inactive")) == brute_force(
         numpy.where(bad[:, None], numpy.float32(NAN), boxes)
     )
     if bad.any():
         with pytest.raises(ValueError, match=f"the first is box {int(bad.argmax())}"):
-            throng.find_pairs(boxes)
+            find_pairs(boxes)
     else:
-        assert as_pairs(throng.find_pairs(boxes)) == brute_force(boxes)
+        assert as_pairs(find_pairs(boxes)) == brute_force(boxes)
 
 
 def integers(type_: type, low: int, high: int) -> Any:
@@ -90,57 +90,57 @@ def test_filters(n: int, group: Any, mask: Any, owner: Any, world: Any, static: 
         wanted &= (w[:, None] == w[None, :]) | (w[:, None] == -1) | (w[None, :] == -1)
     if "static" in filters:
         wanted &= ~(filters["static"][:, None] & filters["static"][None, :])
-    assert as_pairs(throng.find_pairs(boxes, **filters)) == pairs_of(wanted, True)
+    assert as_pairs(find_pairs(boxes, **filters)) == pairs_of(wanted, True)
     other = {"other_" + k: v for k, v in filters.items()}
-    both = throng.find_pairs(boxes, boxes, **filters, **other)
+    both = find_pairs(boxes, boxes, **filters, **other)
     assert as_pairs(both) == pairs_of(wanted, False)
 
 
 @pytest.mark.parametrize("name", throng.scene_names)
 def test_scenes(name: str) -> None:
     boxes = throng.scene(name, 900)[0]
-    assert as_pairs(throng.find_pairs(boxes)) == brute_force(boxes)
+    assert as_pairs(find_pairs(boxes)) == brute_force(boxes)
 
 
 def test_large_and_threads() -> None:
     boxes = throng.scene("pile", 60000)[0]
-    wanted = throng.find_pairs(boxes, order="canonical", algorithm="all-pairs")
+    wanted = find_pairs(boxes, order="canonical", algorithm="all-pairs")
     for threads in (0, 1, 2, 5):
-        found = throng.find_pairs(boxes, order="canonical", threads=threads)
+        found = find_pairs(boxes, order="canonical", threads=threads)
         assert numpy.array_equal(found, wanted)
 
 
 def test_more_pairs_than_were_made_room_for() -> None:
     boxes = numpy.zeros((1000, 6), numpy.float32)
-    found = throng.find_pairs(boxes, order="canonical")
+    found = find_pairs(boxes, order="canonical")
     assert numpy.array_equal(found, numpy.argwhere(numpy.triu(overlap(boxes, boxes), 1)))
 
 
 def test_margin_is_rounded_up() -> None:
     boxes = numpy.array([[0, 0, 0, 1, 1, 1], [1.2, 0, 0, 2, 1, 1]], numpy.float32)
-    assert len(throng.find_pairs(boxes, margin=0.05)) == 0
-    assert len(throng.find_pairs(boxes, margin=0.1000001)) == 1
-    assert len(throng.find_pairs(boxes, margin=1)) == 1
+    assert len(find_pairs(boxes, margin=0.05)) == 0
+    assert len(find_pairs(boxes, margin=0.1000001)) == 1
+    assert len(find_pairs(boxes, margin=1)) == 1
     apart = numpy.array([[0, 0, 0, 0, 0, 0], [2, 0, 0, 2, 0, 0]], numpy.float32)
-    assert len(throng.find_pairs(apart, margin=1 - 1e-12)) == 1  # no float32: 1, not less
+    assert len(find_pairs(apart, margin=1 - 1e-12)) == 1  # no float32: 1, not less
 
 
 def test_empty() -> None:
     none = numpy.zeros((0, 6), numpy.float32)
     one = numpy.zeros((1, 6), numpy.float32)
     for found in (
-        throng.find_pairs(none),
-        throng.find_pairs(one),
-        throng.find_pairs(none, one),
-        throng.find_pairs(one, none, group=numpy.array([1])),
+        find_pairs(none),
+        find_pairs(one),
+        find_pairs(none, one),
+        find_pairs(one, none, group=numpy.array([1])),
     ):
         assert found.shape == (0, 2) and found.dtype == numpy.uint32
 
 
 def test_the_result_is_its_own() -> None:
     boxes = numpy.zeros((50, 6), numpy.float32)
-    found = throng.find_pairs(boxes)
+    found = find_pairs(boxes)
     copy = found.copy()
-    found_again = throng.find_pairs(boxes)
+    found_again = find_pairs(boxes)
     found_again[:] = 7
     assert numpy.array_equal(found, copy) and found.flags.writeable

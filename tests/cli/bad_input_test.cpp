@@ -111,7 +111,13 @@ TEST_F(BadInput, options) {
   if (!cuda::available().ok())
     refuses({"pairs", at("good.npy"), "--backend", "cuda"},
             {"--backend cuda: ", "GPU", "; use --backend cpu"});
-  refuses({"pairs", at("good.npy"), "--margin", "-1"}, {"margin"});
+  for (const char* command : {"pairs", "check", "explain"})
+    for (const char* margin : {"-1", "1e39", "nan", "inf", "2m"})
+      refuses({command, at("good.npy"), "--margin", margin},
+              {"--margin: found '" + std::string(margin) + "', wanted 0 to 3.4e38\n"});
+  for (const char* share : {"2", "-1", "nan", "half"})
+    refuses({"scene", "uniform", "--objects", "5", "--moving", share, "-o", at("x.npy")},
+            {"--moving: found '" + std::string(share) + "', wanted 0 to 1\n"});
   refuses({"pairs", at("good.npy"), "--algorithm", "magic"}, {"magic"});
   refuses({"pairs", at("good.npy"), "--memory", "lots"}, {"lots", "bytes"});
   refuses({"pairs", at("good.npy"), "--memory", "-5"}, {"-5"});

@@ -3,6 +3,7 @@
 #include "support/sanitized.hpp"
 
 #include <chrono>
+#include <cstring>
 #include <thread>
 
 namespace throng::test {
@@ -43,8 +44,19 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
   }
   EXPECT_EQ(slurp(at("slabs.npy")), slurp(at("free.npy")));
   EXPECT_EQ(files(), 3u);
+  // A box with lower > upper is named in slabs, too.
+  std::string bytes = slurp(at("boxes.npy"));
+  const float up = 1e9f;
+  std::memcpy(bytes.data() + (bytes.size() - 24 * 321), &up, sizeof up);
+  spill(at("boxes.npy"), bytes);
+  refuses({"pairs", at("boxes.npy"), "--memory", "6M"},
+          {"1 boxes have lower > upper, the first is box 99679; for empty slots use --inverted"});
+  const auto left =
+      json({"pairs", at("boxes.npy"), "--memory", "6M", "--inverted", "inactive"});
+  EXPECT_EQ(left.at("inactive"), 1);
   // Where all fits nothing is streamed.
-  EXPECT_FALSE(json({"pairs", at("boxes.npy"), "--memory", "64M"}).contains("streamed"));
+  EXPECT_FALSE(json({"pairs", at("boxes.npy"), "--inverted", "inactive", "--memory", "64M"})
+                   .contains("streamed"));
 }
 
 TEST_F(Memory, people_are_told_of_slabs) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 namespace throng::test {
@@ -51,7 +52,7 @@ class Pairs : public CliTest {
 
 TEST_F(Pairs, tells_all_fields_as_one_object) {
   write_row("row.npy");
-  const auto j = json({"pairs", at("row.npy"), "--repeat", "3", "--threads", "1"});
+  const auto j = json({"pairs", "--inverted", "inactive", at("row.npy"), "--repeat", "3", "--threads", "1"});
   EXPECT_EQ(j.at("n"), 5);
   EXPECT_EQ(j.at("pairs"), 2);
   EXPECT_EQ(j.at("checksum"), checksum({{0, 1}, {1, 3}}));
@@ -73,7 +74,7 @@ TEST_F(Pairs, tells_all_fields_as_one_object) {
 
 TEST_F(Pairs, tells_the_same_to_people) {
   write_row("row.npy");
-  const Said said = run({"pairs", at("row.npy")});
+  const Said said = run({"pairs", "--inverted", "inactive", at("row.npy")});
   EXPECT_EQ(said.status, 0) << said.err;
   for (const std::string& word : {std::string("5 boxes"), checksum({{0, 1}, {1, 3}})}) {
     EXPECT_NE(said.out.find(word), std::string::npos) << said.out;
@@ -84,7 +85,7 @@ TEST_F(Pairs, tells_the_same_to_people) {
 TEST_F(Pairs, chosen_algorithm_and_isa_are_used) {
   write_row("row.npy");
   for (const char* algorithm : {"all-pairs", "grid"}) {
-    const auto j = json({"pairs", at("row.npy"), "--algorithm", algorithm, "--isa", "scalar"});
+    const auto j = json({"pairs", "--inverted", "inactive", at("row.npy"), "--algorithm", algorithm, "--isa", "scalar"});
     EXPECT_EQ(j.at("algorithm"), algorithm);
     EXPECT_EQ(j.at("isa"), "scalar");
     EXPECT_EQ(j.at("pairs"), 2);
@@ -109,7 +110,7 @@ TEST_F(Pairs, several_frames_are_listed_and_summed) {
   second[6] = 1.5f;  // box 1 moves away from box 0
   two.insert(two.end(), second.begin(), second.end());
   spill(at("two.npy"), npy("<f4", "2, 5, 6", two));
-  const auto j = json({"pairs", at("two.npy"), "-o", at("p.npy"), "--repeat", "2"});
+  const auto j = json({"pairs", "--inverted", "inactive", at("two.npy"), "-o", at("p.npy"), "--repeat", "2"});
   EXPECT_EQ(j.at("n"), 5);
   ASSERT_EQ(j.at("frames").size(), 2u);
   EXPECT_EQ(j.at("frames")[0].at("pairs"), 2);
@@ -125,13 +126,13 @@ TEST_F(Pairs, two_sets_with_filters_of_each) {
   write_row("a.npy");
   spill(at("b.npy"),
         npy("<f4", "2, 6", std::vector<float>{0.5f, 0, 0, 1.5f, 1, 1, 3, 2, 2, 4, 4, 4}));
-  auto j = json({"pairs", at("a.npy"), at("b.npy")});
+  auto j = json({"pairs", "--inverted", "inactive", at("a.npy"), at("b.npy")});
   EXPECT_EQ(j.at("n"), 5);
   EXPECT_EQ(j.at("n_b"), 2);
   EXPECT_EQ(j.at("checksum"), checksum({{0, 0}, {1, 0}, {3, 1}}));
   spill(at("wa.npy"), npy("<i4", "5,", std::vector<std::int32_t>{7, 8, 7, -1, 7}));
   spill(at("wb.npy"), npy("<i4", "2,", std::vector<std::int32_t>{7, 3}));
-  j = json({"pairs", at("a.npy"), at("b.npy"), "--world", at("wa.npy"), "--world-b", at("wb.npy")});
+  j = json({"pairs", "--inverted", "inactive", at("a.npy"), at("b.npy"), "--world", at("wa.npy"), "--world-b", at("wb.npy")});
   EXPECT_EQ(j.at("checksum"), checksum({{0, 0}, {3, 1}}));
 }
 
@@ -143,12 +144,12 @@ TEST_F(Pairs, every_filter_of_one_set) {
   spill(at("mask.npy"), npy("<u4", "5,", U{1, 1, 1, 1, 1}));
   spill(at("owner.npy"), npy("<i4", "5,", I{3, 3, 0, -1, 0}));
   spill(at("static.npy"), npy("|u1", "5,", std::vector<std::uint8_t>{0, 1, 1, 9, 1}));
-  EXPECT_EQ(json({"pairs", at("row.npy"), "--group", at("group.npy"), "--mask", at("mask.npy")})
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--group", at("group.npy"), "--mask", at("mask.npy")})
                 .at("checksum"),
             checksum({{0, 1}}));
-  EXPECT_EQ(json({"pairs", at("row.npy"), "--owner", at("owner.npy")}).at("checksum"),
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--owner", at("owner.npy")}).at("checksum"),
             checksum({{1, 3}}));
-  EXPECT_EQ(json({"pairs", at("row.npy"), "--static", at("static.npy")}).at("checksum"),
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--static", at("static.npy")}).at("checksum"),
             checksum({{0, 1}}));
 }
 
@@ -163,6 +164,44 @@ TEST_F(Pairs, margin_and_nan_and_rounding) {
   spill(at("d.npy"), npy("<f8", "3, 6", boxes));
   refuses({"pairs", at("d.npy"), "--nan", "inactive"}, {"d.npy", "float64", "float32"});
   EXPECT_EQ(json({"pairs", at("d.npy"), "--nan", "inactive", "--round", "outward"}).at("pairs"), 1);
+}
+
+// An inverted box is a mistake until it is said to be an empty slot, in memory and in slabs.
+TEST_F(Pairs, inverted_boxes_are_refused) {
+  write_row("row.npy");
+  for (const bool capped : {false, true}) {
+    std::vector<std::string> arguments = {"pairs", at("row.npy"), "-o", at("p.npy")};
+    if (capped) arguments.insert(arguments.end(), {"--memory", "64M"});
+    refuses(arguments, {"row.npy: 1 of 5 boxes have lower > upper, the first is box 4; for empty "
+                        "slots use --inverted inactive"});
+    EXPECT_EQ(slurp(at("p.npy")), "");
+    arguments.insert(arguments.end(), {"--inverted", "inactive"});
+    EXPECT_EQ(run(arguments).status, 0);
+    std::filesystem::remove(at("p.npy"));
+  }
+  refuses({"pairs", at("row.npy"), at("row.npy")}, {"box 4", "the first set"});
+  refuses({"pairs", at("row.npy"), "--inverted", "maybe"}, {"maybe"});
+  // As VTK orders them.
+  spill(at("vtk.npy"), npy("<f4", "2, 6", std::vector<float>{5, 6, 1, 2, 0, 1, 7, 8, 2, 3, 0, 1}));
+  refuses({"pairs", at("vtk.npy")}, {"xmin, xmax, ymin"});
+  // What looks at boxes as they are takes them.
+  EXPECT_EQ(run({"check", at("row.npy")}).status, 0);
+  EXPECT_EQ(run({"explain", at("row.npy")}).status, 0);
+}
+
+TEST_F(Pairs, two_dimensions_and_corners_apart) {
+  std::vector<float> flat, corners = row();
+  corners.resize(24);
+  for (std::size_t i = 0; i < 24; ++i)
+    if (i % 3 != 2) flat.push_back(corners[i]);
+  spill(at("flat.npy"), npy("<f4", "4, 4", flat));
+  spill(at("pairs.npy"), npy("<f4", "4, 2, 2", flat));
+  spill(at("corners.npy"), npy("<f4", "4, 2, 3", corners));
+  for (const char* name : {"flat.npy", "pairs.npy", "corners.npy"}) {
+    const auto j = json({"pairs", at(name)});
+    EXPECT_EQ(j.at("n"), 4) << name;
+    EXPECT_EQ(j.at("checksum"), checksum({{0, 1}, {1, 3}})) << name;
+  }
 }
 
 TEST_F(Pairs, memory_cap_finds_the_same) {

@@ -130,6 +130,93 @@ TEST_F(CApi, FiltersWithoutAStride) {
   EXPECT_EQ(pairs(), reference_pairs(cpp).pairs);
 }
 
+// A stride of 0, as zeroed memory has it, is that of boxes that lie side by side, in every layout;
+// no layout is one box again and again.
+TEST_F(CApi, BoxesWithoutAStride) {
+  const Found want = reference_pairs(boxes_).pairs;
+  std::vector<Box> flat = boxes_;
+  for (Box& b : flat) b.lower.z = b.upper.z = 0;
+  const Found want_flat = reference_pairs(flat).pairs;
+  ASSERT_NE(want.size(), want_flat.size());
+  // Rows of so many values, with the coordinates at these places.
+  const auto expect = [&](bool is_flat, std::size_t per_row, const std::size_t(&at)[6],
+                          std::size_t between) {
+    const std::size_t n = boxes_.size();
+    std::vector<float> values(n * 6 + 6 * between);
+    throng_boxes view{};
+    view.count = n;
+    for (std::size_t k = 0; k < 6; ++k) {
+      if (is_flat && k % 3 == 2) continue;
+      view.corner[k] = values.data() + at[k];
+      for (std::size_t i = 0; i < n; ++i)
+        values[at[k] + i * per_row] = (&boxes_[i].lower.x)[k];
+    }
+    ASSERT_EQ(throng_find(finder(), &view, nullptr), THRONG_OK) << message();
+    EXPECT_EQ(pairs(), is_flat ? want_flat : want) << per_row;
+  };
+  const std::size_t n = boxes_.size();
+  expect(false, 6, {0, 1, 2, 3, 4, 5}, 0);
+  expect(false, 3, {0, 1, 2, 3 * n, 3 * n + 1, 3 * n + 2}, 0);
+  expect(false, 3, {0, 1, 2, 3 * n + 1, 3 * n + 2, 3 * n + 3}, 1);
+  expect(false, 1, {0, n, 2 * n, 3 * n, 4 * n, 5 * n}, 0);
+  expect(true, 4, {0, 1, 9, 2, 3, 9}, 0);
+  expect(true, 2, {0, 1, 9, 2 * n, 2 * n + 1, 9}, 0);
+  expect(true, 1, {0, n, 9, 2 * n, 3 * n, 9}, 0);
+  // Of doubles, too.
+  std::vector<double> doubles;
+  for (const Box& b : boxes_)
+    for (int k = 0; k < 6; ++k) doubles.push_back(double{(&b.lower.x)[k]});
+  throng_double_boxes packed = throng_double_boxes_packed(doubles.data(), n);
+  packed.stride_bytes = 0;
+  ASSERT_EQ(throng_find_doubles(finder(), &packed, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+}
+
+// What zeroed structs mean: nothing, or the defaults.
+TEST_F(CApi, ZeroedStructs) {
+  const throng_boxes none{};
+  EXPECT_EQ(throng_find(finder(), &none, nullptr), THRONG_OK);
+  EXPECT_EQ(throng_finder_result(finder_)->found, 0u);
+  throng_boxes no_corners{};
+  no_corners.count = 3;
+  EXPECT_EQ(throng_find(finder_, &no_corners, nullptr), THRONG_BAD_BOXES);
+  const throng_options options{};
+  throng_finder* other = throng_finder_create(&options);
+  EXPECT_EQ(throng_find(other, &view_, nullptr), THRONG_BAD_OPTION);
+  throng_finder_destroy(other);
+}
+
+TEST_F(CApi, InvertedBoxes) {
+  std::swap(boxes_[7].lower.y, boxes_[7].upper.y);
+  boxes_[7].lower.y += 1;
+  EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << "an empty slot by default";
+  EXPECT_EQ(throng_finder_result(finder_)->inactive, 1u);
+  for (const int policy : {THRONG_INVERTED_REFUSE, THRONG_INVERTED_INACTIVE, 3}) {
+    throng_finder_destroy(finder_);
+    finder_ = nullptr;
+    options_.inverted = policy;
+    const throng_status status = throng_find(finder(), &view_, nullptr);
+    const throng_result& r = *throng_finder_result(finder_);
+    if (policy == THRONG_INVERTED_INACTIVE) {
+      EXPECT_EQ(status, THRONG_OK) << message();
+      EXPECT_EQ(r.inactive, 1u);
+    } else if (policy == THRONG_INVERTED_REFUSE) {
+      EXPECT_EQ(status, THRONG_INVERTED_BOX);
+      EXPECT_EQ(r.first_invalid, 7u);
+      EXPECT_EQ(r.invalid_count, 1u);
+      EXPECT_STREQ(throng_status_text(status), "inverted box");
+    } else {
+      EXPECT_EQ(status, THRONG_BAD_OPTION);
+      EXPECT_NE(message().find("inverted (3)"), std::string::npos) << message();
+    }
+  }
+  const float center[3] = {1, 2, 3}, half[3] = {0.5f, 1, 0};
+  const throng_box box = throng_box_from_center(center, half);
+  EXPECT_EQ(box.lower[0], 0.5f);
+  EXPECT_EQ(box.upper[1], 3);
+  EXPECT_EQ(box.lower[2], 3);
+}
+
 TEST_F(CApi, Doubles) {
   std::vector<DoubleBox> boxes;
   std::vector<double> lower, upper;

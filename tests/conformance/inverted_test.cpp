@@ -4,6 +4,7 @@
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/same_bits.hpp"
 
 namespace throng::tests {
 namespace {
@@ -52,9 +53,16 @@ Box as_center_and_size(const Box& b) {
   const Vec3 size = {b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z};
   return {{b.lower.x + size.x / 2, b.lower.y + size.y / 2, b.lower.z + size.z / 2}, size};
 }
-Box around_zero(const Box& b) {
-  return {{b.lower.x - 950, b.lower.y - 550, b.lower.z - 1750},
-          {b.upper.x - 950, b.upper.y - 550, b.upper.z - 1750}};
+// Half of them on either side of zero.
+BoxList around_zero(const BoxList& boxes) {
+  double sum[3] = {};
+  for (const Box& b : boxes)
+    for (int k = 0; k < 3; ++k) sum[k] += double{(&b.lower.x)[k]};
+  return each(boxes, [&](Box b) {
+    for (int k = 0; k < 6; ++k)
+      (&b.lower.x)[k] -= static_cast<float>(sum[k % 3] / static_cast<double>(boxes.size()));
+    return b;
+  });
 }
 Box swapped(const Box& b) { return {b.upper, b.lower}; }
 Box as_intervals(const Box& b) {
@@ -171,7 +179,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   // Far on the positive side a size and a swapped corner look alike: both are named.
   const std::string sizes = told(each(good, as_center_and_size));
   EXPECT_TRUE(names(sizes, "looks like a size") && names(sizes, "swapped")) << sizes;
-  const BoxList centred = each(good, around_zero);
+  const BoxList centred = around_zero(good);
   const std::string here = told(each(centred, as_center_and_size));
   EXPECT_TRUE(names(here, "box_from_center()") && !names(here, "swapped")) << here;
   const std::string corners = told(each(centred, swapped));

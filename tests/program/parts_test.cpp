@@ -47,7 +47,7 @@ TEST(Numbers, Bytes) {
 template <class Parse>
 void refuses(Parse parse, const std::string& text) {
   try {
-    const std::uint64_t value = parse(text, "--the-option");
+    const auto value = parse(text, "--the-option");
     ADD_FAILURE() << "'" << text << "' was taken for " << value;
   } catch (const Failure& failure) {
     const std::string said = failure.what();
@@ -80,6 +80,29 @@ TEST(Numbers, HaveARange) {
   };
   for (const char* text : {"0", "1001", "2K", "-1", "x", ""}) refuses(ranged, text);
   for (const char* text : {"-1", "4294967296", "many"}) refuses(parse_threads, text);
+}
+
+TEST(Numbers, RealOnesHaveARangeToo) {
+  const auto share = [](const std::string& text, const std::string& option) {
+    return parse_number(text, option, 0, 1, "0 to 1");
+  };
+  EXPECT_EQ(share("0", "--n"), 0);
+  EXPECT_EQ(share("1", "--n"), 1);
+  EXPECT_EQ(share("2.5e-1", "--n"), 0.25);
+  for (const char* text : {"", "1.01", "-0.1", "nan", "inf", "much", "0.5x", " 0.5", "0.5 ", "1e999"})
+    refuses(share, text);
+}
+
+// Upward, so that no pair is lost, and never to infinity.
+TEST(Numbers, MarginsAreFloats) {
+  const std::pair<const char*, float> exact[] = {
+      {"0", 0.0f}, {"0.5", 0.5f}, {"1e3", 1000.0f}, {"3.4028234663852886e38", 0x1.fffffep127f}};
+  for (const auto& [text, margin] : exact) EXPECT_EQ(parse_margin(text, "--margin"), margin);
+  EXPECT_GE(static_cast<double>(parse_margin("0.1", "--margin")), 0.1);
+  EXPECT_LT(static_cast<double>(parse_margin("0.1", "--margin")), 0.10000001);
+  EXPECT_GT(parse_margin("1e-60", "--margin"), 0);
+  for (const char* text : {"1e39", "3.4028236e38", "-1", "nan", "inf", "-inf", "0.1m", "1e999", ""})
+    refuses(parse_margin, text);
 }
 
 TEST(Numbers, SeedsDoNotWrap) {

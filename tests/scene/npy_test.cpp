@@ -93,6 +93,65 @@ TEST(ReadBoxes, FortranOrder) {
       std::equal(v.begin(), v.end(), floats(parse(file("<f4", "(2, 3, 6)", raw(three), true)))));
 }
 
+// 2-D boxes, and corners in an index of their own, in either order of the numbers; all that is said
+// of them names a place of the file.
+TEST(ReadBoxes, OtherShapes) {
+  const std::vector<float> v = count_up(5 * 12);
+  const auto in_fortran_order = [&](const std::vector<std::size_t>& shape) {
+    std::vector<float> turned(v.size());
+    for (std::size_t at = 0; at < v.size(); ++at) {
+      std::size_t rest = at, to = 0, factor = v.size();
+      for (std::size_t k = shape.size(); k-- > 0; rest /= shape[k]) {
+        factor /= shape[k];
+        to += rest % shape[k] * factor;
+      }
+      turned[to] = v[at];
+    }
+    return turned;
+  };
+  struct Shape {
+    std::vector<std::size_t> shape;
+    std::size_t frames, count;
+    bool is_flat;
+  };
+  const Shape shapes[] = {
+      {{10, 6}, 1, 10, false},   {{2, 5, 6}, 2, 5, false}, {{10, 2, 3}, 1, 10, false},
+      {{15, 4}, 1, 15, true},    {{5, 3, 4}, 5, 3, true},  {{15, 2, 2}, 1, 15, true},
+  };
+  for (const Shape& s : shapes) {
+    std::string text;
+    for (const std::size_t k : s.shape) text += std::to_string(k) + ", ";
+    for (const bool fortran : {false, true}) {
+      for (const bool wide : {false, true}) {
+        const std::vector<float> stored = fortran ? in_fortran_order(s.shape) : v;
+        const std::vector<double> doubles(stored.begin(), stored.end());
+        const BoxFile f = parse(wide ? file("<f8", "(" + text + ")", raw(doubles), fortran)
+                                     : file("<f4", "(" + text + ")", raw(stored), fortran));
+        SCOPED_TRACE(text + (fortran ? "in Fortran order" : "in C order"));
+        ASSERT_EQ(f.frames, s.frames);
+        ASSERT_EQ(f.count, s.count);
+        ASSERT_EQ(f.is_flat, s.is_flat);
+        const float* want = v.data();
+        for (std::size_t i = 0; i < s.frames * s.count; ++i) {
+          for (std::size_t k = 0; k < 6; ++k) {
+            const float got = (&f.boxes[i].lower.x)[k];
+            const float wanted = s.is_flat && k % 3 == 2 ? 0 : *want++;
+            ASSERT_EQ(got, wanted) << i << ' ' << k;
+          }
+        }
+      }
+    }
+  }
+  std::vector<double> odd(12, 1.0);
+  odd[11] = 0.1;
+  EXPECT_NE(complaint_of(file("<f8", "(2, 2, 3)", raw(odd))).find("(1, 1, 2)"), std::string::npos);
+  EXPECT_NE(complaint_of(file("<f8", "(3, 4)", raw(odd))).find("(2, 3)"), std::string::npos);
+  EXPECT_NE(complaint_of(file("<f8", "(3, 1, 4)", raw(odd))).find("(2, 0, 3)"), std::string::npos);
+  EXPECT_NE(complaint_of(file("<f8", "(3, 2, 2)", raw(odd))).find("(2, 1, 1)"), std::string::npos);
+  for (const char* shape : {"(4, 3)", "(2, 6, 1)", "(2, 3, 2)", "(12,)", "(1, 2, 2, 3)"})
+    EXPECT_NE(complaint_of(file("<f8", shape, raw(odd))).find("(n, 6)"), std::string::npos) << shape;
+}
+
 TEST(ReadBoxes, DoublesThatAreFloats) {
   const double inf = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
