@@ -191,7 +191,7 @@ TEST_F(CApi, InvertedBoxes) {
   boxes_[7].lower.y += 1;
   EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_OK) << "an empty slot by default";
   EXPECT_EQ(throng_finder_result(finder_)->inactive, 1u);
-  for (const int policy : {THRONG_INVERTED_REFUSE, THRONG_INVERTED_INACTIVE, 3}) {
+  for (const int policy : {int{THRONG_INVERTED_REFUSE}, int{THRONG_INVERTED_INACTIVE}, 3}) {
     throng_finder_destroy(finder_);
     finder_ = nullptr;
     options_.inverted = policy;
