@@ -135,7 +135,7 @@ def test_boxes_from_intervals() -> None:
     assert numpy.array_equal(throng.boxes_from_intervals(*vtk.T), boxes)
     assert numpy.array_equal(throng.boxes_from_intervals(*vtk.T[:4]), boxes[:, [0, 1, 3, 4]])
     rounded = throng.boxes_from_intervals([0.1], [0.1], [0], 1)
-    assert rounded[0, 0] < 0.1 < rounded[0, 2] and rounded.shape == (1, 4)
+    assert float(rounded[0, 0]) < 0.1 < float(rounded[0, 2]) and rounded.shape == (1, 4)
     with pytest.raises(TypeError, match="zmax: found None"):
         throng.boxes_from_intervals([0], [1], [0], [1], [0])
     with pytest.raises(ValueError, match="bounds: found shapes"):
