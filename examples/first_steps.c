@@ -11,6 +11,7 @@ int main(void) {
   throng_options options;
   throng_options_init(&options);
   options.order = THRONG_ORDER_CANONICAL;
+  options.inverted = THRONG_INVERTED_REFUSE; /* lower > upper is a mistake here, not an empty slot */
 
   throng_finder* finder = throng_finder_create(&options);
   if (throng_find(finder, &view, NULL) != THRONG_OK) {

@@ -89,4 +89,6 @@ def _down(s: Any, error: Any) -> NDArray[numpy.float32]:
     with numpy.errstate(over="ignore"):
         nearest = s.astype(numpy.float32)
     above = (nearest > s) | ((nearest == s) & (error < 0))
-    return numpy.where(above, numpy.nextafter(nearest, numpy.float32(-numpy.inf)), nearest)
+    below: NDArray[numpy.float32] = numpy.nextafter(nearest, numpy.float32(-numpy.inf))
+    out: NDArray[numpy.float32] = numpy.where(above, below, nearest)
+    return out

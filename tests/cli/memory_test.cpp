@@ -51,8 +51,7 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
   spill(at("boxes.npy"), bytes);
   refuses({"pairs", at("boxes.npy"), "--memory", "6M"},
           {"1 boxes have lower > upper, the first is box 99679; for empty slots use --inverted"});
-  const auto left =
-      json({"pairs", at("boxes.npy"), "--memory", "6M", "--inverted", "inactive"});
+  const auto left = json({"pairs", at("boxes.npy"), "--memory", "6M", "--inverted", "inactive"});
   EXPECT_EQ(left.at("inactive"), 1);
   // Where all fits nothing is streamed.
   EXPECT_FALSE(json({"pairs", at("boxes.npy"), "--inverted", "inactive", "--memory", "64M"})

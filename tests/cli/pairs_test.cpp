@@ -52,7 +52,8 @@ class Pairs : public CliTest {
 
 TEST_F(Pairs, tells_all_fields_as_one_object) {
   write_row("row.npy");
-  const auto j = json({"pairs", "--inverted", "inactive", at("row.npy"), "--repeat", "3", "--threads", "1"});
+  const auto j =
+      json({"pairs", "--inverted", "inactive", at("row.npy"), "--repeat", "3", "--threads", "1"});
   EXPECT_EQ(j.at("n"), 5);
   EXPECT_EQ(j.at("pairs"), 2);
   EXPECT_EQ(j.at("checksum"), checksum({{0, 1}, {1, 3}}));
@@ -85,7 +86,8 @@ TEST_F(Pairs, tells_the_same_to_people) {
 TEST_F(Pairs, chosen_algorithm_and_isa_are_used) {
   write_row("row.npy");
   for (const char* algorithm : {"all-pairs", "grid"}) {
-    const auto j = json({"pairs", "--inverted", "inactive", at("row.npy"), "--algorithm", algorithm, "--isa", "scalar"});
+    const auto j = json({"pairs", "--inverted", "inactive", at("row.npy"), "--algorithm", algorithm,
+                         "--isa", "scalar"});
     EXPECT_EQ(j.at("algorithm"), algorithm);
     EXPECT_EQ(j.at("isa"), "scalar");
     EXPECT_EQ(j.at("pairs"), 2);
@@ -110,7 +112,8 @@ TEST_F(Pairs, several_frames_are_listed_and_summed) {
   second[6] = 1.5f;  // box 1 moves away from box 0
   two.insert(two.end(), second.begin(), second.end());
   spill(at("two.npy"), npy("<f4", "2, 5, 6", two));
-  const auto j = json({"pairs", "--inverted", "inactive", at("two.npy"), "-o", at("p.npy"), "--repeat", "2"});
+  const auto j =
+      json({"pairs", "--inverted", "inactive", at("two.npy"), "-o", at("p.npy"), "--repeat", "2"});
   EXPECT_EQ(j.at("n"), 5);
   ASSERT_EQ(j.at("frames").size(), 2u);
   EXPECT_EQ(j.at("frames")[0].at("pairs"), 2);
@@ -132,7 +135,8 @@ TEST_F(Pairs, two_sets_with_filters_of_each) {
   EXPECT_EQ(j.at("checksum"), checksum({{0, 0}, {1, 0}, {3, 1}}));
   spill(at("wa.npy"), npy("<i4", "5,", std::vector<std::int32_t>{7, 8, 7, -1, 7}));
   spill(at("wb.npy"), npy("<i4", "2,", std::vector<std::int32_t>{7, 3}));
-  j = json({"pairs", "--inverted", "inactive", at("a.npy"), at("b.npy"), "--world", at("wa.npy"), "--world-b", at("wb.npy")});
+  j = json({"pairs", "--inverted", "inactive", at("a.npy"), at("b.npy"), "--world", at("wa.npy"),
+            "--world-b", at("wb.npy")});
   EXPECT_EQ(j.at("checksum"), checksum({{0, 0}, {3, 1}}));
 }
 
@@ -144,12 +148,15 @@ TEST_F(Pairs, every_filter_of_one_set) {
   spill(at("mask.npy"), npy("<u4", "5,", U{1, 1, 1, 1, 1}));
   spill(at("owner.npy"), npy("<i4", "5,", I{3, 3, 0, -1, 0}));
   spill(at("static.npy"), npy("|u1", "5,", std::vector<std::uint8_t>{0, 1, 1, 9, 1}));
-  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--group", at("group.npy"), "--mask", at("mask.npy")})
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--group", at("group.npy"),
+                  "--mask", at("mask.npy")})
                 .at("checksum"),
             checksum({{0, 1}}));
-  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--owner", at("owner.npy")}).at("checksum"),
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--owner", at("owner.npy")})
+                .at("checksum"),
             checksum({{1, 3}}));
-  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--static", at("static.npy")}).at("checksum"),
+  EXPECT_EQ(json({"pairs", "--inverted", "inactive", at("row.npy"), "--static", at("static.npy")})
+                .at("checksum"),
             checksum({{0, 1}}));
 }
 

@@ -148,8 +148,7 @@ TEST_F(CApi, BoxesWithoutAStride) {
     for (std::size_t k = 0; k < 6; ++k) {
       if (is_flat && k % 3 == 2) continue;
       view.corner[k] = values.data() + at[k];
-      for (std::size_t i = 0; i < n; ++i)
-        values[at[k] + i * per_row] = (&boxes_[i].lower.x)[k];
+      for (std::size_t i = 0; i < n; ++i) values[at[k] + i * per_row] = (&boxes_[i].lower.x)[k];
     }
     ASSERT_EQ(throng_find(finder(), &view, nullptr), THRONG_OK) << message();
     EXPECT_EQ(pairs(), is_flat ? want_flat : want) << per_row;

@@ -89,7 +89,8 @@ TEST(Numbers, RealOnesHaveARangeToo) {
   EXPECT_EQ(share("0", "--n"), 0);
   EXPECT_EQ(share("1", "--n"), 1);
   EXPECT_EQ(share("2.5e-1", "--n"), 0.25);
-  for (const char* text : {"", "1.01", "-0.1", "nan", "inf", "much", "0.5x", " 0.5", "0.5 ", "1e999"})
+  for (const char* text :
+       {"", "1.01", "-0.1", "nan", "inf", "much", "0.5x", " 0.5", "0.5 ", "1e999"})
     refuses(share, text);
 }
 

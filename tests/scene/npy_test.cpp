@@ -115,8 +115,8 @@ TEST(ReadBoxes, OtherShapes) {
     bool is_flat;
   };
   const Shape shapes[] = {
-      {{10, 6}, 1, 10, false},   {{2, 5, 6}, 2, 5, false}, {{10, 2, 3}, 1, 10, false},
-      {{15, 4}, 1, 15, true},    {{5, 3, 4}, 5, 3, true},  {{15, 2, 2}, 1, 15, true},
+      {{10, 6}, 1, 10, false}, {{2, 5, 6}, 2, 5, false}, {{10, 2, 3}, 1, 10, false},
+      {{15, 4}, 1, 15, true},  {{5, 3, 4}, 5, 3, true},  {{15, 2, 2}, 1, 15, true},
   };
   for (const Shape& s : shapes) {
     std::string text;
@@ -149,7 +149,8 @@ TEST(ReadBoxes, OtherShapes) {
   EXPECT_NE(complaint_of(file("<f8", "(3, 1, 4)", raw(odd))).find("(2, 0, 3)"), std::string::npos);
   EXPECT_NE(complaint_of(file("<f8", "(3, 2, 2)", raw(odd))).find("(2, 1, 1)"), std::string::npos);
   for (const char* shape : {"(4, 3)", "(2, 6, 1)", "(2, 3, 2)", "(12,)", "(1, 2, 2, 3)"})
-    EXPECT_NE(complaint_of(file("<f8", shape, raw(odd))).find("(n, 6)"), std::string::npos) << shape;
+    EXPECT_NE(complaint_of(file("<f8", shape, raw(odd))).find("(n, 6)"), std::string::npos)
+        << shape;
 }
 
 TEST(ReadBoxes, DoublesThatAreFloats) {
