@@ -103,6 +103,7 @@ class HostBoxes {
 
 struct DeviceFinder::State {
   cuda::Finder finder;
+  Options options;
   std::size_t last_found = 0;
 };
 
@@ -110,7 +111,7 @@ bool gpu_is_built() noexcept { return true; }
 
 DeviceFinder::DeviceFinder(const Options& options, int device) : device_(device) {
   require_ok(cuda::available());
-  state_ = std::unique_ptr<State>(new State{cuda::Finder(options)});
+  state_ = std::unique_ptr<State>(new State{cuda::Finder(options), options});
 }
 
 DeviceFinder::~DeviceFinder() {
@@ -157,7 +158,7 @@ nb::object DeviceFinder::find(const BoxArray& a, const BoxArray* b, std::uintptr
 
 Result DeviceFinder::check(const BoxArray& a, const BoxArray* b) const {
   const Current current(device_);
-  Options options = state_->finder.options();
+  Options options = state_->options;
   options.backend = Backend::cpu;
   options.inverted = InvertedPolicy::refuse;
   throng::Finder finder(options);
