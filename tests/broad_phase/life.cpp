@@ -131,12 +131,12 @@ class Life {
       if (id % each == 0) box.lower.y += by, box.upper.y += by;
       boxes[id] = box;
     }
-    must(phase_.move_all(boxes).ok(), "move_all");
+    must(model_.check_call(phase_.move_all(boxes)));
   }
 
   void shift() {
     const Vec3 by = {static_cast<float>(bytes_.next()) - 128, 0.1f, -3};
-    must(phase_.shift_origin(by).ok(), "shift_origin");
+    must(model_.check_call(phase_.shift_origin(by)));
     const auto along = [](float& lower, float& upper, float d) {
       const bool inverted = lower > upper;
       lower += d;
@@ -215,8 +215,9 @@ class Life {
   }
 
   void update() {
-    must(phase_.update().ok(), "an update failed");
+    const Result r = phase_.update();
     model_.update();
+    must(model_.check_update(r));
     must(model_.check(phase_, bytes_.next() % 2 == 0));
     for (std::uint64_t i = 0; i < 4 && model_.limit() != 0; ++i) {
       const std::uint64_t id = (5 * count_.updates + i) % model_.limit();

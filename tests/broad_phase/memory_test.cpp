@@ -46,6 +46,7 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
     updates_failed += failed;
     searched += failed != 0 && searched_around(r);
     actor.model.update();
+    ASSERT_TRUE(actor.model.check_update(r)) << "step " << step;
     ASSERT_TRUE(actor.model.check(actor.broad_phase)) << "step " << step;
   }
   EXPECT_GT(failures, 10u);

@@ -59,6 +59,7 @@ class Model {
     // Read through the reference's own eyes.
     std::vector<ObjectId> id;
     std::vector<Item> items;
+    inactive_ = 0;
     for (ObjectId i : ids()) {
       const Object& o = at(i);
       Boxes one(&o.box, 1);
@@ -68,6 +69,7 @@ class Model {
                      {&o.filter.world, 1},
                      {&o.filter.is_static, 1}};
       const Item item = read_items(one, margin_)[0];
+      inactive_ += !item.active;
       if (!item.active) continue;
       id.push_back(i);
       items.push_back(item);
@@ -88,6 +90,18 @@ class Model {
     for (const auto& p : pairs_) all.push_back({p.first, p.second});
     return all;
   }
+
+  // The Result of a call that changed objects, and of the update that came after the model's: every
+  // field but times, comparisons and plan, which are the library's own choice.
+  testing::AssertionResult check_call(const Result& r) const { return check(r, count(), 0, 0); }
+  testing::AssertionResult check_update(const Result& r) const {
+    return check(r, pairs_.size(), pairs_.size(), inactive_);
+  }
+  // Of a question.
+  static testing::AssertionResult check_answer(const Result& r, std::uint64_t found) {
+    return check(r, found, found, 0);
+  }
+  std::size_t inactive() const { return inactive_; }
 
   // Everything that the last update told, against the library, but for slots. A machine is a
   // BroadPhase, or what has its calls.
@@ -151,6 +165,23 @@ class Model {
   }
 
  private:
+  static testing::AssertionResult check(const Result& r, std::uint64_t found, std::uint64_t written,
+                                        std::uint64_t inactive) {
+    if (r.status != Status::ok)
+      return testing::AssertionFailure() << to_string(r.status) << ": " << r.message;
+    if (r.message[0] != 0) return testing::AssertionFailure() << "it says " << r.message;
+    if (r.found != found || r.written != written)
+      return testing::AssertionFailure() << "found " << r.found << " and wrote " << r.written
+                                         << ", not " << found << " and " << written;
+    if (r.inactive != inactive)
+      return testing::AssertionFailure() << r.inactive << " inactive, not " << inactive;
+    if (r.first_invalid != 0 || r.invalid_count != 0 || r.bytes_needed != 0)
+      return testing::AssertionFailure()
+             << r.invalid_count << " invalid, the first " << r.first_invalid << ", "
+             << r.bytes_needed << " bytes needed, of a call that succeeded";
+    if (!r.plan.reason) return testing::AssertionFailure() << "the plan has no reason";
+    return testing::AssertionSuccess();
+  }
   static testing::AssertionResult same(const LivePairs& got, const std::vector<Pair>& want,
                                        const char* what) {
     std::vector<Pair> pairs;
@@ -167,7 +198,7 @@ class Model {
   std::set<std::pair<ObjectId, ObjectId>> pairs_;
   std::vector<Pair> begun_, ended_;
   std::map<std::uint32_t, Pair> slots_;
-  std::size_t most_slots_ = 0;
+  std::size_t most_slots_ = 0, inactive_ = 0;
 };
 
 }  // namespace throng::tests

@@ -116,7 +116,7 @@ struct MoveAll : Command {
     apply(after);
     std::vector<Box> boxes(after.limit(), Box{{1, 1, 1}, {0, 0, 0}});
     for (const ObjectId id : after.ids()) boxes[id] = after.at(id).box;
-    RC_ASSERT(b.move_all(boxes).ok());
+    must(after.check_call(b.move_all(boxes)));
   }
   void show(std::ostream& out) const override { out << "MoveAll(" << by << ")"; }
 };
@@ -126,7 +126,7 @@ struct Update : Command {
   void run(const Model& m, Machine& b) const override {
     Model after = m;
     after.update();
-    RC_ASSERT(b.update().ok());
+    must(after.check_update(b.update()));
     must(after.check_told(b));
   }
   void show(std::ostream& out) const override { out << "Update"; }

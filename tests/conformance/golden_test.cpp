@@ -8,6 +8,7 @@
 #include "scene/checksum.hpp"
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
+#include "support/plain_loop.hpp"
 #include "support/scene_boxes.hpp"
 
 namespace throng::tests {
@@ -35,6 +36,19 @@ void expect_golden(const scene::Golden& want, const SceneBoxes& scene, const Con
 }
 
 class Golden : public testing::TestWithParam<scene::Golden> {};
+
+// The table was printed by the library, once. This is what shows that it is right: the double loop
+// gives the same numbers.
+TEST_P(Golden, AreTheDoubleLoops) {
+  const scene::Golden& want = GetParam();
+  const SceneBoxes scene = boxes_of(want);
+  PlainLoop loop;
+  loop.run(scene.view(), scene.view(), false, 0);
+  const std::vector<Pair>& pairs = loop.pairs();
+  EXPECT_EQ(pairs.size(), want.pairs);
+  EXPECT_EQ(scene::pair_checksum(pairs.data(), pairs.size()), want.checksum);
+  EXPECT_EQ(scene::sequence_checksum(pairs.data(), pairs.size()), want.canonical);
+}
 
 TEST_P(Golden, EveryWayGivesTheSameBytes) {
   const scene::Golden& want = GetParam();

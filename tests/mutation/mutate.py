@@ -6,7 +6,7 @@ mutated form if the environment variable THRONG_MUTANT is i, and its own otherwi
 build, and a mutant costs only the tests that find it. The tests run from the cheapest on; a mutant
 is killed by the first that fails, crashes or takes too long.
 
-    mutate.py TREE BUILD [--only FIRST-LAST] [--suites PATTERN] [--jobs N]
+    mutate.py TREE BUILD [--only FIRST-LAST] [--suites PATTERN] [--jobs N] [--mutants FILE]
     mutate.py TREE BUILD --check
 
 TREE is a copy of the source tree, which is changed; BUILD is made in it by scripts/mutate.
@@ -154,7 +154,10 @@ def suites(build):
     test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
     test("objects on a device", "pipeline", 120, "pipeline_test", "-FarEngine*")
     test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
+    test("options of C", "hall", 120, "conformance_test", "CApi*:COptions*:CStatus*")
+    test("flat with not flat", "cpu", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
     test("guest", "pipeline cpu", 200, "guest_test", "*")
+    test("large", "cpu core", 300, "large_test", "*")
     test("conformance", "cpu", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
     add("soak of many boxes", "core pipeline cpu live", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
     add("long soak", "core pipeline cpu live", 400, [*soak, "--rounds", "4000", "--seed", "5"])
@@ -200,8 +203,9 @@ def main():
     parser.add_argument("--only", default="1-1000000", help="FIRST-LAST, or numbers: 3,17,20")
     parser.add_argument("--suites", default=".*", help="only the tests whose name begins so, a pattern")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--mutants", type=pathlib.Path, default=HERE / "mutants.txt")
     arguments = parser.parse_args()
-    mutants = read_mutants(HERE / "mutants.txt")
+    mutants = read_mutants(arguments.mutants)
     if arguments.apply:
         apply(arguments.tree, mutants)
         print(f"{len(mutants)} mutants")

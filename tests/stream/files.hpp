@@ -1,6 +1,8 @@
 // Boxes in files, searched in slabs under a cap and in memory all at once.
 #pragma once
 
+#include <stdlib.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -65,10 +67,9 @@ inline Set scene_set(const std::string& name, std::size_t n, double density = 0,
 class StreamTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("throng-stream-" + std::to_string(std::rand()) + "-" + info->name());
-    fs::create_directories(folder_);
+    std::string name = (fs::temp_directory_path() / "throng-stream-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
   }
   void TearDown() override {
     std::error_code error;

@@ -1,0 +1,299 @@
+// Inputs beyond every size at which the library changes its way: 4,096 pairs of a range of the
+// sorted order, 6,000 boxes for several threads, 65,536 boxes of a world for all of them and pairs
+// of a bucket, 400,000 rows; with every form of call, number of threads and order, and the least
+// cap that is taken. Expected are the pairs of one sort and one sweep (support/reference.hpp).
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include "support/configs.hpp"
+#include "support/counting.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::tests {
+namespace {
+
+struct Scene {
+  std::string name;
+  BoxList boxes;
+  std::vector<std::int32_t> world;
+  std::vector<std::uint8_t> still;
+  std::size_t first = 0;  // not 0: two sets, of which the first has so many
+  Algorithm algorithm = Algorithm::automatic;
+  Answer answer;
+
+  Boxes part(std::size_t begin, std::size_t end) const {
+    Boxes view(boxes.data() + begin, end - begin);
+    if (!world.empty()) view.filters.world = {world.data() + begin, end - begin};
+    if (!still.empty()) view.filters.is_static = {still.data() + begin, end - begin};
+    return view;
+  }
+  Boxes one() const { return part(0, first ? first : boxes.size()); }
+  Boxes other() const { return part(first, boxes.size()); }
+  bool two_sets() const { return first != 0; }
+};
+
+// The sweep knows neither filters nor sets: they are applied to its pairs.
+void answer(Scene& scene) {
+  const std::vector<Item> items = read_items(scene.part(0, scene.boxes.size()), 0);
+  const Answer all = swept_pairs(scene.boxes);
+  scene.answer.inactive = all.inactive;
+  for (const Pair& pair : all.pairs) {
+    if (!wanted(items[pair.first], items[pair.second])) continue;
+    if (scene.two_sets() && (pair.first >= scene.first || pair.second < scene.first)) continue;
+    scene.answer.pairs.push_back(
+        {pair.first, pair.second - static_cast<std::uint32_t>(scene.first)});
+  }
+  std::sort(scene.answer.pairs.begin(), scene.answer.pairs.end());
+}
+
+// Boxes in a row, each touching the next where `touch`, and `wide` ones over all of them.
+Scene row(std::size_t n, const std::vector<std::size_t>& wide, bool touch) {
+  Scene scene;
+  scene.name = std::to_string(n) + " in a row, " + std::to_string(wide.size()) + " over all";
+  const float side = touch ? 1.0f : 0.5f;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto at = static_cast<float>(i);
+    scene.boxes.push_back({{at, 0, 0}, {at + side, 1, 1}});
+  }
+  for (const std::size_t i : wide) scene.boxes[i] = {{-1, 0, 0}, {static_cast<float>(n) + 1, 1, 1}};
+  return scene;
+}
+
+// Worlds in one place: some of `large` boxes, and small ones.
+Scene worlds(const std::vector<int>& sizes, Algorithm algorithm, std::uint64_t seed) {
+  Scene scene;
+  Random random(seed);
+  scene.name = std::to_string(sizes.size()) + " worlds, by " + to_string(algorithm);
+  scene.algorithm = algorithm;
+  for (std::size_t w = 0; w < sizes.size(); ++w) {
+    const BoxList boxes = uniform_boxes(sizes[w], seed + w);
+    scene.boxes.insert(scene.boxes.end(), boxes.begin(), boxes.end());
+    scene.world.resize(scene.boxes.size(), static_cast<std::int32_t>(w));
+  }
+  // In any order, so that a world's boxes are no range.
+  for (std::size_t i = scene.boxes.size(); i > 1; --i) {
+    const std::size_t j = random.below(static_cast<std::uint32_t>(i));
+    std::swap(scene.boxes[i - 1], scene.boxes[j]);
+    std::swap(scene.world[i - 1], scene.world[j]);
+  }
+  return scene;
+}
+
+Scene uniform(int n, std::size_t first, std::uint64_t seed) {
+  Scene scene;
+  scene.name = std::to_string(n) + (first ? " uniform in two sets" : " uniform");
+  scene.boxes = uniform_boxes(n, seed);
+  for (int i = 0; i < n; i += 1000) std::swap(scene.boxes[i].lower.x, scene.boxes[i].upper.x);
+  scene.first = first;
+  return scene;
+}
+
+enum class Form { grow, exact, short_by_one, consume, at_once, least_cap };
+constexpr Form forms[] = {Form::grow,    Form::exact,   Form::short_by_one,
+                          Form::consume, Form::at_once, Form::least_cap};
+const char* name_of(Form form) {
+  constexpr const char* names[] = {"own memory", "a buffer that fits",      "one pair too few",
+                                   "a consumer", "a consumer several call", "the least cap"};
+  return names[static_cast<int>(form)];
+}
+
+// Is slow now and then, and counts the calls that come while it is in one.
+struct Slow {
+  std::vector<Pair> pairs;
+  std::mutex mutex;
+  std::atomic<int> inside{0};
+  std::atomic<std::size_t> overlapped{0}, empty{0}, calls{0};
+
+  bool operator()(const Pair* block, std::size_t count) {
+    overlapped += inside.fetch_add(1) != 0;
+    empty += count == 0;
+    if (calls++ < 200) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      pairs.insert(pairs.end(), block, block + count);
+    }
+    inside.fetch_sub(1);
+    return true;
+  }
+};
+
+class Search {
+ public:
+  Search(const Scene& scene, Options options) : scene_(scene), options_(options) {
+    options_.algorithm = scene.algorithm;
+    options_.memory = &memory_;
+  }
+
+  void run(Form form) {
+    switch (form) {
+      case Form::grow: {
+        Finder finder(options_);
+        const Result r = scene_.two_sets() ? finder.find(scene_.one(), scene_.other())
+                                           : finder.find(scene_.one());
+        expect(r, to_vector(finder.pairs()));
+        return;
+      }
+      case Form::exact:
+      case Form::short_by_one:
+        return buffer(form == Form::exact);
+      default:
+        return consume(form);
+    }
+  }
+
+ private:
+  bool in_order() const { return options_.order == Order::canonical; }
+
+  void expect(const Result& r, const std::vector<Pair>& got) const {
+    EXPECT_EQ(r.status, Status::ok) << r.message;
+    EXPECT_EQ(r.found, scene_.answer.pairs.size());
+    EXPECT_EQ(r.written, scene_.answer.pairs.size());
+    EXPECT_EQ(r.inactive, scene_.answer.inactive);
+    EXPECT_LE(r.plan.threads, options_.threads);
+    if (in_order()) {
+      EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not in canonical order";
+    }
+    EXPECT_TRUE(same_pairs(got, scene_.answer.pairs));
+  }
+
+  void buffer(bool enough) {
+    constexpr Pair guard{0x12345678, 0x9abcdef0};
+    const std::vector<Pair>& want = scene_.answer.pairs;
+    const std::size_t capacity = want.size() - (enough ? 0 : 1);
+    std::vector<Pair> out(capacity + 16, guard);
+    Finder finder(options_);
+    const Result r = scene_.two_sets()
+                         ? finder.find(scene_.one(), scene_.other(), out.data(), capacity)
+                         : finder.find(scene_.one(), out.data(), capacity);
+    for (std::size_t i = capacity; i < out.size(); ++i) ASSERT_EQ(out[i], guard) << "past the end";
+    if (enough) {
+      out.resize(capacity);
+      return expect(r, out);
+    }
+    EXPECT_EQ(r.status, Status::buffer_too_small);
+    EXPECT_EQ(r.found, want.size());
+    EXPECT_EQ(r.inactive, scene_.answer.inactive);
+    ASSERT_EQ(r.written, in_order() ? 0 : capacity);
+    if (in_order()) {
+      EXPECT_TRUE(std::all_of(out.begin(), out.end(), [](Pair p) { return p == guard; }));
+      return;
+    }
+    out.resize(capacity);
+    std::sort(out.begin(), out.end());
+    EXPECT_EQ(std::adjacent_find(out.begin(), out.end()), out.end()) << "a pair twice";
+    EXPECT_TRUE(std::includes(want.begin(), want.end(), out.begin(), out.end()));
+  }
+
+  void consume(Form form) {
+    options_.concurrent_consumer = form == Form::at_once;
+    if (form == Form::least_cap) options_.memory_cap_bytes = 1;
+    for (int refusals = 0;; ++refusals) {
+      CountingResource counted;
+      options_.memory = &counted;
+      Finder finder(options_);
+      Slow taken;
+      const Result r = scene_.two_sets() ? finder.consume(scene_.one(), scene_.other(), taken)
+                                         : finder.consume(scene_.one(), taken);
+      if (form != Form::at_once) {
+        EXPECT_EQ(taken.overlapped, 0u) << "calls while another was under way";
+      }
+      EXPECT_EQ(taken.empty, 0u);
+      if (form == Form::least_cap) {
+        EXPECT_LE(counted.peak(), options_.memory_cap_bytes);
+        if (r.status == Status::memory_cap_too_small && refusals < 10) {
+          ASSERT_GT(r.bytes_needed, options_.memory_cap_bytes);
+          options_.memory_cap_bytes = static_cast<std::size_t>(r.bytes_needed);
+          continue;
+        }
+        EXPECT_GT(refusals, 0) << "a cap of one byte was taken";
+      }
+      return expect(r, taken.pairs);
+    }
+  }
+
+  const Scene& scene_;
+  Options options_;
+  CountingResource memory_;
+};
+
+// Every form, with threads and order drawn so that each scene meets each of them several times.
+void search_all_ways(Scene scene, std::uint64_t seed) {
+  answer(scene);
+  ASSERT_GT(scene.answer.pairs.size(), 1000u);
+  Random random(seed);
+  for (const Order order : {Order::any, Order::canonical}) {
+    for (const Form form : forms) {
+      // In order under the least cap some thousand pairs come from each search.
+      if (form == Form::least_cap && scene.answer.pairs.size() > 100'000) continue;
+      Options options;
+      options.order = order;
+      options.threads = random.one_in(4) ? 1 + random.below(3) : 4;
+      SCOPED_TRACE(scene.name + ", " + name_of(form) + ", " + std::to_string(options.threads) +
+                   " threads" + (order == Order::canonical ? ", in order" : ""));
+      Search(scene, options).run(form);
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
+TEST(Large, ABoxOverAllOthersIsCutAgainAndAgain) {
+  for (const std::size_t at : {std::size_t{0}, std::size_t{6000}, std::size_t{19'999}})
+    search_all_ways(row(20'000, {at}, false), at);
+}
+
+TEST(Large, RowsWithSomeBoxesOverAll) {
+  Random random(5);
+  const int n = sanitized ? 100'000 : 400'000;
+  std::vector<std::size_t> wide;
+  for (int k = 0; k < 5; ++k) wide.push_back(random.below(static_cast<std::uint32_t>(n)));
+  search_all_ways(row(static_cast<std::size_t>(n), wide, true), 1);
+}
+
+TEST(Large, WorldsOfMoreBoxesThanOneThreadTakes) {
+  if (sanitized) GTEST_SKIP() << "brute force over two thousand million pairs";
+  search_all_ways(worlds({66'000, 700, 33, 5000, 1}, Algorithm::all_pairs, 3), 2);
+}
+
+TEST(Large, WorldsInOnePlace) {
+  search_all_ways(worlds({70'000, 40'000, 66'000, 3000, 12}, Algorithm::grid, 4), 3);
+}
+
+TEST(Large, StaticBoxesApart) {
+  Scene scene = uniform(140'000, 0, 6);
+  scene.name += ", most of them static";
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) scene.still.push_back(i % 20 != 0);
+  search_all_ways(scene, 4);
+}
+
+TEST(Large, OneSetAndTwo) {
+  search_all_ways(uniform(65'535, 0, 7), 5);
+  search_all_ways(uniform(150'000, 0, 8), 6);
+  search_all_ways(uniform(140'000, 70'000, 9), 7);
+  search_all_ways(uniform(140'000, 300, 10), 8);
+}
+
+// Two calls of a concurrent consumer are inside at once: each waits for another one, a while.
+TEST(Large, SeveralThreadsCallAConcurrentConsumer) {
+  const BoxList boxes = uniform_boxes(200'000, 3);
+  Options options;
+  options.threads = 4;
+  options.concurrent_consumer = true;
+  std::atomic<int> inside{0};
+  std::atomic<bool> together{false};
+  Finder finder(options);
+  const Result r = finder.consume(boxes, [&](const Pair*, std::size_t) {
+    if (++inside > 1) together = true;
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    while (!together && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+    --inside;
+    return together.load();  // once is enough to see that it does not come to pass
+  });
+  if (r.plan.threads == 1) GTEST_SKIP() << "one thread alone here";
+  EXPECT_TRUE(together);
+  EXPECT_TRUE(r.ok()) << r.message;
+}
+
+}  // namespace
+}  // namespace throng::tests
