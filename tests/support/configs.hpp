@@ -136,6 +136,9 @@ inline void expect_sound(const Result& result, const Config& config, const Answe
   EXPECT_EQ(result.found, answer.pairs.size());
   EXPECT_EQ(result.written, answer.pairs.size());
   EXPECT_EQ(result.inactive, answer.inactive);
+  EXPECT_EQ(result.first_invalid, 0u);
+  EXPECT_EQ(result.invalid_count, 0u);
+  EXPECT_EQ(result.bytes_needed, 0u);
   EXPECT_STREQ(result.message, "");
   ASSERT_NE(result.plan.reason, nullptr);
   EXPECT_GE(result.comparisons, result.found);

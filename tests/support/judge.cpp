@@ -1,5 +1,7 @@
 #include "support/judge.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <map>
 
@@ -29,6 +31,15 @@ void Judge::begin(const Case& c) {
   drop_large();
   ++tally.cases;
   refused_ = c.is_refused();
+  nan_ = {};
+  for (const Boxes& boxes : {c.first(), c.two_sets ? c.second() : Boxes()}) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const Box box = boxes[i];
+      const float* const x = &box.lower.x;
+      if (std::none_of(x, x + 6, [](float f) { return std::isnan(f); })) continue;
+      if (nan_.count++ == 0) nan_.first = i;
+    }
+  }
   if (!refused_) truth_.run(c.first(), c.second(), c.two_sets, c.margin);
 }
 
@@ -40,6 +51,18 @@ void Judge::drop_large() {
 
 void Judge::require(bool good, const Config& config, const std::string& what) const {
   if (!good) throw Difference(config.name() + ": " + what);
+}
+
+// Every field of a Result that says something of the answer, where all pairs were wanted.
+void Judge::check(const Result& r, const Config& config) const {
+  require(r.ok(), config, r.message);
+  require(r.found == truth_.pairs().size() && r.written == r.found, config,
+          "found " + std::to_string(r.found) + " of " + std::to_string(truth_.pairs().size()) +
+              ", wrote " + std::to_string(r.written));
+  require(r.inactive == truth_.inactive(), config, "inactive boxes miscounted");
+  require(r.first_invalid == 0 && r.invalid_count == 0 && r.bytes_needed == 0, config,
+          "something invalid or needed in a search that succeeded");
+  require(r.message[0] == 0, config, r.message);
 }
 
 void Judge::compare(const Case& c, const Config& config, const Pair* got, std::size_t count) {
@@ -59,7 +82,13 @@ void Judge::search(const Case& c, std::size_t at, std::uint32_t choice) {
   options.cell_scale = c.cell_scale;
   finder.set_options(options);
   if (refused_) {
-    require(find(finder, c).status == Status::nan_box, config, "a NaN was not refused");
+    const Result r = find(finder, c);
+    require(r.status == Status::nan_box, config, "a NaN was not refused");
+    require(r.found == 0 && r.written == 0 && finder.pairs().empty(), config, "pairs beside a NaN");
+    require(r.first_invalid == nan_.first && r.invalid_count == nan_.count, config,
+            std::to_string(r.invalid_count) + " boxes with a NaN, the first " +
+                std::to_string(r.first_invalid) + ", not " + std::to_string(nan_.count) + " and " +
+                std::to_string(nan_.first));
     return;
   }
   switch (choice % 4) {
@@ -74,16 +103,13 @@ void Judge::search(const Case& c, std::size_t at, std::uint32_t choice) {
       };
       const Result r = c.two_sets ? finder.consume(c.first(), c.second(), take)
                                   : finder.consume(c.first(), take);
-      require(r.ok(), config, r.message);
+      check(r, config);
       compare(c, config, out_.data(), out_.size());
       break;
     }
     default: {
       const Result r = find(finder, c);
-      require(r.ok(), config, r.message);
-      require(r.found == truth_.pairs().size() && r.written == r.found, config,
-              "found " + std::to_string(r.found) + " of " + std::to_string(truth_.pairs().size()));
-      require(r.inactive == truth_.inactive(), config, "inactive boxes miscounted");
+      check(r, config);
       compare(c, config, finder.pairs().data(), finder.pairs().size());
       break;
     }
@@ -134,7 +160,9 @@ void Judge::buffer(const Case& c, Finder& finder, const Config& config, std::uin
   require(r.inactive == truth_.inactive(), config, "inactive boxes miscounted");
   require(r.status == (capacity >= total ? Status::ok : Status::buffer_too_small), config,
           std::string("status ") + to_string(r.status));
-  require(r.written <= capacity, config, "wrote more than there was room for");
+  const std::size_t written = r.ok() ? total : config.order == Order::canonical ? 0 : capacity;
+  require(r.written == written, config,
+          "wrote " + std::to_string(r.written) + " with room for " + std::to_string(capacity));
   for (std::size_t i = capacity; i < out_.size(); ++i)
     require(out_[i] == guard, config, "wrote past the end");
   if (r.ok()) {

@@ -39,6 +39,7 @@ class Judge {
 
  private:
   void buffer(const Case& c, Finder& finder, const Config& config, std::uint32_t room);
+  void check(const Result& r, const Config& config) const;
   void require(bool good, const Config& config, const std::string& what) const;
   void compare(const Case& c, const Config& config, const Pair* got, std::size_t count);
 
@@ -48,6 +49,9 @@ class Judge {
   std::vector<Pair> out_;
   PlainLoop truth_;
   bool refused_ = false;
+  struct {
+    std::uint64_t first = 0, count = 0;
+  } nan_;  // boxes with a NaN, of the first set first
 };
 
 // In a line, for messages.
