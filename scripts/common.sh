@@ -19,7 +19,13 @@ rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
 docs_packages=(doxygen python3-venv)
 # Of PyPI, for the site.
 docs_modules=(sphinx breathe myst-parser furo numpy)
-check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3-dev python3-venv)
+# Ubuntu's package of that name is a shell for something else.
+browser_packages=()
+if grep -qs '^ID=debian' /etc/os-release; then browser_packages=(chromium); fi
+# Another processor's compiler, and what runs its programs.
+arm_packages=(g++-aarch64-linux-gnu qemu-user googletest)
+check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${browser_packages[@]}" dpkg-dev file clang
+  clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
@@ -42,7 +48,7 @@ need() {
   fi
   local missing
   mapfile -t missing < <(missing_packages "$@")
-  [ "${#missing[@]}" -eq 0 ] && return
+  if [ "${#missing[@]}" -eq 0 ]; then return; fi
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     have sudo || fail "these packages are missing, and there is no sudo to install them: ${missing[*]}"
@@ -89,6 +95,17 @@ build() {
   shift
   [ "$#" -eq 0 ] || targets=(--target "$@")
   cmake --build "$folder" -j "$jobs" "${targets[@]}"
+}
+
+# Whether PyPI, or what stands in for it here, has any package for us: where it has, one that cannot be
+# installed is a fault.
+pypi_answers() {
+  local room answer=0
+  room="$(mktemp -d)"
+  python3 -m venv "$room/venv"
+  "$room/venv/bin/pip" download --quiet --disable-pip-version-check --retries 1 --no-cache-dir --no-deps -d "$room" wheel || answer=1
+  rm -rf "$room"
+  return "$answer"
 }
 
 seconds_since() { printf '%d s' "$(($(date +%s) - $1))"; }

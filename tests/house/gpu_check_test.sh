@@ -29,8 +29,8 @@ sound_programs() {
   program throng-bench-gpu '
 if [ "$*" = --device ]; then echo "NVIDIA H200 NVL: 132 multiprocessors"; exit; fi
 while [ "$#" -gt 0 ]; do
-  [ "$1" = --csv ] && printf "experiment,what\n%s,row\n" "${part:-files}" > "$2"
-  [ "$1" = --part ] && part="$2"
+  if [ "$1" = --csv ]; then printf "experiment,what\n%s,row\n" "${part:-files}" > "$2"; fi
+  if [ "$1" = --part ]; then part="$2"; fi
   shift
 done
 echo "goal: 0.1 reached"'
@@ -68,13 +68,15 @@ grep -q ', 24 of 26 checks ran' "$folder/said"
 grep -q 'skipped: no throng-paper' "$folder/said"
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 # A part by itself adds to what is there, data beside the programs are taken.
-mkdir "$bin/data" && touch "$bin/data/boxes.npy"
+mkdir "$bin/data"
+touch "$bin/data/boxes.npy"
 expect 0 '1 of 1 checks ran' files
 [ "$(rows | wc -l)" -eq 10 ]
 [ "$(grep -c '^####' "$out/gpu_check.log")" -eq 2 ]
 
 sound_programs
-mkdir "$folder/data" && touch "$folder/data/boxes.npy"
+mkdir "$folder/data"
+touch "$folder/data/boxes.npy"
 expect 0 'bench files' --data "$folder/data" files
 [ "$(rows | grep -c '^files,row')" -gt 0 ]
 
@@ -113,14 +115,14 @@ expect 2 "no step 'check/all'" check/all
 tool ''
 together() { "${check}_together" --bin "$bin" --out "$out" --limit 100 > "$folder/said" 2>&1; }
 rm -rf "$out"
-together || { cat "$folder/said" && exit 1; }
+together || { cat "$folder/said"; exit 1; }
 grep -q 'all that ran and must hold does' "$folder/said"
 grep -q 'door: GpuFaults  *ok' "$folder/said"
 grep -q 'racecheck cuda_test  *ok' "$folder/said"
 [ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 8 ]
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 program lattice_test "$listing; echo '[  FAILED  ] one'; exit 1"
-if together; then echo "what fails beside others is not told" && exit 1; fi
+if together; then echo "what fails beside others is not told"; exit 1; fi
 grep -q 'failed: 1-lattices' "$folder/said"
 rm "$folder/tools/compute-sanitizer"
 cases=$((cases + 2))
