@@ -83,7 +83,7 @@ int main() {
       std::vector<char> to(from.size(), 2);
       std::vector<Box> out(n);
       const double copy = median_ns([&] { std::memcpy(to.data(), from.data(), to.size()); });
-      double ns[2];
+      double ns[2] = {};
       for (const unsigned threads : {1u, 2u}) {
         UpdateOptions options;
         options.threads = threads;

@@ -207,6 +207,7 @@ std::vector<Row> Bench::measure(const Case& c) {
     if (c.objects >= 10000 && r.row.ms > 1.4 * best->second.first)
       dropped_[key(c, *r.entry)] = best->second.second;
   }
+  rows.reserve(runners.size());
   for (Runner& r : runners) rows.push_back(std::move(r.row));
   return rows;
 }

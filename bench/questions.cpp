@@ -172,6 +172,7 @@ void run(const Case& c, const std::vector<unsigned>& thread_counts, bool with_ri
   Wander wander(boxes_of(c.scene, object_count), c.share);
   std::vector<std::unique_ptr<Answerer>> all;
   std::vector<unsigned> threads = thread_counts;
+  all.reserve(2 * thread_counts.size());
   for (const unsigned t : thread_counts) all.push_back(std::make_unique<Throng>(t));
   for (const unsigned t : thread_counts) all.push_back(std::make_unique<Askers>(t));
   threads.insert(threads.end(), thread_counts.begin(), thread_counts.end());

@@ -63,6 +63,7 @@ int main() {
   // Each box covers its body's whole way through the next step: what moves fast is not missed.
   const float step = 1.0f / 60;
   std::vector<throng::Vec3> displacements;
+  displacements.reserve(bodies.size());
   for (const Body& body : bodies)
     displacements.push_back(
         {body.velocity.x * step, body.velocity.y * step, body.velocity.z * step});

@@ -182,7 +182,7 @@ TEST_P(Capacity, VectorForms) {
   EXPECT_TRUE(out.empty()) << "what was in the vector is replaced";
 }
 
-THRONG_INSTANTIATE(Capacity, all_configs);
+THRONG_INSTANTIATE(Capacity, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

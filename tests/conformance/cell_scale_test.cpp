@@ -55,7 +55,7 @@ TEST_P(CellScale, TwoSetsAndFilters) {
   }
 }
 
-THRONG_INSTANTIATE(CellScale, all_configs);
+THRONG_INSTANTIATE(CellScale, suite_configs);
 
 // What takes longer: of each algorithm and instruction set one.
 class CellScaleOfMany : public CellScale {};

@@ -354,7 +354,7 @@ TEST_P(Consume, InvalidInputReachesNoConsumer) {
   EXPECT_EQ(taken.blocks, 0u);
 }
 
-THRONG_INSTANTIATE(Consume, all_configs);
+THRONG_INSTANTIATE(Consume, suite_configs);
 
 #if defined(THRONG_TESTS_TBB)
 // A consumer that waits for tasks of its own, on the threads that also search: it is given none of

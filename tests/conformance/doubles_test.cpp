@@ -14,7 +14,7 @@ class Doubles : public Conformance {};
 
 std::vector<Config> cpu_configs() {
   std::vector<Config> configs;
-  for (const Config& config : all_configs())
+  for (const Config& config : suite_configs())
     if (config.backend == Backend::cpu) configs.push_back(config);
   return configs;
 }

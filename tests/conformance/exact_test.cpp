@@ -286,7 +286,7 @@ TEST_P(Exact, TinySets) {
   }
 }
 
-THRONG_INSTANTIATE(Exact, all_configs);
+THRONG_INSTANTIATE(Exact, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

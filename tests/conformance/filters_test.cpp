@@ -361,7 +361,7 @@ TEST_P(Filter, WorldBelowMinusOneIsRefused) {
   expect_bad_filter(finder.find(view, boxes), "world -2 in the first set");
 }
 
-THRONG_INSTANTIATE(Filter, all_configs);
+THRONG_INSTANTIATE(Filter, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

@@ -91,7 +91,7 @@ TEST_P(FloatState, RestoredOnEveryWayOut) {
       << "rounding outward depends on the state";
 }
 
-THRONG_INSTANTIATE(FloatState, all_configs);
+THRONG_INSTANTIATE(FloatState, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

@@ -254,7 +254,7 @@ TEST(Names, OneEach) {
   expect_names(Isa::neon);
 }
 
-THRONG_INSTANTIATE(Invalid, all_configs);
+THRONG_INSTANTIATE(Invalid, suite_configs);
 
 TEST(Isas, OneThatIsNotHereIsRefused) {
   int refused = 0;

@@ -150,7 +150,7 @@ TEST_P(Stop, WhileBoxesAreBinned) {
   EXPECT_EQ(r.inactive, 0u);
 }
 
-THRONG_INSTANTIATE(Stop, all_configs);
+THRONG_INSTANTIATE(Stop, suite_configs);
 
 TEST(StopUpdateBoxes, LeavesTheRest) {
   const Transform here{{1, 2, 3}, {}};

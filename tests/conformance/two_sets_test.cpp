@@ -111,7 +111,7 @@ TEST_P(TwoSets, TheFirstInvalidBoxOfTheSecondSet) {
   EXPECT_EQ(result.invalid_count, 2u);
 }
 
-THRONG_INSTANTIATE(TwoSets, all_configs);
+THRONG_INSTANTIATE(TwoSets, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

@@ -101,7 +101,7 @@ TEST_P(View, TwoSetsInDifferentLayouts) {
       config(), reference_pairs(a, b));
 }
 
-THRONG_INSTANTIATE(View, all_configs);
+THRONG_INSTANTIATE(View, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

@@ -160,7 +160,7 @@ TEST_P(Worlds, InOnePlaceAreNotCompared) {
   }
 }
 
-THRONG_INSTANTIATE(Worlds, all_configs);
+THRONG_INSTANTIATE(Worlds, suite_configs);
 
 }  // namespace
 }  // namespace throng::tests

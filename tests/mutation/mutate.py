@@ -178,7 +178,7 @@ def limit_time(seconds):
 
 def kill(mutant, tests, folder):
     """(the killer or None, how, seconds)"""
-    environment = dict(os.environ, THRONG_MUTANT=str(mutant))
+    environment = dict(os.environ, THRONG_MUTANT=str(mutant), THRONG_CONFIGS="all")
     start = time.time()
     for name, _, command, limit in tests:
         try:

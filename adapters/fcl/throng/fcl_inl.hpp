@@ -140,6 +140,7 @@ void FclManager<S>::collide(Base* other, void* data, fcl::CollisionCallBack<S> c
   std::vector<Near> theirs;
   list(other, theirs);
   std::vector<Box> boxes;
+  boxes.reserve(theirs.size());
   for (const Near& their : theirs) boxes.push_back(candidate(*their.bounds));
   std::vector<Pair> found;
   find_touched(boxes, found);
