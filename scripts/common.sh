@@ -67,6 +67,9 @@ use_ninja_and_ccache() {
     export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
     # Without these it caches nothing that has a precompiled header.
     export CCACHE_SLOPPINESS="${CCACHE_SLOPPINESS:-pch_defines,time_macros}"
+    # What a file includes it takes from the compiler, and does not run the preprocessor first: a tenth of
+    # the time where the cache is empty.
+    export CCACHE_DEPEND="${CCACHE_DEPEND:-true}"
     # A header of which a comment alone has changed is another one to a precompiled header, which knows it by all its
     # bytes: from the cache would come the old one, and everything in it be defined twice.
     export CCACHE_COMMENTS="${CCACHE_COMMENTS:-true}"
