@@ -95,13 +95,13 @@ TEST_P(Lattices, Small) {
   }
 }
 
-THRONG_INSTANTIATE(Lattices, all_configs);
+THRONG_INSTANTIATE(Lattices, suite_configs);
 
 class LargeLattices : public Conformance {};
 
 std::vector<Config> grid_configs() {
   std::vector<Config> configs;
-  for (const Config& config : all_configs())
+  for (const Config& config : suite_configs())
     if (config.algorithm != Algorithm::all_pairs &&
         (config.threads == 0 || config.threads % 2 == 1))
       configs.push_back(config);
