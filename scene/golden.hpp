@@ -1,6 +1,6 @@
-// What the scenes' pairs are, to the byte, on every machine, compiler, instruction set, thread count
-// and backend. Printed by the library itself, so that alone it shows stability; golden_test holds
-// the rows of up to 10,000 boxes against the double loop.
+// What the scenes' pairs are, to the byte, on every machine, compiler, instruction set, thread
+// count and backend. Printed by the library itself, so that alone it shows stability; golden_test
+// holds the rows of up to 10,000 boxes against the double loop.
 #pragma once
 
 #include <cstddef>

@@ -68,8 +68,8 @@ THRONG_HD inline Touch touch(const Sweep& sweep, const Box& b) noexcept {
 //
 // Until time `end` touch() is off by some 2^-51 of the numbers that meet in it: the bounds, and how
 // far the sweep has come by then, |by| * end. A bound is put 2^-40 of their sum further out. So a
-// sweep that is far longer than its way through the objects is held as closely as a short one. And a
-// bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for which it is put out by
+// sweep that is far longer than its way through the objects is held as closely as a short one. And
+// a bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for which it is put out by
 // 2^-22 of itself and 2^-140. What holds until a time holds until any earlier one.
 class Cover {
  public:
@@ -92,8 +92,8 @@ class Cover {
     }
     return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
   }
-  // Along an axis: its bounds at the start, not for floats, as they hold until `end`, and how far it
-  // goes until time 1.
+  // Along an axis: its bounds at the start, not for floats, as they hold until `end`, and how far
+  // it goes until time 1.
   THRONG_HD double lower(int k, double end) const noexcept {
     return lower_[k] - slack(lower_[k], by_[k] * end);
   }

@@ -51,8 +51,7 @@ void Forbidden::find_owner(const Problem& problem) {
 // pair with none of these, until there is none.
 void Forbidden::find_kinds(const Problem& problem) {
   std::uint64_t boxes[Kinds::most] = {};
-  each_box(problem,
-           [&](bool second, std::uint32_t id) { ++boxes[search_.kinds->of(second)[id]]; });
+  each_box(problem, [&](bool second, std::uint32_t id) { ++boxes[search_.kinds->of(second)[id]]; });
   for (;;) {
     std::uint32_t best = Kinds::most;
     for (std::uint32_t k = 0; k < Kinds::most; ++k) {

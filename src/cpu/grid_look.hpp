@@ -22,7 +22,8 @@ class GridLook {
       : space_(space), plan_(plan) {}
 
   // f(id) for every box that overlaps the region, which is a box; for some others; and for some
-  // several times. What f throws comes through. Returns how many columns and records were looked at.
+  // several times. What f throws comes through. Returns how many columns and records were looked
+  // at.
   template <class F>
   std::uint64_t each(const Box& region, F&& f) const;
 

@@ -18,8 +18,8 @@ class Around {
   explicit Around(cpu::Memory& memory) noexcept
       : begun_(memory), ended_(memory), hits_(memory), seen_(memory) {}
 
-  // What is searched: the objects are in cells, or in a forest if there is one, and linked with their
-  // pairs.
+  // What is searched: the objects are in cells, or in a forest if there is one, and linked with
+  // their pairs.
   struct Scene {
     const Objects& objects;
     const PairSet& pairs;

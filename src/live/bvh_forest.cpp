@@ -50,13 +50,9 @@ BvhForest::Summary BvhForest::Summary::of(const Filter& f) noexcept {
   constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min();
   constexpr std::int32_t greatest = std::numeric_limits<std::int32_t>::max();
   const bool in_world = f.world != -1;
-  return {f.group,
-          f.mask,
-          f.owner,
-          in_world ? f.world : greatest,
-          in_world ? f.world : least,
-          !in_world,
-          !f.is_static};
+  return {
+      f.group,   f.mask,      f.owner, in_world ? f.world : greatest, in_world ? f.world : least,
+      !in_world, !f.is_static};
 }
 
 void BvhForest::Summary::add(const Summary& other) noexcept {
@@ -165,7 +161,8 @@ void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t 
     return;
   }
   std::uint32_t t = 1;
-  for (std::size_t held = trees_[1].held; held + count > trees_[t].room; held += trees_[t].held) ++t;
+  for (std::size_t held = trees_[1].held; held + count > trees_[t].room; held += trees_[t].held)
+    ++t;
   items_.clear();
   for (std::uint32_t smaller = 1; smaller <= t; ++smaller) gather(trees_[smaller], objects);
   for (std::size_t i = 0; i < count; ++i) items_.push(item_of(objects, ids[i]));

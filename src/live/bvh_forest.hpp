@@ -1,22 +1,24 @@
-// A forest of bounding volume hierarchies: the index of objects that cells do not suit, as many boxes
-// in one place, coordinates of many magnitudes, or boxes without end. A search visits about log n
-// nodes beside the boxes that it finds, wherever the boxes lie.
+// A forest of bounding volume hierarchies: the index of objects that cells do not suit, as many
+// boxes in one place, coordinates of many magnitudes, or boxes without end. A search visits about
+// log n nodes beside the boxes that it finds, wherever the boxes lie.
 //
-// The logarithmic method (Bentley and Saxe, 1980): one large tree, a buffer of a few boxes, and trees
-// between them whose room doubles. None is ever changed but for boxes that are erased. New boxes go
-// into the buffer, or with all that is in smaller trees into the smallest tree that has room, which
-// is built again. So a box is moved log n times at most, and no tree gets worse as boxes move.
+// The logarithmic method (Bentley and Saxe, 1980): one large tree, a buffer of a few boxes, and
+// trees between them whose room doubles. None is ever changed but for boxes that are erased. New
+// boxes go into the buffer, or with all that is in smaller trees into the smallest tree that has
+// room, which is built again. So a box is moved log n times at most, and no tree gets worse as
+// boxes move.
 //
 // A tree is a binary one. A node is a CellLine: the two boxes are the bounds of its children. Up to
-// `leaf_objects` boxes make a leaf, which is some lines that follow one another. A set is split in two
-// halves, by the corner coordinate of six along which it is widest: boxes of one place but of several
-// shapes or sizes are told apart as well as those of several places. Objects whose filters differ
-// in what they may pair with are split by that first; and each child has a summary of its filters, by
-// which searches pass over whatever they may not find.
+// `leaf_objects` boxes make a leaf, which is some lines that follow one another. A set is split in
+// two halves, by the corner coordinate of six along which it is widest: boxes of one place but of
+// several shapes or sizes are told apart as well as those of several places. Objects whose filters
+// differ in what they may pair with are split by that first; and each child has a summary of its
+// filters, by which searches pass over whatever they may not find.
 //
 // Why no box is lost: the bounds of a node hold those of all boxes below it, exactly, as they are
-// minima and maxima of floats. Where a box overlaps a query, so do all bounds that hold it; and what
-// touch() and LineSieve return for a box they return for one that holds it, no later and no shorter.
+// minima and maxima of floats. Where a box overlaps a query, so do all bounds that hold it; and
+// what touch() and LineSieve return for a box they return for one that holds it, no later and no
+// shorter.
 #pragma once
 
 #include <bit>
@@ -45,16 +47,17 @@ class BvhForest {
   // Whether so many can be inserted, and most of what is held has not been erased.
   bool takes(std::size_t count) const noexcept;
   void erase(std::uint32_t slot) noexcept;
-  // Objects that are active and not held, each once; it takes so many. Their homes become their slots.
+  // Objects that are active and not held, each once; it takes so many. Their homes become their
+  // slots.
   void insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept;
 
   // f(id) for each object that overlaps the box, once; of those that `filter` may not pair with it
   // leaves out many. What f throws comes through.
   template <class F>
   void search(const Box& box, const Filter& filter, Work& work, F&& f) const;
-  // look(line, k) for box k of a line, all that pass a sieve, each once; but those that the sweep meets
-  // after time `first`, which look() may make less. Nearer ones go first if only the first is wanted.
-  // `cover`: the sweep's.
+  // look(line, k) for box k of a line, all that pass a sieve, each once; but those that the sweep
+  // meets after time `first`, which look() may make less. Nearer ones go first if only the first is
+  // wanted. `cover`: the sweep's.
   template <class Look>
   void cast(const Sweep& sweep, const core::Cover& cover, const Filter& filter, bool to_first,
             const double& first, Work& work, Look&& look) const;
@@ -124,7 +127,8 @@ class BvhForest {
   void append(const Objects& objects, const Item& item) noexcept;
   void gather(Tree& tree, const Objects& objects) noexcept;
   void build(Tree& tree, const Objects& objects) noexcept;
-  Ref split(Build& build, Item* items, std::size_t count, Bounds& bounds, Summary& summary) noexcept;
+  Ref split(Build& build, Item* items, std::size_t count, Bounds& bounds,
+            Summary& summary) noexcept;
   Ref make_leaf(Build& build, const Item* items, std::size_t count, Bounds& bounds,
                 Summary& summary) noexcept;
   void put(const Objects& objects, std::uint32_t line, std::uint32_t k, const Item& item) noexcept;
@@ -215,7 +219,8 @@ void BvhForest::cast(const Sweep& sweep, const core::Cover& cover, const Filter&
           cpu::prefetch(lines_.data() + child[count - 1].ref.line);
         }
         // The nearer one is on top.
-        if (count == 2 && to_first && child[0].enter < child[1].enter) std::swap(child[0], child[1]);
+        if (count == 2 && to_first && child[0].enter < child[1].enter)
+          std::swap(child[0], child[1]);
         for (std::uint32_t k = 0; k < count; ++k) stack[depth++] = child[k];
         continue;
       }

@@ -25,10 +25,10 @@ struct CellPlan {
     std::uint64_t cell;
   };
 
-  double span = 1;       // of the first class
-  bool crowded = false;  // many boxes lie in a cell of two spans
-  bool thin = false;     // most boxes are
-  bool worlds = false;   // there are several
+  double span = 1;                  // of the first class
+  bool crowded = false;             // many boxes lie in a cell of two spans
+  bool thin = false;                // most boxes are
+  bool worlds = false;              // there are several
   double expected_comparisons = 0;  // of a search
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 

@@ -18,8 +18,9 @@
 // time.
 //
 // Its time is that in which it meets what holds all boxes in cells: of none of them does touch()
-// say that it is met before, or begins to be met after, as none of its steps decreases. So its sieve,
-// too, is that of the sweep until then. Boxes that are too wide for cells are looked at by themselves.
+// say that it is met before, or begins to be met after, as none of its steps decreases. So its
+// sieve, too, is that of the sweep until then. Boxes that are too wide for cells are looked at by
+// themselves.
 #pragma once
 
 #include <cstdint>
@@ -103,8 +104,8 @@ class CellWalk {
   core::Touch inside_;                  // its time
   const Sweep* sweep_;
   const core::Cover* cover_;
-  CellMap::Range whole_, range_;        // of all that time, in units; the next layer's cells
-  std::uint64_t left_, far_;            // so many cells, and it gives up; see looked_far()
+  CellMap::Range whole_, range_;  // of all that time, in units; the next layer's cells
+  std::uint64_t left_, far_;      // so many cells, and it gives up; see looked_far()
   std::uint32_t count_, enough_;
   std::uint32_t homes_[room];
   unsigned way_count_, next_;

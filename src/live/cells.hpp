@@ -48,9 +48,9 @@ class Cells {
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory), blocks_(memory) {}
 
-  // Cells for the objects as they are, with the active ones in them: all get their homes. False: they
-  // do not suit, as a search would be expected to compare more than `most_compared` boxes; then, and
-  // where it throws cpu::NoMemory, there are none.
+  // Cells for the objects as they are, with the active ones in them: all get their homes. False:
+  // they do not suit, as a search would be expected to compare more than `most_compared` boxes;
+  // then, and where it throws cpu::NoMemory, there are none.
   bool make(const Objects& objects, double most_compared, const Executor& executor, unsigned tasks);
   // Whether they would suit. Throws cpu::NoMemory.
   bool suit(const Objects& objects, double most_compared);

@@ -21,8 +21,7 @@ bool Cells::make(const Objects& objects, double most_compared, const Executor& e
   const CellPlan plan = CellPlan::of(objects, sample_);
   if (plan.expected_comparisons > most_compared) return false;
   lay_out(plan, objects.count());
-  cpu::Team::lead(executor, tasks,
-                  [&](const Executor& team) { find_homes(objects, team, tasks); });
+  cpu::Team::lead(executor, tasks, [&](const Executor& team) { find_homes(objects, team, tasks); });
   if (static_cast<double>(wide_count()) > most_compared) return false;
   fill(objects);
   return true;

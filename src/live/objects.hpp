@@ -84,7 +84,8 @@ class Objects {
   // The same number for objects that may pair with the same others, by all but owners, and mostly
   // another one for others.
   std::uint32_t pairing_class(ObjectId id) const noexcept {
-    return (kinds_.allowed(kind(id)) * 0x9e3779b1u ^ static_cast<std::uint32_t>(filters_[id].world)) *
+    return (kinds_.allowed(kind(id)) * 0x9e3779b1u ^
+            static_cast<std::uint32_t>(filters_[id].world)) *
            0x85ebca6bu;
   }
   // All ids, those that are not alive as inactive boxes; with the filters that are in use.

@@ -112,9 +112,9 @@ struct Queries::Way {
   CellWalk walk;
 };
 
-// Calls prepare(i, its look) and later ask(i, that, list, work) for every question, in order within a
-// task, puts the lists together in hits_, and adds up what was looked at. What one question finds is sorted by id, each object
-// once.
+// Calls prepare(i, its look) and later ask(i, that, list, work) for every question, in order within
+// a task, puts the lists together in hits_, and adds up what was looked at. What one question finds
+// is sorted by id, each object once.
 template <class Look, class Prepare, class Ask>
 Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
                   cpu::Stop& stop, Prepare&& prepare, Ask&& ask) {
@@ -197,8 +197,7 @@ Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
       for (std::size_t id = 0; id < objects.limit(); ++id) meet(static_cast<ObjectId>(id));
     }
   };
-  const Work work =
-      run<Look>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, ask);
+  const Work work = run<Look>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, ask);
   overlaps_.clear();
   overlaps_.reserve(hits_.size());
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
@@ -302,8 +301,7 @@ Work Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
         looked_far.fetch_add(way.walk.looked_far(), std::memory_order_relaxed);
       meetings.finish();
     };
-    const Work work =
-        run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
+    const Work work = run<Way>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, ask);
     far = looked_far;
     return work;
   }
@@ -315,9 +313,8 @@ Work Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
     const core::Cover cover(sweep);
     Meetings meetings(objects, sweeps, allowed, i, found);
     if (ground.forest) {
-      ground.forest->cast(
-          sweep, cover, meetings.filter, only_first, meetings.first(), work,
-          [&](const CellLine& line, std::uint32_t k) { meetings.meet(line, k); });
+      ground.forest->cast(sweep, cover, meetings.filter, only_first, meetings.first(), work,
+                          [&](const CellLine& line, std::uint32_t k) { meetings.meet(line, k); });
     } else if (!ground.cells && columns_pay(ground, objects, sweep)) {
       const auto meet = [&](ObjectId id) {
         ++work.compared;

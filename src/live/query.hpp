@@ -26,8 +26,8 @@ struct Columns {
   cpu::GridLook look;
   const List<ObjectId>& changed;
 };
-// Where queries look for objects: in cells or in a forest, in which all are where they belong, or in
-// columns; and where there are none, or columns do not pay, at all objects.
+// Where queries look for objects: in cells or in a forest, in which all are where they belong, or
+// in columns; and where there are none, or columns do not pay, at all objects.
 struct Ground {
   const Cells* cells = nullptr;
   const BvhForest* forest = nullptr;

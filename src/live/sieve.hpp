@@ -4,20 +4,20 @@
 // nowhere decreasing.
 //
 // A sweep is looked at until a time `end`, and its times here are parts of that: a sweep far longer
-// than the way on which there are boxes would be told apart from none of them otherwise. `by` is how
-// far it goes until then.
+// than the way on which there are boxes would be told apart from none of them otherwise. `by` is
+// how far it goes until then.
 //
-// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1, parts
-// of `end`. Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's box is
-// finite, a time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the three, `by`
-// included, is rounded by 2^-22 of itself at most, or by 2^-150, which the inverse makes no more than
-// 2^-86; a difference that overflows is a time beyond 1. So a time at which the axes begin to touch, at most 1, comes
-// out greater by no more than 2^-20, and one at which they end, at least 0, less by no more than
-// that or at least 1; and it is asked for enter <= leave + 2^-18. Along any other axis the box
-// overlaps `cover`: a number not above 0 stays so times 2^110, and one that is the distance from
-// beyond its lower end becomes at least 1, as that is a float further off than where the sweep is,
-// or 2^-90. Where infinity meets infinity there is a NaN, which neither the least nor the greatest
-// of two takes from its first operand.
+// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1,
+// parts of `end`. Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's
+// box is finite, a time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the
+// three, `by` included, is rounded by 2^-22 of itself at most, or by 2^-150, which the inverse
+// makes no more than 2^-86; a difference that overflows is a time beyond 1. So a time at which the
+// axes begin to touch, at most 1, comes out greater by no more than 2^-20, and one at which they
+// end, at least 0, less by no more than that or at least 1; and it is asked for enter <= leave +
+// 2^-18. Along any other axis the box overlaps `cover`: a number not above 0 stays so times 2^110,
+// and one that is the distance from beyond its lower end becomes at least 1, as that is a float
+// further off than where the sweep is, or 2^-90. Where infinity meets infinity there is a NaN,
+// which neither the least nor the greatest of two takes from its first operand.
 #pragma once
 
 #include <algorithm>

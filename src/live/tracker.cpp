@@ -20,16 +20,16 @@ constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
 constexpr double settle_ns = 70, settle_in_forest_ns = 600, had_pair_ns = 45, line_ns = 15;
 // Each comparison of that: where there are many, they cost more than the objects do.
 constexpr double found_comparison_ns = 0.25;
-// An update that finds all pairs from scratch as searches compared too many forgets so much of that; and
-// after so many at most it is tried again.
+// An update that finds all pairs from scratch as searches compared too many forgets so much of
+// that; and after so many at most it is tried again.
 constexpr double forgotten = 0.01;
 constexpr std::uint32_t most_wait = 8;
 // Searching around what changed is not given up before it has looked at so much.
 constexpr double least_work = 4096;
 // Linking a pair.
 constexpr double link_ns = 30;
-// Where searches compare twice as many boxes per pair as in new cells, and more than this, so much is
-// lost.
+// Where searches compare twice as many boxes per pair as in new cells, and more than this, so much
+// is lost.
 constexpr double outdated_comparisons = 64;
 // Below so many objects no index saves enough to be chosen.
 constexpr std::size_t least_objects_of_forest = 256;
@@ -147,15 +147,14 @@ void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
   }
 }
 
-// Which way is cheaper. This decides nothing but the cost. Searching around what changed is to be given
-// up once it has cost `most_ns`.
+// Which way is cheaper. This decides nothing but the cost. Searching around what changed is to be
+// given up once it has cost `most_ns`.
 bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_ns) {
   const auto objects = static_cast<double>(objects_.count());
   const auto pairs = static_cast<double>(pairs_.count());
   const auto changed = static_cast<double>(objects_.dirty_count());
   const double threads = 1 + thread_share * (tasks - 1);
-  const double all =
-      (objects * std::max(find_object_ns, all_ns_) + pairs * find_pair_ns) / threads;
+  const double all = (objects * std::max(find_object_ns, all_ns_) + pairs * find_pair_ns) / threads;
   const double settle = index_ == Index::forest ? settle_in_forest_ns : settle_ns;
   const auto cost_of_few = [&](double comparisons) {
     const double search =
@@ -274,7 +273,8 @@ void Tracker::settle_in_forest(const ObjectId* dirty, std::size_t count) {
   forest_.insert(objects_, entering_.data(), entering_.size());
 }
 
-bool Tracker::settle_in_cells(const ObjectId* dirty, std::size_t count, double most_lines) noexcept {
+bool Tracker::settle_in_cells(const ObjectId* dirty, std::size_t count,
+                              double most_lines) noexcept {
   double lines = 0;
   Cells::Place places[settle_ahead];
   for (std::size_t i = 0; i + 1 < count + settle_ahead; ++i) {

@@ -1,14 +1,15 @@
 // What a BroadPhase keeps: objects, pairs, cells, and which way an update goes.
 //
-// Few changed: each of them is compared with the pairs it had and with the boxes around it, which an
-// index finds. Many changed: all pairs are found from scratch, as a Finder does, and merged with those
-// there were. After the latter the index is stale; building it again is put off until what it would
-// have saved since is as much as that costs. Queries have the columns in which pairs were found.
+// Few changed: each of them is compared with the pairs it had and with the boxes around it, which
+// an index finds. Many changed: all pairs are found from scratch, as a Finder does, and merged with
+// those there were. After the latter the index is stale; building it again is put off until what it
+// would have saved since is as much as that costs. Queries have the columns in which pairs were
+// found.
 //
 // The index is Cells where boxes are spread out, and a BvhForest where they are not. Searches in
-// cells are counted: what they look at beyond `fair_comparisons()` is waste. Once the waste is as much
-// as a forest costs, there is one. So whatever the boxes, less than twice is paid of what the better
-// index would have cost. After as many changes as there are objects, cells are tried again.
+// cells are counted: what they look at beyond `fair_comparisons()` is waste. Once the waste is as
+// much as a forest costs, there is one. So whatever the boxes, less than twice is paid of what the
+// better index would have cost. After as many changes as there are objects, cells are tried again.
 #pragma once
 
 #include <atomic>
@@ -103,11 +104,11 @@ class Tracker {
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  std::mutex preparing_;              // what those who ask share
-  std::atomic<bool> ready_{false};    // what changed is where questions look for it
+  std::mutex preparing_;            // what those who ask share
+  std::atomic<bool> ready_{false};  // what changed is where questions look for it
   enum class Index : std::uint8_t { absent, cells, forest };
   std::atomic<Index> index_{Index::absent};  // what all objects but those that changed are in
-  std::atomic<bool> blocked_{false};  // and which blocks of them are empty
+  std::atomic<bool> blocked_{false};         // and which blocks of them are empty
   std::atomic<bool> indexed_{false};  // which of the pairs, as they are in order, an object has
   bool linked_ = false;               // pairs are linked; where not, they are in order
   bool columned_ = false;             // the engine's columns hold all but what has changed since
@@ -115,7 +116,7 @@ class Tracker {
   // ns that a forest would have saved; and objects that changed since there has been this index.
   std::atomic<double> wasted_{0};
   std::size_t changed_ = 0;
-  bool retried_ = false;  // these cells are not the first since there was a forest, or waste
+  bool retried_ = false;   // these cells are not the first since there was a forest, or waste
   bool too_wide_ = false;  // what changed has been so for cells
   double all_ns_ = 0;      // what comparing cost an object when all pairs were last found
   // Searching around what changed is tried again in so many updates; the next time in so many.
@@ -135,7 +136,8 @@ class Tracker {
   // as searches have shown it.
   static constexpr double first_comparisons = 24;
   double comparisons_ = first_comparisons;
-  // Of a search, in cells as they were when new, per pair of an object and one more; 0: not known yet.
+  // Of a search, in cells as they were when new, per pair of an object and one more; 0: not known
+  // yet.
   double usual_comparisons_ = 0;
 };
 

@@ -97,8 +97,8 @@ void Tracker::walked(std::uint64_t cells) noexcept {
   }
 }
 
-// What queries without an index cost beyond what was expected of them: where boxes are clustered, the
-// columns that are looked into may have far more than their share.
+// What queries without an index cost beyond what was expected of them: where boxes are clustered,
+// the columns that are looked into may have far more than their share.
 void Tracker::cost_more(const Queries& by, const Work& work, double expected,
                         const Options& options) noexcept {
   if (index_ != Index::absent) return;
@@ -111,8 +111,8 @@ void Tracker::cost_more(const Queries& by, const Work& work, double expected,
   }
 }
 
-// Queries in cells that looked at more than a forest would. While others search in the cells those stay
-// as they are, and the forest is built beside them.
+// Queries in cells that looked at more than a forest would. While others search in the cells those
+// stay as they are, and the forest is built beside them.
 void Tracker::looked_at(const Work& work, std::size_t queries, std::size_t hits) noexcept {
   if (index_ != Index::cells) return;
   const double fair =

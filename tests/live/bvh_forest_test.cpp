@@ -96,7 +96,8 @@ void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) 
   w.forest().cast(sweep, cover, filter, false, never, work,
                   [&](const CellLine& line, std::uint32_t k) {
                     const core::Touch t = touch(line.id[k]);
-                    if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter)) return;
+                    if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
+                      return;
                     met.push_back(line.id[k]);
                   });
   std::sort(met.begin(), met.end());
@@ -105,7 +106,8 @@ void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) 
   w.forest().cast(sweep, cover, filter, true, found, unused,
                   [&](const CellLine& line, std::uint32_t k) {
                     const core::Touch t = touch(line.id[k]);
-                    if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter)) return;
+                    if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
+                      return;
                     found = std::min(found, t.enter);
                   });
   ASSERT_EQ(found, first);
@@ -196,10 +198,15 @@ struct Scene {
   std::function<Box(Random&)> box;
 };
 std::vector<Scene> scenes() {
-  const auto decades = [](Random& r) { return std::pow(10.0f, r.in(-18, 18)) * (r.one_in(2) ? 1.0f : -1.0f); };
+  const auto decades = [](Random& r) {
+    return std::pow(10.0f, r.in(-18, 18)) * (r.one_in(2) ? 1.0f : -1.0f);
+  };
   return {
       {"one heap", [](Random& r) { return cube(r.point(0, 8), 4); }},
-      {"all in one place", [](Random&) { return cube({1, 2, 3}, 1); }},
+      {"all in one place",
+       [](Random&) {
+         return cube({1, 2, 3}, 1);
+       }},
       {"uniform", [](Random& r) { return cube(r.point(0, 50), 1); }},
       {"two heaps far apart",
        [](Random& r) { return cube(r.point(0, 8), 1 + (r.one_in(2) ? 1e6f : 0)); }},
@@ -279,8 +286,8 @@ TEST(BvhForest, PassesOverWhatFiltersForbid) {
   }
 }
 
-// However many of few are moved at a time, an object is moved log n times at most: counted in builds of
-// all.
+// However many of few are moved at a time, an object is moved log n times at most: counted in
+// builds of all.
 TEST(BvhForest, IsSeldomBuiltAgain) {
   Random random(5);
   World w;
@@ -288,7 +295,8 @@ TEST(BvhForest, IsSeldomBuiltAgain) {
   w.build();
   std::size_t built = 0;
   for (int frame = 0; frame < 2000; ++frame) {
-    for (int k = 0; k < 10; ++k) w.objects().move(random.below(10'000), cube(random.point(0, 8), 4));
+    for (int k = 0; k < 10; ++k)
+      w.objects().move(random.below(10'000), cube(random.point(0, 8), 4));
     built += !w.settle();
   }
   EXPECT_LE(built, 20'000u / 2500 + 1);

@@ -75,11 +75,12 @@ Box any_box(Random& random) {
   return box;
 }
 
-// A time until which a sweep may be looked at: all of it, that at which it meets or leaves a box, or
-// any.
+// A time until which a sweep may be looked at: all of it, that at which it meets or leaves a box,
+// or any.
 double any_end(Random& random, const Sweep& sweep, const Box& box) {
   const core::Touch t = core::touch(sweep, box);
-  const double ends[] = {1, t.enter, t.leave, std::ldexp(double{random.unit()}, -random.between(0, 90))};
+  const double ends[] = {1, t.enter, t.leave,
+                         std::ldexp(double{random.unit()}, -random.between(0, 90))};
   return std::clamp(ends[random.below(4)], 0.0, 1.0);
 }
 

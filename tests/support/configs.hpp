@@ -118,16 +118,18 @@ inline std::vector<Config> all_configs() {
   return configs;
 }
 
-// What the conformance suite runs: of `plain_configs` half of those with an algorithm and an instruction
-// set of their own, chosen so that any two of algorithm, instruction set, threads and order meet, and with
-// an instruction set any two of the others. All with THRONG_CONFIGS=all, as `scripts/check conformance` does.
+// What the conformance suite runs: of `plain_configs` half of those with an algorithm and an
+// instruction set of their own, chosen so that any two of algorithm, instruction set, threads and
+// order meet, and with an instruction set any two of the others. All with THRONG_CONFIGS=all, as
+// `scripts/check conformance` does.
 inline std::vector<Config> suite_configs() {
   std::vector<Config> configs = all_configs();
   const char* wanted = std::getenv("THRONG_CONFIGS");
   if (sanitized || (wanted && std::string(wanted) == "all")) return configs;
   const auto is_left_out = [](const Config& c) {
     if (c.backend != Backend::cpu || c.algorithm == Algorithm::automatic) return false;
-    const int odd = (c.algorithm == Algorithm::grid) + (c.order == Order::canonical) + (c.threads > 2);
+    const int odd =
+        (c.algorithm == Algorithm::grid) + (c.order == Order::canonical) + (c.threads > 2);
     return odd % 2 != 0;
   };
   configs.erase(std::remove_if(configs.begin(), configs.end(), is_left_out), configs.end());

@@ -1,4 +1,5 @@
-// The half of the settings that the conformance suite runs: any two that meet in all of them do there.
+// The half of the settings that the conformance suite runs: any two that meet in all of them do
+// there.
 #include <set>
 #include <tuple>
 
@@ -7,10 +8,11 @@
 namespace throng::tests {
 namespace {
 
-using Two = std::tuple<int, int, int, int>;  // which setting and its value, twice
+using Two = std::tuple<int, int, int, int>;         // which setting and its value, twice
 using Three = std::tuple<int, int, int, int, int>;  // the instruction set and two others
 
-// Of the processor's own path; the emulated device and what chooses by itself are run in all settings.
+// Of the processor's own path; the emulated device and what chooses by itself are run in all
+// settings.
 bool is_plain(const Config& c) {
   return c.backend == Backend::cpu && c.algorithm != Algorithm::automatic;
 }

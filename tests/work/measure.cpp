@@ -15,7 +15,8 @@ namespace {
 
 // Scenes of no more boxes are held against a double loop.
 constexpr std::size_t checked_boxes = 700;
-constexpr int build_frames = 40, build_rounds = 8, few_frames = 24, many_frames = 4, changed_frames = 8;
+constexpr int build_frames = 40, build_rounds = 8, few_frames = 24, many_frames = 4,
+              changed_frames = 8;
 constexpr std::size_t queries_a_kind = 16;
 
 const char* const names[] = {
