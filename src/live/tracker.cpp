@@ -140,7 +140,10 @@ void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
     r.plan.reason = "few objects changed: only around them was searched";
     if (search_around(options, tasks, most_ns, r)) return;
     // It was given up, but what changed is in its place.
+    const Result given_up = r;
     find_all(options, tasks, r);
+    r.comparisons += given_up.comparisons;
+    r.visited += given_up.visited;
   } else {
     index_ = Index::absent;
     find_all(options, tasks, r);
