@@ -3,6 +3,7 @@
 #include <bit>
 #include <cfloat>
 #include <cmath>
+#include <cstddef>
 
 #include "core/planner.hpp"
 
@@ -28,24 +29,33 @@ Corners corners_of(const Box& b) noexcept {
 
 struct Range {
   double lower[3], upper[3];
-  bool skewed[3] = {false, false, false};  // most boxes lie in a small part of it
+  bool skewed[3] = {false, false, false};  // half of the boxes begin in a small part of it
 };
 
-// All but a few boxes that stretch [low, high] far beyond the rest.
-void trim(const Corners* sample, std::uint32_t count, int k, double& low, double& high) noexcept {
+// All but a few boxes that stretch [low, high] far beyond the rest. Whether half of the boxes begin
+// in a small part of that, and not all in one place; where centres are not apart that is not looked
+// at.
+bool trim(const Corners* sample, std::uint32_t count, int k, bool apart, double& low,
+          double& high) noexcept {
   float lowers[max_sample] = {}, uppers[max_sample] = {};
   for (std::uint32_t i = 0; i < count; ++i) {
     lowers[i] = sample[i].lower[k];
     uppers[i] = sample[i].upper[k];
   }
-  const std::uint32_t cut = count / 20;
-  std::nth_element(lowers, lowers + cut, lowers + count);
+  const std::uint32_t cut = count / 20, quarter = count / 4;
+  float* const end = lowers + count;
+  std::nth_element(lowers, lowers + cut, end);
   std::nth_element(uppers, uppers + (count - 1 - cut), uppers + count);
   const double inner_low = lowers[cut];
   const double inner_high = std::max(inner_low, double{uppers[count - 1 - cut]});
   const double slack = 0.5 * (inner_high - inner_low);
   low = std::max(low, inner_low - slack);
   high = std::min(high, inner_high + slack);
+  if (!apart) return false;
+  std::nth_element(lowers + cut, lowers + quarter, end);
+  std::nth_element(lowers + quarter, end - quarter, end);
+  const double half = double{end[-static_cast<std::ptrdiff_t>(quarter)]} - double{lowers[quarter]};
+  return half > 0 && 16 * half < high - low;
 }
 
 // The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
@@ -67,12 +77,9 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   for (int k = 0; k < 3; ++k) {
     range.lower[k] = low[k];
     range.upper[k] = high[k];
-    // Uniform data spans 4 mean deviations, logarithms of four decades 7, a normal distribution's
-    // sample of 64 about 6 and of 512 about 8.
-    const double length = double{high[k]} - double{low[k]};
-    range.skewed[k] = length > 7 * deviation[k] / count && count >= 8;
-    if (length <= 9 * deviation[k] / count || count < 8) continue;
-    trim(sample, count, k, range.lower[k], range.upper[k]);
+    // Uniform data spans 4 mean deviations, a normal distribution's sample of 512 about 8.
+    if (double{high[k]} - double{low[k]} <= 9 * deviation[k] / count || count < 8) continue;
+    range.skewed[k] = trim(sample, count, k, deviation[k] > 0, range.lower[k], range.upper[k]);
   }
   return range;
 }
@@ -103,14 +110,14 @@ double not_apart(const Corners* sample, std::uint32_t count, int k, double low, 
 
 // Positions along an axis become bits where their slabs tell many more boxes apart than slabs of
 // the range do: around 0, or else the least coordinate or the middle one. Where all are denormals,
-// too, which processors are slow to multiply. Whether they did.
+// too, or nearly so, which processors are slow to multiply. Whether they did.
 bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, Stats& s) noexcept {
   constexpr double many = 4;
+  constexpr double tiny = 8 * double{FLT_MIN};
   if (range.lower[k] >= range.upper[k]) return false;
-  bool take = range.lower[k] > -FLT_MIN && range.upper[k] < FLT_MIN;
+  bool take = range.lower[k] > -tiny && range.upper[k] < tiny;
   if (range.skewed[k] && !take) {
     const auto itself = [](float x) { return x; };
-    const double by_range = not_apart(sample, count, k, range.lower[k], range.upper[k], itself);
     float lowers[max_sample] = {};
     for (std::uint32_t i = 0; i < count; ++i) lowers[i] = sample[i].lower[k];
     std::nth_element(lowers, lowers + count / 2, lowers + count);
@@ -122,9 +129,11 @@ bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, 
         low = std::min(low, position(sample[i].lower[k]));
         high = std::max(high, position(sample[i].upper[k]));
       }
-      take = many * not_apart(sample, count, k, low, high, position) < by_range;
+      take = many * not_apart(sample, count, k, low, high, position) <
+             not_apart(sample, count, k, range.lower[k], range.upper[k], itself);
+      if (!take) continue;
       s.centre[k] = centre;
-      if (take) break;
+      break;
     }
   }
   s.by_bits[k] = take;
@@ -270,10 +279,12 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   if (count == 0) return s;
   Corners sample[max_sample];
   for (std::uint32_t i = 0; i < count; ++i) sample[i] = corners_of(boxes[i]);
-  Range range = trimmed_range(sample, count);
-  bool by_bits = false;
-  for (int k = 0; k < 3; ++k) by_bits |= take_bits(sample, count, k, range, s);
-  if (by_bits) range = trimmed_range(sample, count);
+  Range range;
+  for (bool taken = true; taken;) {  // a range of other positions is another one
+    range = trimmed_range(sample, count);
+    taken = false;
+    for (int k = 0; k < 3; ++k) taken |= !s.by_bits[k] && take_bits(sample, count, k, range, s);
+  }
   for (int k = 0; k < 3; ++k) {
     s.lower[k] = static_cast<float>(range.lower[k]);
     s.upper[k] = static_cast<float>(range.upper[k]);

@@ -236,9 +236,9 @@ HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
 
 // `plain`: as the map says.
 template <bool plain>
-HWY_INLINE void bin_by(const core::Quantiser& map, const char* boxes, std::size_t stride,
-                       const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
-                       BinTarget& out) {
+HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::size_t stride,
+                         const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
+                         BinTarget& out) {
   const hn::ScalableTag<float> df;
   const hn::RebindToSigned<decltype(df)> di;
   const hn::RebindToUnsigned<decltype(df)> du;

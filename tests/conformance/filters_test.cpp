@@ -107,7 +107,7 @@ TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
   if (cases.empty()) {
     for (const int which : {1, 2, 3, 5, 7})
       cases.push_back({which, -1, reference_pairs(one.view(which))});
-    for (const auto [a, b] : {std::pair(1, 1), std::pair(2, 2), std::pair(3, 7), std::pair(2, 1)})
+    for (const auto& [a, b] : {std::pair(1, 1), std::pair(2, 2), std::pair(3, 7), std::pair(2, 1)})
       cases.push_back({a, b, reference_pairs(one.view(a), two.view(b))});
   }
   for (const Case& c : cases) {
