@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/configs.hpp"
+#include "support/failing.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/same_bits.hpp"
 
@@ -196,6 +197,16 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
     for (std::size_t i = 0; i < some.size(); i += 3)
       some[i] = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
   }
+  // A third swapped far on the positive side, where each upper corner could be a size.
+  some = good;
+  for (std::size_t i = 0; i < some.size(); i += 3) some[i] = swapped(some[i]);
+  const std::string third = told(some);
+  EXPECT_FALSE(names(third, "size") || names(third, "look")) << third;
+  // Good ones whose numbers would be intervals, too.
+  BoxList tall(100, Box{{0, 100, -5}, {1, 101, 200}});
+  tall[60] = swapped(tall[60]);
+  const std::string one = told(tall);
+  EXPECT_FALSE(names(one, "xmin")) << one;
 }
 
 TEST_P(Inverted, OfTwoDimensions) {
@@ -218,6 +229,33 @@ TEST_P(Inverted, OfTwoDimensions) {
   const Result r = find_pairs(view(0, 1, 2, 3), out, o);
   EXPECT_EQ(r.status, Status::inverted_box);
   EXPECT_TRUE(says(r, "xmin, xmax, ymin")) << r.message;
+  // Lower corners and sizes: of these one is as often the greater as the other.
+  std::vector<float> size[2];
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    size[0].push_back(size[0].size() % 2 ? 1.0f : 2.0f);
+    size[1].push_back(size[1].size() % 2 ? 2.0f : 1.0f);
+  }
+  const Boxes sized = Boxes::arrays(part[2].data(), part[0].data(), nullptr, size[0].data(),
+                                    size[1].data(), nullptr, good.size());
+  const Result of_sizes = find_pairs(sized, out, o);
+  EXPECT_TRUE(says(of_sizes, "size") && !says(of_sizes, "xmin")) << of_sizes.message;
+}
+
+// A mistaken layout can have more pairs than memory holds; the mistake is what is told then.
+TEST(InvertedMemory, TheMistakeIsToldWhereMemoryRunsOut) {
+  FailingResource memory;
+  Options options;
+  options.memory = &memory;
+  options.inverted = InvertedPolicy::refuse;
+  BoxList boxes = uniform_boxes(50, 1);
+  for (const bool inverted : {false, true}) {
+    if (inverted) boxes[9] = swapped(boxes[9]);
+    Finder finder(options);
+    memory.fail(0, true);
+    const Result r = finder.find(boxes);
+    memory.calm();
+    EXPECT_EQ(r.status, inverted ? Status::inverted_box : Status::out_of_memory) << r.message;
+  }
 }
 
 THRONG_INSTANTIATE(Inverted, all_configs);
