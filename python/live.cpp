@@ -34,17 +34,17 @@ Filters filters_of(const nb::tuple& f, std::size_t n, Kept& kept) {
   return filters;
 }
 
-// Boxes with filters, of which it is asked what they overlap.
-struct AskedBoxes {
+// Boxes with filters, for an overlap query.
+struct QueryBoxes {
   BoxArray boxes;
-  AskedBoxes(nb::handle given, const nb::tuple& f) : boxes(given, "boxes", Rounding::none) {
+  QueryBoxes(nb::handle given, const nb::tuple& f) : boxes(given, "boxes", Rounding::none) {
     boxes.set_filters("", f[0], f[1], f[2], f[3], f[4]);
   }
   bool is_long() const noexcept { return boxes.size() >= long_from; }
 };
 
-// Boxes on their way, with filters.
-struct AskedSweeps {
+// Swept boxes with filters, for a ray or shape cast.
+struct QuerySweeps {
   BoxArray boxes;
   SweepHits which;
   Kept kept;
@@ -52,7 +52,7 @@ struct AskedSweeps {
   Filters filters;
   std::unique_ptr<Sweep[]> sweeps;
 
-  AskedSweeps(nb::handle given, nb::handle by, nb::handle wanted, const nb::tuple& f)
+  QuerySweeps(nb::handle given, nb::handle by, nb::handle wanted, const nb::tuple& f)
       : boxes(given, "boxes", Rounding::none), which(hits_of(wanted)), count(boxes.size()) {
     const Strided<Vec3> ways = import_directions(by, "by", count, boxes.dimensions(), kept);
     filters = filters_of(f, count, kept);
@@ -173,21 +173,21 @@ class LiveObject {
   }
 
   nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) {
-    const AskedBoxes asked(boxes, f);
+    const QueryBoxes query(boxes, f);
     nb::object found;
     call(
-        asked.is_long(), [&] { return live_.find_overlaps(asked.boxes.view()); },
+        query.is_long(), [&] { return live_.find_overlaps(query.boxes.view()); },
         [&] { found = pair_array(live_.overlaps()); });
     return found;
   }
 
   nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which, const nb::tuple& f) {
-    const AskedSweeps asked(boxes, by, which, f);
+    const QuerySweeps query(boxes, by, which, f);
     nb::object found;
     call(
-        asked.is_long(),
+        query.is_long(),
         [&] {
-          return live_.find_hits(asked.sweeps.get(), asked.count, asked.which, asked.filters);
+          return live_.find_hits(query.sweeps.get(), query.count, query.which, query.filters);
         },
         [&] { found = hit_arrays(live_.hits()); });
     return found;
@@ -305,7 +305,7 @@ class LiveObject {
   mutable std::atomic<bool> busy_{false};
 };
 
-// Queries of one thread; any number of these may ask one BroadPhase at once.
+// Queries of one thread; any number of these may query one BroadPhase at once.
 class QueryObject {
  public:
   QueryObject(nb::handle nan, nb::handle inverted, nb::handle threads, nb::handle isa) {
@@ -320,24 +320,24 @@ class QueryObject {
   }
 
   nb::object find_overlaps(const LiveObject& objects, nb::handle boxes, const nb::tuple& f) {
-    const AskedBoxes asked(boxes, f);
+    const QueryBoxes query(boxes, f);
     nb::object found;
     call(
-        asked.is_long(),
-        [&] { return query_.find_overlaps(objects.objects(), asked.boxes.view()); },
+        query.is_long(),
+        [&] { return query_.find_overlaps(objects.objects(), query.boxes.view()); },
         [&] { found = pair_array(query_.overlaps()); });
     return found;
   }
 
   nb::object find_hits(const LiveObject& objects, nb::handle boxes, nb::handle by, nb::handle which,
                        const nb::tuple& f) {
-    const AskedSweeps asked(boxes, by, which, f);
+    const QuerySweeps query(boxes, by, which, f);
     nb::object found;
     call(
-        asked.is_long(),
+        query.is_long(),
         [&] {
-          return query_.find_hits(objects.objects(), asked.sweeps.get(), asked.count, asked.which,
-                                  asked.filters);
+          return query_.find_hits(objects.objects(), query.sweeps.get(), query.count, query.which,
+                                  query.filters);
         },
         [&] { found = hit_arrays(query_.hits()); });
     return found;

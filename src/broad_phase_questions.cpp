@@ -93,7 +93,7 @@ Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
   const auto body = [&](live::Tracker& tracker, Result& r) {
     ask(tracker.queries(), &tracker, boxes, options_, &Access::log(*this), r);
   };
-  return Access::call(*this, body, Access::ask_less);
+  return Access::call(*this, body, Access::query_less);
 }
 Pairs BroadPhase::overlaps() const noexcept {
   return state_ ? view(state_->tracker.queries().overlaps()) : Pairs{};
@@ -105,7 +105,7 @@ Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits w
   const auto body = [&](live::Tracker& tracker, Result& r) {
     ask(tracker.queries(), &tracker, asked, options_, &Access::log(*this), r);
   };
-  return Access::call(*this, body, Access::ask_less);
+  return Access::call(*this, body, Access::query_less);
 }
 SweepHitList BroadPhase::hits() const noexcept {
   return state_ ? view(state_->tracker.queries().hits()) : SweepHitList{};

@@ -70,7 +70,7 @@ struct BroadPhaseAccess {
     return r;
   }
 
-  static constexpr const char* ask_less = "free some, or ask about fewer at once";
+  static constexpr const char* query_less = "free some, or query fewer at once";
 
   // Runs body(queries, tracker, result) likewise, beside others that do the same; the tracker is
   // null where there are no objects.
@@ -91,7 +91,7 @@ struct BroadPhaseAccess {
       say(r, "another thread is in a call on the BroadPhase that is asked; ask when it is over");
       r.status = Status::busy;
     } else {
-      attempt(r, ask_less, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
+      attempt(r, query_less, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
       if (asked) asked->gate.leave(state.number);
     }
     state.in_call.store(false, std::memory_order_release);

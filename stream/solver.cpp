@@ -54,7 +54,7 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;
   options_.concurrent_consumer = true;
-  options_.inverted = InvertedPolicy::inactive;  // they are told of, or left out, before a search
+  options_.inverted = InvertedPolicy::inactive;  // refused or left out before a search
   finder_.set_options(options_);
 }
 

@@ -31,7 +31,7 @@ class BroadPhase:
 
     margin, nan, inverted, threads, isa: as of find_pairs, but `inverted` is 'inactive' by default:
     boxes with lower > upper are empty slots. One thread at a time; a call during another one raises
-    RuntimeError. Several threads ask at once by a BroadPhaseQuery each.
+    RuntimeError. Several threads query one at once by a BroadPhaseQuery each.
     """
 
     def __init__(
@@ -235,13 +235,13 @@ class BroadPhase:
 
 
 class BroadPhaseQuery:
-    """What one thread asks of a BroadPhase. Any number of threads may ask one at once, each by a
+    """Queries of one thread. Any number of threads may query one BroadPhase at once, each by a
     BroadPhaseQuery of its own, and other Python threads run meanwhile.
 
     While a query is under way, a call that changes the BroadPhase raises RuntimeError; during such a
     call queries do. So does a call during another one on the same BroadPhaseQuery.
 
-    nan, inverted, threads, isa: as of BroadPhase; threads=1 where several threads ask at once.
+    nan, inverted, threads, isa: as of BroadPhase; threads=1 where several threads query at once.
     """
 
     def __init__(

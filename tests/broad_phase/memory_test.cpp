@@ -130,7 +130,7 @@ TEST(BroadPhaseMemory, QuestionsRunOut) {
     memory.calm();
   }
   EXPECT_EQ(r.status, Status::out_of_memory);
-  EXPECT_NE(std::string(r.message).find("ask about fewer"), std::string::npos) << r.message;
+  EXPECT_NE(std::string(r.message).find("query fewer"), std::string::npos) << r.message;
   ask();
 }
 

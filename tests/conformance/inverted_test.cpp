@@ -110,8 +110,8 @@ TEST_P(Inverted, AnOptionAllowsEmptySlots) {
   }
 }
 
-// A Finder keeps them by default, whichever form; and refuses them where it is told to.
-TEST_P(Inverted, AFinderKeepsThemUnlessToldOtherwise) {
+// A Finder keeps them by default, whichever form; and refuses them where an option says so.
+TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
   const BoxList boxes = with_inverted(700, 8);
   const Answer answer = reference_pairs(boxes);
   ASSERT_GT(answer.inactive, 0u);
@@ -168,7 +168,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   const BoxList good = far_boxes(500);
   std::vector<Pair> out;
   ASSERT_TRUE(find_pairs(good, out, o).ok());
-  const auto told = [&](const BoxList& boxes) {
+  const auto message_of = [&](const BoxList& boxes) {
     const Result r = find_pairs(boxes, out, o);
     EXPECT_EQ(r.status, Status::inverted_box);
     EXPECT_LT(std::string(r.message).size() + 1, sizeof r.message) << "cut off";
@@ -178,20 +178,20 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
     return message.find(cause) != std::string::npos;
   };
   // Far on the positive side a size and a swapped corner look alike: both are named.
-  const std::string sizes = told(each(good, as_center_and_size));
+  const std::string sizes = message_of(each(good, as_center_and_size));
   EXPECT_TRUE(names(sizes, "looks like a size") && names(sizes, "swapped")) << sizes;
   const BoxList centred = around_zero(good);
-  const std::string here = told(each(centred, as_center_and_size));
+  const std::string here = message_of(each(centred, as_center_and_size));
   EXPECT_TRUE(names(here, "box_from_center()") && !names(here, "swapped")) << here;
-  const std::string corners = told(each(centred, swapped));
+  const std::string corners = message_of(each(centred, swapped));
   EXPECT_TRUE(names(corners, "look swapped") && !names(corners, "size")) << corners;
-  const std::string order = told(each(good, as_intervals));
+  const std::string order = message_of(each(good, as_intervals));
   EXPECT_TRUE(names(order, "xmin, xmax, ymin")) << order;
   // Some empty slots among good boxes are no layout, nor are odd ones.
   BoxList some = good;
   for (std::size_t i = 0; i < some.size(); i += 50) some[i] = swapped(some[i]);
   for (std::size_t k = 0; k < 2; ++k) {
-    const std::string message = told(some);
+    const std::string message = message_of(some);
     for (const char* cause : {"looks", "look ", "xmin"})
       EXPECT_FALSE(names(message, cause)) << message;
     for (std::size_t i = 0; i < some.size(); i += 3)
@@ -200,12 +200,12 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   // A third swapped far on the positive side, where each upper corner could be a size.
   some = good;
   for (std::size_t i = 0; i < some.size(); i += 3) some[i] = swapped(some[i]);
-  const std::string third = told(some);
+  const std::string third = message_of(some);
   EXPECT_FALSE(names(third, "size") || names(third, "look")) << third;
   // Good ones whose numbers would be intervals, too.
   BoxList tall(100, Box{{0, 100, -5}, {1, 101, 200}});
   tall[60] = swapped(tall[60]);
-  const std::string one = told(tall);
+  const std::string one = message_of(tall);
   EXPECT_FALSE(names(one, "xmin")) << one;
 }
 
@@ -241,8 +241,8 @@ TEST_P(Inverted, OfTwoDimensions) {
   EXPECT_TRUE(says(of_sizes, "size") && !says(of_sizes, "xmin")) << of_sizes.message;
 }
 
-// A mistaken layout can have more pairs than memory holds; the mistake is what is told then.
-TEST(InvertedMemory, TheMistakeIsToldWhereMemoryRunsOut) {
+// A mistaken layout can have more pairs than memory holds; the result names the mistake then.
+TEST(InvertedMemory, TheMistakeIsNamedWhereMemoryRunsOut) {
   FailingResource memory;
   Options options;
   options.memory = &memory;
@@ -265,7 +265,7 @@ TEST(InvertedDoubles, AreRefusedByTheShortForm) {
   std::vector<Pair> out;
   EXPECT_TRUE(find_pairs(boxes, out).ok());
   EXPECT_EQ(out.size(), 1u);
-  // By less than floats tell.
+  // By less than a float shows.
   boxes[1].lower.y = std::nextafter(2.0, 3.0);
   const Result r = find_pairs(boxes, out);
   expect_refused(r, 1, 1);
