@@ -12,7 +12,7 @@ BoxList around_zero(int n, std::uint64_t seed) {
   for (Box& box : boxes) {
     float& lower = box.lower.z;
     float& upper = box.upper.z;
-    switch (random.below(8)) {
+    switch (random.below(9)) {
       case 0:
         lower = -1, upper = random.one_in(2) ? 0.0f : -0.0f;
         break;
@@ -29,7 +29,10 @@ BoxList around_zero(int n, std::uint64_t seed) {
         lower = upper = 0;
         break;
       case 5:
-        lower = 3, upper = 4;
+        lower = 0.5f, upper = 4;
+        break;
+      case 7:
+        lower = -2, upper = -0.5f;
         break;
       case 6:
         lower = -infinity, upper = infinity;

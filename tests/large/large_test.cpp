@@ -243,7 +243,8 @@ void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
 }
 
 TEST(Large, ABoxOverAllOthersIsCutAgainAndAgain) {
-  for (const std::size_t at : {std::size_t{0}, std::size_t{6000}, std::size_t{19'999}})
+  // Its pairs with those before it lie apart, those with those after it together.
+  for (const std::size_t at : {0u, 6007u, 13'005u, 14'999u, 16'002u, 17'003u, 19'999u})
     search(row(20'000, {at}, false), at);
 }
 
@@ -272,8 +273,32 @@ TEST(Large, StaticBoxesApart) {
 
 TEST(Large, OneSet) { search(uniform(80'000, 0, 7), 5, 6); }
 TEST(Large, TwoSets) {
-  search(uniform(80'000, 40'000, 9), 7, 5);
+  search(uniform(80'000, 40'000, 9), 7, 4);
   search(uniform(80'000, 300, 10), 8, 3);
+}
+
+// What threads that sort share shows where two are at it at once, which is by chance: so often the
+// same. As buckets, where a few firsts have very many seconds; and as lists, where all have many.
+TEST(Large, SortedByManyThreadsAgainAndAgain) {
+  Scene lists = uniform(60'000, 300, 10);
+  for (std::size_t i = 0; i < lists.first; ++i) lists.boxes[i] = cube(lists.boxes[i].lower, 14);
+  for (Scene scene : {row(150'000, {70'001, 90'002, 3, 149'000, 120'000}, true), lists}) {
+    answer(scene);
+    SCOPED_TRACE(scene.name + ", " + std::to_string(scene.answer.pairs.size()) + " pairs");
+    Options options;
+    options.order = Order::canonical;
+    options.threads = 4;
+    Finder finder(options);
+    for (int k = 0; k < (sanitized ? 3 : 15); ++k) {
+      const Result r =
+          scene.two_sets() ? finder.find(scene.one(), scene.other()) : finder.find(scene.one());
+      ASSERT_TRUE(r.ok()) << r.message;
+      const Pairs pairs = finder.pairs();
+      ASSERT_TRUE(std::equal(pairs.begin(), pairs.end(), scene.answer.pairs.begin(),
+                             scene.answer.pairs.end()))
+          << "not the pairs in order, time " << k;
+    }
+  }
 }
 
 // Two calls of a concurrent consumer are inside at once: each waits for another one, a while.
