@@ -30,7 +30,7 @@ TEST(LiveScene, CostFollowsTheMovers) {
     EXPECT_TRUE(model.check(m));
     return r;
   };
-  update("all candidates found");
+  (void)update("all candidates found");
   const std::uint64_t candidates = m.candidate_count();
   EXPECT_GT(candidates, m.pair_count() * 5 / 4);
   ASSERT_TRUE(m.move_all(boxes).ok());
@@ -51,12 +51,12 @@ TEST(LiveScene, CostFollowsTheMovers) {
   EXPECT_LT(update("few boxes left").comparisons, 100u);
   for (std::size_t id = 0; id < boxes.size(); id += 2) shift(id, 0.2f);
   ASSERT_TRUE(m.move_all(boxes).ok());
-  update("all candidates found");
+  (void)update("all candidates found");
   // What is gone takes its pairs with it, and nothing is found anew for that.
   std::vector<ObjectId> ids;
   for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id), model.remove(id);
   ASSERT_TRUE(m.remove(ids.data(), ids.size()).ok());
-  update("compared again");
+  (void)update("compared again");
 }
 
 // Far from a dense heap of static boxes, or above it, one that moves is compared with none of
