@@ -72,10 +72,11 @@ throng_options defaults() {
 // A new option makes this fail to compile: it wants a test here.
 [[maybe_unused]] void options_are_those_below(const throng_options& o) {
   const auto& [struct_bytes, algorithm, order, backend, nan, margin, threads, memory_cap_bytes,
-               concurrency, run, run_self, allocate, deallocate, memory_self, isa, stoppable] = o;
+               concurrency, run, run_self, allocate, deallocate, memory_self, isa, stoppable,
+               inverted] = o;
   (void)struct_bytes, (void)algorithm, (void)order, (void)backend, (void)nan, (void)margin;
   (void)threads, (void)memory_cap_bytes, (void)concurrency, (void)run, (void)run_self;
-  (void)allocate, (void)deallocate, (void)memory_self, (void)isa, (void)stoppable;
+  (void)allocate, (void)deallocate, (void)memory_self, (void)isa, (void)stoppable, (void)inverted;
 }
 
 throng_boxes view_of(const BoxList& boxes) {
@@ -190,6 +191,26 @@ TEST_F(COptions, Nan) {
   ASSERT_EQ(taken.status, THRONG_OK) << taken.message;
   EXPECT_EQ(taken.result.inactive, 2u);
   EXPECT_TRUE(same_pairs(taken.pairs, swept_pairs(boxes).pairs));
+}
+
+TEST_F(COptions, Inverted) {
+  BoxList boxes = boxes_;
+  std::swap(boxes[17].lower.z, boxes[17].upper.z);
+  std::swap(boxes[4000].lower.x, boxes[4000].upper.x);
+  throng_options o = defaults();
+  o.inverted = THRONG_INVERTED_REFUSE;
+  const Seen refused = find(o, boxes);
+  EXPECT_EQ(refused.status, THRONG_INVERTED_BOX);
+  EXPECT_EQ(refused.result.first_invalid, 17u);
+  EXPECT_EQ(refused.result.invalid_count, 2u);
+  EXPECT_EQ(refused.result.found, 0u);
+  for (const int allowed : {THRONG_INVERTED_AUTOMATIC, THRONG_INVERTED_INACTIVE}) {
+    o.inverted = allowed;
+    const Seen taken = find(o, boxes);
+    ASSERT_EQ(taken.status, THRONG_OK) << taken.message;
+    EXPECT_EQ(taken.result.inactive, 2u);
+    EXPECT_TRUE(same_pairs(taken.pairs, swept_pairs(boxes).pairs));
+  }
 }
 
 TEST_F(COptions, Margin) {
@@ -332,7 +353,8 @@ TEST_F(COptions, ValuesThatAreNone) {
                             {"backend", &throng_options::backend, THRONG_BACKEND_EMULATED},
                             {"nan", &throng_options::nan, THRONG_NAN_INACTIVE},
                             {"isa", &throng_options::isa, THRONG_ISA_NEON},
-                            {"stoppable", &throng_options::stoppable, 1}};
+                            {"stoppable", &throng_options::stoppable, 1},
+                            {"inverted", &throng_options::inverted, THRONG_INVERTED_INACTIVE}};
   const BoxList two(boxes_.begin(), boxes_.begin() + 2);
   const throng_boxes view = view_of(two);
   for (const Choice& choice : choices) {
@@ -490,7 +512,7 @@ TEST_F(COptions, OfAQuery) {
 // C gives what it likes: all numbers around those that are statuses, those that look like one in
 // their last byte, and the ends.
 TEST(CStatus, EveryNumberHasItsText) {
-  constexpr std::uint32_t statuses = static_cast<std::uint32_t>(Status::rank_failed) + 1;
+  constexpr std::uint32_t statuses = static_cast<std::uint32_t>(Status::inverted_box) + 1;
   const auto text = [](std::uint32_t number) {
     return std::string(throng_status_text(std::bit_cast<throng_status>(number)));
   };
