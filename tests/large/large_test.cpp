@@ -243,9 +243,20 @@ void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
 }
 
 TEST(Large, ABoxOverAllOthersIsCutAgainAndAgain) {
-  // Its pairs with those before it lie apart, those with those after it together.
-  for (const std::size_t at : {0u, 5u, 7u, 6007u, 9003u, 13'005u, 17'003u, 19'999u})
-    search(row(20'000, {at}, false), at);
+  // Its pairs with those before it lie apart, those with those after it together. How many pairs
+  // there is room for under the least cap depends on the threads.
+  for (const std::size_t at : {0u, 5u, 7u, 6007u, 9003u, 13'005u, 17'003u, 19'999u}) {
+    Scene scene = row(20'000, {at}, false);
+    if (at % 2 == 0) search(scene, at);
+    answer(scene);
+    for (const unsigned threads : {1u, 2u, 3u, 4u, 8u}) {
+      SCOPED_TRACE("box " + std::to_string(at) + ", " + std::to_string(threads) + " threads");
+      Options options;
+      options.order = Order::canonical;
+      options.threads = threads;
+      Search(scene, options).run(Form::least_cap);
+    }
+  }
 }
 
 TEST(Large, RowsWithSomeBoxesOverAll) {
