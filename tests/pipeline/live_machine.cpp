@@ -40,7 +40,9 @@ Result LiveMachine::move_all(const Boxes& boxes) {
   all_.clear();
   for (std::size_t i = 0; i < boxes.size(); ++i) all_.push_back(boxes[i]);
   given_ = true;
-  return {};
+  Result r;
+  r.found = object_count();
+  return r;
 }
 Result LiveMachine::set_filters(const ObjectId* ids, std::size_t count, const Filters& filters) {
   return call([&](Result& r) { scene_->set_filters(ids, count, filters, r); });
