@@ -137,17 +137,9 @@ class Life {
   void shift() {
     const Vec3 by = {static_cast<float>(bytes_.next()) - 128, 0.1f, -3};
     must(model_.check_call(phase_.shift_origin(by)));
-    const auto along = [](float& lower, float& upper, float d) {
-      const bool inverted = lower > upper;
-      lower += d;
-      upper += d;
-      if (inverted && lower <= upper) upper = std::nextafter(upper, -INFINITY);
-    };
     for (const ObjectId id : model_.ids()) {
       Box& b = model_.at(id).box;
-      along(b.lower.x, b.upper.x, by.x);
-      along(b.lower.y, b.upper.y, by.y);
-      along(b.lower.z, b.upper.z, by.z);
+      b = shifted_box(b, by);
     }
   }
 

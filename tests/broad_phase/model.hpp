@@ -11,6 +11,20 @@
 
 namespace throng::tests {
 
+// What shift_origin() makes of a box: both corners plus `by`; one that was inactive stays so.
+inline Box shifted_box(Box b, const Vec3& by) {
+  const auto along = [](float& lower, float& upper, float d) {
+    const bool inverted = lower > upper;
+    lower += d;
+    upper += d;
+    if (inverted && lower <= upper) upper = std::nextafter(upper, -INFINITY);
+  };
+  along(b.lower.x, b.upper.x, by.x);
+  along(b.lower.y, b.upper.y, by.y);
+  along(b.lower.z, b.upper.z, by.z);
+  return b;
+}
+
 class Model {
  public:
   explicit Model(float margin = 0) : margin_(margin) {}

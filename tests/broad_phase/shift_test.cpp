@@ -31,7 +31,7 @@ TEST(BroadPhaseShift, DeadIdsStayDead) {
       if (step % 2) (&by.x)[actor.random.below(3)] = actor.random.one_in(2) ? 1e12f : -1e12f;
       for (const ObjectId id : actor.model.ids()) {
         Box& b = actor.model.at(id).box;
-        for (Vec3* v : {&b.lower, &b.upper}) *v = {v->x + by.x, v->y + by.y, v->z + by.z};
+        b = shifted_box(b, by);
       }
       ASSERT_TRUE(actor.model.check_call(actor.broad_phase.shift_origin(by)));
       ASSERT_TRUE(actor.update()) << "seed " << seed << " step " << step;
