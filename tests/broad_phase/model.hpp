@@ -2,6 +2,7 @@
 // and one after each update, and sets. It shares nothing with the library but the door's types.
 #pragma once
 
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
