@@ -84,7 +84,7 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   return range;
 }
 
-// The share of pairs of the sample that slabs along an axis do not tell apart: of so many slabs of
+// The share of pairs of the sample that slabs along an axis do not separate: of so many slabs of
 // equal length between two positions, some slab holds a part of both boxes.
 template <class Position>
 double not_apart(const Corners* sample, std::uint32_t count, int k, double low, double high,
@@ -108,7 +108,7 @@ double not_apart(const Corners* sample, std::uint32_t count, int k, double low, 
   return 1 - apart / (0.5 * count * (count - 1.0));
 }
 
-// Positions along an axis become bits where their slabs tell many more boxes apart than slabs of
+// Positions along an axis become bits where their slabs separate many more boxes than slabs of
 // the range do: around 0, or else the least coordinate or the middle one. Where all are denormals,
 // too, or nearly so, which processors are slow to multiply. Whether they did.
 bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, Stats& s) noexcept {

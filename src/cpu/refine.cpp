@@ -108,8 +108,8 @@ std::uint32_t move_last(Level& inner, std::uint32_t first, std::uint32_t count,
   return at - first;
 }
 
-// Solves a part of a column without comparing boxes of which no two may pair: their labels are told
-// anew. False where there are too few, and nothing was done.
+// Solves a part of a column without comparing boxes of which no two may pair; labels
+// change. False where there are too few, and nothing was done.
 bool leave_out(Search& search, const Problem& part, Worker& worker, unsigned depth) {
   if (!search.owners && !search.kinds) return false;
   const Forbidden forbidden(search, part);

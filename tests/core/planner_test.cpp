@@ -183,7 +183,7 @@ TEST(Planner, ManyDecadesAreSeen) {
   }
 }
 
-// The same boxes at any scale, each axis at its own, are planned alike, and the range is told apart
+// The same boxes at any scale, each axis at its own, are planned alike, and the range is resolved
 // as finely.
 TEST(Planner, ScaledScenesHaveTheSamePlan) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);

@@ -36,7 +36,7 @@ void expect_exact(const BoxList& boxes, bool by_bits) {
 }
 
 // A handful of the least floats, with both zeros: words are finer than their bits, so that every
-// two floats that differ are told apart by words, and the two zeros are not.
+// two floats that differ are separated by words, and the two zeros are not.
 TEST(Positions, OfTheLeastFloats) {
   Random r(1);
   BoxList boxes;
@@ -74,9 +74,7 @@ TEST(Positions, OfScaledWholeNumbers) {
   }
 }
 
-TEST(Positions, OfManyDecades) {
-  expect_exact(tests::many_decades(2000, 0, 3), true);
-}
+TEST(Positions, OfManyDecades) { expect_exact(tests::many_decades(2000, 0, 3), true); }
 
 }  // namespace
 }  // namespace throng::cpu
