@@ -74,41 +74,6 @@ TEST(ComparisonsOfLayers, AreFew) {
   expect_few(Boxes(sheet.data(), sheet.size()), 50, 50);
 }
 
-// What is looked into beside comparisons: by brute force each box once, in a grid each column and a
-// box in each of its columns, and what it takes to find pairs twice where there was no room.
-TEST(Visited, CountsBoxesColumnsAndPasses) {
-  BoxList boxes = uniform_boxes(20000, 1);
-  const Boxes few(boxes.data(), 300), all = boxes;
-  Options options;
-  options.threads = 1;
-  options.algorithm = Algorithm::all_pairs;
-  Pair none;
-  EXPECT_EQ(Finder(options).find(few, &none, 0).visited, 300u);
-  EXPECT_EQ(Finder(options).find(few, all, &none, 0).visited, 20300u);
-
-  options.algorithm = Algorithm::grid;
-  const Result grid = Finder(options).find(all, &none, 0);
-  const std::uint64_t columns = grid.plan.columns[0] * grid.plan.columns[1] * grid.plan.columns[2];
-  EXPECT_GE(grid.visited, boxes.size() + columns);
-  EXPECT_LE(grid.visited, 4 * boxes.size() + columns);
-
-  // A thousand boxes that span too many columns: each is looked at in every column.
-  for (std::size_t i = 0; i < boxes.size(); i += 20) boxes[i] = {{0, 0, 0}, {40, 40, 40}};
-  options.cell_scale = 0.25f;
-  const Result wide = Finder(options).find(all, &none, 0);
-  const std::uint64_t finer = wide.plan.columns[0] * wide.plan.columns[1] * wide.plan.columns[2];
-  EXPECT_GE(wide.visited, 500 * finer) << finer << " columns";
-  options.cell_scale = 1;
-
-  // All boxes in one place: what was thought to be room for the pairs is not.
-  const BoxList heap(2000, boxes[1]);
-  Finder finder(options);
-  const Result cold = finder.find(Boxes(heap)), warm = finder.find(Boxes(heap));
-  EXPECT_EQ(cold.found, warm.found);
-  EXPECT_GT(cold.comparisons, warm.comparisons * 3 / 2);
-  EXPECT_GT(cold.visited, warm.visited * 3 / 2);
-}
-
 // What the CPU's own grid compares, as a share of boxes and pairs, by one instruction set.
 double share_of(const Boxes& a, const Boxes* b = nullptr, const Options& options = {}) {
   Options with = options;
