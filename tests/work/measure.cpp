@@ -128,6 +128,8 @@ class Measure {
 
   double count() const noexcept { return static_cast<double>(alive_.size()); }
   double log_n() const noexcept { return 1 + std::log2(count() + 1); }
+  // The share of a query that finds nothing.
+  double query() const noexcept { return scene_.queries_look_at_all ? count() : log_n(); }
   double grant() const noexcept { return count() + static_cast<double>(broad_.pair_count()); }
 
   // What changed since the last update adds to the share of that.
@@ -461,7 +463,7 @@ class Measure {
     const Result r = broad_.find_overlaps(Boxes(boxes));
     require(r);
     record(kind, sum, cost_of(r),
-           static_cast<double>(boxes.size()) * log_n() + static_cast<double>(r.found));
+           static_cast<double>(boxes.size()) * query() + static_cast<double>(r.found));
     if (alive_.size() > checked_boxes) return;
     std::vector<Pair> want;
     for (std::uint32_t i = 0; i < boxes.size(); ++i)
@@ -471,7 +473,7 @@ class Measure {
   }
   void ask_sweeps(Way way, bool is_long, bool of_boxes, WorkSample* sum) {
     const std::vector<Sweep> asked = sweeps(way, is_long, of_boxes);
-    const double each = static_cast<double>(asked.size()) * (log_n() + (is_long ? scene_.way : 0));
+    const double each = static_cast<double>(asked.size()) * (query() + (is_long ? scene_.way : 0));
     Result r = broad_.find_hits(asked.data(), asked.size(), SweepHits::all);
     require(r);
     const std::vector<SweepHit> hits(broad_.hits().begin(), broad_.hits().end());

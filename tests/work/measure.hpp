@@ -13,6 +13,8 @@
 //   - for each n objects that changed since the last grant, in the calls that move many.
 // The calls that follow have no grant: there the share alone counts. A sample sums over the calls
 // of its kind, so one call may build what the others use.
+// Of few objects all may be looked at by each call, and compared with each other: there are bounds
+// from work_least objects on. Smaller scenes are held against a double loop instead.
 #pragma once
 
 #include <cstdint>
@@ -49,6 +51,7 @@ enum class Work : std::uint8_t {
   add,            // a hundredth of the objects
   remove,
 };
+constexpr std::size_t work_least = 1500;
 constexpr int work_count = static_cast<int>(Work::remove) + 1;
 const char* to_string(Work) noexcept;
 

@@ -225,6 +225,7 @@ void crowd_worlds(WorkScene& s, Random& r, std::uint32_t n) {
     s.boxes.push_back(centred(r.point(0, side), 0.5f));
     s.world.push_back(static_cast<std::int32_t>(r.below(worlds)));
   }
+  s.queries_look_at_all = true;
 }
 
 // Walls without end along one axis among cubes; few pairs, as they are thin and far apart.
@@ -261,7 +262,7 @@ void few_values(WorkScene& s, Random& r, std::uint32_t n) {
   const int levels = r.between(4, 64);
   const auto places = static_cast<std::uint32_t>(levels * levels * levels);
   const float unit = r.magnitude(-3, 3);
-  n = std::min(n, 20 * places);
+  n = std::min(n, 40 * places);
   for (std::uint32_t i = 0; i < n; ++i) {
     Vec3 at;
     for (int k = 0; k < 3; ++k) (&at.x)[k] = static_cast<float>(r.between(0, levels - 1)) * unit;

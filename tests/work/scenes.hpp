@@ -28,6 +28,9 @@ struct WorkScene {
   std::vector<ObjectId> removed;
   // Pairs that filters forbid are found and dropped: documented, so a bound counts them as results.
   bool pays_for_forbidden = false;
+  // Queries are of all worlds, which are many: documented to look at all objects, so n is their
+  // share.
+  bool queries_look_at_all = false;
   // How many objects' places a straight line through the scene passes, to the order.
   double way = 1;
 

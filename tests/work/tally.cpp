@@ -36,8 +36,9 @@ WorkDraw draw_work(std::uint64_t seed, std::uint32_t least, std::uint32_t most,
 
 bool WorkTally::add(const WorkDraw& draw) {
   const WorkScene scene = make_work_scene(draw.family, draw.objects, draw.seed);
-  const WorkReport report = measure_work(scene);
+  WorkReport report = measure_work(scene);
   ++draws_;
+  if (scene.boxes.size() < work_least) report.samples.clear();
   for (const WorkSample& sample : report.samples) {
     Worst& worst = worst_[{draw.family, sample.work}];
     if (worst.boxes != 0 && sample.ratio() <= worst.sample.ratio()) continue;

@@ -20,7 +20,7 @@ struct Wanted {
   std::uint64_t seed = 0;
   std::uint64_t draws = 0;  // 0: of one seed that is given one, else as many as there is time for
   bool seeded = false, each_family = false;
-  std::uint32_t objects = 0, least = 500, most = 500000;
+  std::uint32_t objects = 0, least = work_least, most = 500000;
   std::string family;
 };
 
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
       std::printf(
           "throng-work-bound: '%s' is unknown or lacks its value; there are: --seconds S (3600), "
           "--seed N (that draw alone), --draws N (of each family), --objects N, --family NAME, "
-          "--least N (500) and --most N (500000) objects, --tell SECONDS (60)\n",
+          "--least N (1500) and --most N (500000) objects, --tell SECONDS (60)\n",
           argv[i]);
       return 2;
     }

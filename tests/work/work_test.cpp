@@ -19,7 +19,7 @@ TEST_P(WorkBounds, Hold) {
   for (std::uint64_t seed = 1; seed <= checked_draws; ++seed)
     tally.add(draw_work(seed, 300, 600, GetParam()));
   for (std::uint64_t seed = 100; seed < 100 + draws; ++seed)
-    tally.add(draw_work(seed, 500, 20000, GetParam()));
+    tally.add(draw_work(seed, work_least, 20000, GetParam()));
   EXPECT_EQ(tally.wrong(), "");
   EXPECT_EQ(tally.violations(), "") << "throng-work-bound with these arguments shows one alone";
 }
