@@ -1,5 +1,6 @@
 #include "work/tally.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 

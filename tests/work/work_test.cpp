@@ -3,6 +3,8 @@
 // counts and bounds.hpp for the bounds; scripts/work_bound draws more scenes, and larger ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "work/bounds.hpp"
 #include "work/tally.hpp"
 
