@@ -172,6 +172,7 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
   plan.crowded = crowding > most_crowded;
   // A search looks into eight cells of two spans, or 27 of one.
   plan.expected_comparisons = (plan.crowded ? 27.0 / 8 : 8) * crowding;
+  if (plan.span < CellPlan::least_span) plan.expected_comparisons = DBL_MAX;
   const bool one_class =
       std::all_of(sample.begin(), sample.end(), [&](const auto& s) { return s.side <= plan.span; });
   if (plan.thin || one_class) return;

@@ -30,6 +30,8 @@ struct CellPlan {
   bool thin = false;                // most boxes are
   bool worlds = false;              // there are several
   double expected_comparisons = 0;  // of a search
+  // Cells of less are not to be had: their scale is at most 1e30 (CellMap).
+  static constexpr double least_span = 16e-30;
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
   // For the active objects. `sample` is room; throws cpu::NoMemory.

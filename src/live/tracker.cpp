@@ -168,6 +168,8 @@ bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_n
   most_ns = all * threads;
   if (few >= all) {
     // What other searches compared need not be what these would. Now and then it is tried.
+    if (index_ != Index::forest)
+      waste(all - cost_of_few(std::min(comparisons_, fair_comparisons())));
     comparisons_ += forgotten * (first_comparisons - comparisons_);
     few = cost_of_few(first_comparisons);
     if (few >= all || --try_in_ != 0) return false;

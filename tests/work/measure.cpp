@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t checked_boxes = 700;
 // What a GPU runs takes a processor some 50 times as long as its own search.
 constexpr std::size_t emulated_boxes = 100000;
-constexpr int build_frames = 40, build_rounds = 8, few_frames = 24, many_frames = 4,
+constexpr int build_frames = 40, build_rounds = 24, few_frames = 24, many_frames = 4,
               changed_frames = 8;
 constexpr std::size_t queries_a_kind = 16;
 
