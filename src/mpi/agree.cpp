@@ -189,7 +189,7 @@ bool no_bad_worlds(Result& r) noexcept {
 bool no_nans(Result& r) noexcept {
   if (r.invalid_count != 0) {
     say(r, Status::nan_box,
-        "%llu boxes have a NaN, the first is its box %llu; mend them, or treat "
+        "%llu boxes have a NaN, the first is its box %llu; fix them, or treat "
         "them as inactive by Options::nan",
         ull{r.invalid_count}, ull{r.first_invalid});
   }

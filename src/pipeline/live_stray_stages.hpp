@@ -1,4 +1,4 @@
-// Where few objects left their fat boxes: what one thread does to mend the candidates instead of
+// Where few objects left their fat boxes: what one thread does to repair the candidates instead of
 // finding them anew. An object whose fat box is another one than it was when all candidates were
 // found last is a stray: its place in the grid of then is void. Let L be those that left just now,
 // strays among others. The candidates without any of L stay. Those with one are

@@ -136,7 +136,7 @@ TEST_F(Program, says_what_is_wrong_once_a_rank) {
   bytes.replace(128 + 24 * 300, 4, reinterpret_cast<const char*>(&nan), 4);
   spill(at("nan.npy"), bytes);
   refuses_all(ranks(2, {"pairs", at("nan.npy")}), 2,
-              "rank 1: 1 boxes have a NaN, the first is its box 50; mend them, or treat them as "
+              "rank 1: 1 boxes have a NaN, the first is its box 50; fix them, or treat them as "
               "inactive by --nan inactive");
 }
 
