@@ -24,7 +24,7 @@ std::string in_python(std::string text) {
   static constexpr const char* words[][2] = {
       {"treat them as inactive by Options::nan", "pass nan='inactive'"},
       {"set Options::inverted to inactive", "pass inverted='inactive'"},
-      {"box_from_center()", "throng.boxes_from_center()"},
+      {"box_from_center(center, size / 2)", "throng.boxes_from_center(center, size)"},
       {"Finder::consume", "Finder.consume"},
       {"Options::memory_cap_bytes", "memory_cap"},
       {"Options::isa", "isa"},

@@ -20,8 +20,10 @@ const char* LayoutGuess::text() const noexcept {
   // Where all is on the positive side every upper corner could be a size.
   const bool sizes = fits(sizes_) && valid_ < count_ / 2 + 1;
   if (sizes && fits(swapped_))
-    return "upper looks like a size, as box_from_center() takes, or corners are swapped";
-  if (sizes) return "upper looks like a size, not a corner: see box_from_center()";
+    return "upper looks like a size (give lower + size, or box_from_center(center, size / 2)), or "
+           "corners are swapped";
+  if (sizes)
+    return "upper looks like a size: give lower + size, or box_from_center(center, size / 2)";
   if (fits(swapped_)) return "lower and upper look swapped";
   return nullptr;
 }

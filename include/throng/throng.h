@@ -34,7 +34,7 @@ typedef enum throng_status {
   THRONG_OK = 0,
   THRONG_BUFFER_TOO_SMALL, /* `found` is exact: raise the capacity to it */
   THRONG_STOPPED,          /* the consumer returned 0 */
-  THRONG_NAN_BOX,          /* see first_invalid, invalid_count */
+  THRONG_NAN_BOX,          /* also a sweep with a NaN or an infinite direction; see first_invalid */
   THRONG_BAD_BOXES,        /* a coordinate is missing, or the stride is no multiple of 4 */
   THRONG_BAD_FILTER,       /* its stride does not fit its type, or a world is below -1 */
   THRONG_BAD_OPTION,       /* also: options that throng_options_init has not seen */

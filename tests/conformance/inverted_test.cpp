@@ -182,7 +182,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   EXPECT_TRUE(names(sizes, "looks like a size") && names(sizes, "swapped")) << sizes;
   const BoxList centred = around_zero(good);
   const std::string here = message_of(each(centred, as_center_and_size));
-  EXPECT_TRUE(names(here, "box_from_center()") && !names(here, "swapped")) << here;
+  EXPECT_TRUE(names(here, "box_from_center(center, size / 2)") && !names(here, "swapped")) << here;
   const std::string corners = message_of(each(centred, swapped));
   EXPECT_TRUE(names(corners, "look swapped") && !names(corners, "size")) << corners;
   const std::string order = message_of(each(good, as_intervals));
