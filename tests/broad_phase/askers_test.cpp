@@ -143,6 +143,109 @@ TEST(BroadPhaseAskers, OneTellsBlocksWhileOthersAsk) {
   ask_new_objects(boxes, sweeps);
 }
 
+// What each of some boxes overlaps of all, and each of some sweeps meets, by loops over all.
+struct Looped {
+  std::vector<std::vector<ObjectId>> overlaps, hits;
+
+  Looped(const BoxList& all, const BoxList& boxes, const std::vector<Sweep>& sweeps) {
+    const auto ids = [&](auto&& is_found) {
+      std::vector<ObjectId> found;
+      for (std::size_t id = 0; id < all.size(); ++id) {
+        if (is_found(all[id])) found.push_back(static_cast<ObjectId>(id));
+      }
+      return found;
+    };
+    for (const Box& box : boxes) {
+      const Item a = item_of(box, {});
+      overlaps.push_back(ids([&](const Box& b) { return !disjoint(a, item_of(b, {})); }));
+    }
+    for (const Sweep& sweep : sweeps) {
+      double time = 0;
+      hits.push_back(ids([&](const Box& b) { return meets(sweep, b, time); }));
+    }
+  }
+};
+
+// Cells cost large queries so much that one of the queries builds a forest while the others still
+// search in cells. The same queries look at little afterwards; and objects that change then are
+// where they belong.
+void query_while_index_changes(float margin, bool updated) {
+  constexpr std::uint32_t heap = 10000, spread = 10000;
+  Random random(12);
+  BoxList all;
+  for (std::uint32_t k = 0; k < heap; ++k) all.push_back(cube(random.point(0, 30), 1));
+  for (std::uint32_t k = 0; k < spread; ++k) all.push_back(cube(random.point(0, 2000), 1));
+  BoxList boxes;
+  std::vector<Sweep> sweeps;
+  for (int k = 0; k < 40; ++k) {
+    const bool small = k % 4 == 0;
+    boxes.push_back(small ? cube(random.point(0, 30), 1) : cube(random.point(0, 1700), 300));
+    const Vec3 at = random.point(0, 30);
+    sweeps.push_back({{at, at}, random.point(-30, 30)});
+  }
+  Options options, of_query;
+  options.margin = margin;
+  options.threads = of_query.threads = 1;
+  BroadPhase b(options);
+  ASSERT_TRUE(b.add(all, nullptr).ok());
+  if (updated) {
+    ASSERT_TRUE(b.update().ok());
+  }
+  const auto looked = [](const Result& r) { return r.comparisons + r.visited; };
+  const auto cost = [&](BroadPhaseQuery& query) {  // of a large one
+    const Result r = query.find_overlaps(b, Boxes(&boxes[1], 1));
+    EXPECT_TRUE(r.ok()) << r.message;
+    return looked(r);
+  };
+  BroadPhaseQuery queries[askers];
+  for (BroadPhaseQuery& query : queries) query = BroadPhaseQuery(of_query);
+  // Of the small one until there are cells, which waste nothing on it.
+  for (int k = 0; k < 1000; ++k) {
+    ASSERT_TRUE(queries[0].find_overlaps(b, Boxes(boxes.data(), 1)).ok());
+  }
+  const std::uint64_t in_cells = cost(queries[0]);
+  ASSERT_GT(in_cells, heap + spread) << "these are no cells";
+
+  const auto expect_found = [&] {
+    const Looped want(all, boxes, sweeps);
+    std::atomic<std::size_t> wrong{0};
+    at_once([&](std::size_t k) {
+      for (std::size_t n = 0; n < boxes.size(); ++n) {
+        const std::size_t i = (n + 10 * k) % boxes.size();
+        BroadPhaseQuery& query = queries[k];
+        const bool ok = query.find_overlaps(b, Boxes(&boxes[i], 1)).ok();
+        const Pairs overlaps = query.overlaps();
+        wrong += !ok || !std::equal(overlaps.begin(), overlaps.end(), want.overlaps[i].begin(),
+                                    want.overlaps[i].end(),
+                                    [](const Pair& p, ObjectId id) { return p.second == id; });
+        const bool met = query.find_hits(b, &sweeps[i], 1).ok();
+        const SweepHitList hits = query.hits();
+        wrong +=
+            !met || !std::equal(hits.begin(), hits.end(), want.hits[i].begin(), want.hits[i].end(),
+                                [](const SweepHit& h, ObjectId id) { return h.object == id; });
+      }
+    });
+    EXPECT_EQ(wrong, 0u);
+  };
+  expect_found();
+  EXPECT_LT(cost(queries[0]), in_cells / 50) << "there is no forest";
+  for (int round = 0; round < 3; ++round) {
+    for (int k = 0; k < 40; ++k) {
+      const ObjectId id = random.below(heap + spread);
+      all[id] = cube(random.point(0, random.one_in(2) ? 30 : 2000), 1);
+      ASSERT_EQ(b.move(id, all[id]), Status::ok);
+    }
+    expect_found();
+  }
+  EXPECT_LT(cost(queries[0]), in_cells / 50);
+}
+TEST(BroadPhaseAskers, OneBuildsAForestWhileOthersSearchInCells) {
+  query_while_index_changes(0, false);
+}
+TEST(BroadPhaseAskers, OneBuildsAForestOfBoxesWithAMargin) {
+  query_while_index_changes(0.25f, true);
+}
+
 // A scheduler's thread that waits for tasks may be given another one, that asks, too.
 TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
   struct Scheduler {
