@@ -229,7 +229,8 @@ void Tracker::make_index(const Options& options) {
   if (objects_.sparse()) objects_.list_alive();
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
-  wasted_ = 0;
+  // What cells that were not outdated wasted, new ones will waste, too.
+  if (outdated) wasted_ = 0;
   changed_ = 0;
   if (try_cells && cells_.make(objects_, fair_comparisons(), cpu::executor_of(options),
                                tasks_to_move(objects_.limit(), options)))
@@ -241,6 +242,7 @@ void Tracker::make_index(const Options& options) {
 void Tracker::build_forest(bool others_are_none) {
   THRONG_RANGE("build forest");
   forest_.build(objects_, others_are_none);
+  wasted_ = 0;
   index_ = Index::forest;
 }
 

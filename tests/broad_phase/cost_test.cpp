@@ -81,6 +81,56 @@ void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint
   EXPECT_LE(compared, at_most * searches);
 }
 
+// Half of the objects are static and lie in a heap, the others far away. Updates search by turns where
+// that is cheap and where it is dear: each looks at little, once there has been time to see that cells
+// do not suit.
+TEST(Comparisons, OfCheapAndDearUpdatesByTurns) {
+  for (const bool removing : {false, true}) {
+    SCOPED_TRACE(removing);
+    Random random(9);
+    const auto in_heap = [&] {
+      const Vec3 v = random.point(0, 8);
+      return Box{v, {v.x + 4, v.y + 4, v.z + 4}};
+    };
+    const auto far_away = [&] {
+      const Vec3 v = random.point(1000, 2000);
+      return Box{v, {v.x + 1, v.y + 1, v.z + 1}};
+    };
+    Options options;
+    options.threads = 1;
+    BroadPhase broad_phase(options);
+    Filter filter;
+    filter.is_static = 1;
+    constexpr std::uint32_t half = 4000;
+    std::vector<ObjectId> ids(2 * half);
+    for (std::uint32_t i = 0; i < 2 * half; ++i)
+      ASSERT_EQ(broad_phase.add(i < half ? in_heap() : far_away(), filter, ids[i]), Status::ok);
+    ASSERT_TRUE(broad_phase.update().ok());
+    double cost = 0;
+    constexpr int steps = 400, warm = 200;
+    for (int step = 0; step < steps; ++step) {
+      const std::uint32_t i = random.below(half);
+      if (removing) {
+        ASSERT_EQ(broad_phase.remove(ids[i]), Status::ok);
+      } else {
+        ASSERT_EQ(broad_phase.move(ids[half + i], far_away()), Status::ok);
+      }
+      const Result cheap = broad_phase.update();
+      if (removing) {
+        ASSERT_EQ(broad_phase.add(in_heap(), filter, ids[i]), Status::ok);
+      } else {
+        ASSERT_EQ(broad_phase.move(ids[i], in_heap()), Status::ok);
+      }
+      const Result dear = broad_phase.update();
+      ASSERT_TRUE(cheap.ok() && dear.ok());
+      if (step < warm) continue;
+      cost += static_cast<double>(cheap.comparisons + cheap.visited);
+      cost += static_cast<double>(dear.comparisons + dear.visited);
+    }
+    EXPECT_LE(cost, 200.0 * 2 * (steps - warm));
+  }
+}
+
 // Boxes of two sizes that fill twice their world: what searches compare by cells that are planned
 // for both, and not for the usual one alone.
 TEST(Comparisons, OfTwoSizes) {
