@@ -1,6 +1,7 @@
 // What is asked, in plain pointers that a host and a device thread read alike.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -68,6 +69,9 @@ struct Input {
   // In the memory of whoever runs it; 0 says that no grid is needed. Null: one is.
   const std::uint32_t* grid_wanted = nullptr;
 
+  // Whether the boxes of each group and class have bounds: who looks passes over those far away.
+  // Without groups each box would look where it is itself.
+  THRONG_HD bool bounds_occupied() const noexcept { return for_others || present != 0; }
   THRONG_HD bool wants_grid() const noexcept { return !grid_wanted || *grid_wanted != 0; }
   THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
   THRONG_HD const Set& set_of(std::uint32_t i) const noexcept { return sets[in_second(i)]; }
@@ -182,6 +186,27 @@ THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexce
     to->id = r.id;
   }
 #endif
+}
+
+// Flags, one for each group and class. Behind them, where in.bounds_occupied(), the bounds of each
+// one's boxes: six numbers, lower ends negated, so that the greatest counts of all, whose order is
+// that of the floats and which are above 0.
+constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
+constexpr std::uint32_t occupied_words = 7 * occupied_flags;
+
+THRONG_HD inline std::uint32_t in_order(float x) noexcept {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  return bits >> 31 ? ~bits : bits | 1u << 31;
+}
+THRONG_HD inline float float_in_order(std::uint32_t number) noexcept {
+  return std::bit_cast<float>(number >> 31 ? number & ~(1u << 31) : ~number);
+}
+// The bounds, of one that has boxes.
+THRONG_HD inline Box occupied_bounds(const std::uint32_t* occupied,
+                                     std::uint32_t class_index) noexcept {
+  const std::uint32_t* const most = occupied + occupied_flags + 6 * class_index;
+  return {{-float_in_order(most[0]), -float_in_order(most[1]), -float_in_order(most[2])},
+          {float_in_order(most[3]), float_in_order(most[4]), float_in_order(most[5])}};
 }
 
 // What a call tells, in the memory of whoever runs it.

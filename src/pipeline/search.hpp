@@ -8,6 +8,7 @@
 
 #include <throng/types.hpp>
 
+#include "core/bounds.hpp"
 #include "core/pair_index.hpp"
 #include "pipeline/input.hpp"
 
@@ -131,9 +132,14 @@ struct GridSearchOf {
       const std::uint32_t size_class = Plain ? target : target % core::max_size_classes;
       const std::uint32_t present = Plain ? 0 : cells_.present;
       const std::uint32_t bits = core::unpack_group(present, group);
+      whole_ = false;
       core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
       if constexpr (!Around) how = core::look(present, bits_, class_, bits, size_class);
       if (how == core::Look::no) return 0;
+      // Cells do not part boxes beyond the outermost ones from those in them, as movers far from a
+      // heap of static boxes.
+      if (present != 0 && !core::overlaps(box_.box(), occupied_bounds(s_.occupied, target)))
+        return 0;
       target_ = target;
       part_ = core::part_of(cells_, bits & core::everywhere_bit ? 0 : world_, group, size_class);
       const core::SizeClass& c = cells_.classes[size_class];

@@ -1,7 +1,6 @@
 // What one thread does before the search: read a box, find its place, store it.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <limits>
 
@@ -65,35 +64,15 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
           group * core::max_size_classes + size_class};
 }
 
-// Flags, one for each group and class. Behind them, where others than the boxes will look into the
-// grid, the bounds of each one's boxes: six numbers, lower ends negated, so that the greatest
-// counts of all, whose order is that of the floats and which are above 0.
-constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
-constexpr std::uint32_t occupied_words = 7 * occupied_flags;
-
-THRONG_HD inline std::uint32_t in_order(float x) noexcept {
-  const auto bits = std::bit_cast<std::uint32_t>(x);
-  return bits >> 31 ? ~bits : bits | 1u << 31;
-}
-THRONG_HD inline float float_in_order(std::uint32_t number) noexcept {
-  return std::bit_cast<float>(number >> 31 ? number & ~(1u << 31) : ~number);
-}
 // That a group and class has this box.
 THRONG_HD inline void occupy(const Input& in, std::uint32_t* occupied, std::uint32_t class_index,
                              const Box& box) noexcept {
   raise(occupied + class_index);
-  if (!in.for_others) return;
+  if (!in.bounds_occupied()) return;
   std::uint32_t* const most = occupied + occupied_flags + 6 * class_index;
   const float ends[6] = {-box.lower.x, -box.lower.y, -box.lower.z,
                          box.upper.x,  box.upper.y,  box.upper.z};
   for (int k = 0; k < 6; ++k) raise_to(most + k, in_order(ends[k]));
-}
-// The bounds, of one that has boxes.
-THRONG_HD inline Box occupied_bounds(const std::uint32_t* occupied,
-                                     std::uint32_t class_index) noexcept {
-  const std::uint32_t* const most = occupied + occupied_flags + 6 * class_index;
-  return {{-float_in_order(most[0]), -float_in_order(most[1]), -float_in_order(most[2])},
-          {float_in_order(most[3]), float_in_order(most[4]), float_in_order(most[5])}};
 }
 
 // Where a box goes: its cell, and its rank among the boxes of that. No cell: it takes no part.
