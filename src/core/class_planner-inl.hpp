@@ -80,9 +80,11 @@ THRONG_HD inline std::uint32_t ClassPlanner::cells_of(std::uint32_t finest,
   return ((finest - 1) >> shift) + 1;
 }
 
-// Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
-// boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
-// are long.
+// One or two axes of three: x, y, z, yz, zx, xy.
+THRONG_HD constexpr std::uint32_t axes_of(std::uint32_t number) noexcept {
+  return number < 3 ? 1u << number : 7u ^ (1u << (number - 3));
+}
+
 THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool anew,
                                            Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates;
@@ -94,26 +96,60 @@ THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool an
   if (!anew && row >= rows - 3) measure_side(candidate, row - (rows - 3), s);
 }
 
-THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::uint32_t c,
-                                                 Shared& s) noexcept {
+// Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
+// boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
+// are long. Tells whether it is beyond these.
+THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std::uint32_t c,
+                                                   const Shared& s,
+                                                   std::uint32_t (&shift)[3]) noexcept {
   const std::uint32_t jump = s.jump[candidate];
   const std::uint32_t level = c <= jump ? c : jump + 3 * (c - jump);
-  std::uint32_t shift[3] = {level, level, level}, cells[3];
+  shift[0] = shift[1] = shift[2] = level;
   if (candidate / sizes == 1) {
-    // none, x, y, z, yz, zx, xy, all; then larger ones.
-    const std::uint32_t axes = c == 0   ? 0
-                               : c <= 3 ? 1u << (c - 1)
-                               : c <= 6 ? 7u ^ (1u << (c - 4))
-                                        : 7;
+    // none, one axis, two, all; then larger ones.
+    const std::uint32_t axes = c == 0 ? 0 : c <= 6 ? axes_of(c - 1) : 7;
     const std::uint32_t more = c > 7 ? 2 * (c - 7) : 0;
     for (std::uint32_t k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? jump + more : 0;
   }
-  bool single = true;
+  bool single = true, crosses = false;
   for (int k = 0; k < 3; ++k) {
     shift[k] = shift[k] < 22 ? shift[k] : 22;
-    cells[k] = cells_of(s.cells[k][candidate], shift[k]);
-    single = single && cells[k] == 1;
+    const std::uint32_t cells = cells_of(s.cells[k][candidate], shift[k]);
+    single = single && cells == 1;
+    crosses = crosses || (s.endless[k] && cells <= 2);
   }
+  // Two cells that way have room for unbounded boxes, which have a finer class.
+  return single || (crosses && shift[0] > jump);
+}
+
+// After the classes for bounded boxes there is one for each axis, or two, along which boxes were
+// seen to be unbounded: one cell that way, and else as large as the sample's largest boxes.
+THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::uint32_t c,
+                                                 Shared& s) noexcept {
+  std::uint32_t endless = 0, shift[3];
+  for (std::uint32_t k = 0; k < 3; ++k) endless |= s.endless[k] ? 1u << k : 0;
+  bool single = false;
+  if (endless == 0) {
+    single = divide_bounded(candidate, c, s, shift);
+  } else {
+    const std::uint32_t axes_count = bits_of(endless);
+    const std::uint32_t more = axes_count * (axes_count + 1) / 2;  // 1, 3, 6
+    std::uint32_t bounded = 0;
+    THRONG_UNROLL(1)
+    while (bounded <= c && bounded + more + 1 < max_size_classes &&
+           !divide_bounded(candidate, bounded, s, shift))
+      ++bounded;
+    if (c >= bounded) {
+      std::uint32_t left = c - bounded, axes = 0;
+      THRONG_UNROLL(1)
+      for (std::uint32_t number = 0; number < 6; ++number)
+        if ((axes_of(number) & ~endless) == 0 && left-- == 0) axes = axes_of(number);
+      single = axes == 0;
+      for (std::uint32_t k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? 22 : s.jump[candidate];
+    }
+  }
+  std::uint32_t cells[3];
+  for (int k = 0; k < 3; ++k) cells[k] = cells_of(s.cells[k][candidate], shift[k]);
   // The last one has one cell.
   single = single || c + 1 == max_size_classes;
   s.shift[c][candidate] = single ? one_cell : shift[0] | shift[1] << 8 | shift[2] << 16;

@@ -101,6 +101,7 @@ class ClassPlanner {
     float scale;                                   // neighbours of a box for each of its pairs
     float low[3], length[3];                       // the range that holds nearly all boxes
     bool unbounded[3];                             // most boxes are, along that axis: one cell does
+    bool endless[3];                               // some boxes are, and most are not
     bool among_knots;    // planned again: what is known of boxes is of their places there
     bool again, beaten;  // to be planned again; the grid that was written before is better
     float straight_cost;
@@ -206,6 +207,7 @@ class ClassPlanner {
   // are told apart by their exponents. Beyond `most`, 8e31 as given, all are alike, so that sums of
   // 72 lengths stay finite; no length counts as less than `shortest`, so that 1 over it does.
   static constexpr float given_unit = 0x1p12f, most = 0x1p118f, shortest = 0x1p-120f;
+  static constexpr float any_extent = 0x1p120f;  // more than any
 
   THRONG_HD static float cut(float given) noexcept {
     const float x = given * given_unit;
@@ -283,6 +285,8 @@ class ClassPlanner {
   THRONG_HD static void measure(std::uint32_t t, bool chosen, Shared& s,
                                 const GridLimits& limits) noexcept;
   THRONG_HD static std::uint32_t cells_of(std::uint32_t finest, std::uint32_t shift) noexcept;
+  THRONG_HD static bool divide_bounded(std::uint32_t candidate, std::uint32_t c, const Shared& s,
+                                       std::uint32_t (&shift)[3]) noexcept;
   THRONG_HD static void divide(std::uint32_t t, bool chosen, bool anew, Shared& s) noexcept;
   THRONG_HD static void divide_class(std::uint32_t candidate, std::uint32_t c, Shared& s) noexcept;
   THRONG_HD static void measure_side(std::uint32_t candidate, std::uint32_t axis,

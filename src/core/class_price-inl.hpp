@@ -21,7 +21,11 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   if (row >= rows) return;
   constexpr std::uint32_t together = 4;
   float side[3];
-  for (int k = 0; k < 3; ++k) side[k] = s.side[k][candidate];
+  std::uint32_t cells[3];
+  for (int k = 0; k < 3; ++k) {
+    side[k] = s.side[k][candidate];
+    cells[k] = s.cells[k][candidate];
+  }
   const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
   std::uint32_t used = 0;
   // Those beyond the last, up to as many as are averaged at once, are of no class.
@@ -39,8 +43,12 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
     THRONG_UNROLL(1)
     for (std::uint32_t k = 0; k < last && more; ++k) {
       const std::uint32_t shifts = s.shift[k][candidate];
-      const float bound[3] = {side[0] * times(shifts & 0xff), side[1] * times(shifts >> 8 & 0xff),
-                              side[2] * times(shifts >> 16)};
+      float bound[3];
+      // One cell has room for any.
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::uint32_t shift = shifts >> 8 * axis & 0xff;
+        bound[axis] = cells_of(cells[axis], shift) == 1 ? any_extent : side[axis] * times(shift);
+      }
       more = false;
       THRONG_UNROLL(together)
       for (std::uint32_t q = 0; q < together; ++q) {

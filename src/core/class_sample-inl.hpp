@@ -223,10 +223,15 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
     return;
   }
   s.unbounded[t] = !(s.extent[t][n / 2] < most);
+  s.endless[t] = !s.unbounded[t] && (s.range.most[t] >= most || s.range.most[t + 3] >= most);
   float low = -s.range.most[t], high = s.range.most[t + 3];
   // Without the few that stretch it; these are clamped into the outermost cells.
   const float inner_low = s.centre[t][n / 20], inner_high = s.centre[t][n - 1 - n / 20];
-  const float slack = 0.5f * (inner_high - inner_low) + s.extent[t][n - 1 - n / 10];
+  // Boxes without end are no measure of it, and where they are most there is one cell.
+  std::uint32_t large = n - 1 - n / 10;
+  THRONG_UNROLL(1)
+  while (large > n / 2 && !(s.extent[t][large] < most)) --large;
+  const float slack = 0.5f * (inner_high - inner_low) + s.extent[t][large];
   low = greater(low, inner_low - slack);
   high = lesser(high, inner_high + slack);
   // And with what even many samples miss of the ends.
@@ -361,7 +366,10 @@ THRONG_HD inline void ClassPlanner::place(std::uint32_t t, Shared& s) noexcept {
 THRONG_HD inline void ClassPlanner::place_longest(std::uint32_t t, Shared& s) noexcept {
   if (t >= s.count) return;
   float extent = 0;
-  for (int k = 0; k < 3; ++k) extent = greater(extent, s.unbounded[k] ? 0 : s.value[k][t]);
+  for (int k = 0; k < 3; ++k) {
+    const bool endless = s.unbounded[k] || (s.endless[k] && s.value[k][t] >= knot_spans);
+    extent = greater(extent, endless ? 0 : s.value[k][t]);
+  }
   s.value[longest][t] = extent;
 }
 
