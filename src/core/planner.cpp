@@ -53,11 +53,12 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     return best;
   }
   // Along an axis without extent all boxes meet: it is neither swept nor cut.
-  double length[3], extents[3];
+  double length[3], extents[3], layers[3];
   for (int k = 0; k < 3; ++k) {
     const double range = double{s.upper[k]} - double{s.lower[k]};
     length[k] = std::max(range, least_length);
     extents[k] = range > 0 ? s.extent[k] : length[k];
+    layers[k] = 1 / std::max(s.within[k], 1e-9);
   }
   const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
   // Columns swept along x, as far as their number does not matter. `window`: the share of a
@@ -74,7 +75,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     sweep.share_y = extents[y] / length[y];
     sweep.share_z = extents[z] / length[z];
     sweep.share_yz = s.product[x] / (length[y] * length[z]);
-    sweep.window = sweep.share_x;
+    sweep.window = std::min(1.0, sweep.share_x + s.within[x]);
     if (s.crowded) {
       const double slabs = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
       const double filled = s.filled_slabs(x, static_cast<std::uint32_t>(slabs));
@@ -98,10 +99,15 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
            empty_ns * cy * cz;
   };
-  // Of the columns across x those that have boxes, as two boxes share one by that chance; where
-  // boxes are a little crowded, but spread over all columns, they have so many more neighbours.
+  // Of the columns across x those that have boxes, as two boxes share one by that chance: along an
+  // axis no more than there are layers; where boxes are a little crowded, but spread over all
+  // columns, they have so many more neighbours.
   const auto with_boxes = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
-    if (!s.crowded) return static_cast<double>(cy) * cz / s.crowding;
+    if (!s.crowded) {
+      const double y = std::min(layers[(sweep.x + 1) % 3], static_cast<double>(cy));
+      const double z = std::min(layers[(sweep.x + 2) % 3], static_cast<double>(cz));
+      return y * z / s.crowding;
+    }
     const double y = s.filled_slabs((sweep.x + 1) % 3, cy);
     const double z = s.filled_slabs((sweep.x + 2) % 3, cz);
     return std::max({y, z, y * z / s.beyond_across[sweep.x]});

@@ -38,6 +38,9 @@ struct Stats {
   static constexpr int halvings = 8;
   double filled[3][halvings] = {};
   double beyond_across[3] = {1, 1, 1}, beyond_all = 1;
+  // Where they are not: the share of boxes that begins within one of them along an axis beyond what
+  // their extents explain, if that is at least as much again, as in layers; else 0.
+  double within[3] = {0, 0, 0};
 
   // The same of any number of slabs.
   double filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept;

@@ -258,6 +258,33 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
   }
 }
 
+// Of a few boxes with all of the sample: see Stats::within.
+void measure_windows(const Corners* sample, std::uint32_t count, const Range& range,
+                     Stats& s) noexcept {
+  constexpr std::uint32_t looks = 8;
+  if (s.crowded || count < 4 * looks) return;
+  for (int k = 0; k < 3; ++k) {
+    float lowers[max_sample];
+    for (std::uint32_t i = 0; i < count; ++i) lowers[i] = sample[i].lower[k];
+    std::uint32_t all = 0;
+    double extents = 0;
+    for (std::uint32_t look = 0; look < looks; ++look) {
+      const Corners& box = sample[look * count / looks];
+      const float low = box.lower[k], high = box.upper[k];
+      for (std::uint32_t i = 0; i < count; ++i)
+        all += static_cast<std::uint32_t>(lowers[i] >= low) &
+               static_cast<std::uint32_t>(lowers[i] <= high);
+      const double from = std::max(double{low}, range.lower[k]);
+      extents += std::max(0.0, std::min(double{high}, range.upper[k]) - from);
+    }
+    const double others = all - looks;  // each begins within itself
+    const double share = (others - 2 * std::sqrt(others)) / (looks * (count - 1.0));
+    const double length = std::max(range.upper[k] - range.lower[k], least_length);
+    const double even = extents / (looks * length);
+    if (share > crowded_from * even) s.within[k] = share - even;
+  }
+}
+
 }  // namespace
 
 double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept {
@@ -304,6 +331,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
     s.product[k] /= count;
   }
   measure_crowding(Places(sample, count, range), range, s);
+  measure_windows(sample, count, range, s);
   return s;
 }
 

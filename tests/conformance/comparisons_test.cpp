@@ -88,6 +88,28 @@ double share_of(const Boxes& a, const Boxes* b = nullptr, const Options& options
   return static_cast<double>(result.comparisons) / size;
 }
 
+// Layers at equal distances: cells of a sample have as many boxes as if these were spread evenly,
+// and yet no window along the axis tells those of a layer apart.
+TEST(ComparisonsOfLayers, AreFewWhereLayersAreEven) {
+  for (const std::size_t n : {1500u, 8000u, 16000u, 60000u}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      SCOPED_TRACE(std::to_string(n) + " boxes, layers across " + std::to_string(axis));
+      Random r(n);
+      const float side = std::sqrt(static_cast<float>(n) / 14 * 8);
+      BoxList list, others;
+      for (std::size_t i = 0; i < 2 * n; ++i) {
+        Box box = cube(r.point(0, side), 1);
+        (&box.lower.x)[axis] = static_cast<float>(r.below(14)) * 50;
+        (&box.upper.x)[axis] = (&box.lower.x)[axis] + 0.1f;
+        (i % 2 ? others : list).push_back(box);
+      }
+      const Boxes second = others;
+      EXPECT_LE(share_of(list), 80);
+      EXPECT_LE(share_of(list, &second), 80);
+    }
+  }
+}
+
 // Coordinates over so many decades, by themselves on each of some axes, on one side of 0 or on
 // both; all boxes a thousandth of these, or of any size from there to a billionth.
 struct Decades {

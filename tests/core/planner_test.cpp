@@ -112,6 +112,40 @@ TEST(Planner, LayersAreSeen) {
   }
 }
 
+// Layers at equal distances are spread evenly over the cells of a sample, and yet all boxes of one
+// begin within each other. Boxes of very different sizes are no layers.
+TEST(Planner, EvenLayersAreSeen) {
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (const float thickness : {0.0f, 0.01f}) {
+      tests::BoxList boxes = tests::uniform_boxes(512, 3);
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        float* const corner = &boxes[i].lower.x;
+        corner[axis] = static_cast<float>(i * 5 % 14);
+        corner[3 + axis] = corner[axis] + thickness;
+      }
+      const Stats s = measure(boxes.data(), 512, 8000, 8000);
+      EXPECT_FALSE(s.crowded);
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        if (k != axis) {
+          EXPECT_EQ(s.within[k], 0) << k;
+        } else {
+          EXPECT_NEAR(s.within[k], 1 / 14.0, 0.02);
+        }
+      }
+      EXPECT_NE(plan_of(boxes, 8000, 1).sweep_axis, axis);
+    }
+  }
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    tests::Random r(seed);
+    tests::BoxList boxes;
+    for (int i = 0; i < 512; ++i)
+      boxes.push_back(tests::cube(r.point(0, 100), r.one_in(30) ? 30 : 0.1f));
+    const Stats s = measure(boxes.data(), 512, 100000, 100000);
+    EXPECT_FALSE(s.crowded);
+    for (const double within : s.within) EXPECT_EQ(within, 0) << seed;
+  }
+}
+
 // Along a diagonal boxes are crowded across one axis alone: those that share a slab along either of
 // the others share both.
 TEST(Planner, DiagonalsAreSeen) {

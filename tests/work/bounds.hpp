@@ -51,8 +51,6 @@ inline constexpr WorkBound work_bounds[] = {
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
     {"rods-layers", Work::find, 230, 111,
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
-    {"layers", Work::find, 720, 362, "open: below 30,000 boxes some layers are swept along"},
-    {"layers", Work::find_two, 410, 204, "open: below 30,000 boxes some layers are swept along"},
     {"far-movers", Work::find_emulated, 900, 439,
      "open: on a device movers far from a heap of static boxes are looked for within it"},
     {"far-movers", Work::find_two_emulated, 450, 220,
