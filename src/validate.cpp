@@ -356,8 +356,10 @@ bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Resul
 }
 void explain_sweeps(Result& r) noexcept {
   say(r,
-      "%llu sweeps have a NaN or an infinite direction, the first is sweep %llu; instead of infinity "
-      "give a length beyond the scene, as 1e30 (at most 3.4e38 a component): it finds the same hits",
+      "%llu sweeps have a NaN or an infinite direction, the first is sweep %llu; instead of "
+      "infinity "
+      "give a length beyond the scene, as 1e30 (at most 3.4e38 a component): it finds the same "
+      "hits",
       ull{r.invalid_count}, ull{r.first_invalid});
 }
 

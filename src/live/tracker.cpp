@@ -23,6 +23,9 @@ constexpr double found_comparison_ns = 0.25;
 // An update that finds all pairs from scratch as searches compared too many forgets so much of
 // that; and after so many at most it is tried again.
 constexpr double forgotten = 0.01;
+// Cells are tried again after so many times as many changes as there are objects; twice as many
+// each time that they wasted as much as a forest costs.
+constexpr std::size_t most_patience = 64;
 constexpr std::uint32_t most_wait = 8;
 // Searching around what changed is not given up before it has looked at so much.
 constexpr double least_work = 4096;
@@ -183,7 +186,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_n
     linked_ = true;
     regret_ = 0;
   } else if (index_ == Index::forest) {
-    if (changed_ > objects_.count()) {
+    if (changed_ > patience_ * objects_.count()) {
       if (cells_.suit(objects_, fair_comparisons())) {
         make_index(options);
         retried_ = true;
@@ -224,6 +227,7 @@ void Tracker::make_index(const Options& options) {
   const bool outdated = index_ == Index::cells && changed_ > objects_.count() / 8 && !retried_;
   const bool try_cells = outdated || !forest_pays();
   retried_ = outdated && forest_pays();
+  if (!try_cells) patience_ = std::min(2 * patience_, most_patience);
   index_ = Index::absent;
   blocked_ = false;
   if (objects_.sparse()) objects_.list_alive();
@@ -446,6 +450,7 @@ void Tracker::copy(const Tracker& other) noexcept {
   wasted_ = other.wasted_.load();
   changed_ = other.changed_;
   retried_ = other.retried_;
+  patience_ = other.patience_;
   too_wide_ = other.too_wide_;
   all_ns_ = other.all_ns_;
   try_in_ = other.try_in_;

@@ -9,7 +9,8 @@
 // The index is Cells where boxes are spread out, and a BvhForest where they are not. Searches in
 // cells are counted: what they look at beyond `fair_comparisons()` is waste. Once the waste is as
 // much as a forest costs, there is one. So whatever the boxes, less than twice is paid of what the
-// better index would have cost. After as many changes as there are objects, cells are tried again.
+// better index would have cost. After as many changes as there are objects cells are tried again,
+// and later and later where they do not suit.
 #pragma once
 
 #include <atomic>
@@ -116,9 +117,10 @@ class Tracker {
   // ns that a forest would have saved; and objects that changed since there has been this index.
   std::atomic<double> wasted_{0};
   std::size_t changed_ = 0;
-  bool retried_ = false;   // these cells are not the first since there was a forest, or waste
-  bool too_wide_ = false;  // what changed has been so for cells
-  double all_ns_ = 0;      // what comparing cost an object when all pairs were last found
+  bool retried_ = false;      // these cells are not the first since there was a forest, or waste
+  std::size_t patience_ = 1;  // after so many changes per object cells are tried again
+  bool too_wide_ = false;     // what changed has been so for cells
+  double all_ns_ = 0;         // what comparing cost an object when all pairs were last found
   // Searching around what changed is tried again in so many updates; the next time in so many.
   std::uint32_t try_in_ = 1, try_wait_ = 1;
   // What cells would have saved questions, ns, as far as that makes a difference: since all pairs

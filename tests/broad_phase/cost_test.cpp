@@ -81,9 +81,9 @@ void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint
   EXPECT_LE(compared, at_most * searches);
 }
 
-// Half of the objects are static and lie in a heap, the others far away. Updates search by turns where
-// that is cheap and where it is dear: each looks at little, once there has been time to see that cells
-// do not suit.
+// Half of the objects are static and lie in a heap, the others far away. Updates search by turns
+// where that is cheap and where it is dear: each looks at little, once there has been time to see
+// that cells do not suit.
 TEST(Comparisons, OfCheapAndDearUpdatesByTurns) {
   for (const bool removing : {false, true}) {
     SCOPED_TRACE(removing);
