@@ -81,7 +81,7 @@ THRONG_HD inline std::uint32_t ClassPlanner::cells_of(std::uint32_t finest,
 }
 
 // One or two axes of three: x, y, z, yz, zx, xy.
-THRONG_HD constexpr std::uint32_t axes_of(std::uint32_t number) noexcept {
+THRONG_HD constexpr std::uint32_t some_axes(std::uint32_t number) noexcept {
   return number < 3 ? 1u << number : 7u ^ (1u << (number - 3));
 }
 
@@ -98,7 +98,7 @@ THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool an
 
 // Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
 // boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
-// are long. Tells whether it is beyond these.
+// are long. Returns whether it is beyond these.
 THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std::uint32_t c,
                                                    const Shared& s,
                                                    std::uint32_t (&shift)[3]) noexcept {
@@ -107,7 +107,7 @@ THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std:
   shift[0] = shift[1] = shift[2] = level;
   if (candidate / sizes == 1) {
     // none, one axis, two, all; then larger ones.
-    const std::uint32_t axes = c == 0 ? 0 : c <= 6 ? axes_of(c - 1) : 7;
+    const std::uint32_t axes = c == 0 ? 0 : c <= 6 ? some_axes(c - 1) : 7;
     const std::uint32_t more = c > 7 ? 2 * (c - 7) : 0;
     for (std::uint32_t k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? jump + more : 0;
   }
@@ -143,15 +143,15 @@ THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::u
       std::uint32_t left = c - bounded, axes = 0;
       THRONG_UNROLL(1)
       for (std::uint32_t number = 0; number < 6; ++number)
-        if ((axes_of(number) & ~endless) == 0 && left-- == 0) axes = axes_of(number);
+        if ((some_axes(number) & ~endless) == 0 && left-- == 0) axes = some_axes(number);
       single = axes == 0;
       for (std::uint32_t k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? 22 : s.jump[candidate];
     }
   }
   std::uint32_t cells[3];
   for (int k = 0; k < 3; ++k) cells[k] = cells_of(s.cells[k][candidate], shift[k]);
-  // The last one has one cell.
-  single = single || c + 1 == max_size_classes;
+  // The last one has one cell, and none before it.
+  single = single || c + 1 == max_size_classes || (cells[0] | cells[1] | cells[2]) == 1;
   s.shift[c][candidate] = single ? one_cell : shift[0] | shift[1] << 8 | shift[2] << 16;
   // A layer may have 2^44 cells, and all of them 2^66: what no table holds is cut off in time.
   const std::uint64_t layer = std::uint64_t{cells[0]} * cells[1];

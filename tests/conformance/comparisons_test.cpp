@@ -1,5 +1,7 @@
 // How many candidates the library compares: a bound a box and reported pair, on every scene, and
 // on boxes that lie in layers.
+#include <limits>
+
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
@@ -243,6 +245,61 @@ TEST(ComparisonsOfForbidden, AreFew) {
   EXPECT_LE(share_of(layers, &layers), 4);
   std::fill(owner.begin(), owner.end(), 7);
   EXPECT_LE(share_of(owned), 1);
+}
+
+// What the pipeline compares, as a share of boxes and pairs.
+double share_of_pipeline(const Boxes& boxes) {
+  Options options;
+  options.backend = Backend::emulated;
+  options.algorithm = Algorithm::grid;
+  Finder finder(options);
+  const Result result = finder.find(boxes);
+  EXPECT_TRUE(result.ok()) << result.message;
+  return static_cast<double>(result.comparisons) / static_cast<double>(boxes.size() + result.found);
+}
+
+// A grid is as large as most boxes are, here a heap of static ones; movers far away share its
+// outermost cells.
+TEST(ComparisonsOfFarMovers, AreFew) {
+  for (const float side : {1.0f, 8.0f}) {
+    Random r(3);
+    BoxList list;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 at = r.point(0, side);
+      list.push_back(cube(1000 + at.x, 1000 + at.y, 1000 + at.z, 4));
+    }
+    std::vector<std::uint8_t> is_static(list.size(), 1);
+    for (int i = 0; i < 800; ++i) list.push_back(cube(r.point(0, 30), 1));
+    is_static.resize(list.size());
+    Boxes boxes = list;
+    boxes.filters.is_static = {is_static.data(), is_static.size()};
+    EXPECT_LE(share_of_pipeline(boxes), 40) << side;
+  }
+}
+
+// Boxes without end along an axis are parted along the others, however few they are.
+TEST(ComparisonsOfUnbounded, AreFew) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  for (const std::uint32_t one_in : {1u, 3u, 20u}) {
+    for (const std::uint32_t axes : {1u, 3u, 7u}) {
+      for (const float side : {300.0f, 450.0f, 1200.0f}) {
+        SCOPED_TRACE("one in " + std::to_string(one_in) + ", axes " + std::to_string(axes) +
+                     ", side " + std::to_string(side));
+        Random r(axes);
+        BoxList list;
+        for (int i = 0; i < 20000; ++i) {
+          Box box = cube(r.point(0, side), 1);
+          const std::uint32_t along = r.below(3);
+          if (axes >> along & 1 && r.one_in(one_in)) {
+            (&box.lower.x)[along] = -infinity;
+            (&box.upper.x)[along] = infinity;
+          }
+          list.push_back(box);
+        }
+        EXPECT_LE(share_of_pipeline(list), 100);
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Comparisons, testing::ValuesIn(cases()), [](const auto& which) {
