@@ -51,10 +51,6 @@ inline constexpr WorkBound work_bounds[] = {
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
     {"rods-layers", Work::find, 230, 111,
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
-    {"far-movers", Work::find_emulated, 900, 439,
-     "open: on a device movers far from a heap of static boxes are looked for within it"},
-    {"far-movers", Work::find_two_emulated, 450, 220,
-     "open: on a device movers far from a heap of static boxes are looked for within it"},
 };
 
 inline const WorkBound& bound_of(const std::string& family, Work work) {
