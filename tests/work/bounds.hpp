@@ -49,7 +49,7 @@ inline constexpr WorkBound work_bounds[] = {
     {"", Work::remove, 130, 60.5},
     {"rods-any", Work::find, 600, 300,
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
-    {"rods-layers", Work::find, 230, 111,
+    {"rods-layers", Work::find, 230, 114.1,
      "a sample does not show how finely rods are parted: planned some three times too coarse"},
 };
 
