@@ -118,6 +118,23 @@ TEST(Explain, DensestCellsHoldTheirBoxes) {
   }
 }
 
+TEST(Explain, EmptyCellsAreNotAmongTheDensest) {
+  // Two heaps in opposite corners: no other cell has a box.
+  BoxList boxes;
+  for (int i = 0; i < 20000; ++i) {
+    const float at = i % 2 == 0 ? 0.0f : 1000.0f, step = 0.001f * static_cast<float>(i % 100);
+    boxes.push_back(cube(at + step, at, at, 0.0005f));
+  }
+  Options options;
+  options.algorithm = Algorithm::grid;
+  Finder finder(options);
+  const Explanation e = finder.explain(boxes);
+  ASSERT_GT(e.cells, 10u);
+  ASSERT_LT(e.occupied, 10u);
+  EXPECT_EQ(e.densest.size(), e.occupied);
+  for (const Explanation::DenseCell& cell : e.densest) EXPECT_GT(cell.boxes, 0u);
+}
+
 TEST(Explain, AdviceFollowsWhatWasSeen) {
   const auto says = [](const Explanation& e, const char* word) {
     return std::any_of(e.advice.begin(), e.advice.end(), [&](const std::string& text) {
