@@ -30,7 +30,7 @@ inline constexpr WorkBound work_bounds[] = {
     {"", Work::build, 80, 35.3},
     {"", Work::unpack, 15, 6.3},
     {"", Work::remove_most, 5, 0.1},
-    {"", Work::build_moves, 180, 85.8},
+    {"", Work::build_moves, 480, 237.8},
     {"", Work::move_few, 100, 45.1},
     {"", Work::build_queries, 40, 14.9},
     {"", Work::overlap, 30, 14.8},
