@@ -154,8 +154,11 @@ struct Vec2 {
 };
 
 std::string rows_text(std::int64_t count, std::size_t columns) {
-  return "(" + (count < 0 ? std::string("n") : std::to_string(count)) + ", " +
-         std::to_string(columns) + ")";
+  std::string text = "(";
+  text += count < 0 ? std::string("n") : std::to_string(count);
+  text += ", ";
+  text += std::to_string(columns);
+  return text += ')';
 }
 
 template <class T>
