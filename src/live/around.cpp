@@ -9,6 +9,8 @@ namespace {
 // Cells are asked for so many objects ahead, first edges twice as many, what says where both are
 // twice as many again. Of 6, 8, 12 and 16 for cells 8 is fastest, with caches emptied, too.
 constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edges_ahead;
+// What was looked at is held against the budget once for so many objects.
+constexpr std::size_t budget_step = 16;
 // So many hits of a search are compared with each pair the object has; more are marked.
 constexpr std::uint32_t few_hits = 8;
 
@@ -56,9 +58,10 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
   const std::size_t steps = std::min<std::uint64_t>(
       edges_ahead - 1, 3 + 3 * std::uint64_t{scene.pairs.count()} / (objects.count() + 1));
   ObjectId hits[Cells::most_hits + 1];
-  for (std::size_t i = 0; i < count; ++i) {
-    if (stop() || work_.total() > most_work) return;
-    ++searched_;
+  std::size_t i = 0;
+  for (; i < count; ++i) {
+    if (i % budget_step == 0 && work_.total() > most_work) break;
+    if (stop()) break;
     if (const std::size_t soon = i + ahead / 2; soon < count) {
       if (!scene.forest && objects.body(ids[soon]).home != none)
         scene.cells.prefetch_chains(reaches[soon % ahead]);
@@ -81,6 +84,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
     walk_ahead(i + edges_ahead);
     if (i + bodies_ahead < count) objects.prefetch(ids[i + bodies_ahead]);
   }
+  searched_ += i;
 }
 
 // What overlaps an object but itself, as Cells::search_few() has it.
