@@ -154,6 +154,7 @@ def suites(build):
     test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
     test("objects on a device", "pipeline", 120, "pipeline_test", "-FarEngine*")
     test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
+    test("explain", "hall cpu", 40, "conformance_test", "Explain*")
     test("options of C", "hall", 120, "conformance_test", "CApi*:COptions*:CStatus*")
     test("flat with not flat", "cpu", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
     test("guest", "pipeline cpu", 200, "guest_test", "*")
