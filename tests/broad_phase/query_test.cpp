@@ -77,6 +77,20 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
 }
 
+// Without an index each object is compared.
+TEST(BroadPhaseQuery, ComparisonsAreCounted) {
+  BroadPhase objects;
+  BoxList boxes;
+  for (int i = 0; i < 20; ++i) boxes.push_back(cube(static_cast<float>(i), 0, 0, 0.5f));
+  std::vector<ObjectId> ids(boxes.size());
+  ASSERT_EQ(objects.add(boxes, ids.data()).status, Status::ok);
+  const BoxList all = {{{-1, -1, -1}, {30, 1, 1}}};
+  const Result r = objects.find_overlaps(all);
+  ASSERT_EQ(r.status, Status::ok);
+  EXPECT_EQ(r.found, boxes.size());
+  EXPECT_GE(r.comparisons, boxes.size());
+}
+
 // After an update in which most have moved questions look into the columns in which it found its
 // pairs, and at what has changed since. A copy has none; nor are there any once many boxes have
 // been searched in that memory, or few objects have moved.

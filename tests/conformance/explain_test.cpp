@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <string_view>
 
 #include <throng/throng.hpp>
 
@@ -89,6 +90,13 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   EXPECT_EQ(in_cells, e.entries);
   EXPECT_GT(e.memory_bytes, 0u);
   EXPECT_EQ(e.memory_bytes, finder.memory_bytes());
+  std::uint64_t in_parts = 0;
+  for (const Explanation::Part& part : e.memory) {
+    in_parts += part.bytes;
+    if (part.what == std::string_view("pairs"))
+      EXPECT_GE(part.bytes, e.result.found * sizeof(Pair));
+  }
+  EXPECT_EQ(in_parts, e.memory_bytes);
 }
 
 // The boxes that a cell is told to hold are those that touch its bounds; on them ties are the
