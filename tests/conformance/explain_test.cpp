@@ -93,8 +93,9 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   std::uint64_t in_parts = 0;
   for (const Explanation::Part& part : e.memory) {
     in_parts += part.bytes;
-    if (part.what == std::string_view("pairs"))
+    if (part.what == std::string_view("pairs")) {
       EXPECT_GE(part.bytes, e.result.found * sizeof(Pair));
+    }
   }
   EXPECT_EQ(in_parts, e.memory_bytes);
 }
