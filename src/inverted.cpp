@@ -12,6 +12,7 @@ void LayoutGuess::add(const double (&given)[6], bool flat) noexcept {
   intervals_ += ordered(0, 1) && (flat ? ordered(3, 4) : ordered(2, 3) && ordered(4, 5));
 }
 
+// Each has at most 74 characters, so that a message ends with the remedy whatever its numbers.
 const char* LayoutGuess::text() const noexcept {
   const auto fits = [&](std::uint64_t boxes) { return boxes >= count_ - count_ / 20; };
   if (fits(valid_)) return nullptr;  // some boxes among good ones: no layout
@@ -20,10 +21,8 @@ const char* LayoutGuess::text() const noexcept {
   // Where all is on the positive side every upper corner could be a size.
   const bool sizes = fits(sizes_) && valid_ < count_ / 2 + 1;
   if (sizes && fits(swapped_))
-    return "upper looks like a size (give lower + size, or box_from_center(center, size / 2)), or "
-           "corners are swapped";
-  if (sizes)
-    return "upper looks like a size: give lower + size, or box_from_center(center, size / 2)";
+    return "upper looks like a size: box_from_center(center, size / 2); or swapped";
+  if (sizes) return "upper looks like a size: use box_from_center(center, size / 2)";
   if (fits(swapped_)) return "lower and upper look swapped";
   return nullptr;
 }

@@ -172,6 +172,10 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
     const Result r = find_pairs(boxes, out, o);
     EXPECT_EQ(r.status, Status::inverted_box);
     EXPECT_LT(std::string(r.message).size() + 1, sizeof r.message) << "cut off";
+    const Result other = find_pairs(good, boxes, out, o);
+    EXPECT_NE(std::string(other.message).find("set Options::inverted to inactive"),
+              std::string::npos)
+        << other.message;
     return std::string(r.message);
   };
   const auto names = [](const std::string& message, const char* cause) {
