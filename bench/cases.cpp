@@ -51,7 +51,7 @@ SceneChoice find_scene(const std::string& text) {
   if (std::find(names.begin(), names.end(), text) != names.end()) return {text, text, 0};
   std::string known;
   for (const SceneChoice& s : all_scenes()) known += (known.empty() ? "" : "; ") + s.label;
-  throw std::invalid_argument("no scene is called '" + text + "'; there are: " + known +
+  throw std::invalid_argument("no scene has the name '" + text + "'; there are: " + known +
                               "; or a path that ends in .npy");
 }
 

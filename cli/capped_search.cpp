@@ -1,4 +1,4 @@
-// A search under a cap for everything: in memory where all fits, else streamed.
+// A search under one cap for all memory: in memory where all fits, else streamed.
 #include <cstdlib>
 #include <filesystem>
 
@@ -15,8 +15,8 @@
 namespace throng::cli {
 namespace {
 
-// The user's choice; else beside the output, where there must be room for large files anyway; else
-// where the system keeps such files.
+// The user's choice; else the output's folder, which needs space for large files anyway; else the
+// system's temporary folder.
 std::string scratch_folder(const std::string& output) {
   if (const char* chosen = std::getenv("TMPDIR"); chosen && *chosen) return chosen;
   std::error_code error;
@@ -80,7 +80,7 @@ SearchReport run_capped_search(const InputArguments& input, SearchRequest reques
   streamed.a = files_of(input.a, input.filters_a);
   if (!input.b.empty()) streamed.b = files_of(input.b, input.filters_b);
   streamed.round_outward = input.round_outward;
-  // Set, it would keep an automatic choice from a GPU.
+  // A memory resource would keep `auto` from choosing a GPU.
   if (!cuda::available().ok()) request.options.memory = large_pages();
   streamed.options = request.options;
   streamed.output = request.output;
@@ -92,7 +92,7 @@ SearchReport run_capped_search(const InputArguments& input, SearchRequest reques
       request.options.memory_cap_bytes -= static_cast<std::size_t>(whole.bytes());
       return run_search(whole, request);
     } catch (const CapTooSmall&) {
-      // More than was foretold; no pair of it is kept.
+      // More memory than estimated; its pairs are discarded.
     }
   }
   return run_streamed(std::move(streamed));

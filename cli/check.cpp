@@ -1,5 +1,5 @@
-// throng check: every backend, algorithm, instruction set, thread count, order and form against two
-// loops.
+// throng check: compares every backend, algorithm, instruction set, thread count, order and form
+// with a double loop.
 #include <algorithm>
 #include <memory>
 #include <new>
@@ -24,10 +24,10 @@ namespace throng::cli {
 namespace {
 
 const char* help_text =
-    R"(Compares, pair by pair, what every algorithm finds with every instruction set that this
-processor has, with several numbers of threads, in both orders, with what a double loop of its own
-finds. The double loop compares every box with every other: 300,000 boxes take some seconds,
-a million some minutes. On large inputs fewer threads and orders are tried, and all-pairs only once;
+    R"(Compares, pair by pair, the results of every algorithm, for every instruction set of this processor,
+several numbers of threads and both orders, with those of a separate double loop. The double loop
+tests all pairs: 300,000 boxes take seconds, a million takes minutes. Large inputs run with fewer
+thread counts and orders, and with all-pairs only once;
 --full tries everything.
 
 Examples:
@@ -35,7 +35,7 @@ Examples:
   throng check robots.npy scene.npy --margin 0.01
   throng check worlds.npy --world worlds-world.npy
   throng check recording.npy --frames 10
-Exit status: 0 all agree, 1 something differs, 2 bad input.)";
+Exit status: 0 all agree, 1 a result differs, 2 bad input.)";
 
 struct Arguments {
   InputArguments input;
@@ -43,12 +43,12 @@ struct Arguments {
   bool full = false;
 };
 
-// How many runs on this frame differ from the double loop.
+// The number of runs on this frame that differ from the double loop.
 std::size_t check_frame(const Input& input, const Options& options, std::size_t frame, bool full) {
   const Boxes a = input.a().frame(frame);
   std::optional<Boxes> b;
   if (input.b()) b = input.b()->frame(frame);
-  // First, so that boxes which the library refuses are told in no time.
+  // First, so that boxes which the library refuses are reported at once.
   Finder probe(options);
   const Result result = b ? probe.find(a, *b) : probe.find(a);
   require_ok(result, input, frame, {.nan = true});
@@ -63,7 +63,7 @@ std::size_t check_frame(const Input& input, const Options& options, std::size_t 
   say(comparison.head());
   return comparison.run(full, [](const Comparison::Row& row) {
     say(row.text());
-    finish_output();  // a row may take seconds: let it be seen
+    finish_output();  // Flush: a row may take seconds.
   });
 }
 
@@ -74,7 +74,7 @@ int run(const Arguments& arguments) {
   const std::size_t wanted = arguments.full ? all : std::min(arguments.frames, all);
   std::size_t differing = 0;
   for (std::size_t k = 0; k < wanted; ++k) {
-    // Evenly spread, the first and the last among them.
+    // Evenly spaced, with the first and the last frame among them.
     const std::size_t frame = wanted > 1 ? k * (all - 1) / (wanted - 1) : 0;
     try {
       differing += check_frame(input, options, frame, arguments.full);

@@ -1,4 +1,4 @@
-// The commands. Each adds itself to the program's command line; what it returns runs it.
+// The commands. Each registers its options; the function that it returns runs it.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@ class App;
 
 namespace throng::cli {
 
-using Run = std::function<int()>;  // gives the exit status
+using Run = std::function<int()>;  // returns the exit status
 
 Run add_pairs(CLI::App& program);
 Run add_scene(CLI::App& program);

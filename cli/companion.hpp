@@ -1,4 +1,4 @@
-// Becomes another program, one that stands beside this one (program/companion.hpp).
+// Replaces this process by a sibling program (program/companion.hpp).
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace throng::cli {
 
-// Becomes that program with these arguments (on Windows: runs it and gives its status).
-// Returns only on Windows; throws Failure where it cannot be started.
+// Replaces this process by that program with these arguments; returns only on Windows, where it
+// runs the program and returns its status. Throws Failure when it cannot be started.
 int start_companion(const std::string& path, const std::vector<std::string>& arguments);
 
 }  // namespace throng::cli

@@ -58,7 +58,7 @@ std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& te
   tell_ = tell;
   const double n = static_cast<double>(a_.size());
   const double tests = b_ ? n * static_cast<double>(b_->size()) : 0.5 * n * n;
-  // All-pairs is quadratic: where it would take minutes it is left out, and the table says so.
+  // All-pairs is quadratic: where it would take minutes it is skipped, and the table says so.
   const double bearable = !has(Isa::sse4) && !has(Isa::neon) ? 1e10 : 1e11;
   small_ = full || (tests < 1e9 && truth_.pairs().size() < 2000000);
   for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
@@ -69,7 +69,7 @@ std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& te
       if (has(isa)) row(Backend::cpu, algorithm, isa, skip);
     }
   }
-  // What a GPU runs, on this processor; and on a GPU, where there is one.
+  // The device pipeline on the CPU, and on a GPU where there is one.
   const bool gpu = cuda::available().ok();
   for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
     const bool quadratic = algorithm == Algorithm::all_pairs;
@@ -134,11 +134,12 @@ void Comparison::one(Row& row, unsigned threads, Order order, Form form) {
                 *truth_.first()};
     }
     if (result.found != truth_.pairs().size()) {
-      wrong.push_back(fmt::format("told {} pairs, wanted {}", result.found, truth_.pairs().size()));
+      wrong.push_back(
+          fmt::format("reported {} pairs, wanted {}", result.found, truth_.pairs().size()));
     }
     if (result.inactive != truth_.inactive()) {
       wrong.push_back(
-          fmt::format("told {} inactive boxes, wanted {}", result.inactive, truth_.inactive()));
+          fmt::format("reported {} inactive boxes, wanted {}", result.inactive, truth_.inactive()));
     }
   }
   if (wrong.empty()) return;

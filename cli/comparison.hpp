@@ -1,5 +1,5 @@
-// Every backend, algorithm, instruction set, thread count, order and form held against what is
-// right: what `check` and `replay` do.
+// Compares every backend, algorithm, instruction set, thread count, order and form with the
+// expected result: used by `check` and `replay`.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace throng::cli {
 
-// One search in the form asked for. Of the growing form `pairs` lie in the Finder.
+// One search in the requested form. The growing form leaves `pairs` in the Finder.
 struct FormRun {
   Result result;
   std::vector<Pair> taken;
@@ -29,7 +29,7 @@ FormRun run_form(Finder& finder, const Boxes& a, const Boxes* b, capture::Form f
 
 class Comparison {
  public:
-  // Runs of one backend, algorithm and instruction set.
+  // The runs of one backend, algorithm and instruction set.
   struct Row {
     Backend backend;
     Algorithm algorithm;
@@ -41,18 +41,18 @@ class Comparison {
 
     std::string text() const;
   };
-  // The first pair of all that was wrong, and in which run.
+  // The first wrong pair of all runs, and its run.
   struct First {
     std::string run;
     Truth::Difference difference;
   };
 
-  // What it refers to must outlive it. Of the options margin, nan and cell_scale are kept.
+  // Referenced objects must outlive it. Of the options, margin, nan and cell_scale are used.
   Comparison(const Boxes& a, const Boxes* b, const Options& options, Truth& truth)
       : a_(a), b_(b), options_(options), truth_(truth) {}
 
   static std::string head();
-  // Tells each row when it is done; gives the number of runs that differ.
+  // Calls back after each row; returns the number of runs that differ.
   std::size_t run(bool full, const std::function<void(const Row&)>& tell);
   const std::optional<First>& first() const noexcept { return first_; }
 

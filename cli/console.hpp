@@ -1,4 +1,4 @@
-// What a command says: results on standard output, progress on a terminal's standard error.
+// Console output: results on standard output, progress on standard error if it is a terminal.
 #pragma once
 
 #include <chrono>
@@ -7,15 +7,14 @@
 
 namespace throng::cli {
 
-// Nobody reads standard output any more: end quietly.
+// The reader of standard output closed it: end quietly.
 struct BrokenPipe {};
 
-// Writes to standard output. Throws BrokenPipe, or Failure where it cannot be written (a full
-// disk).
+// Writes to standard output. Throws BrokenPipe, or Failure on other errors (a full disk).
 void say(const std::string& text);
-// A line to standard error; errors there are nobody's to hear.
+// Writes a line to standard error; errors are ignored.
 void complain(const std::string& line);
-// Writes out what is buffered. The last word of every command, so that a full disk is noticed.
+// Flushes. Every command ends with it, so that a full disk is noticed.
 void finish_output();
 
 // 1.94 as "1.94 ms".
@@ -26,7 +25,7 @@ inline double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// One line that is rewritten, on standard error, from the second second on, and only on a terminal.
+// A line on standard error that is rewritten; shown after one second, and only on a terminal.
 class Progress {
  public:
   Progress(std::string what, std::size_t total);
@@ -34,9 +33,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // The line tells about how long it will take yet, from what it has taken.
+  // The line shows the remaining time, estimated from the elapsed time.
   void at(std::size_t done, const std::string& detail = {});
-  // Takes the line away; for whatever is to be said next.
+  // Clears the line before other output.
   void wipe();
 
  private:

@@ -1,5 +1,5 @@
-// throng demo: the paper's scene made alive. A column of boxes falls on a plane; every frame all
-// pairs are found, and they move the boxes.
+// throng demo: the paper's scene in motion. A column of boxes falls on a plane; each frame finds
+// all pairs, and the pairs push the boxes apart.
 #include <algorithm>
 #include <memory>
 #include <new>
@@ -30,9 +30,9 @@ namespace {
 using program::median;
 
 const char* help_text =
-    R"(A column of boxes falls on a plane and becomes a heap. In every frame all pairs of overlapping
-boxes are found, and then used to push the boxes apart. Ends with a table of times and a picture of
-the heap, where each box has the colour of how many others it touches.
+    R"(A column of boxes falls on a plane and becomes a heap. Every frame finds all pairs of overlapping
+boxes and uses them to push the boxes apart. Prints a table of times and draws a picture of the heap,
+where a box's colour shows the number of boxes that it touches.
 
 Examples:
   throng demo
@@ -60,7 +60,7 @@ Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
   Measured m;
   Progress progress("frame", arguments.frames);
   for (std::size_t f = 0; f < arguments.frames; ++f) {
-    // The pairs of the last frame push; so the picture shows what the last search saw.
+    // The last frame's pairs push, too, so the picture shows what the last search found.
     const auto move = Clock::now();
     if (f > 0) heap.push_apart(finder.pairs().data(), finder.pairs().size());
     heap.fall();
@@ -74,7 +74,7 @@ Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
     m.pairs.push_back(static_cast<double>(result.found));
     m.plan_of_last = result.plan;
     if (f == 0) m.first_ms = search_ms;
-    // The first call also takes memory and wakes threads: it has a row of its own.
+    // The first call also allocates memory and starts threads: it has a row of its own.
     if (f > 0 || arguments.frames == 1) {
       m.total.push_back(search_ms);
       m.plan.push_back(result.times.plan_ms);
@@ -102,14 +102,15 @@ std::string tables(const Measured& m, std::size_t objects, std::size_t frames) {
   stages.add_row({"find", ms_text(median(m.find)), ms_text(worst(m.find))});
   stages.add_row({"total, every frame but the first", ms_text(total), ms_text(worst(m.total))});
   stages.add_row({"the first frame, cold", ms_text(m.first_ms), ms_text(m.first_ms)});
-  stages.add_note(fmt::format("{}, {}, {} thread{}. Moving the boxes takes another {} ms a frame.",
-                              to_string(m.plan_of_last.algorithm), to_string(m.plan_of_last.isa),
-                              m.plan_of_last.threads, m.plan_of_last.threads == 1 ? "" : "s",
-                              ms_text(median(m.move))));
+  stages.add_note(fmt::format(
+      "{}, {}, {} thread{}. Moving the boxes takes another {} ms per frame.",
+      to_string(m.plan_of_last.algorithm), to_string(m.plan_of_last.isa), m.plan_of_last.threads,
+      m.plan_of_last.threads == 1 ? "" : "s", ms_text(median(m.move))));
   const auto rate = [](double n, double ms) {
     return fmt::format("{:.1f} million", n / ms * 1e-3);
   };
-  report::Table speed("Beside the paper", {"", "objects", "ms a frame", "objects per second"});
+  report::Table speed("Comparison with the paper",
+                      {"", "objects", "ms per frame", "objects per second"});
   speed.add_row({"throng, here", report::format_count(objects), ms_text(total),
                  rate(static_cast<double>(objects), total)});
   speed.add_row({"the paper (2012, Quadro FX 3600M)", report::format_count(paper_objects),
@@ -118,7 +119,7 @@ std::string tables(const Measured& m, std::size_t objects, std::size_t frames) {
   const auto count = [](double pairs) {
     return report::format_count(static_cast<std::uint64_t>(pairs));
   };
-  speed.add_note(fmt::format("Pairs in a frame: {} in the median, {} at most, {} in the last.",
+  speed.add_note(fmt::format("Pairs per frame: {} in the median, {} at most, {} in the last.",
                              count(median(m.pairs)), count(worst(m.pairs)), count(m.pairs.back())));
   return stages.text() + "\n" + speed.text() + "\n";
 }
@@ -129,12 +130,12 @@ void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::
   style.height = 1200;
   style.azimuth = 43;
   style.elevation = 21;
-  style.legend = "other boxes that each touches";
+  style.legend = "touching boxes per box";
   style.caption = fmt::format("{} pairs, found in {} ms on {} thread{}. A quarter is cut away.",
                               report::format_count(finder.pairs().size()), ms_text(m.total.back()),
                               m.plan_of_last.threads, m.plan_of_last.threads == 1 ? "" : "s");
   const std::vector<float> touches = heap.touches(finder.pairs().data(), finder.pairs().size());
-  // Without the quarter before the viewer: the crowd is inside.
+  // Leaves out the quarter next to the viewer, to show the inside.
   std::vector<Box> boxes;
   std::vector<float> values;
   for (std::size_t i = 0; i < heap.objects(); ++i) {
@@ -143,7 +144,7 @@ void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::
     boxes.push_back(box);
     values.push_back(touches[i]);
   }
-  const program::InterruptGuard guard;  // half a picture is not left behind
+  const program::InterruptGuard guard;  // an incomplete picture is removed
   report::draw_boxes(path, boxes.data(), boxes.size(), values.data(), style);
   guard.check();
 }
@@ -157,10 +158,11 @@ int run(const Arguments& arguments) {
   std::unique_ptr<Heap> heap;
   try {
     heap = std::make_unique<Heap>(static_cast<std::size_t>(objects));
-  } catch (const std::exception&) {  // bad_alloc, or length_error for what no vector can hold
-    throw Failure(fmt::format(
-        "out of memory: about {} bytes were asked for, for {} boxes in motion",
-        report::format_count(objects * Heap::bytes_an_object), report::format_count(objects)));
+  } catch (
+      const std::exception&) {  // bad_alloc, or length_error where a vector cannot be that long
+    throw Failure(fmt::format("out of memory: about {} bytes needed for {} moving boxes",
+                              report::format_count(objects * Heap::bytes_an_object),
+                              report::format_count(objects)));
   }
   Options options;
   options.threads = arguments.threads;

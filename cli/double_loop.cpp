@@ -11,8 +11,8 @@
 namespace throng::cli {
 namespace {
 
-// One copy of the inner loop for each instruction set, chosen when the program starts. Not under
-// sanitizers, which are not ready yet when that choice runs.
+// One copy of the inner loop per instruction set, chosen when the program starts. Not under
+// sanitizers, which are not initialised when the choice runs.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define THRONG_CLI_SANITIZED 1
@@ -29,12 +29,12 @@ namespace {
 #define THRONG_CLI_CLONES
 #endif
 
-constexpr std::size_t block = 64;         // boxes tested in one go
-constexpr std::size_t tile = 16 * block;  // boxes that stay in the first cache under many rows
+constexpr std::size_t block = 64;         // boxes tested at once
+constexpr std::size_t tile = 16 * block;  // boxes that stay in the L1 cache for many rows
 constexpr std::size_t rows_at_once = 32;
 
-// One side's boxes in columns, grown by the margin. An inactive box is all NaN: no comparison with
-// it holds, not even against infinite bounds. Padded with such boxes to whole blocks.
+// One set's boxes as columns, grown by the margin. An inactive box is all NaN: every comparison
+// with it is false, even against infinite bounds. Padded with such boxes to whole blocks.
 struct Columns {
   std::size_t count = 0;
   std::uint64_t inactive = 0;
@@ -42,8 +42,8 @@ struct Columns {
   std::vector<std::int32_t> world;
 };
 
-// What lies `m` beyond x, rounded away from the box. The sum of two floats can need more than a
-// double's 53 bits; what was lost in it tells which way to go where the float looks exact.
+// x moved by `m`, rounded away from the box. The sum of two floats can need more than a double's 53
+// bits; the rounding error gives the direction where the sum looks exact as a float.
 float beyond(float x, float m, float direction) {
   const double a = x, b = direction * static_cast<double>(m), sum = a + b;
   if (!std::isfinite(sum)) return x;
@@ -88,7 +88,7 @@ struct Row {
   std::int32_t world;
 };
 
-// Whether the row's box meets any box of a block: mostly not, so this is all the work.
+// Whether the row's box overlaps any box of a block. Mostly not, so nearly all time is spent here.
 THRONG_CLI_CLONES
 bool any_in_block(const Columns& c, std::size_t start, const Row& r) {
   const float *lx = c.lower[0].data() + start, *ux = c.upper[0].data() + start;
@@ -105,7 +105,7 @@ bool any_in_block(const Columns& c, std::size_t start, const Row& r) {
   return any != 0;
 }
 
-// The same where worlds keep most of what lies in one place apart.
+// The same, with the world filter: worlds may separate most boxes at one place.
 THRONG_CLI_CLONES
 bool any_in_block_of_world(const Columns& c, std::size_t start, const Row& r) {
   const float *lx = c.lower[0].data() + start, *ux = c.upper[0].data() + start;
@@ -130,7 +130,7 @@ bool meets(const Columns& c, std::size_t j, const Row& r) {
   return true;
 }
 
-// Whether every filter that both or one of the sides has lets the pair through.
+// Whether all given filters, of one set or both, allow the pair.
 bool allowed(const Filters& a, std::size_t i, const Filters& b, std::size_t j) {
   const std::uint32_t all = 0xffffffffu;
   const auto bits = [&](const Strided<std::uint32_t>& s, std::size_t k) { return s ? s[k] : all; };
@@ -222,7 +222,7 @@ class Loop {
   const bool two_sets_;
   bool by_world_ = false;
   Columns rows_, columns_;
-  std::vector<std::vector<Pair>> found_;  // by part, so that joining them needs no sort
+  std::vector<std::vector<Pair>> found_;  // by part, so that the concatenation is sorted
   std::atomic<std::size_t> next_{0};
   std::mutex mutex_;
   std::exception_ptr failure_;

@@ -1,5 +1,4 @@
-// The plainest way to find all pairs: two loops. It is what `check` believes, so it shares nothing
-// with the library's search but the types of the door.
+// The reference search of `check`: two loops. It shares only the public types with the library.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +16,8 @@ struct LoopResult {
 };
 
 // Pairs of `a` (b null), or of a box of `a` and a box of `*b`, under the filters of both. A box
-// with a NaN overlaps nothing. `progress` is called on the calling thread with the rows done.
+// with a NaN overlaps nothing. `progress` is called on the calling thread with the number of rows
+// done.
 LoopResult double_loop(const Boxes& a, const Boxes* b, float margin,
                        const std::function<void(std::size_t)>& progress);
 

@@ -22,10 +22,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 const char* help_text =
-    R"(Searches the boxes as `throng pairs` does, once cold and once warmed, by the CPU, and tells which algorithm
-was chosen and why, how many boxes of which sizes there are and in how many cells each is, the tests per pair, the ten
-largest boxes, the ten densest cells, the memory by part, and what would make it faster. Of a file of several frames, the
-last one is explained.
+    R"(Searches the boxes as `throng pairs` does, once cold and once warmed, on the CPU. Reports the chosen algorithm
+and the reason, the boxes by size and their cells, the tests per pair, the ten largest boxes, the ten densest
+cells, the memory by part, and suggestions to make it faster. For a file of several frames it explains the
+last one.
 
 Examples:
   throng explain boxes.npy
@@ -139,12 +139,12 @@ int run(const Arguments& arguments) {
 
 Run add_explain(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& app = *program.add_subcommand(
-      "explain", "Tell why a search costs what it does, and what would help");
+  CLI::App& app =
+      *program.add_subcommand("explain", "Explain the cost of a search, and how to reduce it");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
   add_search_arguments(app, arguments->search, true);
-  app.add_option("--html", arguments->html, "write it as a page, too")->type_name("PAGE.html");
+  app.add_option("--html", arguments->html, "also write an HTML page")->type_name("PAGE.html");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };
 }

@@ -1,4 +1,4 @@
-// What ends a command early, and with which exit status.
+// The error that ends a command early, and its exit status.
 #pragma once
 
 #include "program/failure.hpp"
@@ -9,6 +9,6 @@ using program::exit_bad;
 using program::exit_differs;
 using program::exit_done;
 using program::Failure;
-inline constexpr int exit_broken_pipe = 141;  // 128 + SIGPIPE, as a shell tells it
+inline constexpr int exit_broken_pipe = 141;  // 128 + SIGPIPE, as shells report it
 
 }  // namespace throng::cli

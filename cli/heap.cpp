@@ -9,23 +9,23 @@
 namespace throng::cli {
 namespace {
 
-// Units: the side of an object and one frame. Each number was chosen by looking at the heap.
+// Units: an object's side and one frame. The numbers were chosen by the look of the heap.
 constexpr float half = 0.5f;          // half a side
-constexpr float gravity = 0.016f;     // so that the column is down in about 110 frames
+constexpr float gravity = 0.016f;     // so that the column has fallen after about 110 frames
 constexpr float pitch = 1.12f;        // distance between objects at the start
-constexpr float jitter = 0.05f;       // they are not exactly in rows
+constexpr float jitter = 0.05f;       // random offset from the rows
 constexpr float drop = 12.0f;         // from the plane to the lowest objects
-constexpr float relax = 0.9f;         // share of an overlap that is taken away in one frame
-constexpr float upper_share = 0.75f;  // the upper of two gives way: stacks do not sink together
-constexpr float topple = 0.25f;       // how fast an object slides off one that it overhangs
-constexpr float overhang = 0.1f;      // and from which offset on
+constexpr float relax = 0.9f;         // share of an overlap removed per frame
+constexpr float upper_share = 0.75f;  // the upper of two moves more: stacks do not sink together
+constexpr float topple = 0.25f;       // how fast an object slides off the one below
+constexpr float overhang = 0.1f;      // minimum overhang for that
 constexpr float keep_velocity = 0.995f;
-constexpr float plane_friction = 0.15f;  // share of sliding lost on the plane each frame
+constexpr float plane_friction = 0.15f;  // share of sliding speed lost on the plane per frame
 constexpr float contact_friction = 0.05f;
-constexpr float bounce = 0.1f;      // share of speed left where a push turns it round
-constexpr float gained = 0.1f;      // speed that a push can give an object at rest
-constexpr float lifted = 0.02f;     // the same upwards: heaps do not breathe
-constexpr float fastest = 0.9f;     // less than a side a frame, so that nothing passes through
+constexpr float bounce = 0.1f;      // share of speed kept where a push reverses it
+constexpr float gained = 0.1f;      // the speed that a push gives an object at rest
+constexpr float lifted = 0.02f;     // the same upwards: prevents bouncing heaps
+constexpr float fastest = 0.9f;     // less than a side per frame: nothing passes through
 constexpr float unit = 1048576.0f;  // 2^20
 
 float random_half(std::uint64_t i, std::uint64_t axis) {  // in [-1/2, 1/2), exactly
@@ -43,7 +43,7 @@ Heap::Heap(std::size_t objects)
       velocity_(objects, Vec3{0, 0, 0}),
       pushes_(objects),
       boxes_(objects + 1) {
-  // A column three times as high as wide.
+  // A column, three times as high as wide.
   const auto wide = static_cast<std::size_t>(
       std::max(1.0, std::ceil(std::cbrt(static_cast<double>(objects) / 3.0))));
   for (std::size_t i = 0; i < objects; ++i) {
@@ -97,11 +97,11 @@ void Heap::push(std::uint32_t a, std::uint32_t b) {
   add(b, least, away * share_b * relax * overlap[least]);
   for (int axis = 0; axis < 3; ++axis) {
     if (axis == least) continue;
-    // Rubbing: each takes over some of the other's motion.
+    // Friction: each takes over a part of the other's motion.
     const float moved_a = axis_of(centre_[a], axis) - axis_of(before_[a], axis);
     const float moved_b = axis_of(centre_[b], axis) - axis_of(before_[b], axis);
     float slide = 0.5f * contact_friction * (moved_b - moved_a);
-    // Toppling, as boxes here do not turn: the upper one slides off what it hangs over.
+    // Toppling, as boxes do not rotate here: the upper one slides off the lower.
     if (least == 2 && axis != 2 && std::fabs(offset[axis]) > overhang) {
       slide -= 0.5f * topple * offset[axis];
     }
@@ -134,7 +134,7 @@ void Heap::push_apart(const Pair* pairs, std::size_t count) {
   }
   for (std::size_t i = 0; i < objects_; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      // Being pushed out of another takes speed away, but gives little: nothing bounces.
+      // A push removes speed and adds little: nothing bounces.
       float& v = axis_of(velocity_[i], axis);
       const float most = std::max(std::fabs(v), axis == 2 ? lifted : gained);
       const float moved = axis_of(centre_[i], axis) - axis_of(before_[i], axis);

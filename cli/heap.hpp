@@ -1,8 +1,8 @@
-// A column of boxes that falls on a plane and becomes a heap: what `demo` moves.
+// A column of boxes that falls on a plane and becomes a heap, for `demo`.
 //
-// No physics engine: boxes do not turn, and each frame pushes overlapping ones a part of the way
-// apart. It is enough to give the broad phase honest work: everything moves, thousands of boxes
-// come together and part in each frame, and the pairs found are what moves them.
+// Not a physics engine: boxes do not rotate, and each frame pushes overlapping ones a part of the
+// way apart. It gives the broad phase a realistic load: everything moves, thousands of pairs begin
+// and end per frame, and the pairs drive the motion.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace throng::cli {
 class Heap {
   struct Push {
     std::int32_t by[3];         // sum of the pushes, in 2^-20 of a unit
-    std::uint16_t how_many[3];  // pushes along each axis
+    std::uint16_t how_many[3];  // number of pushes along each axis
   };
 
  public:
@@ -25,16 +25,16 @@ class Heap {
   explicit Heap(std::size_t objects);
 
   std::size_t objects() const noexcept { return objects_; }
-  // The objects, and last the plane: a box without end below z = 0.
+  // The objects, then the plane: an infinite box below z = 0.
   const std::vector<Box>& boxes() const noexcept { return boxes_; }
 
-  // Lets everything fall for one frame.
+  // Advances all objects by one frame.
   void fall();
-  // Pushes boxes apart that overlap. The result does not depend on the order of the pairs: pushes
-  // are added up as integers.
+  // Pushes overlapping boxes apart. The result does not depend on the order of the pairs: pushes
+  // are summed as integers.
   void push_apart(const Pair* pairs, std::size_t count);
 
-  // How many other objects each touches, by these pairs; the plane is no object.
+  // The number of other objects that each touches; the plane does not count.
   std::vector<float> touches(const Pair* pairs, std::size_t count) const;
 
  private:

@@ -14,8 +14,8 @@
 namespace throng::cli {
 namespace {
 
-// Reads by `read`, and tells how much was asked for where there is not so much memory: the file's
-// own size, as a reader asks for no more than the file can fill.
+// Calls `read`; when memory is short, adds the number of bytes to the error. That is the file's
+// size: readers allocate no more than the file can fill.
 template <class Read>
 auto reading(const std::string& path, Read read) {
   try {
@@ -24,7 +24,7 @@ auto reading(const std::string& path, Read read) {
     std::error_code error;
     const auto size = std::filesystem::file_size(path, error);
     throw Failure(
-        fmt::format("{}: out of memory; about {} bytes were asked for to hold it", path,
+        fmt::format("{}: out of memory; about {} bytes needed to hold it", path,
                     error ? std::string("an unknown number of") : report::format_count(size)));
   }
 }
@@ -60,7 +60,7 @@ BoxSet::BoxSet(const std::string& path, const FilterFiles& files, bool round_out
   load(files.owner, owner_, &scene::read_i32);
   load(files.world, world_, &scene::read_i32);
   load(files.is_static, is_static_, &scene::read_u8);
-  // Told here because only here the file's name is known.
+  // Reported here, as the file's name is only known here.
   stream::check_worlds(world_.data(), world_.size(), 0, files.world);
 }
 

@@ -17,10 +17,10 @@
 
 namespace throng::cli {
 
-// Every file of a command's input, by its option.
+// All input files of a command, by option.
 std::vector<scene::NamedFile> files_of(const InputArguments& arguments);
 
-// One file of boxes with the files of its filters, all in memory.
+// One file of boxes and its filter files, in memory.
 class BoxSet {
  public:
   // Throws FileError, or Failure where memory is short.
@@ -29,8 +29,8 @@ class BoxSet {
   const std::string& path() const noexcept { return path_; }
   std::size_t frames() const noexcept { return boxes_.frames; }
   std::size_t count() const noexcept { return boxes_.count; }
-  std::uint64_t bytes() const noexcept;  // in memory, filters included
-  // A file of one frame is that frame for ever.
+  std::uint64_t bytes() const noexcept;  // in memory, with filters
+  // A file of one frame repeats it for every frame.
   Boxes frame(std::size_t f) const;
 
  private:
@@ -41,7 +41,7 @@ class BoxSet {
   std::vector<std::uint8_t> is_static_;
 };
 
-// One set or two, of as many frames; a set of one frame stands still beside one of many.
+// One set, or two with the same number of frames; a set of one frame repeats it.
 class Input {
  public:
   explicit Input(const InputArguments& arguments);
@@ -50,7 +50,7 @@ class Input {
   const std::optional<BoxSet>& b() const noexcept { return b_; }
   std::size_t frames() const noexcept;
   std::uint64_t bytes() const noexcept;
-  // "A.npy", "A.npy and B.npy", and the frame where there are several: for messages.
+  // "A.npy", "A.npy and B.npy", with the frame if there are several: for messages.
   std::string name(std::size_t frame) const;
 
  private:
@@ -58,10 +58,10 @@ class Input {
   std::optional<BoxSet> b_;
 };
 
-// The library needs more than the cap that it was given; a search in parts may do.
+// The library needs more than the cap; a streamed search may fit.
 struct CapTooSmall {};
 
-// Throws CapTooSmall, or Failure with the input's name and what helps, unless `result` is fine.
+// Unless `result` is ok, throws CapTooSmall, or Failure with the input's name and a fix.
 void require_ok(const Result& result, const Input& input, std::size_t frame,
                 const program::Remedies& remedies);
 

@@ -1,4 +1,4 @@
-// throng: every pair of overlapping boxes, from the command line.
+// throng: finds all pairs of overlapping boxes, on the command line.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -30,27 +30,27 @@ const char* help_text =
   throng pairs boxes.npy
   mpirun -n 4 throng pairs --mpi boxes.npy
   throng check boxes.npy
-'throng COMMAND --help' tells the options of each.
+'throng COMMAND --help' lists the options of each.
 Exit status: 0 done, 1 a check found a difference, 2 bad input, bad usage or an output that failed;
-130, 143 or 129: SIGINT (Ctrl-C), SIGTERM or SIGHUP ended it, 141: nobody reads its output any more.)";
+130, 143 or 129: ended by SIGINT (Ctrl-C), SIGTERM or SIGHUP, 141: the reader closed its output.)";
 
-// Commands that are programs of their own, beside this one.
+// Commands that are sibling programs.
 struct Companion {
   const char* command;
   const char* program;
   const char* what;
-  const char* takes;  // a build that has it
+  const char* takes;  // how to configure a build with it
 };
 constexpr Companion companions[] = {
     {"bench", "throng-bench", "Measure against other libraries",
      "configure with -DTHRONG_BUILD_BENCH=ON (packages libcli11-dev, libfmt-dev, "
-     "nlohmann-json3-dev; scripts/bench installs the rivals, too)"},
+     "nlohmann-json3-dev; scripts/bench installs the competitors, too)"},
     {"paper", "throng-paper", "The paper's tables and figures, measured here",
      "configure with -DTHRONG_BUILD_CLI=ON"},
     {"simulate", "throng-simulate", "Rigid bodies fall on a plane, in a physics engine",
      "install Bullet (package libbullet-dev), configure with -DTHRONG_BUILD_CLI=ON"},
 };
-// What `pairs --mpi` and `bench --mpi` are: the same commands of the program that has MPI.
+// `pairs --mpi` and `bench --mpi`: the same commands of the MPI program.
 constexpr const char* takes_mpi =
     "install MPI (packages libopenmpi-dev, openmpi-bin), configure with -DTHRONG_MPI=ON";
 constexpr Companion across_ranks[] = {{"pairs --mpi", "throng-mpi", "", takes_mpi},
@@ -67,14 +67,14 @@ int start(const Companion& companion, const std::vector<std::string>& arguments)
   const std::string path = program::find_companion(companion.program);
   if (path.empty()) {
     throw Failure(
-        fmt::format("{}: found no program {} beside this one, which it runs; {}, then build it: "
+        fmt::format("{}: found no program {} in this program's folder; {}, then build it: "
                     "cmake --build BUILD --target {}",
                     companion.command, companion.program, companion.takes, companion.program));
   }
   return start_companion(path, arguments);
 }
 
-// An empty argument is a name that a script left out; it is not the same as no option.
+// An empty argument is an unset variable of a script; it differs from no option.
 void refuse_empty(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (option->get_items_expected_max() == 0) continue;
@@ -85,7 +85,7 @@ void refuse_empty(CLI::App& command) {
 }
 
 int dispatch(int argc, char** argv) {
-  // Their arguments are theirs, --help among them: they never come to the parser here.
+  // Their arguments, --help included, are passed through unparsed.
   if (argc > 1) {
     std::vector<std::string> arguments(argv + 1, argv + argc);
     const auto mpi = std::find(arguments.begin(), arguments.end(), "--mpi");
@@ -97,7 +97,7 @@ int dispatch(int argc, char** argv) {
       return start(*companion, {argv + 2, argv + argc});
     }
   }
-  CLI::App app("throng finds every pair of overlapping boxes among very many.", "throng");
+  CLI::App app("Finds all pairs of overlapping boxes.", "throng");
   app.footer(help_text);
   app.set_version_flag("--version", "throng " THRONG_VERSION);
   app.require_subcommand(1);
@@ -109,7 +109,7 @@ int dispatch(int argc, char** argv) {
   runs.emplace_back("replay", add_replay(app));
   runs.emplace_back("explain", add_explain(app));
   for (const Companion& companion : companions) {
-    // `bench` is named even where it is not built, so that one learns how to get it.
+    // `bench` is listed even if not built, so that its message says how to build it.
     if (std::string(companion.command) == "bench" ||
         !program::find_companion(companion.program).empty()) {
       app.add_subcommand(companion.command, companion.what);
@@ -154,7 +154,7 @@ int guarded(int argc, char** argv) {
   } catch (const BrokenPipe&) {
     return exit_broken_pipe;
   } catch (const program::Interrupted& interrupted) {
-    complain("throng: interrupted; no half file is left");
+    complain("throng: interrupted; no partial file is left");
     return interrupted.status();
   } catch (const Failure& failure) {
     complain(fmt::format("throng: {}", failure.what()));

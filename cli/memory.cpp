@@ -20,8 +20,8 @@ namespace {
 
 #if defined(__linux__)
 
-// A field of /proc/self/status in bytes. Read through one small buffer, so that looking does not
-// change what is seen.
+// A field of /proc/self/status in bytes. Read through one small buffer, so that reading it does not
+// change it.
 std::optional<std::uint64_t> status_field(const char* name) {
   std::FILE* file = std::fopen("/proc/self/status", "r");
   if (!file) return std::nullopt;
@@ -39,7 +39,8 @@ std::optional<std::uint64_t> status_field(const char* name) {
   return bytes;
 }
 
-// Sets the high-water mark back to what is resident now (Linux 4.0 and later, where /proc allows).
+// Resets the high-water mark to the current resident size (Linux 4.0 and later, where /proc allows
+// it).
 bool reset_peak() {
   std::FILE* file = std::fopen("/proc/self/clear_refs", "w");
   if (!file) return false;
@@ -51,10 +52,10 @@ std::optional<std::uint64_t> peak() { return status_field("VmHWM"); }
 
 std::optional<std::uint64_t> baseline() {
 #ifdef __GLIBC__
-  malloc_trim(0);  // memory freed before must not hide memory taken from now on
+  malloc_trim(0);  // memory freed earlier must not hide new allocations
 #endif
-  // Without the reset the mark may be an earlier peak: the growth told is then too low, not too
-  // high.
+  // Without the reset the mark may be an earlier peak: the reported growth is then too low, never
+  // too high.
   return reset_peak() ? status_field("VmRSS") : peak();
 }
 

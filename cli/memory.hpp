@@ -1,4 +1,4 @@
-// Resident memory of this process, as the system counts it.
+// Resident memory of this process, as the system reports it.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace throng::cli {
 
-// How far resident memory grew above where it stood at construction.
+// Growth of resident memory since construction.
 class PeakMeter {
  public:
   PeakMeter();
-  // Bytes; nothing where the system does not say.
+  // Bytes; nothing where the system does not report it.
   std::optional<std::uint64_t> growth() const;
 
  private:

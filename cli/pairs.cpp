@@ -1,4 +1,4 @@
-// throng pairs: finds the pairs of files of boxes, tells how many and how fast.
+// throng pairs: finds the pairs in files of boxes; prints their count and the times.
 #include <memory>
 
 #include <fmt/format.h>
@@ -20,11 +20,11 @@ using Json = nlohmann::ordered_json;
 const char* help_text =
     R"(Prints the number of boxes and pairs, a checksum that does not depend on the order of the pairs,
 and times. Every frame is searched once cold, which also writes the output, then --repeat times
-warmed; total_ms is the median of the warmed runs into memory that is kept, without reading the
-file and the checksum. Under --memory pairs are written as they are found, and boxes that do not
-fit are read in slabs, once, and wait their turn in a temporary file of some 30 bytes a box, 4 more
-a filter, in $TMPDIR or beside the output. Of a file of several frames, sums over the frames are told, and with --json
-each frame too; the output holds their pairs one after another.
+warmed; total_ms is the median of the warmed runs into a reused buffer, without reading the
+file and the checksum. With --memory pairs are written as they are found. Boxes that do not fit
+are read in slabs, once, through a temporary file of about 30 bytes per box and 4 per filter, in $TMPDIR
+or the output's folder. For a file of several frames it prints sums over the frames, with --json also
+each frame; the output holds their pairs one after another.
 
 Examples:
   throng pairs boxes.npy
@@ -97,7 +97,7 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
     text += fmt::format("; {}: {}", input.b, report::format_count(*report.count_b));
   if (frames > 1) text += fmt::format("; {:.0f} frames", frames);
   text += fmt::format("\npairs     {}", report::format_count(sum.pairs));
-  if (n > 0) text += fmt::format("  ({:.2f} a box)", static_cast<double>(sum.pairs) / n / frames);
+  if (n > 0) text += fmt::format("  ({:.2f} per box)", static_cast<double>(sum.pairs) / n / frames);
   text += fmt::format("\nchecksum  {}\ninactive  {}\n", hex(sum.checksum),
                       report::format_count(sum.inactive));
   text += fmt::format("plan      {}, {}, {} thread{}: {}\n", to_string(report.plan.algorithm),
@@ -105,7 +105,7 @@ std::string to_text(const SearchReport& report, const Arguments& arguments) {
                       report.plan.threads == 1 ? "" : "s", report.plan.reason);
   if (report.streamed) {
     text += fmt::format(
-        "streamed  in {} slabs, {} searches; {} lay on the disk at most\n"
+        "streamed  in {} slabs, {} searches; at most {} on disk\n"
         "time      {}  (from file to pairs, once)\n  read    {}\n  find    {}\n",
         report.streamed->slabs, report.streamed->searches,
         report::format_bytes(static_cast<double>(report.streamed->scratch_bytes)),
@@ -172,10 +172,10 @@ Run add_pairs(CLI::App& program) {
       ->type_name("PAIRS.npy");
   app.add_option_function<std::string>(
          "--repeat", program::count_into(arguments->repeat, "--repeat", 1, 1000000),
-         "warmed runs to take the median of (1)")
+         "number of warmed runs for the median (1)")
       ->type_name("K");
   app.add_option("--memory", arguments->memory,
-                 "take no more memory than this, e.g. 64M, for boxes, workspace and pairs")
+                 "memory cap for boxes, workspace and pairs, e.g. 64M")
       ->type_name("BYTES");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };

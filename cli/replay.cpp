@@ -1,4 +1,5 @@
-// throng replay: what a program asked, asked again: of every backend, against two loops.
+// throng replay: repeats a program's captured calls on every backend and compares them with a
+// double loop.
 #include "cli/replay.hpp"
 
 #include <cstring>
@@ -27,18 +28,18 @@ using scene::CapturedAnswer;
 using scene::CapturedCall;
 
 const char* help_text =
-    R"(Runs the calls of a capture again: a file that Options::capture or the environment variable
-THRONG_CAPTURE=FOLDER made. A search is run by every backend, algorithm and instruction set that is
-here, with several numbers of threads; the calls of a BroadPhase one after another. What they find is
-compared with a double loop of this program's own, and with what the capture says was told. Of the
-first difference both boxes are told, in decimal and exactly. Above some 450,000 boxes there is no
-double loop but with --full: then the algorithms are compared with each other.
+    R"(Repeats the calls of a capture, a file made by Options::capture or the environment variable
+THRONG_CAPTURE=FOLDER. A search runs on every available backend, algorithm and instruction set, with
+several numbers of threads; the calls of a BroadPhase run in sequence. Their results are compared
+with a separate double loop and with the captured results. For the first difference both boxes are
+printed, in decimal and exactly. Above about 450,000 boxes the double loop needs --full; without it
+the algorithms are compared with each other.
 
 Examples:
   mkdir captures && THRONG_CAPTURE=captures ./my-program
   throng replay captures/throng-000645f3a1b2c3d4-000.capture
   throng replay captures/throng-000645f3a1b2c3d4-000.capture --json
-Exit status: 0 all agree, 1 something differs, 2 bad input.)";
+Exit status: 0 all agree, 1 a result differs, 2 bad input.)";
 
 struct Arguments {
   std::string file;
@@ -75,11 +76,11 @@ std::string answer_text(const CapturedAnswer& a) {
                      a.checksum);
 }
 
-// The same call once more, here, as it was made.
+// The captured call repeated here.
 void repeat(const Capture& capture, const Boxes& a, const Boxes* b, ReplayReport& report) {
   const CapturedCall& call = capture.calls[0];
   Finder finder(capture.options);
-  // A capacity is a claim that no bytes of the file back: room beyond this is not asked for.
+  // The file does not contain the buffer, only its capacity: limit what is allocated.
   constexpr std::uint64_t most_capacity = std::uint64_t{1} << 26;
   const bool roomy = call.capacity > most_capacity;
   const Form form = roomy ? Form::growing : static_cast<Form>(call.form);
@@ -99,7 +100,7 @@ void repeat(const Capture& capture, const Boxes& a, const Boxes* b, ReplayReport
     same = r.status == call.answer->status && r.found == call.answer->found &&
            r.first_invalid == call.answer->first_invalid &&
            r.invalid_count == call.answer->invalid_count;
-    // What ends by a signal, a stop or want of memory need not do so again.
+    // A signal, a stop or memory shortage of the captured call need not recur.
     const Status was = call.answer->status;
     if (was == Status::stopped || was == Status::out_of_memory || was == Status::device_error ||
         was == Status::memory_cap_too_small)
@@ -118,7 +119,7 @@ void compare_answer(const CapturedAnswer& answer, const Truth& truth, const char
                       (!whole || answer.checksum == right);
   report.json["capture_agrees"] = agrees;
   report.text +=
-      fmt::format("what the capture tells {} {}\n", agrees ? "agrees with" : "DIFFERS from", by);
+      fmt::format("the captured result {} {}\n", agrees ? "agrees with" : "DIFFERS from", by);
   if (!agrees) report.differs = true;
 }
 
@@ -154,8 +155,8 @@ void replay_find(const Capture& capture, const ReplayLimits& limits, ReplayRepor
   if (b) report.json["n_b"] = b->size();
   report.text += "captured  " +
                  (call.answer ? answer_text(*call.answer)
-                              : std::string("no answer: the call did not return, or the file was "
-                                            "cut behind its boxes")) +
+                              : std::string("no result: the call did not return, or the file was "
+                                            "truncated after its boxes")) +
                  "\n";
   report.json["captured"] = nullptr;
   if (call.answer) {
@@ -171,16 +172,16 @@ void replay_find(const Capture& capture, const ReplayLimits& limits, ReplayRepor
   Finder probe(options);
   const Result probed = b ? probe.find(a, *b) : probe.find(a);
   if (!probed.ok()) {
-    report.text += fmt::format("such boxes are refused: {}\n", probed.message);
+    report.text += fmt::format("these boxes are refused: {}\n", probed.message);
     report.json["refused"] = probed.message;
     return;
   }
   const char* by = nullptr;
   Truth truth = make_truth(a, b, options.margin, limits, by);
-  report.text += fmt::format("right     {} pairs, checksum {:016x}, by {}\n",
+  report.text += fmt::format("expected  {} pairs, checksum {:016x}, by {}\n",
                              format_count(truth.pairs().size()),
                              pair_checksum(truth.pairs().data(), truth.pairs().size()), by);
-  report.json["right"] = {{"pairs", truth.pairs().size()}, {"by", by}};
+  report.json["expected"] = {{"pairs", truth.pairs().size()}, {"by", by}};
   if (call.answer) compare_answer(*call.answer, truth, by, report);
   report.text += Comparison::head();
   Comparison comparison(a, b, options, truth);
@@ -219,7 +220,7 @@ int run(const Arguments& arguments) {
                     arguments.file, sizeof(Pair)));
   }
   report.json["agrees"] = !report.differs;
-  report.text += report.differs ? "something DIFFERS\n" : "all agree\n";
+  report.text += report.differs ? "results DIFFER\n" : "all agree\n";
   say(arguments.json ? report.json.dump(2) + "\n" : report.text);
   return report.differs ? exit_differs : exit_done;
 }

@@ -1,4 +1,4 @@
-// What the two halves of `throng replay` share: a call of a Finder, and a BroadPhase's life.
+// What the two parts of `throng replay` share: the calls of a Finder and of a BroadPhase.
 #pragma once
 
 #include <cstddef>
@@ -17,25 +17,25 @@ namespace throng::cli {
 
 struct ReplayLimits {
   bool full = false;
-  // Comparisons that a double loop may make; above that the algorithms are held against each other.
+  // Most comparisons of a double loop; above it the algorithms are compared with each other.
   double most_tests = 0;
 };
 
 struct ReplayReport {
-  std::string text;             // for people, lines
-  nlohmann::ordered_json json;  // for programs
+  std::string text;             // text, line by line
+  nlohmann::ordered_json json;  // JSON
   bool differs = false;
 };
 
-// One box by its numbers, in decimal and exactly.
+// One box, in decimal and exactly.
 std::string box_text(const Box& box);
 
-// What is right: by the double loop, or where that is too much by the grid of columns, on one
-// thread with the plain instruction set; `by` says which.
+// The expected result: from the double loop, or where that takes too long from the grid on one
+// thread with the scalar kernels; `by` says which.
 Truth make_truth(const Boxes& a, const Boxes* b, float margin, const ReplayLimits& limits,
                  const char*& by);
 
-// The life of a BroadPhase, call by call, on several instruction sets and numbers of threads.
+// The calls of a BroadPhase in sequence, on several instruction sets and thread counts.
 void replay_live(const scene::Capture& capture, const ReplayLimits& limits, ReplayReport& report);
 
 }  // namespace throng::cli

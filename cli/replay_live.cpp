@@ -1,5 +1,5 @@
-// The calls of a BroadPhase once more, in step on several of them, each update held against two
-// double loops: before and after.
+// Repeats the calls of a BroadPhase on several of them in lockstep. Each update is compared with
+// two double loops: before and after.
 #include <algorithm>
 #include <cstring>
 #include <iterator>
@@ -84,7 +84,7 @@ class Replay {
         Player player{fmt::format("{}, {} threads", to_string(isa),
                                   threads ? fmt::to_string(threads) : "all"),
                       BroadPhase(o)};
-        // Not all instruction sets are everywhere.
+        // Not every machine has all instruction sets.
         if (player.broad_phase.update().ok()) players_.push_back(std::move(player));
       }
     }
@@ -96,14 +96,14 @@ class Replay {
     for (const CapturedCall& call : capture_.calls) {
       at_ = done++;
       call_ = &call;
-      if (!call.answer) break_off("no answer: the call did not return");
-      // A call that failed changed nothing, as want of memory; here it need not fail.
+      if (!call.answer) break_off("no result: the call did not return");
+      // A failed call, as for lack of memory, changed nothing; here it need not fail.
       const bool failed = call.answer && call.answer->status != Status::ok;
       if (!failed) step(call);
       if (stop_ || report_.differs) break;
     }
     report_.text += fmt::format("{} calls, {} updates, on {} objects each; pairs by {}\n", done,
-                                updates_, players_.size(), by_ ? by_ : "nobody: no update");
+                                updates_, players_.size(), by_ ? by_ : "none: no update");
     report_.json["calls"] = done;
     report_.json["updates"] = updates_;
   }
@@ -125,12 +125,12 @@ class Replay {
     if (!r.ok()) differ(player.name, fmt::format("{}: {}", to_string(r.status), r.message));
     return r.ok();
   }
-  // Whether the captured call told the same.
+  // Whether the captured call returned the same.
   void compare_told(std::uint64_t found, std::uint64_t checksum, const char* what) {
     if (!call_->answer || !exact_) return;
     if (call_->answer->found != found || call_->answer->checksum != checksum)
       differ("the capture",
-             fmt::format("{} other than here: {}, here {}", what, call_->answer->found, found));
+             fmt::format("{}: captured {}, here {}", what, call_->answer->found, found));
   }
 
   void step(const CapturedCall& call) {
@@ -168,7 +168,7 @@ class Replay {
         return;
       case Operation::shift_origin:
         for (Player& p : players_) good(p.broad_phase.shift_origin(call.by), p);
-        // The sums are the machine's own: taken over rather than done again.
+        // The sums are the machine's own: copied instead of recomputed.
         for (ObjectId id = 0; id < model_.boxes.size(); ++id)
           if (model_.alive[id]) model_.boxes[id] = players_[0].broad_phase.box(id);
         return;
@@ -190,7 +190,7 @@ class Replay {
     for (Player& p : players_) {
       if (!good(p.broad_phase.add(boxes, ids.data()), p)) return;
       if (&p == &players_[0]) first = ids;
-      if (ids != first) differ(p.name, "other ids than the first one gave");
+      if (ids != first) differ(p.name, "ids differ from the first one's");
     }
     std::uint64_t told = 0;
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -200,7 +200,7 @@ class Replay {
       told = capture::chain(told, first[i]);
     }
     if (call_->answer && !exact_ && call_->answer->checksum != told) {
-      break_off("a copy gives other ids than the object that was copied; replayed up to here");
+      break_off("a copy returns other ids than its original; replayed up to here");
       stop_ = true;
     }
     compare_told(players_[0].broad_phase.object_count(), told, "ids");
@@ -230,7 +230,7 @@ class Replay {
         (k < told.size() && (told[k].first < right[k].first || (told[k].first == right[k].first &&
                                                                 told[k].second < right[k].second)));
     const Pair pair = extra ? Pair{told[k].first, told[k].second} : right[k];
-    std::string text = fmt::format("{} {} ({}, {}); told {}, wanted {}", which,
+    std::string text = fmt::format("{} {} ({}, {}); reported {}, wanted {}", which,
                                    extra ? "extra or twice" : "missing", pair.first, pair.second,
                                    told.size(), right.size());
     for (const std::uint32_t id : {pair.first, pair.second}) {
@@ -257,11 +257,11 @@ class Replay {
       compare_pairs(p, "begun", p.broad_phase.begun(), begun);
       compare_pairs(p, "ended", p.broad_phase.ended(), ended);
       compare_pairs(p, "pairs", p.broad_phase.pairs(), now);
-      if (r.found != now.size()) differ(p.name, fmt::format("told {} pairs", r.found));
+      if (r.found != now.size()) differ(p.name, fmt::format("reported {} pairs", r.found));
     }
     const BroadPhase& first = players_[0].broad_phase;
     compare_told(now.size(), checksum(checksum(0, first.begun()), first.ended()),
-                 "pairs that began and ended");
+                 "begin and end events");
   }
 
   void overlaps(const Boxes& boxes) {
@@ -278,7 +278,8 @@ class Replay {
                  "overlaps");
   }
 
-  // What a sweep meets is decided by a formula that only the library has: held against each other.
+  // Only the library has the formula that decides a sweep's hits: results are compared with each
+  // other.
   void hits(const CapturedCall& call, const Filters& filters) {
     std::uint64_t first = 0, count = 0;
     for (Player& p : players_) {
@@ -296,13 +297,13 @@ class Replay {
         first = sum;
         count = p.broad_phase.hits().size();
       }
-      if (sum != first) differ(p.name, "other hits than the first one told");
+      if (sum != first) differ(p.name, "hits differ from the first one's");
     }
     compare_told(count, first, "hits");
   }
 
-  // The object became a copy of another: one with the same objects is made, whose pairs are told;
-  // slots and the ids to be given next are not known.
+  // The object became a copy of another. A new one gets the same objects and reports their pairs;
+  // the original's slots and next ids are unknown.
   void restart(const CapturedCall& call, const Boxes& boxes) {
     model_ = {};
     exact_ = false;
@@ -338,14 +339,14 @@ class Replay {
   const CapturedCall* call_ = nullptr;
   std::size_t at_ = 0, updates_ = 0;
   const char* by_ = nullptr;
-  bool exact_ = true;  // what was told can be repeated to the last slot
+  bool exact_ = true;  // the captured results were reproduced, down to the slots
   bool stop_ = false;
 };
 
 }  // namespace
 
 void replay_live(const Capture& capture, const ReplayLimits& limits, ReplayReport& report) {
-  if (capture.cut) report.text += "the file ends within a call, which is left out\n";
+  if (capture.cut) report.text += "the file ends within a call, which is ignored\n";
   report.json["cut"] = capture.cut;
   Replay(capture, limits, report).run();
 }

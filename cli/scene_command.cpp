@@ -1,4 +1,4 @@
-// throng scene: writes a made-up scene, block by block, so that it needs no room however long.
+// throng scene: writes a generated scene block by block, so memory does not grow with its size.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -24,7 +24,7 @@ namespace {
 
 const char* help_text =
     R"(Box i of a frame depends on the scene, the seed and i alone: the same bytes on every machine.
-'worlds' is many small worlds in one place; it writes the world of each box beside the boxes.
+'worlds' is many small worlds in one place; it also writes a file with the world of each box.
 
 Examples:
   throng scene uniform --objects 100K -o uniform.npy
@@ -47,7 +47,7 @@ std::string world_path(const std::string& boxes) {
   return (path.parent_path() / name).string();
 }
 
-// Made and written so many boxes at a time.
+// Boxes generated and written at a time.
 constexpr std::size_t block_boxes = std::size_t{1} << 18;
 
 void write_frames(const scene::Scene& made, const Arguments& arguments,
@@ -79,7 +79,7 @@ void write_worlds(const scene::Scene& made, const std::string& path, std::size_t
   writer.finish();
 }
 
-// Both files or none: the boxes take their name last.
+// Both files or neither: the boxes are renamed last.
 void write(const scene::Scene& made, const Arguments& arguments, const std::string& worlds) {
   const std::size_t n = arguments.spec.objects;
   const program::InterruptGuard guard;
@@ -119,7 +119,8 @@ int run(Arguments& arguments) {
 
 Run add_scene(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& app = *program.add_subcommand("scene", "Write a scene of boxes, one frame or many");
+  CLI::App& app =
+      *program.add_subcommand("scene", "Write a generated scene of boxes, one frame or many");
   app.footer(help_text);
   std::string list;
   for (const std::string& name : scene::names()) list += (list.empty() ? "" : "|") + name;
@@ -127,22 +128,21 @@ Run add_scene(CLI::App& program) {
       ->required()
       ->check(CLI::IsMember(scene::names()).description(""))
       ->type_name("");
-  app.add_option("--objects", arguments->objects, "boxes, such as 100000, 100K or 1M")
+  app.add_option("--objects", arguments->objects, "number of boxes, such as 100000, 100K or 1M")
       ->required()
       ->type_name("N");
   scene::Spec& spec = arguments->spec;
   app.add_option_function<std::string>(
          "--frames", program::count_into(spec.frames, "--frames", 1, scene::max_frames),
-         "frames (1)")
+         "number of frames (1)")
       ->type_name("F");
   app.add_option_function<std::string>(
          "--density",
          program::number_into(spec.density, "--density", scene::min_density, scene::max_density,
                               "1e-9 to 1000000"),
-         "how crowded; what the scene has of itself")
+         "density; the default depends on the scene")
       ->type_name("D");
-  app.add_option_function<std::string>("--seed", program::seed_into(spec.seed),
-                                       "another number, another scene (1)")
+  app.add_option_function<std::string>("--seed", program::seed_into(spec.seed), "random seed (1)")
       ->type_name("S");
   app.add_option_function<std::string>(
          "--moving", program::number_into(spec.moving, "--moving", 0, 1, "0 to 1"),

@@ -91,15 +91,15 @@ class Runner {
                       : finder_.consume(input_.a().frame(f), take);
   }
 
-  // The file is begun once pairs are there to be written, so that a search that is refused leaves
-  // an older file of that name alone; it takes its name when it is whole.
+  // The file is created when the first pairs exist, so that a refused search keeps an older file of
+  // that name; it gets its name when complete.
   void write(const Pair* pairs, std::size_t count) {
     if (request_.output.empty()) return;
     if (!writer_) {
       guard_.emplace();
       writer_.emplace(request_.output);
     }
-    // In parts, so that a disk is given something to do while Ctrl-C is still heard.
+    // In parts, so that the disk starts early and Ctrl-C is noticed promptly.
     constexpr std::size_t part = std::size_t{1} << 20;
     for (std::size_t i = 0; i < count; i += part) {
       guard_->check();

@@ -1,4 +1,4 @@
-// Runs a Finder over the frames of an input, again and again, and keeps what is told of it.
+// Runs a Finder over all frames of an input, repeatedly, and collects the results.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,10 @@ namespace throng::cli {
 struct FrameReport {
   std::uint64_t pairs = 0, checksum = 0, inactive = 0, comparisons = 0, visited = 0;
   StageTimes stages;    // medians over the warmed runs
-  double total_ms = 0;  // the same, from outside: call to return
+  double total_ms = 0;  // the same, measured outside: call to return
 };
 
-// What is told of a search of boxes that were not in memory all at once.
+// Results of a streamed search, where the boxes were not in memory all at once.
 struct StreamedReport {
   std::uint64_t slabs = 0, searches = 0, scratch_bytes = 0;
   double read_ms = 0;
@@ -29,12 +29,12 @@ struct SearchReport {
   std::uint64_t count = 0;               // boxes in a frame
   std::optional<std::uint64_t> count_b;  // of the second set
   std::vector<FrameReport> frames;
-  double first_ms = 0;  // the first call of all, cold
+  double first_ms = 0;  // the very first call, cold
   std::optional<std::uint64_t> peak_bytes;
   Plan plan;  // of the last frame
   std::optional<StreamedReport> streamed;
 
-  FrameReport sum() const;  // over the frames; checksums modulo 2^64
+  FrameReport sum() const;  // sums over the frames; checksums modulo 2^64
 };
 
 struct SearchRequest {
@@ -44,12 +44,12 @@ struct SearchRequest {
   std::string output;  // file for the pairs; empty: none
 };
 
-// Once cold over all frames, which also gives pairs and checksum and writes the output (the frames
-// one after another), then `repeat` times warmed. Throws Failure, FileError, Interrupted.
+// One cold run over all frames gives pairs and checksum and writes the output (frame after frame);
+// then `repeat` warmed runs. Throws Failure, FileError, Interrupted.
 SearchReport run_search(const Input& input, const SearchRequest& request);
 
-// Under a cap of memory_cap_bytes for boxes, filters and workspace together: as run_search where
-// they fit, else the boxes are read in slabs (stream/), once, whatever `repeat` says.
+// With memory_cap_bytes for boxes, filters and workspace together: as run_search where they fit;
+// else the boxes are read in slabs (stream/), once, whatever `repeat` is.
 SearchReport run_capped_search(const InputArguments& input, SearchRequest request);
 
 }  // namespace throng::cli

@@ -17,10 +17,10 @@ void add_filters(CLI::App& app, FilterFiles& files, const std::string& suffix, c
         ->type_name("FILE.npy")
         ->group(fmt::format("Filters, one value for each box of {}", set));
   };
-  add("--group", files.group, "uint32: each one's group must meet the other's mask in some bit");
+  add("--group", files.group, "uint32: each box's group must share a bit with the other's mask");
   add("--mask", files.mask, "uint32: see --group");
-  add("--owner", files.owner, "int32: equal owners never pair, -1 is nobody");
-  add("--world", files.world, "int32: different worlds never pair, -1 meets every world");
+  add("--owner", files.owner, "int32: equal owners never pair, -1: no owner");
+  add("--world", files.world, "int32: different worlds never pair, -1: in every world");
   add("--static", files.is_static, "uint8: two nonzero never pair");
 }
 
@@ -53,13 +53,13 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments) {
       ->check(CLI::IsMember({"outward"}).description(""))
       ->type_name("outward");
   app.add_option_function<std::string>("--margin", program::margin_into(arguments.margin),
-                                       "grow every box by so much on each side")
+                                       "grow every box by this much on each side")
       ->type_name("M");
 }
 
 void add_threads(CLI::App& app, unsigned& threads) {
   app.add_option_function<std::string>("--threads", program::threads_into(threads),
-                                       "at most so many; 0: all")
+                                       "maximum number; 0: all")
       ->type_name("N");
 }
 
@@ -69,21 +69,21 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_al
     std::string type;
     for (const std::string& choice : choices) type += (type.empty() ? "" : "|") + choice;
     app.add_option(name, value, what)
-        ->check(CLI::IsMember(choices).description(""))  // the type's name says them already
+        ->check(CLI::IsMember(choices).description(""))  // the type's name already says it
         ->type_name(type);
   };
   if (cpu_alone)
-    add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whichever is given");
+    add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whatever is given");
   else
     add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
-        "where to search; auto: the CPU, or a GPU where it should pay; emulated: what a GPU runs, "
+        "where to search; auto: the CPU, or a GPU where it is faster; emulated: the GPU pipeline "
         "on the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
-      "auto chooses by what it measures of the boxes");
+      "auto chooses by measured properties of the boxes");
   add("--order", arguments.order, {"any", "canonical"},
       "canonical: sorted by first, then second; the same bytes everywhere");
   add("--isa", arguments.isa, {"auto", "scalar", "sse4", "avx2", "avx512", "neon"},
-      "instruction set; auto takes the widest there is");
+      "instruction set; auto: the widest available");
   add_threads(app, arguments.threads);
 }
 

@@ -1,4 +1,4 @@
-// The options that `pairs` and `check` share: which files, which filters, what counts as a pair.
+// Options that `pairs` and `check` share: input files, filters, overlap rules.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ class App;
 
 namespace throng::cli {
 
-// One file of values a filter; empty: not given.
+// One file of values per filter; empty: not given.
 struct FilterFiles {
   std::string group, mask, owner, world, is_static;
 };
@@ -39,9 +39,9 @@ void add_input_arguments(CLI::App& app, InputArguments& arguments);
 void add_threads(CLI::App& app, unsigned& threads);
 void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone = false);
 
-// What of these options helps where a search fails.
+// The options that help where a search fails, for messages.
 program::Remedies to_remedies(const SearchArguments& search);
-// Throws Failure for what this build cannot do.
+// Throws Failure for what this build does not support.
 Options to_options(const InputArguments& input, const SearchArguments& search);
 
 }  // namespace throng::cli

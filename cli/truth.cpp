@@ -47,14 +47,14 @@ std::vector<std::string> Truth::differences(const Pair* pairs, std::size_t count
   }
   if (missing + extra + twice > 0) {
     list.push_back(
-        fmt::format("in all {} missing, {} extra, {} told twice", missing, extra, twice));
+        fmt::format("in all {} missing, {} extra, {} reported twice", missing, extra, twice));
   } else if (in_order) {
-    list.push_back("the right pairs, but not in canonical order");
+    list.push_back("the expected pairs, but not in sorted order");
   }
   return list;
 }
 
-// Where the pair stands in the sorted list; the list's size where it does not.
+// The pair's position in the sorted list; the list's size if it is absent.
 std::size_t Truth::find(const Pair& pair) const {
   if (pair.first >= rows_.size() - 1) return seen_.size();
   const auto begin = loop_.pairs.begin() + static_cast<std::ptrdiff_t>(rows_[pair.first]);

@@ -1,4 +1,4 @@
-// What is right about an input, and what is wrong about a list of pairs that should be it.
+// The expected pairs of an input, and the differences of a list of pairs from them.
 #pragma once
 
 #include <cstddef>
@@ -20,16 +20,16 @@ class Truth {
   Truth(const Boxes& a, const Boxes* b, float margin,
         const std::function<void(std::size_t)>& progress);
 
-  // What is taken for right without a double loop; its pairs stand in canonical order.
+  // Pairs trusted without a double loop, sorted.
   Truth(std::size_t rows, LoopResult right);
 
   const std::vector<Pair>& pairs() const noexcept { return loop_.pairs; }
   std::uint64_t inactive() const noexcept { return loop_.inactive; }
 
-  // Empty where `pairs` holds each right pair once and nothing else, and stands in canonical order
-  // where that is asked for; else the first differences and how many there are.
+  // Empty where `pairs` holds each expected pair once and nothing else (and is sorted, if
+  // requested); else the first differences and their number.
   std::vector<std::string> differences(const Pair* pairs, std::size_t count, bool in_order);
-  // The first pair that was wrong in the last list that was, and how.
+  // The first wrong pair of the last wrong list, and its kind.
   struct Difference {
     const char* what;  // missing, extra, twice
     Pair pair;
@@ -42,7 +42,7 @@ class Truth {
   LoopResult loop_;
   std::optional<Difference> first_;
   std::vector<std::uint64_t> rows_;  // where each first index begins
-  std::vector<std::uint8_t> seen_;   // by place in the sorted list
+  std::vector<std::uint8_t> seen_;   // by position in the sorted list
 };
 
 }  // namespace throng::cli

@@ -1,9 +1,9 @@
-# The CUDA language, where it is wanted and found: THRONG_CUDA_FOUND tells. And what all device code
-# shares: the language, and floating point that computes the same bits as the host.
+# Enables the CUDA language if wanted and found; sets THRONG_CUDA_FOUND. Defines the settings of all device
+# code: the language standard, and floating point that is bit-identical to the host's.
 set(THRONG_CUDA_FOUND OFF)
 if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
-  # Must be known before the language is enabled: the compiler's own default may be one that it no
-  # longer has. The architecture of the first GPU present, else that of an H200.
+  # Must be set before the language is enabled: the compiler's default may be one that it no longer supports.
+  # The architecture of the first GPU present, else that of an H200.
   if(NOT CMAKE_CUDA_ARCHITECTURES)
     execute_process(COMMAND nvidia-smi --query-gpu=compute_cap --format=csv,noheader
                     OUTPUT_VARIABLE throng_capability ERROR_QUIET RESULT_VARIABLE throng_no_gpu)
@@ -27,17 +27,17 @@ if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
     enable_language(CUDA)
     find_package(CUDAToolkit REQUIRED)
     set(THRONG_CUDA_FOUND ON)
-    # Whoever calls CUDA's runtime links this one.
+    # Targets that call the CUDA runtime link this library.
     set(throng_cudart CUDA::cudart_static)
     if(CMAKE_CUDA_RUNTIME_LIBRARY STREQUAL "Shared")
       set(throng_cudart CUDA::cudart)
     endif()
   elseif(throng_too_old AND NOT THRONG_CUDA STREQUAL "AUTO")
-    message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but ${CMAKE_CUDA_COMPILER} is of CUDA ${throng_too_old}; "
-                        "${THRONG_CUDA_OLDEST} or newer is needed. Set CMAKE_CUDA_COMPILER to such a one, or "
+    message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but ${CMAKE_CUDA_COMPILER} belongs to CUDA ${throng_too_old}; "
+                        "${THRONG_CUDA_OLDEST} or newer is needed. Set CMAKE_CUDA_COMPILER to a newer one, or "
                         "THRONG_CUDA=OFF.")
   elseif(throng_too_old)
-    message(STATUS "throng: ${CMAKE_CUDA_COMPILER} is of CUDA ${throng_too_old}, ${THRONG_CUDA_OLDEST} or newer is "
+    message(STATUS "throng: ${CMAKE_CUDA_COMPILER} belongs to CUDA ${throng_too_old}, ${THRONG_CUDA_OLDEST} or newer is "
                    "needed; the GPU backend is left out")
   elseif(NOT THRONG_CUDA STREQUAL "AUTO")
     message(FATAL_ERROR "THRONG_CUDA is ${THRONG_CUDA}, but no CUDA compiler was found. Put nvcc on PATH, "
@@ -47,8 +47,8 @@ if(THRONG_CUDA STREQUAL "AUTO" OR THRONG_CUDA)
   endif()
 endif()
 
-# throng_cuda_sources(TARGET sources...): device code of a room. The standard is given by hand, as
-# CMake 3.25 does not know that of CUDA 13.
+# throng_cuda_sources(TARGET sources...): adds device code to a target. Sets the standard by hand, since CMake
+# 3.25 does not know that of CUDA 13.
 function(throng_cuda_sources target)
   target_sources(${target} PRIVATE ${ARGN})
   set_target_properties(${target} PROPERTIES CUDA_STANDARD_REQUIRED OFF CUDA_SEPARABLE_COMPILATION OFF)

@@ -1,7 +1,7 @@
-# The toolkit that is new enough: cudaStreamGetDevice came with 12.8.
+# The oldest supported toolkit: cudaStreamGetDevice was added in 12.8.
 set(THRONG_CUDA_OLDEST 12.8)
 
-# throng_cuda_too_old(COMPILER OUT): OUT is the version of an nvcc that is too old, else empty.
+# throng_cuda_too_old(COMPILER OUT): sets OUT to the version of an nvcc that is too old, else to "".
 function(throng_cuda_too_old compiler out)
   set(${out} "" PARENT_SCOPE)
   execute_process(COMMAND "${compiler}" --version OUTPUT_VARIABLE said ERROR_QUIET)

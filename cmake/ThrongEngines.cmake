@@ -1,7 +1,7 @@
-# The physics engines that adapters are tested with, each a target where it is installed:
-# engine::bullet (of floats), engine::bullet_float64, engine::fcl. Never required.
+# The physics engines that the adapters are tested with, one target each if installed: engine::bullet
+# (floats), engine::bullet_float64, engine::fcl. All optional.
 if(CMAKE_CROSSCOMPILING)
-  return()  # those of this machine are of no use to another
+  return()  # libraries of this machine do not fit another
 endif()
 find_package(Bullet QUIET MODULE)
 if(BULLET_FOUND AND NOT TARGET engine::bullet)
@@ -11,7 +11,7 @@ if(BULLET_FOUND AND NOT TARGET engine::bullet)
     INTERFACE_LINK_LIBRARIES "${BULLET_LIBRARIES}")
 endif()
 
-# Debian has both builds side by side; the header files are the same, but for one definition.
+# Debian has both builds in parallel; the headers are the same except for one definition.
 set(throng_float64_libraries "")
 foreach(part BulletDynamics BulletCollision LinearMath)
   find_library(THRONG_${part}_FLOAT64 ${part}-float64)

@@ -1,7 +1,7 @@
-# What packaged programs are compiled with, so that a fault that nobody knows of ends the program instead
-# of serving whoever feeds it: the checks of the C library, guarded stacks, control flow that only
-# goes where functions begin, tables that are read-only once loaded, code at a random place. Chosen
-# as what the compiler at hand knows. scripts/check_hardening tells whether a file has them.
+# Hardening flags of packaged programs, so that an unknown fault ends the program instead of being exploited:
+# checks of the C library, stack protection, control-flow protection, read-only relocations,
+# position-independent executables. Each is used if the compiler supports it. scripts/check_hardening verifies
+# a binary.
 include(CheckCXXCompilerFlag)
 include(CheckLinkerFlag)
 include(CheckPIESupported)
@@ -21,7 +21,7 @@ function(throng_harden target)
       target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${flag}>)
     endif()
   endforeach()
-  # Some distributions define it themselves. Without optimisation it does nothing but warn.
+  # Some distributions predefine it. Without optimisation it only causes a warning.
   target_compile_options(${target} PRIVATE
     "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release,RelWithDebInfo,MinSizeRel>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>")
   foreach(flag -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack)
@@ -31,6 +31,6 @@ function(throng_harden target)
       target_link_options(${target} PRIVATE ${flag})
     endif()
   endforeach()
-  # Without this CMake compiles for, but does not link, programs that can lie anywhere.
+  # Without this CMake compiles position-independent code but does not link with -pie.
   check_pie_supported(LANGUAGES CXX)
 endfunction()

@@ -1,7 +1,6 @@
-# Install rules, by component: `core` is what a program needs to run (of a shared library),
-# `development` headers and what find_package and pkg-config read, the ranks' library among it, which
-# is static. Programs install themselves: `program`, and what needs more than those in `simulate` and
-# `mpi`. The benchmark stays behind, because its rivals have licences of their own.
+# Install rules by component. `core`: what a program needs at run time (of a shared library). `development`:
+# headers, CMake and pkg-config files, and the static MPI library. `program`, `simulate` and `mpi`: the
+# programs, by dependency. The benchmark is not installed, since its competitors have other licences.
 include(CMakePackageConfigHelpers)
 
 set(throng_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/throng")
@@ -13,7 +12,7 @@ install(TARGETS throng EXPORT throng-targets
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/throng" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 install(EXPORT throng-targets NAMESPACE throng:: DESTINATION "${throng_config_dir}" COMPONENT development)
-# Ranks have an export of their own, so that who does not ask for them needs no MPI.
+# The MPI library has its own export, so that other users need no MPI.
 set(throng_mpi_built OFF)
 set(throng_mpi_find_dependencies "")
 if(TARGET throng_mpi)
@@ -30,14 +29,14 @@ endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
         DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
-# A static library hands its own libraries on to whoever links it, a shared one does not. What it links is read off the
-# target, so that neither file can fall behind src/CMakeLists.txt.
+# Users of a static library must link its dependencies, those of a shared one not. They are read from the
+# target, so that this file cannot deviate from src/CMakeLists.txt.
 get_target_property(throng_links throng LINK_LIBRARIES)
 get_target_property(throng_type throng TYPE)
 set(throng_find_dependencies "")
 set(throng_pc_requires "")
 set(throng_pc_libs "-lstdc++ -lm")
-# What a C++ compiler links by itself, and a project in C alone must be told to.
+# What a C++ compiler links implicitly and a pure C project must link explicitly.
 set(throng_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
 list(FILTER throng_runtime INCLUDE REGEX "^(stdc\\+\\+|c\\+\\+|c\\+\\+abi|m)$")
 list(REMOVE_DUPLICATES throng_runtime)
@@ -68,7 +67,7 @@ endif()
 configure_package_config_file(
   "${CMAKE_CURRENT_LIST_DIR}/throng-config.cmake.in" "${PROJECT_BINARY_DIR}/throng-config.cmake"
   INSTALL_DESTINATION "${throng_config_dir}")
-# Before 1.0 a minor version may change the door.
+# Before 1.0 a minor version may change the API.
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/throng-config-version.cmake"
                                  COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/throng-config.cmake"
@@ -78,7 +77,7 @@ install(FILES "${PROJECT_BINARY_DIR}/throng-config.cmake"
 if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
   set(throng_pc_prefix "${CMAKE_INSTALL_PREFIX}")
 else()
-  # Relative to the file itself, so that the installed tree may be moved.
+  # Relative to the file itself, so that the installed tree is relocatable.
   file(RELATIVE_PATH throng_pc_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
   string(REGEX REPLACE "/$" "" throng_pc_prefix "\${pcfiledir}/${throng_pc_prefix}")
 endif()

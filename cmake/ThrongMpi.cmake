@@ -1,7 +1,7 @@
-# MPI, where it is wanted and found: THRONG_MPI_FOUND tells.
+# Finds MPI if wanted; sets THRONG_MPI_FOUND.
 set(THRONG_MPI_FOUND OFF)
 if(THRONG_MPI AND NOT CMAKE_CROSSCOMPILING)
-  set(MPI_CXX_SKIP_MPICXX ON)  # the C functions alone: the old C++ ones are full of warnings
+  set(MPI_CXX_SKIP_MPICXX ON)  # only the C API: the old C++ bindings cause many warnings
   find_package(MPI 3.0 QUIET COMPONENTS CXX)
   if(MPI_CXX_FOUND)
     set(THRONG_MPI_FOUND ON)
@@ -14,7 +14,7 @@ if(THRONG_MPI AND NOT CMAKE_CROSSCOMPILING)
   endif()
 endif()
 
-# Open MPI has words of its own for more ranks than cores.
+# Open MPI needs special flags for more ranks than cores.
 set(THRONG_OPEN_MPI OFF)
 if(THRONG_MPI_FOUND)
   execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE throng_said ERROR_VARIABLE throng_said)
@@ -23,14 +23,15 @@ if(THRONG_MPI_FOUND)
   endif()
 endif()
 
-# throng_mpi_test(NAME RANKS PROGRAM arguments...): a program on so many ranks, which share the cores.
+# throng_mpi_test(NAME RANKS PROGRAM arguments...): a test that runs a program on RANKS ranks, which share the
+# cores.
 function(throng_mpi_test name ranks)
   set(words ${MPIEXEC_NUMPROC_FLAG} ${ranks})
   if(THRONG_OPEN_MPI)
     list(PREPEND words --oversubscribe --bind-to none)
   endif()
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${words} ${ARGN})
-  # As root, too: in a container.
+  # Allow root, for containers.
   set_tests_properties(${name} PROPERTIES LABELS mpi TIMEOUT 300 PROCESSORS 2
     ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1")
 endfunction()

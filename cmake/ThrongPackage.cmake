@@ -1,5 +1,5 @@
-# Packages, by `cpack` in the build folder: of Debian's kind, one a component (the library that
-# programs load, what one builds with, the programs), and a plain archive. scripts/package makes them.
+# Packages, made by `cpack` in the build folder or by scripts/package: Debian packages, one per component (the
+# shared library, development files, the programs), and a plain archive.
 get_target_property(throng_soversion throng SOVERSION)
 set(CPACK_PACKAGE_NAME throng)
 set(CPACK_PACKAGE_VENDOR "Throng")
@@ -12,11 +12,11 @@ if(NOT CPACK_GENERATOR)
   set(CPACK_GENERATOR DEB TGZ)
 endif()
 
-# The names of Debian's policy: the library's has the version that programs load it by.
+# Names follow Debian's policy: that of the library contains the soversion.
 set(CPACK_COMPONENTS_ALL core development program)
-set(CPACK_COMPONENT_CORE_DESCRIPTION "The library that programs load")
-set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers, and what CMake and pkg-config read")
-set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "The programs on the command line")
+set(CPACK_COMPONENT_CORE_DESCRIPTION "The shared library")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers, CMake and pkg-config files")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "The command line programs")
 set(CPACK_COMPONENT_DEVELOPMENT_DEPENDS core)
 set(CPACK_COMPONENT_PROGRAM_DEPENDS core)
 foreach(component mpi simulate)
@@ -33,7 +33,7 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The programs need the library of this very build, which no package on this machine provides.
+# The programs depend on the library of this build, which no installed package provides.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_BINARY_DIR}/bin")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
@@ -47,7 +47,7 @@ set(CPACK_DEBIAN_SIMULATE_PACKAGE_NAME throng-simulate)
 set(CPACK_DEBIAN_SIMULATE_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_MPI_PACKAGE_NAME throng-mpi)
 set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
-# With a static library there is one package of all.
+# With a static library there is a single package.
 if(NOT throng_type STREQUAL "SHARED_LIBRARY")
   set(CPACK_DEB_COMPONENT_INSTALL OFF)
   set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS OFF)

@@ -1,4 +1,4 @@
-# What all targets of the house share: the language, warnings, bit-exact floating point, one bin/.
+# Settings common to all targets: language, warnings, bit-exact floating point, one bin/ folder.
 include(GNUInstallDirs)
 include(ThrongHarden)
 
@@ -6,7 +6,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-# An installed program finds a shared library of ours beside it, wherever the tree is moved.
+# An installed program finds our shared library by a relative path, so that the tree is relocatable.
 if(BUILD_SHARED_LIBS AND NOT APPLE AND NOT WIN32 AND NOT DEFINED CMAKE_INSTALL_RPATH)
   file(RELATIVE_PATH throng_from_bin "/prefix/${CMAKE_INSTALL_BINDIR}" "/prefix/${CMAKE_INSTALL_LIBDIR}")
   set(CMAKE_INSTALL_RPATH "$ORIGIN/${throng_from_bin}")
@@ -18,9 +18,9 @@ function(throng_room target)
   if(MSVC)
     target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:/fp:precise;/EHsc>")
   else()
-    # Whatever flags come from the tree around us: NaN and infinity are looked for, memory that runs out
-    # is an exception inside, and host and device must compute the same bits, so there is no fused
-    # multiply-add behind our back (last, as -fno-fast-math brings clang's default back).
+    # Overrides flags of a surrounding project: the code tests for NaN and infinity, handles out-of-memory by
+    # exceptions, and needs bit-identical results on host and device, hence no fused multiply-add (last, since
+    # -fno-fast-math restores clang's default).
     target_compile_options(${target} PRIVATE
       "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-fexceptions;-fno-fast-math;-fno-finite-math-only>"
       "$<$<COMPILE_LANGUAGE:CXX>:-fno-associative-math;-fno-reciprocal-math;-fsigned-zeros;-ffp-contract=off>"
@@ -31,7 +31,7 @@ function(throng_room target)
   endif()
 endfunction()
 
-# A packaged source may leave out whole rooms (the benchmark, the tests): build those that are here.
+# Source packages may omit modules (the benchmark, the tests): add those that exist.
 function(throng_add_room directory)
   if(EXISTS "${PROJECT_SOURCE_DIR}/${directory}/CMakeLists.txt")
     add_subdirectory("${PROJECT_SOURCE_DIR}/${directory}" "${PROJECT_BINARY_DIR}/${directory}")

@@ -1,4 +1,4 @@
-# Draws all figures and compares them with those of the papers.
+# Draws all figures and compares them with those in docs/.
 file(REMOVE_RECURSE "${DRAWN}")
 file(MAKE_DIRECTORY "${DRAWN}")
 execute_process(COMMAND "${PROGRAM}" "${DRAWN}" COMMAND_ERROR_IS_FATAL ANY)

@@ -1,4 +1,4 @@
-// A drawing in SVG: rectangles, lines, words. It looks right on light and on dark pages.
+// A drawing in SVG: rectangles, lines, text. It works on light and dark pages.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace throng::figures {
 
-// The colours of Okabe and Ito, which people with any kind of colour vision tell apart.
+// The colours of Okabe and Ito, distinct for people with any kind of colour vision.
 inline constexpr const char* blue = "#0072b2";
 inline constexpr const char* orange = "#e69f00";
 inline constexpr const char* green = "#009e73";
@@ -42,7 +42,7 @@ class Drawing {
     text_ +=
         fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", x, y, colour);
   }
-  // `anchor`: start, middle or end. No character that SVG would take for its own.
+  // `anchor`: start, middle or end. The text must hold no character that SVG reserves.
   void words(double x, double y, const std::string& words, const char* anchor = "start",
              const char* colour = "#222222") {
     text_ +=

@@ -1,5 +1,5 @@
-// throng-figures DIR: the drawings of docs/pictures.md. Boxes, pairs and hits in them are what the
-// library answers, so a test that compares them with the files in docs/ says if one is out of date.
+// throng-figures DIR: the drawings of docs/pictures.md. Boxes, pairs and hits in them come from the
+// library, so comparing them with the files in docs/ detects outdated ones.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -43,7 +43,7 @@ std::vector<Box> crowd() {
   return boxes;
 }
 
-// The paper's idea: the number of a pair tells which pair it is.
+// The paper's idea: the number of a pair determines the pair.
 std::string triangle() {
   constexpr int n = 8, cell = 44, left = 70, top = 60;
   Drawing d(left + n * cell + 330, top + n * cell + 20);
@@ -60,15 +60,15 @@ std::string triangle() {
   }
   const double x = left + n * cell + 30;
   d.words(x, top + 30, "28 pairs, 4 workers of 7 each:");
-  d.words(x, top + 54, "every worker gets as many.");
+  d.words(x, top + 54, "all get the same number.");
   d.words(x, top + 96, "A worker takes its number k, 13 say,");
   d.words(x, top + 120, "and computes which pair that is:");
   d.words(x, top + 144, "the row from a square root, corrected", "start", red);
-  d.words(x, top + 168, "in whole numbers; here row 2, box 3.", "start", red);
+  d.words(x, top + 168, "in integers; here row 2, box 3.", "start", red);
   return d.svg();
 }
 
-// Columns, seen along them; each box has the colour of how many it is entered into.
+// Columns, seen along them; a box's colour is the number of columns that hold it.
 std::string columns() {
   const std::vector<Box> boxes = crowd();
   constexpr float width = 120, height = 90;
@@ -100,8 +100,7 @@ std::string columns() {
   return d.svg();
 }
 
-// The boxes of one column by the start of their extents along it, and what one of them is compared
-// with.
+// The boxes of one column, sorted by their start along it, and the candidates of one of them.
 std::string sweep() {
   Chance chance;
   std::vector<Box> boxes;
@@ -152,7 +151,7 @@ std::string sweep() {
   return d.svg();
 }
 
-// Of all columns that two boxes share, one tells the pair.
+// Of all columns that two boxes share, one reports the pair.
 std::string home() {
   Drawing d(860, 300);
   for (float x = 40; x <= 560; x += 130) d.line(x, 20, x, 280, grey, true);
@@ -164,16 +163,16 @@ std::string home() {
   d.rectangle(x, y, std::min(a.upper.x, b.upper.x) - x, std::min(a.upper.y, b.upper.y) - y, orange);
   d.dot(x, y, red);
   d.words(585, 60, "Two boxes that share four columns:");
-  d.words(585, 84, "the pair is found in each, and told");
-  d.words(585, 108, "in one: where the lower corner of");
-  d.words(585, 132, "what they share lies.", "start", red);
+  d.words(585, 84, "each finds the pair; one reports it:");
+  d.words(585, 108, "the column with the lower corner");
+  d.words(585, 132, "of the intersection.", "start", red);
   d.words(585, 174, "Both columns and corner follow from");
-  d.words(585, 196, "the same whole numbers, so none is");
-  d.words(585, 218, "lost and none is told twice.");
+  d.words(585, 196, "the same integers, so no pair is");
+  d.words(585, 218, "lost and none is reported twice.");
   return d.svg();
 }
 
-// Objects that live: what one mover costs.
+// Persistent objects: the cost of moving one.
 std::string live() {
   std::vector<Box> boxes = crowd();
   BroadPhase broad_phase;
@@ -183,7 +182,7 @@ std::string live() {
   };
   done(broad_phase.add(boxes, ids.data()));
   done(broad_phase.update());
-  // The first that both meets and leaves others on its way.
+  // The first that both begins and ends overlaps on its way.
   const BroadPhase before_moving = broad_phase;
   ObjectId mover = 0;
   Box after{};
@@ -224,8 +223,8 @@ std::string live() {
   d.rectangle(645, 110, 16, 16, orange);
   d.words(670, 123, fmt::format("ended: {}", broad_phase.ended().size()));
   d.rectangle(645, 140, 16, 16, grey);
-  d.words(670, 153, "not looked at");
-  d.words(645, 200, fmt::format("{} pairs live.", broad_phase.pair_count()));
+  d.words(670, 153, "not read");
+  d.words(645, 200, fmt::format("{} pairs in all.", broad_phase.pair_count()));
   d.words(645, 222, "Only cells near the mover");
   d.words(645, 244, "and its own pairs are read.");
   return d.svg();
@@ -249,7 +248,7 @@ int run(const std::string& folder) {
 
 int main(int argc, char** argv) {
   if (argc != 2) {
-    std::fputs("throng-figures: wanted one argument, the folder to draw into\n", stderr);
+    std::fputs("throng-figures: wanted one argument, the output folder\n", stderr);
     return 2;
   }
   try {

@@ -10,7 +10,7 @@ std::vector<Mover> movers_in(int count, int room_width, int room_height) {
   Chance chance;
   std::vector<Mover> movers;
   for (int i = 0; i < count; ++i) {
-    // Some large ones, slow; many small ones.
+    // Some large and slow, many small.
     const bool large = i % 8 == 0;
     Mover m{};
     m.width = chance.within(large ? 900 : 260, large ? 1300 : 560);

@@ -1,6 +1,5 @@
-// Boxes that go to and fro between walls, and their pairs as the library tells them. All of it is
-// in whole numbers, so it is the same everywhere; after the last tick all is as it was at the
-// first.
+// Boxes that move between walls, and their pairs as the library reports them. Integers only, so the
+// result is the same everywhere; the motion is periodic.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +11,8 @@
 
 namespace throng::figures {
 
-// Numbers that look random and are the same everywhere. Draw one a statement: the order in which
-// arguments of a call are worked out is the compiler's.
+// Pseudo-random numbers that are the same everywhere. Draw one per statement: the evaluation order
+// of a call's arguments is unspecified.
 class Chance {
  public:
   float below(float limit) {
@@ -58,15 +57,15 @@ struct Mover {
     return {{left, top, 0},
             {left + static_cast<float>(width), top + static_cast<float>(height), 0}};
   }
-  // Of its middle, which moves straight between turns.
+  // Of its centre, which moves in a straight line between turns.
   std::pair<int, int> middle(int tick) const {
     return {x.at(tick) + width / 2, y.at(tick) + height / 2};
   }
   bool turns_at(int tick) const { return x.turns_at(tick) || y.turns_at(tick); }
 };
 
-// A pair, from the tick when it began to the tick when it ended. One that lives at the last tick
-// and at the first is two.
+// A pair, from its begin tick to its end tick. One that spans the last and the first tick counts as
+// two.
 struct Life {
   std::size_t first, second;
   int began, ended;
@@ -74,11 +73,11 @@ struct Life {
 
 struct Motion {
   std::vector<Mover> movers;
-  std::vector<Life> lives;  // by when they end
+  std::vector<Life> lives;  // by end tick
 };
 
-// `count` movers in a room of that many pixels, and what BroadPhase says of their pairs at each
-// tick. Throws Error.
+// `count` moving boxes in an area of that many pixels, and their pairs per tick from BroadPhase.
+// Throws Error.
 Motion motion(int count, int room_width, int room_height);
 
 }  // namespace throng::figures

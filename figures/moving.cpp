@@ -11,25 +11,25 @@
 namespace throng::figures {
 namespace {
 
-// In pixels: the room, and below it the chart of how many pairs live.
+// In pixels: the area, and below it the chart of the number of pairs.
 constexpr int width = 860, height = 420, room = 318;
 constexpr int chart_left = 20, chart_right = 560, chart_top = 338, chart_bottom = 402;
 constexpr int seconds = 30;
-// Ticks for which a pair that began, or ended, is shown to have done so.
+// Ticks for which the begin or end of a pair is highlighted.
 constexpr int begun_ticks = 15, ended_ticks = 8;
 
 constexpr const char* begin_colour = "#2ee6a6";
 constexpr const char* pair_colour = "#dbe4f0";
 constexpr const char* end_colour = "#ff5a3c";
-// Of a box that overlaps none, one, two, more.
+// Colours of a box that overlaps none, one, two, more.
 constexpr const char* box_colours[] = {"#6f83a3", "#4db8ff", "#ffb52e", "#ff7ac6"};
 
-// Tenths of a pixel, without a zero too many.
+// Tenths of a pixel, without trailing zeros.
 std::string pixels(int tenths) {
   return tenths % 10 ? fmt::format("{}.{}", tenths / 10, tenths % 10) : fmt::to_string(tenths / 10);
 }
 
-// Thousandths of the whole time.
+// Thousandths of the whole duration.
 std::string moment(int tick) {
   static_assert(tick_count == 1000);
   if (tick == 0 || tick == tick_count) return tick == 0 ? "0" : "1";
@@ -38,7 +38,8 @@ std::string moment(int tick) {
   return text;
 }
 
-// What an attribute is when. A value holds until the next if `steps`, else it goes straight to it.
+// An attribute's values over time. A value holds until the next if `steps`, else it is
+// interpolated.
 class Course {
  public:
   void at(int tick, const std::string& value) {
@@ -67,7 +68,7 @@ std::string swung(const char* attribute, const Swing& swing) {
   return course.of(attribute, false);
 }
 
-// A box that moves, in the colour of how many pairs it has.
+// A moving box, coloured by its number of pairs.
 std::string box(const Motion& motion, std::size_t index) {
   const Mover& m = motion.movers[index];
   std::vector<int> change(tick_count + 1);
@@ -92,7 +93,7 @@ std::string box(const Motion& motion, std::size_t index) {
       swung("x", m.x), swung("y", m.y), colour.of("color", true));
 }
 
-// The line from middle to middle, which follows both boxes a little longer than the pair lives.
+// The line between the centres, which follows both boxes a little longer than the pair exists.
 std::string line(const Motion& motion, const Life& life) {
   const Mover &a = motion.movers[life.first], &b = motion.movers[life.second];
   const auto drawn = [&](int tick) {
@@ -124,7 +125,7 @@ std::string line(const Motion& motion, const Life& life) {
                      way.of("d", false), colour.of("stroke", true));
 }
 
-// How many pairs live at each tick, and a mark for each that begins or ends.
+// The number of pairs per tick, and a mark for each begin and end.
 std::string chart(const Motion& motion) {
   std::vector<int> live(tick_count + 1);
   std::string begins, ends;
@@ -148,7 +149,7 @@ std::string chart(const Motion& motion) {
   Course grown;
   grown.at(0, "0");
   grown.at(tick_count, fmt::to_string(chart_right - chart_left));
-  // Dim what is to come, and once more, bright, what has been.
+  // The whole chart dimmed, and the past again, bright.
   return fmt::format(
       "<clipPath id=\"past\"><rect x=\"{0}\" y=\"{1}\" width=\"0\" height=\"{2}\">{3}</rect>"
       "</clipPath>\n<g opacity=\".35\"><g id=\"all\"><path d=\"{4}\" fill=\"{5}\"/>"
@@ -160,7 +161,7 @@ std::string chart(const Motion& motion) {
       "#2f7fbf", begins, begin_colour, ends, end_colour, chart_right, seconds);
 }
 
-// What the colours mean, and how much there was.
+// The legend, and the totals.
 std::string legend(const Motion& motion) {
   constexpr int left = chart_right + 24;
   std::string text;
@@ -183,7 +184,7 @@ std::string legend(const Motion& motion) {
   lives(left + 150, end_colour, "ended");
   const auto begun = std::count_if(motion.lives.begin(), motion.lives.end(),
                                    [](const Life& life) { return life.began > 0; });
-  text += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"#ffffff\">pairs that live</text>\n",
+  text += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"#ffffff\">current pairs</text>\n",
                       chart_left + 6, chart_bottom - 6);
   return text + fmt::format("<text x=\"{}\" y=\"{}\">{} boxes; {} pairs begin in {} s</text>\n",
                             left, chart_bottom, motion.movers.size(), begun, seconds);

@@ -1,4 +1,4 @@
-// The brute force on any device: which functions are launched, in which order, on which memory.
+// Brute force on any device: the launched functions, their order and their memory.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace throng::paper {
 
-// Sections 3.1 to 3.4: one thread a pair, over all pairs.
+// Sections 3.1 to 3.4: one thread per pair, over all pairs.
 template <class Device>
 class BruteForce final : public Stepper {
  public:
@@ -78,7 +78,7 @@ class BruteForce final : public Stepper {
       device_.ballots(places_, test, words_.data());
     } else if (variant_.write == Write::owned) {
       device_.each(word_count(places_), WriteWord<Tested>{test, words_.data(), places_});
-    } else {  // these set bits and clear none
+    } else {  // they set these bits and clear none
       device_.zero(words_, word_count(places_));
       if (variant_.write == Write::atomic) {
         device_.each(places_, WriteBitAtomic<Tested>{test, words_.data()});
@@ -106,7 +106,7 @@ class BruteForce final : public Stepper {
     }
   }
 
-  // On the host, from what was fetched.
+  // On the host, from the copied output.
   void decode() {
     const auto start = std::chrono::steady_clock::now();
     step_.pairs.clear();

@@ -1,4 +1,4 @@
-// What throng-paper can be asked for. Each adds itself to the command line; what it returns runs
+// The sub-commands of throng-paper. Each registers its options; the function that it returns runs
 // it.
 #pragma once
 
@@ -10,10 +10,10 @@ class App;
 
 namespace throng::paper {
 
-using Run = std::function<int()>;  // gives the exit status
+using Run = std::function<int()>;  // returns the exit status
 
 Run add_pairs(CLI::App& program);
-// The options of the program itself: the evaluation.
+// The options of the main program: the evaluation.
 Run add_evaluate(CLI::App& program);
 
 }  // namespace throng::paper

@@ -1,5 +1,5 @@
 // The GPU as a device: thin launches of the functions that the host runs in loops, memory, events.
-// All of CUDA that this room has.
+// All CUDA code of this module.
 #include <cuda_runtime.h>
 #include <cub/device/device_scan.cuh>
 
@@ -23,7 +23,7 @@ namespace {
 
 constexpr unsigned block_size = 256;
 constexpr unsigned lanes_per_warp = 32;
-// The most blocks of a launch; larger counts go round.
+// The maximum number of blocks of a launch; larger counts use a grid-stride loop.
 constexpr std::uint64_t max_blocks = 0x7fffffff;
 
 void check(cudaError_t error, const std::string& what) {
@@ -45,7 +45,7 @@ __global__ void run_each(std::uint64_t count, F f) {
   for (std::uint64_t t = thread_number(); t < count; t += thread_total()) f(t);
 }
 
-// Whole warps enter and leave each round together: the rounds are a multiple of a warp apart.
+// Whole warps enter and leave each iteration together: the stride is a multiple of a warp.
 template <class F>
 __global__ void run_ballots(std::uint64_t count, F test, std::uint32_t* words) {
   for (std::uint64_t t = thread_number(); t / lanes_per_warp * lanes_per_warp < count;
@@ -55,7 +55,7 @@ __global__ void run_ballots(std::uint64_t count, F test, std::uint32_t* words) {
   }
 }
 
-// A warp is a team.
+// One warp per team.
 template <class F>
 __global__ void run_teams(std::uint64_t count, F f) {
   const std::uint32_t lane = threadIdx.x % lanes_per_warp;
@@ -65,7 +65,7 @@ __global__ void run_teams(std::uint64_t count, F f) {
   }
 }
 
-// Memory of the device, or of the host where the device reaches it fastest.
+// Device memory, or the host memory that the device accesses fastest.
 template <class T, bool on_device>
 class Room {
  public:
@@ -128,7 +128,7 @@ class CudaDevice {
     run_ballots<<<blocks(count), block_size, 0, stream_>>>(count, test, words);
     check(cudaGetLastError(), "a launch");
   }
-  // Warps go in step by themselves.
+  // Warps execute in lockstep anyway.
   template <class F>
   void in_step(std::uint64_t count, const F& f) {
     each(count, f);
@@ -140,7 +140,7 @@ class CudaDevice {
     check(cudaGetLastError(), "a launch");
   }
 
-  // The initial value's type, 64 bits, is that of the sums.
+  // The initial value's type sets the type of the sums: 64 bits.
   void scan(const std::uint32_t* values, std::uint64_t* sums, std::uint64_t count) {
     std::size_t bytes = 0;
     const auto run = [&](void* room) {
@@ -153,7 +153,7 @@ class CudaDevice {
     run(scan_room_.data());
   }
 
-  // Pinned memory is what a transfer is fastest from; copying there is not part of a step.
+  // Transfers are fastest from pinned memory; copying into it is not part of a step.
   void hold(const Box* boxes, std::uint64_t n) {
     held_.reserve(n);
     given_.reserve(n);

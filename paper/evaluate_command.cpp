@@ -58,7 +58,7 @@ int run(const Arguments& a) {
   const std::filesystem::path folder = a.folder;
 
   const Lab lab(setting);
-  // As they come: what was measured before a failure is not lost.
+  // Written as they come: a failure keeps earlier measurements.
   const std::vector<Section> sections = evaluate(lab, a.only, [&](const Section& section) {
     report::write_text((folder / (section.name + ".csv")).string(), csv_of({section}).csv());
     if (!section.rows.empty()) say(table_of(section).text());
@@ -80,9 +80,9 @@ int run(const Arguments& a) {
 
 Run add_evaluate(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
-  program.add_option("-o,--output", a->folder, "where the page and the CSV files go")
+  program.add_option("-o,--output", a->folder, "the folder for the page and the CSV files")
       ->type_name("DIR");
-  program.add_flag("--quick", a->quick, "leave the largest sizes out: under two minutes");
+  program.add_flag("--quick", a->quick, "without the largest sizes: under two minutes");
   std::string names;
   for (const Experiment& experiment : experiments()) {
     names += (names.empty() ? "" : ", ") + std::string(experiment.name);
@@ -94,10 +94,11 @@ Run add_evaluate(CLI::App& program) {
   program.add_option("--threads", a->threads, "threads of the cpu (all)")
       ->check(CLI::Range(1, 1024).description(""))
       ->type_name("N");
-  program.add_option("--up-to", a->up_to, "leave larger n out")->type_name("N");
-  program.add_option("--memory", a->memory, "the most that one output, list or grid may take (4G)")
+  program.add_option("--up-to", a->up_to, "skip larger n")->type_name("N");
+  program.add_option("--memory", a->memory, "maximum memory of one output, list or grid (4G)")
       ->type_name("BYTES");
-  program.add_option("--limit", a->limit, "seconds after which a rival's frame is stopped (60)")
+  program
+      .add_option("--limit", a->limit, "time limit in seconds for a frame of another library (60)")
       ->check(CLI::Range(0.1, 1e6).description(""))
       ->type_name("S");
   return [a] {

@@ -1,4 +1,4 @@
-// What ends a command early: see program/failure.hpp.
+// The error that ends a command early: see program/failure.hpp.
 #pragma once
 
 #include "program/failure.hpp"
@@ -10,7 +10,7 @@ using program::exit_differs;
 using program::exit_done;
 using program::Failure;
 
-// A variant takes more memory than is allowed: one may leave it out and go on.
+// A variant exceeds the memory limit: the caller may skip it.
 class TooLarge : public Failure {
  public:
   using Failure::Failure;

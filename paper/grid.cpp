@@ -13,7 +13,7 @@ void widen(float x, float& lower, float& upper) {
   upper = std::max(upper, x);
 }
 
-// Any positive finite scale keeps the proof; what is out of float's range is brought back into it.
+// Any positive finite scale keeps the proof; values out of float's range are clamped to it.
 float to_scale(double x) {
   constexpr double low = std::numeric_limits<float>::min(),
                    high = std::numeric_limits<float>::max();
@@ -40,12 +40,12 @@ Box environment_of(const Box* boxes, std::uint64_t n) noexcept {
   return around;
 }
 
-// The paper: density d = n / volume, cell volume X / d, side the cube root of that, and then a
-// whole number of cells on each axis. Where the environment is thinner than such a cell on an axis
-// (or flat: then it has no volume), it gets one cell there, and the other axes are taken as an area
-// or a length in the same way. The side s' grows in doing so: with thickness t < s, s^3 = t * area
-// * X/n and s'^2 = area * X/n = s^3 / t > s^2. Cells are rounded down to a whole number, so there
-// are at most volume / s^3 = n / X of them, and one where that is less than one.
+// The paper: density d = n / volume, cell volume X / d, side the cube root of that, then an integer
+// number of cells on each axis. Where the environment is thinner than such a cell on an axis (or
+// flat: then it has no volume), it gets one cell there, and the other axes are treated as an area
+// or a length in the same way. This increases the side to s': with thickness t < s, s^3 = t * area
+// * X/n and s'^2 = area * X/n = s^3 / t > s^2. Cell counts are rounded down, so there are at most
+// volume / s^3 = n / X of them, or one where that is less than one.
 GridShape make_grid(const Box& environment, std::uint64_t n, double per_cell) noexcept {
   const float lower[3] = {environment.lower.x, environment.lower.y, environment.lower.z};
   const float upper[3] = {environment.upper.x, environment.upper.y, environment.upper.z};

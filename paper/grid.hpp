@@ -1,18 +1,19 @@
-// The grid of the paper: cells of equal size over a given environment, each box entered into every
-// cell that it touches, and in each cell the brute force through the mapping on the cell's list.
+// The grid of the paper: cells of equal size over a given environment. Each box is entered into
+// every cell that it touches; each cell runs the brute force through the mapping on its list.
 //
-// No pair is lost. Per axis one function takes a float to its cell,
-//   cell(x) = int(min(max((x - origin) * scale, 0), cells - 1)),   scale > 0 and finite.
-// Rounded to nearest, each operation is non-decreasing in x, so cell is, for every float but NaN: x
-// - origin is never NaN (origin is finite), nor is infinity * scale, and what lies outside of the
-// environment goes to the cells at its border. A box is entered into cell(lower) .. cell(upper) on
-// each axis. If a.lower <= b.upper and b.lower <= a.upper then cell(a.lower) <= cell(b.upper) and
-// cell(b.lower) <= cell(a.upper): the two ranges meet on each axis, and both boxes are in the cell
-// max(cell(a.lower), cell(b.lower)). How large the cells are, and how well scale fits the
-// environment, matters for speed alone.
+// No pair is lost. Per axis one function maps a float to its cell,
+//   cell(x) = int(min(max((x - origin) * scale, 0), cells - 1)),
+// scale > 0 and finite. Rounded to nearest, each operation is non-decreasing in x, so cell is, for
+// every float but NaN: x - origin is never NaN (origin is finite), nor is infinity * scale, and
+// points outside of the environment map to the cells at its border. A box is entered into
+// cell(lower) .. cell(upper) on each axis. If a.lower <= b.upper and b.lower <= a.upper then
+// cell(a.lower) <= cell(b.upper) and cell(b.lower) <= cell(a.upper): the two ranges intersect on
+// each axis, and both boxes are in the cell max(cell(a.lower), cell(b.lower)). The size of the
+// cells, and how well scale fits the environment, affects speed alone.
 //
-// No pair is told twice. Two boxes may share many cells; exactly one of them is, on all three axes,
-// max(cell(a.lower), cell(b.lower)). It owns the pair, and the others leave it.
+// No pair is reported twice. Two boxes may share many cells; exactly one of them is
+// max(cell(a.lower), cell(b.lower)) on all three axes. This owner cell reports the pair; the others
+// skip it.
 #pragma once
 
 #include <cstdint>
@@ -61,7 +62,7 @@ THRONG_HD constexpr CellRange cells_of(const GridShape& shape, const Box& box) n
           {shape.cell(0, box.upper.x), shape.cell(1, box.upper.y), shape.cell(2, box.upper.z)}};
 }
 
-// visit(index) for each cell that the box touches; none for one that overlaps nothing.
+// visit(index) for each cell that the box touches; none for an inactive box.
 template <class Visit>
 THRONG_HD void for_each_cell(const GridShape& shape, const Box& box, const Visit& visit) {
   if (!core::is_active(box)) return;
@@ -71,7 +72,7 @@ THRONG_HD void for_each_cell(const GridShape& shape, const Box& box, const Visit
       for (std::uint32_t x = range.low[0]; x <= range.high[0]; ++x) visit(shape.index(x, y, z));
 }
 
-// The cell that tells the pair; both boxes active.
+// The owner cell of the pair; both boxes active.
 THRONG_HD constexpr std::uint64_t owner(const GridShape& shape, const Box& a,
                                         const Box& b) noexcept {
   const CellRange p = cells_of(shape, a), q = cells_of(shape, b);
@@ -81,9 +82,10 @@ THRONG_HD constexpr std::uint64_t owner(const GridShape& shape, const Box& a,
   return shape.index(later(0), later(1), later(2));
 }
 
-// ---- what one thread does -----------------------------------------------------------------------
+// ---- work of one thread
+// --------------------------------------------------------------------------
 
-// First pass over the objects: how many entries does each cell get?
+// First pass over the objects: the number of entries of each cell.
 struct CountEntries {
   GridShape shape;
   const Box* boxes;
@@ -100,8 +102,8 @@ struct CountEntries {
   }
 };
 
-// Second pass: `starts` tells where each cell's list begins, and `counts`, which is counted down,
-// which place of it is next.
+// Second pass: `starts` holds the begin of each cell's list; `counts` is decremented and gives the
+// next position in it.
 struct FillEntries {
   GridShape shape;
   const Box* boxes;
@@ -122,7 +124,7 @@ struct FillEntries {
   }
 };
 
-// The brute force in one cell, shared by `lanes` threads of which this is number `lane`.
+// The brute force in one cell, shared by `lanes` threads; this is number `lane`.
 template <class Mapping>
 struct SearchCell {
   GridShape shape;
@@ -149,13 +151,14 @@ struct SearchCell {
   }
 };
 
-// ---- the setup, once for an environment ---------------------------------------------------------
+// ---- the setup, once per environment
+// -------------------------------------------------------------
 
 // The box around all finite coordinates of the active boxes; a point at 0 where there is none.
 Box environment_of(const Box* boxes, std::uint64_t n) noexcept;
 
-// Cells for n objects in the environment, `per_cell` of them in a cell on average. Never more than
-// n / per_cell cells and one: see grid.cpp. per_cell > 0.
+// Cells for n objects in the environment, `per_cell` of them per cell on average. At most n /
+// per_cell + 1 cells: see grid.cpp. per_cell > 0.
 GridShape make_grid(const Box& environment, std::uint64_t n, double per_cell) noexcept;
 
 }  // namespace throng::paper

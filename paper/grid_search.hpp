@@ -1,4 +1,4 @@
-// The grid on any device: which functions are launched, in which order, on which memory.
+// The grid on any device: the launched functions, their order and their memory.
 #pragma once
 
 #include <cstdint>
@@ -59,8 +59,8 @@ class GridSearch final : public Stepper {
   }
 
  private:
-  // Count, scan, fill: the lists lie one after another and are as long as they must be. One count
-  // more than there are cells, always 0: its sum is the number of all entries.
+  // Count, scan, fill: the lists are contiguous and exactly as long as needed. One count more than
+  // there are cells, always 0: its prefix sum is the number of all entries.
   void update() {
     device_.zero(counts_, cells_ + 1);
     device_.each(n_, CountEntries{shape_, boxes_.data(), counts_.data()});

@@ -1,5 +1,5 @@
-// The host as a device: what a kernel launch would run in threads runs here in a plain loop, shared
-// among as many std::threads as asked for. The same interface as the CUDA side's (cuda.cu).
+// The host as a device: kernel launches run as plain loops, split among the given number of
+// std::threads. The same interface as the CUDA side's (cuda.cu).
 #pragma once
 
 #include <algorithm>
@@ -23,13 +23,13 @@ class HostDevice {
  public:
   explicit HostDevice(unsigned threads = 1) : threads_(threads == 0 ? 1 : threads) {}
 
-  // Memory that is not touched before it is used.
+  // Uninitialised memory.
   template <class T>
   class Array {
    public:
     T* data() const noexcept { return data_.get(); }
     std::uint64_t size() const noexcept { return size_; }
-    // What was in it is lost where it grows; it never shrinks.
+    // Growing loses the contents; it never shrinks.
     void reserve(std::uint64_t size) {
       if (size <= size_) return;
       size_ = 0;
@@ -57,7 +57,7 @@ class HostDevice {
     });
   }
 
-  // A warp votes: bit t % 32 of word t / 32 is what test(t) says.
+  // A warp votes: bit t % 32 of word t / 32 is test(t).
   template <class F>
   void ballots(std::uint64_t count, const F& test, std::uint32_t* words) {
     in_blocks(count, 1u << 14, [&](std::uint64_t begin, std::uint64_t end) {
@@ -71,8 +71,8 @@ class HostDevice {
     });
   }
 
-  // The lanes of a warp in step: all of them read, then those that have something to write do so,
-  // one after the other. A schedule that the racy form allows, and the same on every run.
+  // The lanes of a warp in lockstep: all of them read, then those with a result write, one after
+  // the other. A schedule that the racy form allows; deterministic.
   template <class F>
   void in_step(std::uint64_t count, const F& f) {
     in_blocks(count, 1u << 14, [&](std::uint64_t begin, std::uint64_t end) {
@@ -90,7 +90,7 @@ class HostDevice {
     });
   }
 
-  // f(team, lane, lanes) for each of so many teams of threads; here a team is one thread.
+  // f(team, lane, lanes) for each team of threads; on the host a team is one thread.
   template <class F>
   void teams(std::uint64_t count, const F& f) {
     in_blocks(count, 64, [&](std::uint64_t begin, std::uint64_t end) {
@@ -107,7 +107,7 @@ class HostDevice {
     }
   }
 
-  // Nothing is transferred: the caller's memory is the device's.
+  // Nothing is transferred: the caller's memory is used directly.
   void hold(const Box*, std::uint64_t) {}
   const Box* upload(const Box* boxes, std::uint64_t) { return boxes; }
   std::uint64_t read(const std::uint64_t* value) { return *value; }
@@ -116,7 +116,7 @@ class HostDevice {
     return array.data();
   }
 
-  // Times of one step: restart, mark the end of each stage, and ask when all is done.
+  // Stage times of one step: restart, mark the end of each stage, read when done.
   void restart() {
     marks_.clear();
     mark();

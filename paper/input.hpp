@@ -1,5 +1,4 @@
-// What the sub-commands share: boxes from a file or a scene, devices, and text
-// on standard output.
+// Shared by the sub-commands: boxes from a file or a scene, devices, and text on standard output.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +13,7 @@
 
 namespace throng::paper {
 
-// Frames of boxes. A box with a NaN is refused, by its index.
+// Frames of boxes. A box with a NaN is refused; the error names its index.
 struct Boxes {
   std::string name;
   std::size_t n = 0, frames = 0;
@@ -29,8 +28,8 @@ enum class DeviceKind { cpu, cuda };
 // Failure where there is no GPU.
 std::unique_ptr<Stepper> make_stepper_on(DeviceKind device, const Job& job);
 
-// The median of each stage over `repeat` warmed steps of one frame, fewer (but one) where they take
-// longer than `budget_ms` together; pairs of the last.
+// The median of each stage over `repeat` warmed steps of one frame, fewer (at least one) where they
+// exceed `budget_ms` together; the pairs of the last step.
 struct Measured {
   Step step;
   std::uint64_t checksum = 0;

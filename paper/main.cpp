@@ -21,9 +21,9 @@ namespace throng::paper {
 namespace {
 
 const char* help_text =
-    R"(With -o DIR and no command the paper's evaluation is measured here: its tables and figures as text, as
-CSV files and as one page, DIR/index.html; --quick takes under two minutes on two cores, all of it some
-twenty. Progress goes to standard error.
+    R"(With -o DIR and no command it measures the paper's evaluation on this machine: its tables and figures as
+text, as CSV files and as one page, DIR/index.html. --quick takes under two minutes on two cores, the
+full run about twenty. Progress goes to standard error.
 
 Examples:
   throng-paper --quick -o paper
@@ -32,11 +32,11 @@ Examples:
   throng-paper pairs --scene uniform --objects 5K --write racy --check
   throng-paper pairs boxes.npy --mapping formula --root carmack --steps 2 --json
   throng-paper pairs --scene uniform --objects 100K --grid 8 --device cuda --repeat 21
-'throng-paper pairs --help' tells the options of one variant's run.
-Exit status: 0 done, 1 --check found a difference, 2 bad input or what is not here.)";
+'throng-paper pairs --help' lists the options for one variant.
+Exit status: 0 done, 1 --check found a difference, 2 bad input or a missing feature.)";
 
 const char* variants_text =
-    R"(--mapping   how a thread knows its pair from its number
+    R"(--mapping   how a thread computes its pair from its index
   formula   formulas (1) and (2) with the square root that --root names
   lazy      row t / n, column t % n; more than half of the threads have no pair
   stored    a list of all pairs in memory, 8 bytes each
@@ -47,7 +47,7 @@ const char* variants_text =
   carmack, lomont    fast inverse root, constant 0x5f3759df or 0x5f375a86, --steps 1 to 4
   exact              corrected in integers
 --repair, --no-repair   the paper's two repairs of a row that is off by one
---radicand  integer: formed exactly; real: in the root's own floating point
+--radicand  integer: computed exactly; real: in the root's own floating point
 --output    bit or byte for each thread; pairs: a list through a counter
 --write     of bits
   racy      read, OR, write, by eight threads on one byte, as in the paper: loses pairs
@@ -68,12 +68,11 @@ int list() {
 }
 
 int dispatch(int argc, char** argv) {
-  CLI::App app("throng-paper runs the system of Avril, Gouranton and Arnaldi (EGPGV 2012).",
-               "throng-paper");
+  CLI::App app("The system of Avril, Gouranton and Arnaldi (EGPGV 2012).", "throng-paper");
   app.footer(help_text);
   app.set_version_flag("--version", "throng-paper " THRONG_VERSION);
   bool listed = false;
-  app.add_flag("--list", listed, "tell all variants, and whether a GPU is here");
+  app.add_flag("--list", listed, "list all variants, and whether there is a GPU");
   app.require_subcommand(0, 1);
   std::vector<std::pair<std::string, Run>> runs;
   runs.emplace_back("pairs", add_pairs(app));
@@ -95,7 +94,7 @@ int guarded(int argc, char** argv) {
   try {
     return dispatch(argc, argv);
   } catch (const std::bad_alloc&) {
-    // No room for more than the plain words.
+    // Out of memory: no formatting.
   } catch (const std::exception& error) {
     message = error.what();
   }

@@ -1,10 +1,10 @@
-// How a thread knows its pair from nothing but its number: the ways of the paper, and exact ones.
+// How a thread computes its pair from its index alone: the paper's mappings, and exact ones.
 //
 // Each is a small object with
-//   threads(n)                how many threads n objects take
+//   threads(n)                the number of threads for n objects
 //   operator()(t, n, pair)    thread t's pair, 0-based, first < second; false: it has none
-// The object's own number t is also where its answer lies in the output, so every way can be
-// combined with every form of output. n <= max_objects.
+// The index t is also the position of the result in the output, so every mapping can be combined
+// with every form of output. n <= max_objects.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +17,21 @@
 
 namespace throng::paper {
 
-// The radicand of formula (1) is (2n - 1)^2 at k = 0: it fits 63 bits up to here, and no further.
+// The radicand of formula (1) is (2n - 1)^2 at k = 0: it fits 63 bits up to this n.
 inline constexpr std::uint64_t max_objects = 1518500250;
 
-// Row a begins at this index, 1-based: the paper's S(a) = (a - 1)(2n - a)/2. Signed, and even
-// always: of a - 1 and 2n - a one is even. |a| <= 2n: the product stays below 2^63.
+// Row a begins at this index, 1-based: the paper's S(a) = (a - 1)(2n - a)/2. Signed; the product is
+// even, as a - 1 or 2n - a is. |a| <= 2n: the product stays below 2^63.
 THRONG_HD constexpr std::int64_t first_index(std::int64_t a, std::int64_t n) noexcept {
   return (a - 1) * (2 * n - a) / 2;
 }
 
-// 4n^2 - 4n - 8k + 1, formed so that nothing in between exceeds the result: (2n - 1)^2 - 8k.
+// 4n^2 - 4n - 8k + 1, evaluated without larger intermediate values: (2n - 1)^2 - 8k.
 THRONG_HD constexpr std::uint64_t exact_radicand(std::uint64_t k, std::uint64_t n) noexcept {
   return (2 * n - 1) * (2 * n - 1) - 8 * k;
 }
 
-// Where the radicand is formed: in integers, or in the root's own floating point.
+// Where the radicand is computed: in integers, or in the root's own floating point.
 enum class Radicand { integer, real };
 
 // Formulas (1) and (2) of the paper, for any root, with or without its two repairs.
@@ -39,10 +39,10 @@ enum class Radicand { integer, real };
 // Why the repairs are exact for a row that is off by one, given exact integers in (2). Let (a, b)
 // be right, b = a + 1 + k - S(a), and S(a + 1) = S(a) + n - a.
 //   Row a - 1 was found: (2) gives a + k - S(a - 1) = a + k - S(a) + n - a + 1 = n + (b - a) > n.
-//     The first repair makes a of a - 1 and b of a + (n + b - a) - n.
+//     The first repair turns a - 1 into a, and b becomes a + (n + b - a) - n.
 //   Row a + 1 was found: (2) gives a + 2 + k - S(a) - n + a = a + 1 + b - n <= a + 1, as b <= n.
-//     The second repair makes b of n - ((a + 1) - (a + 1 + b - n)) and a of a + 1.
-// A right pair has a < b <= n and is left alone. A row that is off by two or more stays wrong.
+//     The second repair sets b to n - ((a + 1) - (a + 1 + b - n)), then a + 1 to a.
+// A right pair has a < b <= n and stays unchanged. A row that is off by two or more stays wrong.
 template <class Root>
 struct Formula {
   using Real = typename Root::Real;
@@ -55,7 +55,7 @@ struct Formula {
     return core::pair_count(n);
   }
 
-  // Formula (1): the row, 1-based, as this root has it.
+  // Formula (1): the row, 1-based, by this root.
   THRONG_HD std::int64_t row(std::uint64_t k, std::uint64_t n) const noexcept {
     Real x;
     if (radicand == Radicand::integer) {
@@ -63,9 +63,10 @@ struct Formula {
     } else {
       const Real m = static_cast<Real>(n);
       x = Real{4} * m * m - Real{4} * m - Real{8} * static_cast<Real>(k) + Real{1};
-      x = x > Real{0} ? x : Real{0};  // cancellation can take it below, and a root of that is NaN
+      x = x > Real{0} ? x
+                      : Real{0};  // cancellation can make it negative, and the root of that is NaN
     }
-    // Truncated, not floored: where a root is so wrong that the row is negative, both are wrong.
+    // Truncated, not floored: where the error makes the row negative, both are wrong.
     return static_cast<std::int64_t>((static_cast<Real>(2 * n + 1) - root(x)) / Real{2});
   }
 
@@ -83,14 +84,14 @@ struct Formula {
         a = a - 1;
       }
     }
-    // A wrong row can name an object that is not there, which no thread may read.
+    // A wrong row can name an object that does not exist; no thread may read it.
     if (a < 1 || a >= b || b > count) return false;
     pair = {static_cast<std::uint32_t>(a - 1), static_cast<std::uint32_t>(b - 1)};
     return true;
   }
 };
 
-// The paper's numbering by a root that an integer step corrects: right for every n.
+// The paper's numbering by a root with an integer correction: exact for every n.
 struct Exact {
   THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
     return core::pair_count(n);
@@ -101,7 +102,7 @@ struct Exact {
   }
 };
 
-// The lazy way: all combinations of a row below the last and a column, and more than half of the
+// The lazy mapping: all combinations of a row (except the last) and a column; more than half of the
 // threads have no pair.
 struct Lazy {
   THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
@@ -114,7 +115,7 @@ struct Lazy {
   }
 };
 
-// A list of all pairs in the paper's order, which takes 8 bytes a pair and the time to read them.
+// A list of all pairs in the paper's order: 8 bytes per pair, and the time to read them.
 struct Stored {
   const Pair* list = nullptr;
 
@@ -127,9 +128,9 @@ struct Stored {
   }
 };
 
-// The triangle folded into a rectangle: no root. The pairs (i, j), i < j < n, are the cells
-// (i, j - 1), diagonal included, of a triangle of n - 1 rows. A launch in two dimensions would not
-// even divide.
+// The triangle folded into a rectangle: no root. The pairs (i, j), i < j < n, are the cells (i, j -
+// 1), diagonal included, of a triangle of n - 1 rows. A two-dimensional launch would not even need
+// the division.
 struct Fold {
   THRONG_HD static constexpr std::uint64_t threads(std::uint64_t n) noexcept {
     return core::pair_count(n);

@@ -1,4 +1,4 @@
-// Nothing but the way from thread to pair, without boxes and output, on any device.
+// The mapping from thread to pair alone, without boxes and output, on any device.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace throng::paper {
 
-// Worker w takes every `stride`-th thread's pair from w on, and leaves a sum that needs them all.
+// Worker w computes every `stride`-th pair from w on, and stores a sum that depends on all of them.
 template <class Mapping>
 struct SumPairs {
   Mapping mapping;

@@ -1,5 +1,5 @@
-// The output: one bit or one byte for each thread, thread k at bit k % 8 of byte k / 8. Words of 32
-// bits are the same bytes, lowest first.
+// The output: one bit or one byte per thread, thread k at bit k % 8 of byte k / 8. 32-bit words are
+// the same bytes, lowest first.
 #pragma once
 
 #include <bit>
@@ -18,7 +18,7 @@ THRONG_HD constexpr std::uint64_t word_count(std::uint64_t bits) noexcept {
   return bits / bits_per_word + (bits % bits_per_word != 0);
 }
 
-// The bytes that hold so many bits, as the paper counts them: N/8, and one more for a rest.
+// The number of bytes for this many bits, as in the paper: N/8, plus one for a remainder.
 THRONG_HD constexpr std::uint64_t byte_count(std::uint64_t bits) noexcept {
   return bits / 8 + (bits % 8 != 0);
 }
@@ -38,7 +38,7 @@ void for_each_bit(const std::uint32_t* words, std::uint64_t bits, Found&& found)
   }
 }
 
-// The same for one byte a pair.
+// The same for one byte per pair.
 template <class Found>
 void for_each_byte(const std::uint8_t* bytes, std::uint64_t count, Found&& found) {
   for (std::uint64_t k = 0; k < count; ++k) {

@@ -1,4 +1,4 @@
-// Room on a device for pairs that come through a counter.
+// Device memory for pairs that are appended through a counter.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace throng::paper {
 
-// Room for pairs that grows until all are in.
+// A pair buffer that grows until all pairs fit.
 template <class Device>
 class PairList {
  public:
   explicit PairList(std::uint64_t n) : first_capacity_(4 * n + 1024) {}
 
-  // launch(sink) tells each pair to the sink. If there are more of them than there is room, they
-  // are told once more into larger room: none is lost, and nothing is written past the end.
+  // launch(sink) sends each pair to the sink. If they exceed the capacity, the buffer grows and
+  // launch runs again: none is lost, and nothing is written past the end.
   template <class Launch>
   void collect(Device& device, const Launch& launch) {
     counter_.reserve(1);

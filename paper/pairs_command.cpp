@@ -26,8 +26,8 @@ namespace {
 const char* help_text =
     R"(Boxes come from FILE.npy, float32 of shape (n, 6) or (frames, n, 6), or from a scene. Each frame is a
 step: once cold, then --repeat times warmed; times are medians, summed over the frames. A grid is
-shaped once, for --environment or around the first frame. 'total' ends when the output is on the host, in its form;
-'decode' is the host's way from a matrix to a list.
+shaped once, for --environment or around the first frame. 'total' ends when the output is on the host, in its
+form; 'decode' is the host's conversion of a matrix to a list.
 
 Examples:
   throng-paper pairs --scene uniform --objects 10K
@@ -53,7 +53,7 @@ struct Arguments {
 
 bool is_fast(RootKind root) { return root == RootKind::carmack || root == RootKind::lomont; }
 
-// What does not go together, told before anything is run.
+// Incompatible options are reported before anything runs.
 void refuse_conflicts(const Arguments& a) {
   const Variant& v = a.variant;
   if (a.file.empty() == a.scene.empty()) {
@@ -83,20 +83,20 @@ void refuse_conflicts(const Arguments& a) {
     }
     if (!(a.grid > 0) || a.grid > 1e18) {
       throw Failure(
-          fmt::format("--grid: found {}, wanted more than 0 objects a cell, e.g. 8", a.grid));
+          fmt::format("--grid: found {}, wanted more than 0 objects per cell, e.g. 8", a.grid));
     }
     if (a.output_option->count() + a.write_option->count() > 0) {
       throw Failure("--grid gives a list of pairs: leave --output and --write out, or --grid");
     }
   } else if (a.environment_option->count() > 0) {
-    throw Failure("--environment is what the grid is made for: give --grid X, too");
+    throw Failure("--environment is for the grid: give --grid X, too");
   } else if (a.write_option->count() > 0 && v.output != Output::bit) {
-    throw Failure(fmt::format("--write is how bits are written, and --output is {}; leave one out",
-                              name(v.output)));
+    throw Failure(
+        fmt::format("--write applies to bits, and --output is {}; leave one out", name(v.output)));
   }
 }
 
-// Against the exact brute force on the host, as lists with repetitions.
+// Compares with the exact brute force on the host, as sorted lists with repetitions.
 void compare(const Job& job, const Box* boxes, std::vector<Pair> found, Outcome& outcome) {
   Job plain = job;
   plain.variant = {};
@@ -191,27 +191,27 @@ Run add_pairs(CLI::App& program) {
   CLI::App& app = *program.add_subcommand("pairs", "Find the pairs by one variant of the system");
   app.footer(help_text);
   app.add_option("FILE", a->file, "boxes")->type_name("FILE.npy");
-  app.add_option("--scene", a->scene, "make the boxes; throng-paper --list names the scenes")
+  app.add_option("--scene", a->scene, "generate the boxes; throng-paper --list names the scenes")
       ->type_name("NAME");
-  app.add_option("--objects", a->objects, "boxes of the scene (10K)")->type_name("N");
-  app.add_option("--frames", a->frames, "frames of the scene (1)")
+  app.add_option("--objects", a->objects, "number of boxes of the scene (10K)")->type_name("N");
+  app.add_option("--frames", a->frames, "number of frames of the scene (1)")
       ->check(CLI::Range(1, 100000).description(""))
       ->type_name("F");
   app.add_option("--seed", a->seed, "seed of the scene (1)")->type_name("S");
   Variant& v = a->variant;
-  add_choice(app, "--mapping", v.mapping, mapping_names, "from thread to pair (formula)");
+  add_choice(app, "--mapping", v.mapping, mapping_names, "mapping from thread to pair (formula)");
   a->root_option = add_choice(app, "--root", v.root, root_names, "square root (float32)");
   a->steps_option = app.add_option("--steps", v.steps, "Newton steps of a fast root, 1 to 4 (2)")
                         ->check(CLI::Range(min_steps, max_steps).description(""))
                         ->type_name("1..4");
   a->repair_option = app.add_flag("--repair,!--no-repair", v.repair, "the paper's repairs (on)");
   a->radicand_option =
-      add_choice(app, "--radicand", v.radicand, radicand_names, "how it is formed (integer)");
+      add_choice(app, "--radicand", v.radicand, radicand_names, "how it is computed (integer)");
   a->output_option = add_choice(app, "--output", v.output, output_names, "form of output (bit)");
   a->write_option =
       add_choice(app, "--write", v.write, write_names, "how bits are written (ballot)");
   a->grid_option =
-      app.add_option("--grid", a->grid, "use the grid, with X objects a cell")->type_name("X");
+      app.add_option("--grid", a->grid, "use the grid, with X objects per cell")->type_name("X");
   a->environment_option =
       app.add_option(
              "--environment", a->environment,
@@ -223,11 +223,10 @@ Run add_pairs(CLI::App& program) {
   app.add_option("--threads", a->threads, "threads of the cpu (1)")
       ->check(CLI::Range(1, 1024).description(""))
       ->type_name("N");
-  app.add_option("--repeat", a->repeat, "warmed runs to take the median of (1)")
+  app.add_option("--repeat", a->repeat, "number of warmed runs for the median (1)")
       ->check(CLI::Range(1, 1000000).description(""))
       ->type_name("K");
-  app.add_option("--memory", a->memory,
-                 "the most that the output, a list or the grid may take (4G)")
+  app.add_option("--memory", a->memory, "maximum memory of the output, a list or the grid (4G)")
       ->type_name("BYTES");
   app.add_option("-o,--pairs-file", a->output, "write the pairs of all frames")
       ->type_name("PAIRS.npy");

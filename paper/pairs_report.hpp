@@ -1,4 +1,4 @@
-// What throng-paper pairs tells, for people and for programs.
+// The output of throng-paper pairs, as text and as JSON.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How often a fast square root has the wrong integer part: the measure of the paper's Table 3.
+// How often a fast square root has the wrong integer part: the paper's Table 3.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ struct FastRootChoice {
   LastOperation last = LastOperation::product;
 };
 
-// For each N of `tests`, ascending: how many i in 0 .. N - 1 have an integer part of the fast root
-// other than that of the hardware's root of the same float.
+// For each N of `tests`, ascending: the number of i in 0 .. N - 1 whose fast root has an integer
+// part other than the hardware's root of the same float.
 std::vector<std::uint64_t> wrong_roots(const FastRootChoice& choice,
                                        const std::vector<std::uint64_t>& tests);
 

@@ -1,4 +1,4 @@
-// Nothing but square roots: what the paper's Table 4 times, on any device.
+// Square roots alone, as timed in the paper's Table 4, on any device.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace throng::paper {
 
-// With all choices known to the compiler, as a program would have it that has only this one.
+// With all choices as compile-time constants, as in a program that has only this one.
 template <std::uint32_t constant, int steps>
 struct FixedRoot {
   using Real = float;
@@ -20,7 +20,7 @@ struct FixedRoot {
   }
 };
 
-// Thread t takes every `stride`-th root from t on and leaves the sum of their integer parts.
+// Thread t computes every `stride`-th root from t on and stores the sum of their integer parts.
 template <class Root>
 struct SumRoots {
   Root root;
@@ -31,7 +31,7 @@ struct SumRoots {
     std::uint64_t sum = 0;
     for (std::uint64_t i = t; i < count; i += stride) {
       using Real = typename Root::Real;
-      // Through 32 bits, as wide as the paper's counts need: one instruction, on either side.
+      // Through 32 bits, wide enough for the paper's counts: one instruction, on either side.
       sum += static_cast<std::uint32_t>(root(static_cast<Real>(static_cast<std::uint32_t>(i))));
     }
     sums[t] = sum;

@@ -1,10 +1,10 @@
 // Square roots for the mapping formula: the hardware's in either precision, and the fast inverse
 // square root with its two best known constants.
 //
-// The fast root reads the float's bits as an integer: half of it, taken from a constant, has nearly
-// the bits of 1/sqrt(x). Each Newton step y(1.5 - x/2 y y) then about doubles the right digits. The
-// constant 0x5f3759df is the one that Quake III made known ("Carmack"), 0x5f375a86 is Lomont's
-// (C. Lomont, Fast Inverse Square Root, 2003).
+// The fast root reads the float's bits as an integer: a constant minus half of it has nearly the
+// bits of 1/sqrt(x). Each Newton step y(1.5 - x/2 y y) then about doubles the correct digits. The
+// constant 0x5f3759df became known by Quake III ("Carmack"), 0x5f375a86 is Lomont's (C. Lomont,
+// Fast Inverse Square Root, 2003).
 #pragma once
 
 #include <bit>
@@ -19,9 +19,9 @@ inline constexpr std::uint32_t carmack_constant = 0x5f3759df;
 inline constexpr std::uint32_t lomont_constant = 0x5f375a86;
 inline constexpr int min_steps = 1, max_steps = 4;
 
-// 1/sqrt(x) nearly, x >= 0. Each step is evaluated in Wide and stored as float: with float that is
-// what a GPU does with the code as it is printed, with double (or wider) what a compiler for the
-// x87 unit, which the paper's processor has, or one that promotes does.
+// Approximates 1/sqrt(x), x >= 0. Each step is evaluated in Wide and stored as float. Wide = float
+// is what a GPU does with the printed code; double (or wider) is what a compiler does for the x87
+// unit, which the paper's processor has, or one that promotes.
 template <class Wide>
 THRONG_HD constexpr float fast_inverse_root(float x, std::uint32_t constant, int steps) noexcept {
   float y = std::bit_cast<float>(constant - (std::bit_cast<std::uint32_t>(x) >> 1));
@@ -33,7 +33,7 @@ THRONG_HD constexpr float fast_inverse_root(float x, std::uint32_t constant, int
   return y;
 }
 
-// What turns the inverse root into the root: x * y, as the paper prints it, or 1 / y.
+// Turns the inverse root into the root: x * y, as the paper prints it, or 1 / y.
 enum class LastOperation { product, reciprocal };
 
 template <class Wide>

@@ -1,5 +1,5 @@
-// What one thread of the brute force does: take its pair, test it, leave the answer in one of the
-// forms of output. Function objects, launched by a loop on the host or by a kernel on a device.
+// The work of one brute-force thread: compute its pair, test it, store the result in one of the
+// output forms. Function objects, launched by a loop on the host or by a kernel on a device.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace throng::paper {
 
-// A box that overlaps nothing: no comparison with a NaN holds.
+// A box that overlaps nothing: every comparison with a NaN is false.
 THRONG_HD constexpr Box nothing() noexcept {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   return {{nan, nan, nan}, {nan, nan, nan}};
 }
 
-// The update of the bounding volumes: thread i takes in object i's box. An inverted box is an empty
-// slot, and the search must not meet it: it would overlap what surrounds it.
+// The update of the bounding volumes: thread i copies object i's box. An inverted box is an empty
+// slot and becomes NaN: otherwise it would overlap boxes that contain it.
 struct TakeBox {
   const Box* given;
   Box* boxes;
@@ -31,7 +31,7 @@ struct TakeBox {
   }
 };
 
-// Does thread t's pair overlap?
+// Whether thread t's pair overlaps.
 template <class Mapping>
 struct PairTest {
   Mapping mapping;
@@ -64,10 +64,10 @@ struct WriteByte {
   THRONG_HD void operator()(std::uint64_t t) const noexcept { bytes[t] = test(t) ? 1 : 0; }
 };
 
-// The paper's way to one bit a pair: a thread that has found an overlap reads its byte, sets its
+// The paper's method for one bit per pair: a thread that found an overlap reads its byte, sets its
 // bit, and writes the byte back. Eight threads share the byte. Threads of one warp read together
-// and then write together, so of several that have found something one write is left: a race. In
-// two halves, so that a host can run a warp in step, too.
+// and then write together, so only one of several writes survives: a race. In two halves, so that a
+// host can run a warp in lockstep, too.
 template <class Tested>
 struct WriteBitRacy {
   Tested test;
@@ -90,7 +90,7 @@ struct WriteBitRacy {
   }
 };
 
-// The same without the race: reading, setting and writing are one operation.
+// The same without the race: one atomic read-modify-write.
 template <class Tested>
 struct WriteBitAtomic {
   Tested test;
@@ -101,7 +101,7 @@ struct WriteBitAtomic {
   }
 };
 
-// Nothing is shared: one thread tests the 32 pairs of a word and writes it whole.
+// Nothing is shared: one thread tests the 32 pairs of a word and writes the word.
 template <class Tested>
 struct WriteWord {
   Tested test;
@@ -121,7 +121,7 @@ struct WriteWord {
   }
 };
 
-// Pairs through a counter: `found` counts them all, those that there is room for are written.
+// Pairs through a counter: `found` counts all of them, those within the capacity are written.
 struct PairSink {
   Pair* pairs;
   std::uint64_t capacity;

@@ -1,4 +1,4 @@
-// One variant, set up once for so many objects, and run step by step on the host or on a GPU.
+// One variant, set up once for a number of objects, and run step by step on the host or on a GPU.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,21 @@
 
 namespace throng::paper {
 
-// The stages of a step, in ms. What a form of the system has no use for is 0.
+// The stages of a step, in ms; 0 for stages that a variant does not have.
 struct Times {
   double upload = 0;    // boxes to the device
   double boxes = 0;     // update of the bounding volumes
   double grid = 0;      // update of the grid
   double search = 0;    // brute force
   double download = 0;  // output to the host
-  double decode = 0;    // the host makes a list of a matrix
+  double decode = 0;    // the host decodes a matrix into a list
 
-  // Until the output is on the host, in whatever form.
+  // Until the output is on the host, in any form.
   double total() const noexcept { return upload + boxes + grid + search + download; }
 };
 
 struct Step {
-  std::vector<Pair> pairs;  // first < second where the mapping is right; in any order
+  std::vector<Pair> pairs;  // first < second where the mapping is right; unsorted
   std::uint64_t output_bytes = 0;
   std::uint64_t cells = 0, entries = 0;  // of the grid
   Times times;
@@ -36,7 +36,7 @@ struct Job {
   Variant variant;
   std::uint64_t n = 0;
   Box environment{};                                    // for the grid
-  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // for output, stored list, grid: each
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  // per output, stored list, or grid
   unsigned threads = 1;                                 // of the host
 };
 
@@ -47,11 +47,11 @@ class Stepper {
   virtual const Step& step(const Box* boxes) = 0;
 };
 
-// Failure where n, TooLarge where the memory that the variant takes for n objects, is too large.
+// Throws Failure where n is too large, TooLarge where the variant's memory for n objects is.
 std::unique_ptr<Stepper> make_host_stepper(const Job& job);
 
-// Time of `count` square roots, of 0 .. count - 1: the median of `repeat` runs. `sum` is made of
-// the roots, so that none of them can be left out.
+// Median time of `count` square roots, of 0 .. count - 1, over `repeat` runs. `sum` depends on all
+// roots, so that none is optimised away.
 struct RootTime {
   double ms = 0;
   std::uint64_t sum = 0;
@@ -59,7 +59,7 @@ struct RootTime {
 RootTime time_roots_on_host(RootKind kind, int steps, std::uint64_t count, int repeat,
                             unsigned threads);
 
-// Time of the way from thread to pair alone, for all pairs of n objects, likewise.
+// Time of the mapping from thread to pair alone, for all pairs of n objects, likewise.
 struct MappingTime {
   double ms = 0;
   std::uint64_t sum = 0;
@@ -67,7 +67,7 @@ struct MappingTime {
 MappingTime time_mapping_on_host(const Variant& variant, std::uint64_t n, int repeat,
                                  unsigned threads);
 
-// TooLarge that names the bytes and the remedy, where they are more than the limit.
+// Throws TooLarge, naming the bytes and the fix, where they exceed the limit.
 void require_memory(std::uint64_t bytes, std::uint64_t limit, const std::string& what,
                     const std::string& remedy);
 

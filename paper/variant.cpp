@@ -67,7 +67,7 @@ bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pai
 }
 
 Faults count_faults(const Variant& variant, std::uint64_t n, std::uint64_t walk) {
-  // The other ways are exact, and not in the order of rows.
+  // The other mappings are exact, and not in row order.
   if (variant.mapping != MappingKind::formula || n < 2) return {};
   return with_mapping(variant, nullptr,
                       [&](const auto& mapping) { return faults_of(mapping, n, walk); });

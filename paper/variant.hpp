@@ -1,4 +1,4 @@
-// The choices that make a variant of the paper's system, their names, and which go together.
+// The choices that make a variant of the paper's system, their names, and which are compatible.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct Variant {
   Radicand radicand = Radicand::integer;
   Output output = Output::bit;
   Write write = Write::ballot;  // for bits
-  double per_cell = 0;          // objects a cell of the grid; 0: no grid
+  double per_cell = 0;          // objects per cell of the grid; 0: no grid
 };
 
 inline const char* name(MappingKind kind) { return mapping_names[static_cast<int>(kind)]; }
@@ -36,11 +36,11 @@ inline const char* name(RootKind kind) { return root_names[static_cast<int>(kind
 inline const char* name(Output kind) { return output_names[static_cast<int>(kind)]; }
 inline const char* name(Write kind) { return write_names[static_cast<int>(kind)]; }
 
-// One word for tables: "formula-carmack2-repaired bit/racy", "fold grid 8".
+// A short name for tables: "formula-carmack2-repaired bit/racy", "fold grid 8".
 std::string describe(const Variant& variant);
 
-// Calls use(mapping) with the object that does what the variant says. `stored` is the list of that
-// way, and may be null where the mapping is another.
+// Calls use(mapping) with the variant's mapping object. `stored` is the list of that mapping; null
+// for the others.
 template <class Use>
 auto with_mapping(const Variant& variant, const Pair* stored, Use&& use) {
   const auto fast = [&](std::uint32_t constant) {
@@ -74,20 +74,19 @@ auto with_mapping(const Variant& variant, const Pair* stored, Use&& use) {
   return use(Exact{});
 }
 
-// The threads, and so the places of the output, that n objects take.
+// The number of threads, and so of output positions, for n objects.
 std::uint64_t thread_count(const Variant& variant, std::uint64_t n);
 
-// The pair that a reader of the output takes place t for: the exact numbering of the variant, with
-// whatever root its threads work.
+// The pair at output position t: by the variant's exact numbering, whatever root its threads use.
 bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair);
 
-// How far a mapping is from its numbering. A root that errs by rounding errs at the ends of rows,
-// so each row is walked inward from either end until an index is right, or `walk` were wrong: n
-// rows, not n^2 indices. With walk = 1 only the ends themselves are seen.
+// The errors of a mapping against its exact numbering. Rounding errors occur at the ends of rows,
+// so each row is checked inward from either end until an index is right, or `walk` were wrong: n
+// rows, not n^2 indices. walk = 1 checks only the ends.
 struct Faults {
-  std::uint64_t indices = 0;      // wrong ones among the walked
+  std::uint64_t indices = 0;      // wrong ones among those checked
   std::uint64_t rows = 0;         // with a wrong first or last index
-  std::uint64_t first_index = 0;  // the lowest wrong one, where there is any
+  std::uint64_t first_index = 0;  // the lowest wrong one, if any
 };
 Faults count_faults(const Variant& variant, std::uint64_t n,
                     std::uint64_t walk = ~std::uint64_t{0});

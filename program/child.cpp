@@ -39,7 +39,7 @@ namespace {
   throw Failure(fmt::format("{} cannot be started: {}", path, std::strerror(error)));
 }
 
-// One end of a pipe; programs that are started do not inherit it.
+// One end of a pipe; child processes do not inherit it.
 class End {
  public:
   ~End() { close(); }
@@ -70,7 +70,7 @@ struct Pipe {
   End from, to;
 };
 
-// Read on while signals come in between.
+// Retries when a signal interrupts the read.
 ssize_t read_some(int fd, void* into, std::size_t bytes) {
   for (;;) {
     const ssize_t got = read(fd, into, bytes);
@@ -78,7 +78,7 @@ ssize_t read_some(int fd, void* into, std::size_t bytes) {
   }
 }
 
-// A running child. Whoever leaves it running kills it.
+// A running child process. The destructor kills it if it still runs.
 class Child {
  public:
   explicit Child(pid_t pid) : pid_(pid) {}
@@ -91,7 +91,7 @@ class Child {
     ::kill(pid_, SIGKILL);
     wait(0);
   }
-  // Whether it has ended; with WNOHANG as flags without waiting for that.
+  // Whether it has ended; with WNOHANG as flags without waiting.
   bool wait(int flags) {
     int status = 0;
     pid_t got;
@@ -118,7 +118,7 @@ class Quiet {
  public:
   explicit Quiet(double seconds) : seconds_(seconds) {}
   void heard() { last_ = Clock::now(); }
-  // For poll: rounded up, so that at the end of it nothing is left; -1: for ever.
+  // For poll: rounded up, so that nothing is left at the timeout; -1: no limit.
   int milliseconds_left() const {
     if (!(seconds_ > 0)) return -1;
     const std::chrono::duration<double> gone = Clock::now() - last_;
@@ -130,10 +130,10 @@ class Quiet {
   Clock::time_point last_ = Clock::now();
 };
 
-// In the child, after fork: only what may be called there while the parent had other threads.
+// In the child, after fork: only async-signal-safe calls, as the parent had other threads.
 [[noreturn]] void become(const char* path, char* const* argv, int out, int report) {
 #ifdef __linux__
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would hear it any more
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // no process would read it any more
 #endif
   signal(SIGPIPE, SIG_DFL);          // an ignored signal would stay ignored in the other program
   const int nothing = open("/dev/null", O_RDONLY);
@@ -146,7 +146,7 @@ class Quiet {
   _exit(127);
 }
 
-// Takes the whole lines out of `text`.
+// Removes the complete lines from `text` and returns them.
 void tell_lines(std::string& text, const std::function<void(const std::string&)>& line,
                 Quiet& quiet) {
   std::size_t begin = 0;
@@ -164,7 +164,7 @@ ChildEnd run_child(const std::string& path, const std::vector<std::string>& argu
   std::vector<char*> argv = {const_cast<char*>(path.c_str())};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
-  Pipe out(path), report(path);  // the second closes unsaid when the program runs
+  Pipe out(path), report(path);  // the second closes silently when exec succeeds
   std::fflush(stdout);
   const pid_t pid = fork();
   if (pid < 0) cannot_start(path, errno);
@@ -192,13 +192,14 @@ ChildEnd run_child(const std::string& path, const std::vector<std::string>& argu
     if (got <= 0) break;
     text.append(some, static_cast<std::size_t>(got));
     tell_lines(text, line, quiet);
-    if (quiet.milliseconds_left() == 0) return stop();  // it talks, but ends no line
+    if (quiet.milliseconds_left() == 0)
+      return stop();  // output without a line end also counts as activity
   }
   if (!text.empty()) {
     line(text);
     quiet.heard();
   }
-  // It may live on without its output.
+  // It may run on after closing its output.
   for (timespec pause{0, 1000000}; !child.wait(WNOHANG); nanosleep(&pause, nullptr)) {
     if (quiet.milliseconds_left() == 0) return stop();
   }

@@ -1,11 +1,11 @@
-// Programs that stand beside this one: throng-bench, throng-paper, throng-simulate.
+// Sibling programs in the same folder: throng-bench, throng-paper, throng-simulate.
 #pragma once
 
 #include <string>
 
 namespace throng::program {
 
-// The path of `program` in the folder of the running program; empty where there is none.
+// The path of `program` in the running program's folder; empty if it is not there.
 std::string find_companion(const std::string& program);
 
 }  // namespace throng::program

@@ -1,4 +1,5 @@
-// What ends a command early: a message that names the value and the remedy, and an exit status.
+// The error that ends a command early: a message that names the value and the fix, and an exit
+// status.
 #pragma once
 
 #include <stdexcept>
@@ -6,8 +7,8 @@
 
 namespace throng::program {
 
-// 0: done. 1: a check found a difference. 2: bad input, bad usage, an output that failed, or
-// something that is not here.
+// 0: done. 1: a check found a difference. 2: bad input, bad usage, failed output, or a missing
+// feature.
 inline constexpr int exit_done = 0;
 inline constexpr int exit_differs = 1;
 inline constexpr int exit_bad = 2;

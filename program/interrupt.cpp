@@ -19,7 +19,7 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
 extern "C" void note_interrupt(int signal) {
   by_signal = signal;
   interrupted = true;
-  std::signal(signal, SIG_DFL);  // the second one kills
+  std::signal(signal, SIG_DFL);  // the second signal kills
 }
 
 void on_write_signals(void (*what)(int)) {

@@ -1,4 +1,4 @@
-// The median, one for all: what two tables tell of the same times must be the same.
+// The median, defined once: two tables must agree about the same times.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace throng::program {
 
-// Of an even number of values the mean of the middle two; of none 0.
+// Mean of the middle two for an even count; 0 for none.
 inline double median(std::vector<double> values) {
   if (values.empty()) return 0;
   const std::size_t half = values.size() / 2;

@@ -27,7 +27,7 @@ std::uint64_t parse_scaled(const std::string& text, const std::string& option, d
   std::string suffix;
   for (; *end; ++end) suffix += static_cast<char>(std::toupper(static_cast<unsigned char>(*end)));
   const bool bytes = unit == 1024;
-  // MB and MiB are taken as M.
+  // MB and MiB count as M.
   const std::string rest = suffix.empty() ? "" : suffix.substr(1);
   const bool whole = rest.empty() || (bytes && (rest == "B" || rest == "IB"));
   double scale = 0;
@@ -37,7 +37,7 @@ std::uint64_t parse_scaled(const std::string& text, const std::string& option, d
   if (whole && suffix[0] == 'G') scale = unit * unit * unit;
   if (whole && suffix[0] == 'T') scale = unit * unit * unit * unit;
   value *= scale;
-  // Above 2^53 a double no longer counts in ones; nobody has such an amount of either.
+  // Above 2^53 a double does not represent every integer; such counts are rejected.
   const bool number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0);
   if (!number || scale == 0 || !(value < 9007199254740992.0) || value != std::floor(value)) {
     refuse(text, option, wanted);

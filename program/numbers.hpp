@@ -1,4 +1,4 @@
-// Numbers on the command line with a K or M behind them.
+// Numbers on the command line, with an optional K or M suffix.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,20 @@ std::uint64_t parse_count(const std::string& text, const std::string& option);
 // The same, from `least` to `most`.
 std::uint64_t parse_count(const std::string& text, const std::string& option, std::uint64_t least,
                           std::uint64_t most);
-// How many threads; 0: all.
+// Number of threads; 0: all.
 unsigned parse_threads(const std::string& text, const std::string& option);
-// Any number of 64 bits, in ones.
+// Any 64-bit integer, without a suffix.
 std::uint64_t parse_seed(const std::string& text, const std::string& option);
 // "1000000", "64M", "2G", also "64MiB": bytes, in units of 1024. Throws Failure likewise.
 std::uint64_t parse_bytes(const std::string& text, const std::string& option);
 
-// Any number from `least` to `most`; `wanted` says so. NaN is none.
+// Any number from `least` to `most`; `wanted` describes the range. Rejects NaN.
 double parse_number(const std::string& text, const std::string& option, double least, double most,
                     const std::string& wanted);
-// A margin: a finite float32 that is not negative. One that is no float32 is rounded up, so that no
-// pair is lost by it.
+// A margin: a finite float32 >= 0. Other values are rounded up, so that no pair is lost.
 float parse_margin(const std::string& text, const std::string& option);
 
-// What an option that is such a number does with its text; `value` lives as long.
+// The parser of such an option; `value` must outlive it.
 template <class T>
 auto count_into(T& value, std::string option, std::uint64_t least, std::uint64_t most) {
   return [&value, option = std::move(option), least, most](const std::string& text) {

@@ -7,7 +7,7 @@
 namespace throng::program {
 namespace {
 
-// Empty where the library's own does.
+// Empty: keep the library's own hint.
 std::string_view remedy(Status status, const Remedies& has) {
   switch (status) {
     case Status::nan_box:
@@ -36,7 +36,7 @@ std::string failure_text(const Result& result, const Remedies& has) {
   const std::string_view said = result.message[0] ? result.message : to_string(result.status);
   const std::string_view own = remedy(result.status, has);
   if (own.empty()) return std::string(said);
-  // A message is what is wrong, a semicolon, and the remedy.
+  // A message is the problem, a semicolon, and the fix.
   return fmt::format("{}; {}", said.substr(0, said.rfind("; ")), own);
 }
 

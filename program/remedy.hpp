@@ -1,4 +1,4 @@
-// What the library says of a call that failed, with the remedies that a command has.
+// Messages for failed library calls, with the fixes that a command offers.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace throng::program {
 
-// Which options of a command help. The library's own words name its C++.
+// Which options of the command help. The library's own hints name its C++ API.
 struct Remedies {
   bool nan = false;       // --nan inactive
   bool inverted = false;  // --inverted inactive
@@ -16,7 +16,7 @@ struct Remedies {
   std::string isa = {};   // the instruction set that --isa names; empty: none
 };
 
-// What is wrong, in the library's words, and what helps, in those of the command.
+// The problem in the library's words, and the fix in the command's.
 std::string failure_text(const Result& result, const Remedies& remedies);
 
 }  // namespace throng::program

@@ -1,4 +1,4 @@
-// Arrays of any kind: what they are, where they lie, and whether they can be read there.
+// Array arguments: their type, their device, and whether this call can read them.
 #include "python/arrays.hpp"
 
 #include "python/device.hpp"
@@ -37,7 +37,7 @@ std::string type_text(const AnyArray& a) {
   }
 }
 
-// What an object says of itself that nanobind could not take: numpy's object arrays and the like.
+// Describes an object that nanobind did not accept: numpy's object arrays and the like.
 std::string described_array(nb::handle value) {
   std::string text = described(value);
   const nb::object type = nb::getattr(value, "dtype", nb::none());
@@ -48,9 +48,9 @@ std::string described_array(nb::handle value) {
 }
 
 struct Where {
-  int type = 1, index = 0;  // DLPack's numbers
+  int type = 1, index = 0;  // DLPack's device types
 
-  // Pinned host memory is the host's.
+  // Pinned host memory counts as host memory.
   bool is_host() const noexcept { return type == 1 || type == 3; }
   bool is_gpu() const noexcept { return type == 2 || type == 13; }
   std::string name() const {
@@ -59,7 +59,7 @@ struct Where {
   }
 };
 
-// What an object says of itself before its array is taken: a device's memory cannot be looked at.
+// Describes an object before its array is taken: device memory cannot be inspected.
 Where where_is(nb::handle value, const std::string& name) {
   Where where;
   if (!nb::hasattr(value, "__dlpack_device__")) return where;
@@ -67,7 +67,7 @@ Where where_is(nb::handle value, const std::string& name) {
   try {
     device = value.attr("__dlpack_device__")();
   } catch (const nb::python_error&) {
-    return where;  // a read-only array of older kinds; taking it tells
+    return where;  // older read-only arrays raise here; taking the array reports the error
   }
   if (!nb::isinstance<nb::tuple>(device) || nb::len(device) != 2 ||
       !nb::try_cast(device[0], where.type) || !nb::try_cast(device[1], where.index)) {
@@ -76,14 +76,14 @@ Where where_is(nb::handle value, const std::string& name) {
   return where;
 }
 
-// Whether an array that lies there can be one of this call's.
+// Whether this call can use arrays of that device.
 void require_place(const Where& where, const std::string& name, Place* place) {
   const bool can = where.is_host() || (where.is_gpu() && place && gpu_is_built());
   if (!can) {
     value_error(name + ": found an array on " + where.name() +
                 (where.is_gpu() && place ? ", and this build searches on the CPU alone; build with "
                                            "THRONG_CUDA=ON, or copy it"
-                                         : ", which is of no use here; copy it") +
+                                         : ", which this call cannot use; copy it") +
                 " to the host first (CuPy: x.get(), PyTorch: x.cpu(), JAX: numpy.asarray(x))");
   }
   if (!place) return;
@@ -93,11 +93,11 @@ void require_place(const Where& where, const std::string& name, Place* place) {
     place->decided_by = name;
   } else if (place->on_gpu != where.is_gpu() || (place->on_gpu && place->device != where.index)) {
     value_error(name + ": found an array on " + where.name() + ", and " + place->decided_by +
-                " lies on " + place->name() + "; give all in one place");
+                " lies on " + place->name() + "; all must be on one device");
   }
 }
 
-// What the producer did to the array comes before what is put on the stream next.
+// The producer's work on the array happens before later work on the stream.
 nb::object capsule_for(nb::handle value, std::uintptr_t stream) {
   constexpr std::uintptr_t default_stream = 1;
   const nb::object give = value.attr("__dlpack__");
@@ -105,13 +105,13 @@ nb::object capsule_for(nb::handle value, std::uintptr_t stream) {
   try {
     return give(nb::arg("stream") = number);
   } catch (const nb::python_error& error) {
-    if (!error.matches(PyExc_BufferError)) throw;  // read-only arrays ask for the newer form
+    if (!error.matches(PyExc_BufferError)) throw;  // read-only arrays request the newer form
   }
   return give(nb::arg("stream") = number, nb::arg("max_version") = nb::make_tuple(1, 0));
 }
 
-// PyTorch's tensors say by flags that they record gradients, which DLPack refuses, and that their
-// values are meant negated, which it forgets: then the plain tensor. A flag's absence is no error.
+// PyTorch tensors have two flags: gradients are recorded (DLPack refuses), and values are to be
+// negated (DLPack ignores it). Both: take the plain tensor. A missing flag is no error.
 nb::object plain_tensor(nb::handle value) {
   nb::object plain = nb::borrow(value);
   if (!nb::hasattr(plain, "resolve_neg") || !nb::hasattr(plain, "requires_grad")) return plain;
@@ -119,7 +119,7 @@ nb::object plain_tensor(nb::handle value) {
   return plain.attr("resolve_neg")();
 }
 
-// What a masked array hides would be read as if it did not.
+// Hidden values of a masked array would be read as if they were not.
 void require_unmasked(nb::handle value, const std::string& name) {
   if (!nb::hasattr(value, "mask") || !nb::hasattr(value, "filled")) return;
   const nb::object hidden = value.attr("mask").attr("any")();
@@ -127,7 +127,7 @@ void require_unmasked(nb::handle value, const std::string& name) {
   if (some < 0) throw nb::python_error();
   if (some) {
     value_error(name +
-                ": found a masked array that hides values, wanted all of them; fill them: "
+                ": found a masked array that hides values, wanted no hidden values; fill them: "
                 "numpy.ma.filled(" +
                 name + ", value)");
   }
@@ -137,11 +137,11 @@ void require_unmasked(nb::handle value, const std::string& name) {
 
 void require_aligned(const AnyArray& a, const std::string& name, std::size_t bytes) {
   if (a.size() == 0 || reinterpret_cast<std::uintptr_t>(a.data()) % bytes == 0) return;
-  value_error(name + ": its values lie at an address that is no multiple of " +
-              std::to_string(bytes) + "; give a copy: " + name + ".copy()");
+  value_error(name + ": the address of its values is not a multiple of " + std::to_string(bytes) +
+              "; give a copy: " + name + ".copy()");
 }
 
-// The distance of rows, in values.
+// The stride of rows, in values.
 std::size_t row_stride(const AnyArray& a, const std::string& name, std::size_t if_one_row) {
   if (a.shape(0) <= 1) return if_one_row;
   if (a.stride(0) >= 0) return static_cast<std::size_t>(a.stride(0));
@@ -169,7 +169,7 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
   } else if (lies.is_host() != where.is_host() ||
              (!lies.is_host() && (lies.type != where.type || lies.index != where.index))) {
     type_error(name + ": its __dlpack_device__ says " + where.name() + ", its __dlpack__ gives " +
-               lies.name() + "; both must tell the same");
+               lies.name() + "; both must agree");
   }
   return array;
 }

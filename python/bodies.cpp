@@ -15,7 +15,7 @@
 namespace throng::python {
 namespace {
 
-// `shapes`: an array of the package's shape_type, seen as rows of ten 32-bit words.
+// `shapes`: an array of the package's shape_type, as rows of ten 32-bit words.
 nb::object update(nb::handle position, nb::handle shapes, nb::handle rotation,
                   nb::handle displacement, nb::handle shape, nb::handle points, nb::handle margin,
                   nb::handle threads) {

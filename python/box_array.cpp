@@ -1,4 +1,4 @@
-// Boxes as given, shown where they lie; float64 made float32, and the reverse.
+// Boxes without a copy; conversion of float64 to float32 and back.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -14,7 +14,7 @@
 namespace throng::python {
 namespace {
 
-// One coordinate's values: `row` and `column` apart, in values.
+// One coordinate's values: strides `row` and `column`, in values.
 template <class T>
 struct Table {
   const T* data;
@@ -30,7 +30,7 @@ Table<double> table_of(const CornerArray& corner) {
   return {data, corner.array.stride(0), corner.axis};
 }
 
-// Within float's range, where alone the cast is defined, and exact.
+// Only within float's range is the cast defined; and exact.
 bool to_float(double x, float& f) noexcept {
   f = std::numeric_limits<float>::quiet_NaN();
   if (std::isnan(x)) return true;
@@ -45,7 +45,7 @@ struct Inexact {
   double value;
 };
 
-// `out` takes 2 d floats a box.
+// `out` holds 2 d floats per box.
 std::optional<Inexact> to_floats(const Table<double>& lower, const Table<double>& upper,
                                  std::size_t count, unsigned d, Rounding rounding, float* out) {
   for (std::size_t i = 0; i < count; ++i, out += 2 * d) {
@@ -77,7 +77,7 @@ bool holds_double(const AnyArray& a, const std::string& name, const std::string&
              name + ".astype(numpy.float32), of a PyTorch tensor " + name + ".float(), makes that");
 }
 
-// `count` rows of 2 d values that lie together.
+// `count` rows of 2 d contiguous values.
 template <class Real>
 BasicBoxes<Real> rows_of(const Real* p, std::size_t count, unsigned d) {
   using View = BasicBoxes<Real>;
@@ -85,7 +85,7 @@ BasicBoxes<Real> rows_of(const Real* p, std::size_t count, unsigned d) {
   return View::arrays(p, p + 1, nullptr, p + 2, p + 3, nullptr, count, 4 * sizeof(Real));
 }
 
-// Lower and upper corners of Real, which the view shows as they lie.
+// Lower and upper corners of Real, without a copy.
 template <class Real>
 BasicBoxes<Real> as_they_lie(const CornerArray& lower, const CornerArray& upper, unsigned d) {
   using View = BasicBoxes<Real>;
@@ -178,7 +178,7 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
   const bool given_double = holds_double(lower.array, lower.name, wanted);
   if (given_double && place_ && place_->on_gpu) {
     type_error(lower.name + ": found " + described(lower.array) + " on " + place_->name() +
-               ", where nothing is converted; wanted float32, as by x.astype(float32)");
+               ", where values are not converted; wanted float32, as by x.astype(float32)");
   }
   const std::size_t count = lower.array.shape(0);
   const unsigned d = dimensions_;

@@ -15,7 +15,7 @@
 namespace throng::python {
 namespace {
 
-// Room for pairs a box before it is known how many there are, as on the host; here it takes memory.
+// Initial pair capacity per box, as on the host; here it takes memory.
 constexpr std::size_t pairs_a_box = 4, fewest_pairs = 4096;
 
 void require(cudaError_t error, const char* what) {
@@ -24,7 +24,7 @@ void require(cudaError_t error, const char* what) {
   throw std::runtime_error(std::string(what) + ": the GPU failed: " + cudaGetErrorString(error));
 }
 
-// A device is current as long as this lives: the caller's own stays what it was.
+// Makes a device current for its lifetime, then restores the caller's.
 class Current {
  public:
   explicit Current(int device) {
@@ -39,8 +39,8 @@ class Current {
   int before_ = 0;
 };
 
-// Pairs on the device that is current. cudaFree waits for all work there, so that an array may be
-// let go of while a kernel of the caller's still reads it.
+// Pairs on the current device. cudaFree waits for all work there, so an array may be released while
+// a kernel of the caller still reads it.
 struct DevicePairs {
   Pair* data = nullptr;
   std::size_t capacity = 0;
@@ -75,7 +75,7 @@ nb::object host_array(const DevicePairs& pairs, std::size_t count, cuda::Stream 
   return numpy_array(std::move(values), {count, 2});
 }
 
-// A copy of boxes of the device, in host memory.
+// A copy of device boxes in host memory.
 class HostBoxes {
  public:
   explicit HostBoxes(const Boxes& there) : boxes_(there.size()) {
@@ -164,7 +164,7 @@ Result DeviceFinder::check(const BoxArray& a, const BoxArray* b) const {
   throng::Finder finder(options);
   const auto none = [](const Pair*, std::size_t) { return false; };
   const HostBoxes first(a.view());
-  // Before it hands out a pair, this form looks at all boxes.
+  // This form checks all boxes before it passes on the first pair.
   Result result = b ? finder.consume(first.view(), HostBoxes(b->view()).view(), none)
                     : finder.consume(first.view(), none);
   if (result.status == Status::stopped) result.status = Status::ok;

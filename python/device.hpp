@@ -1,4 +1,4 @@
-// Searches where the boxes lie on a GPU: what is found stays there.
+// Searches of boxes on a GPU; the pairs stay there.
 #pragma once
 
 #include <memory>
@@ -11,10 +11,10 @@
 
 namespace throng::python {
 
-// Whether this build can search there at all.
+// Whether this build supports it.
 bool gpu_is_built() noexcept;
 
-// A Finder of a GPU's: that of the first call.
+// A Finder of the GPU of the first call.
 class DeviceFinder {
  public:
   DeviceFinder(const Options& options, int device);
@@ -25,11 +25,11 @@ class DeviceFinder {
   int device() const noexcept { return device_; }
   std::size_t memory_bytes() const noexcept;
 
-  // (m, 2) uint32: on that device, for whoever speaks DLPack, or `to_host`, of NumPy. `b` may be
-  // null. The pairs are there when it returns, for any stream. What was told goes to `result`.
+  // (m, 2) uint32: on that device, with DLPack, or as NumPy with `to_host`. `b` may be null. The
+  // pairs are complete on return, for any stream. The counts go to `result`.
   nb::object find(const BoxArray& a, const BoxArray* b, std::uintptr_t stream, bool to_host,
                   Result& result);
-  // Whether boxes with lower > upper are among these, by a copy of them on the host.
+  // Whether any of these boxes has lower > upper, by a copy on the host.
   Result check(const BoxArray& a, const BoxArray* b) const;
 
  private:

@@ -1,4 +1,4 @@
-// In place of device.cpp where there is no GPU backend. No array of a GPU comes as far as this.
+// Replaces device.cpp in builds without a GPU backend. GPU arrays are refused before.
 #include "python/device.hpp"
 #include "python/errors.hpp"
 

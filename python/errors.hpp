@@ -1,5 +1,5 @@
-// Exceptions of the kinds that Python's users expect; each names the argument, what it was, and
-// what to give instead. All are called with the interpreter's lock held.
+// Exceptions of the conventional Python types; each names the argument, the value found, and the
+// fix. All functions need the interpreter's lock.
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ namespace nb = nanobind;
 [[noreturn]] void value_error(const std::string& text);
 [[noreturn]] void memory_error(const std::string& text);
 
-// "'text'", a number, or "a list": what an argument was, in few words.
+// "'text'", a number, or "a list": a short description of an argument.
 std::string described(nb::handle value);
 
-// What the library says, with the names and remedies of this language.
+// The library's message, with Python's names and fixes.
 std::string in_python(std::string text);
 
-// The exception for a call that was not ok; nothing for one that is.
+// The exception for a failed call; returns for one that is ok.
 void require_ok(const Result& result);
 
 }  // namespace throng::python

@@ -16,10 +16,10 @@
 namespace throng::python {
 namespace {
 
-// Room for pairs before it is known how many there are. Pages that are not written take no memory.
+// Initial pair capacity. Pages that are not written take no memory.
 constexpr std::size_t pairs_a_box = 16, fewest_pairs = 4096, most_pairs = std::size_t{1} << 27;
 
-// What a consumer says to a block: None, or the truth of anything else.
+// Interprets a consumer's result: None means continue, else its truth value.
 bool wants_more(nb::handle callback, const nb::object& block) {
   const auto answer = nb::steal(call_one(callback.ptr(), block.ptr()));
   if (!answer.is_valid()) throw nb::python_error();
@@ -68,7 +68,7 @@ void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<voi
   Body body{run};
   Signals signals{stop};
   {
-    // At the interpreter's end all threads of the pool may be asleep for ever.
+    // When the interpreter ends, the pool's threads may be blocked for ever.
     const bool aside = is_long && !is_ending();
     const Unlocked unlocked;
     const auto poll = [](void* s) { static_cast<Signals*>(s)->poll(); };
@@ -96,7 +96,7 @@ PairRooms::Room PairRooms::take(std::size_t capacity) {
     }
   }
   memory_error("no memory for the " + std::to_string(capacity) +
-               " pairs that there are; take them in blocks by Finder.consume");
+               " pairs; take them in blocks by Finder.consume");
 }
 
 void PairRooms::give(Room room) noexcept {
@@ -107,7 +107,7 @@ void PairRooms::give(Room room) noexcept {
   std::free(room.data);
 }
 
-// One call at a time: another thread, or the consumer itself, may come while the lock is let go.
+// One call at a time: while the lock is released, another thread or the consumer itself may call.
 class FinderObject::Busy {
  public:
   explicit Busy(FinderObject& finder) : finder_(finder) {
@@ -184,7 +184,7 @@ nb::object FinderObject::find_on_gpu(const BoxArray& a, const BoxArray* b, const
     on_gpu_ = std::make_unique<DeviceFinder>(finder_.options(), place.device);
   }
   nb::object pairs = on_gpu_->find(a, b, place.stream, to_host, result_);
-  // A GPU counts such boxes and keeps none apart; to name one they are looked at here.
+  // A GPU counts such boxes without an index; to name one, they are checked here.
   if (finder_.options().inverted == InvertedPolicy::refuse && result_.inactive != 0)
     require_ok(on_gpu_->check(a, b));
   return pairs;
@@ -223,7 +223,7 @@ nb::object FinderObject::find(const BoxArray& a, const BoxArray* b, const Place&
   has_found_ = true;
   const auto found = static_cast<std::size_t>(result_.found);
   if (once_) {
-    // The rest of the room goes back; what is large is not moved by this.
+    // Shrinks the buffer; large ones are not moved by this.
     const std::size_t kept = std::max<std::size_t>(found, 1);
     if (auto* data = static_cast<Pair*>(std::realloc(room.data, kept * sizeof(Pair)))) {
       room = {data, kept};
@@ -245,7 +245,7 @@ void FinderObject::consume(const BoxArray& a, const BoxArray* b, nb::handle call
   }
   const Busy busy(*this);
   std::optional<nb::python_error> raised;
-  // Each block is the callback's to keep, and blocks are small.
+  // The callback keeps each block, and blocks are small.
   auto consumer = [&](const Pair* pairs, std::size_t count) {
     const Locked locked;
     try {

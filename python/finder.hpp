@@ -1,4 +1,4 @@
-// The Finder that Python sees, and the long calls of the module.
+// The Finder of Python, and the long calls of the module.
 #pragma once
 
 #include <atomic>
@@ -18,16 +18,16 @@
 
 namespace throng::python {
 
-// Below so many boxes a search takes less than what anybody waits for, and a thread's turn counts.
+// Below this many boxes a search is too short to interrupt, and a switch of threads would matter.
 inline constexpr std::size_t long_from = 32768;
 
 // Runs `body` without the interpreter's lock. A long one runs on a thread of the pool, so that the
-// caller hears Ctrl-C: then *stop becomes true, and when the body has returned, what the signal's
-// handler raised is thrown.
+// caller notices Ctrl-C: then *stop becomes true, and after `body` the signal handler's exception
+// is thrown.
 void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<void()>& body);
 
-// Buffers for pairs. One that an array no longer needs serves the next search, so that a loop over
-// frames touches no fresh memory.
+// Buffers for pairs. A released array's buffer serves the next search, so a loop over frames
+// touches no fresh memory.
 class PairRooms {
  public:
   struct Room {
@@ -39,7 +39,7 @@ class PairRooms {
   PairRooms(const PairRooms&) = delete;
   PairRooms& operator=(const PairRooms&) = delete;
 
-  // MemoryError where there is none.
+  // MemoryError if there is none.
   Room take(std::size_t capacity);
   void give(Room room) noexcept;
 
@@ -51,14 +51,14 @@ class PairRooms {
 
 class FinderObject {
  public:
-  // `once`: what is found is all that is kept.
+  // `once`: only the result is kept.
   FinderObject(const Options& options, Rounding rounding, bool once);
 
-  // (m, 2) uint32. `b` may be null; both are of one type. What is found on a GPU stays there, or is
-  // copied `to_host`.
+  // (m, 2) uint32. `b` may be null; both have one type. GPU results stay there, or are copied
+  // `to_host`.
   nb::object find(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
-  // ValueError under Rounding::exact.
+  // ValueError for Rounding::exact.
   Explanation explain(const BoxArray& a, const BoxArray* b);
 
   Rounding rounding() const noexcept { return rounding_; }

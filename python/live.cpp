@@ -1,4 +1,4 @@
-// BroadPhase: objects that live.
+// BroadPhase: persistent objects.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -124,7 +124,7 @@ class LiveObject {
     const BoxArray given(boxes, "boxes", Rounding::none);
     if (given.size() != list.size()) {
       value_error("boxes: found " + std::to_string(given.size()) + " boxes for " +
-                  std::to_string(list.size()) + " ids; give one a box");
+                  std::to_string(list.size()) + " ids; give one per box");
     }
     change(list.size(), [&] { return live_.move(list.data(), given.view()); });
   }
@@ -211,7 +211,7 @@ class LiveObject {
     return nb::make_tuple(f.group, f.mask, f.owner, f.world, f.is_static != 0);
   }
 
-  // For a QueryObject: the library itself refuses what may not go on at once.
+  // For a QueryObject: the library itself refuses conflicting calls.
   const BroadPhase& objects() const noexcept { return live_; }
 
   std::uint64_t number(std::uint64_t (BroadPhase::*of)() const noexcept) const {
@@ -221,7 +221,7 @@ class LiveObject {
   }
 
  private:
-  // Ids as the library reads them, one beside the other.
+  // Ids as the library reads them: contiguous.
   class Ids {
    public:
     explicit Ids(nb::handle value) {
@@ -243,7 +243,7 @@ class LiveObject {
     std::unique_ptr<ObjectId[]> copy_;
   };
 
-  // What an object has, which must be alive.
+  // The filters of an object; ValueError unless it is alive.
   template <class Value>
   Value of_object(nb::handle id, Value (BroadPhase::*of)(ObjectId) const noexcept) const {
     const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
@@ -259,10 +259,11 @@ class LiveObject {
     return value;
   }
 
-  // No other call meanwhile, of whatever thread.
+  // Excludes calls from other threads.
   void alone(const std::function<void()>& body) const {
     if (busy_.exchange(true)) {
-      throw std::runtime_error("this BroadPhase is at work in another thread; take turns");
+      throw std::runtime_error(
+          "this BroadPhase is in use by another thread; make one call at a time");
     }
     struct End {
       std::atomic<bool>& busy;
@@ -271,7 +272,7 @@ class LiveObject {
     body();
   }
 
-  // One of the library's, without the interpreter's lock; `then` reads what it told.
+  // One library call without the interpreter's lock; `then` reads its result.
   template <class F, class Then>
   void call(bool is_long, const F& body, const Then& then) {
     alone([&] {
@@ -283,7 +284,7 @@ class LiveObject {
       then();
     });
   }
-  // Of `count` objects; the next update has more to do by them.
+  // For `count` objects; the next update has more work.
   template <class F>
   void change(std::size_t count, const F& body) {
     call(false, body, [&] { changed_ += count; });
@@ -300,7 +301,7 @@ class LiveObject {
 
   BroadPhase live_;
   Result result_;
-  std::size_t changed_ = 0;  // objects that calls have named since the last update
+  std::size_t changed_ = 0;  // objects named by calls since the last update
   std::atomic<bool> stop_{false};
   mutable std::atomic<bool> busy_{false};
 };
@@ -348,7 +349,7 @@ class QueryObject {
   void call(bool is_long, const F& body, const Then& then) {
     if (busy_.exchange(true)) {
       throw std::runtime_error(
-          "this BroadPhaseQuery is at work in another thread; give each thread one of its own");
+          "this BroadPhaseQuery is in use by another thread; give each thread its own");
     }
     struct End {
       std::atomic<bool>& busy;

@@ -1,6 +1,6 @@
-// Compiled without exceptions: so that pthread_cleanup_push needs no unwinding of this module's,
-// which has a C++ library and an unwinder of its own, and another than pthread_exit. The functions
-// here have nothing to destroy.
+// Compiled without exceptions, so that pthread_cleanup_push does not use this module's unwinder:
+// the module links its own C++ library and unwinder, and pthread_exit uses another. The functions
+// here have no destructors to run.
 #include "python/lock.hpp"
 
 #if defined(_WIN32)
@@ -23,7 +23,7 @@ namespace {
   }
 }
 
-// f(), which waits for the lock, or runs Python; the thread does not end in there.
+// f(), which waits for the lock or runs Python; the thread does not end inside.
 template <class F>
 void stay(const F& f) noexcept {
 #if defined(_WIN32)

@@ -1,18 +1,17 @@
-// The interpreter's lock. Who comes back to it when the interpreter is ending does not get it:
-// CPython up to 3.13 then ends the thread by pthread_exit, whose unwinding meets C++ functions that
-// may not be left so, and the process aborts. Here such a thread sleeps for ever, as CPython 3.14
-// lets it, and ends with the process. So no other file of the module lets go of the lock, or takes
-// it.
+// The interpreter's lock. A thread that requests it while the interpreter is ending does not get
+// it: CPython up to 3.13 then ends the thread by pthread_exit, which must not unwind C++ frames,
+// and the process aborts. Here such a thread blocks for ever, as CPython 3.14 does, and ends with
+// the process. So only this file releases and takes the lock.
 #pragma once
 
 #include <Python.h>
 
 namespace throng::python {
 
-// The interpreter is ending: none but the thread that ends it gets the lock. That thread has it.
+// The interpreter is ending: only the thread that ends it gets the lock. That thread holds it.
 inline bool is_ending() noexcept { return !Py_IsInitialized(); }
 
-// Lets go of the lock, which this thread has, as long as this lives.
+// Releases the lock, held by this thread, for its lifetime.
 class Unlocked {
  public:
   Unlocked() noexcept;
@@ -25,7 +24,7 @@ class Unlocked {
   PyThreadState* state_;
 };
 
-// Has the lock as long as this lives, on any thread.
+// Holds the lock for its lifetime, on any thread.
 class Locked {
  public:
   Locked() noexcept;
@@ -37,9 +36,8 @@ class Locked {
   PyGILState_STATE state_;
 };
 
-// function(argument), and whether a value is true, by Python's rules: what Python runs in there
-// lets others have the lock now and then. They answer and raise as PyObject_Call and
-// PyObject_IsTrue do.
+// function(argument), and whether a value is true, by Python's rules: Python code in there may
+// release the lock. Results and errors as for PyObject_Call and PyObject_IsTrue.
 PyObject* call_one(PyObject* function, PyObject* argument) noexcept;
 int is_true(PyObject* value) noexcept;
 

@@ -1,5 +1,5 @@
-// The module throng._throng: what the package throng (python/throng) is made of. Its own functions
-// take their arguments by place; names, defaults and what they mean stand in the package.
+// The module throng._throng, the base of the package throng (python/throng). Its functions take
+// positional arguments; names, defaults and docs are in the package.
 #include <memory>
 
 #include <nanobind/nanobind.h>
@@ -39,7 +39,7 @@ Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding, Pla
   return nullptr;
 }
 
-// Both of one type: float32 becomes float64 where it meets that.
+// Both get one type: float32 becomes float64 if the other is.
 Sets sets_of(nb::handle boxes, nb::handle other, const nb::tuple& filters,
              const nb::tuple& other_filters, Rounding rounding, Place* place = nullptr) {
   Sets s;

@@ -26,7 +26,7 @@ T choice(nb::handle value, const char* name, std::initializer_list<std::pair<con
 }  // namespace
 
 unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most) {
-  const std::string wanted = ", wanted a whole number from 0 to " + std::to_string(most);
+  const std::string wanted = ", wanted an integer from 0 to " + std::to_string(most);
   const nb::object index = nb::steal(PyNumber_Index(value.ptr()));
   if (!index.is_valid()) {
     PyErr_Clear();

@@ -1,4 +1,4 @@
-// What Python's keywords ask for, as the library's options.
+// Python's keyword arguments as the library's options.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ NanPolicy nan_of(nb::handle value);
 InvertedPolicy inverted_of(nb::handle value);
 Isa isa_of(nb::handle value);
 SweepHits hits_of(nb::handle value);
-// A whole number, 0 to `most`.
+// An integer, 0 to `most`.
 unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most);
 
 }  // namespace throng::python

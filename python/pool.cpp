@@ -13,12 +13,12 @@ unsigned processors() noexcept {
   return n > 0 ? n : 1u;
 }
 
-// Never freed: its threads may outlive everything that is destroyed at the end of the process.
+// Never freed: its threads may outlive all static destructors.
 std::atomic<Pool*> the_pool{nullptr};
 
 }  // namespace
 
-// Lies on the stack of who waits for it; touched under the lock alone, but for task and context.
+// On the stack of the waiting caller; accessed under the lock, except task and context.
 struct Pool::Job {
   void (*task)(void*, unsigned);
   void* context;
@@ -35,7 +35,7 @@ bool Pool::start(unsigned threads) {
     try {
       std::thread([this] { work(); }).detach();
     } catch (const std::system_error&) {
-      break;  // those that are there, and the caller, do the work
+      break;  // the existing threads and the caller do the work
     }
     ++threads_;
   }
@@ -50,7 +50,8 @@ void Pool::append(Job& job) noexcept {
   last_ = &job;
 }
 
-// One task of the job, which has one left. The job may be gone when this returns to a worker.
+// Runs one task of the job, which has one left. The job may be destroyed when this returns to a
+// worker.
 void Pool::take_one(Job& job, std::unique_lock<std::mutex>& lock) {
   const unsigned index = job.next++;
   if (job.next == job.count) {
@@ -81,7 +82,7 @@ void Pool::run(unsigned count, void (*task)(void*, unsigned), void* context) {
   if (count == 0) return;
   Job job{task, context, count};
   std::unique_lock<std::mutex> lock(mutex_);
-  // The caller does its share, so that this ends even if all threads are busy with other searches.
+  // The caller works too, so that this ends even if all threads are busy with other searches.
   start(count - 1);
   append(job);
   for (unsigned i = 1; i < count; ++i) wake_.notify_one();
@@ -97,7 +98,7 @@ bool Pool::run_aside(void (*body)(void*), void* context, void (*poll)(void*), vo
   Job job{[](void* a, unsigned) { static_cast<Aside*>(a)->body(static_cast<Aside*>(a)->context); },
           &aside, 1};
   std::unique_lock<std::mutex> lock(mutex_);
-  // One more than the search can use while its caller only waits.
+  // One thread more than the search can use, as its caller only waits.
   if (!start(processors())) return false;
   append(job);
   wake_.notify_one();

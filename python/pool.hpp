@@ -1,4 +1,4 @@
-// Threads of the module's own: a wheel brings them along, and they wait for the next search.
+// The module's thread pool: part of the wheel; its threads wait for the next search.
 #pragma once
 
 #include <condition_variable>
@@ -8,27 +8,27 @@
 
 namespace throng::python {
 
-// There is one for the whole process. Its threads start when they are first needed and end with
-// the process; they never touch Python but in a consumer, which takes the interpreter's lock.
+// One pool per process. Its threads start on demand and end with the process; they call Python only
+// in a consumer, which takes the interpreter's lock.
 class Pool {
  public:
   // Executor::run, of executor().
   void run(unsigned count, void (*task)(void* context, unsigned index), void* context);
   // body(context) on one of the threads, while the caller calls poll(poll_context) every 30 ms.
-  // False where no thread can be started: nothing was called.
+  // False if no thread can be started: nothing was called.
   bool run_aside(void (*body)(void* context), void* context, void (*poll)(void* context),
                  void* poll_context);
 
  private:
   struct Job;
-  bool start(unsigned threads);  // under the lock; true where there is a thread
+  bool start(unsigned threads);  // under the lock; true if there is a thread
   void append(Job& job) noexcept;
   void take_one(Job& job, std::unique_lock<std::mutex>& lock);
   void work();
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  Job* first_ = nullptr;  // jobs with tasks that nobody has taken
+  Job* first_ = nullptr;  // jobs with unclaimed tasks
   Job* last_ = nullptr;
   unsigned threads_ = 0;
 };
@@ -36,7 +36,7 @@ class Pool {
 Pool& pool();
 // An executor on that pool, with a task for each processor that this process may use.
 const Executor& executor();
-// After a fork the child has none of the threads: it begins with a new pool.
+// A forked child has none of the threads: it starts with a new pool.
 void forget_threads();
 
 }  // namespace throng::python

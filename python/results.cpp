@@ -1,4 +1,4 @@
-// What searches tell, as Python's objects: Result and what is in it, Explanation.
+// The results of searches as Python objects: Result and its parts, Explanation.
 #include <cstdio>
 #include <string>
 
@@ -45,8 +45,8 @@ void bind_result(nb::module_& m) {
       .def_prop_ro(
           "columns",
           [](const Plan& p) { return nb::make_tuple(p.columns[0], p.columns[1], p.columns[2]); },
-          "how many columns, or finest cells, along each axis")
-      .def_ro("expected_ns", &Plan::expected_ns, "what the planner thought it would cost")
+          "number of columns, or finest cells, along each axis")
+      .def_ro("expected_ns", &Plan::expected_ns, "the planner's cost estimate")
       .def_prop_ro(
           "reason", [](const Plan& p) { return p.reason; }, "one sentence")
       .def("__repr__", [](const Plan& p) {
@@ -54,17 +54,17 @@ void bind_result(nb::module_& m) {
                throng::to_string(p.isa) + "', threads=" + std::to_string(p.threads) + ", reason='" +
                p.reason + "')";
       });
-  nb::class_<Result>(m, "Result", "What a search tells beside its pairs.")
+  nb::class_<Result>(m, "Result", "Counts, plan and times of a search.")
       .def_prop_ro(
           "status", [](const Result& r) { return throng::to_string(r.status); },
           "'ok', or 'stopped' where a consumer wanted no more")
-      .def_ro("found", &Result::found, "pairs there are")
+      .def_ro("found", &Result::found, "number of pairs found")
       .def_ro("written", &Result::written, "pairs returned, or handed to the consumer")
       .def_ro("inactive", &Result::inactive,
               "boxes that overlap nothing: lower > upper, or a NaN where allowed")
       .def_ro("comparisons", &Result::comparisons, "candidate pairs compared")
       .def_ro("visited", &Result::visited,
-              "cells, columns, records and tree nodes looked into, beside comparisons")
+              "cells, columns, records and tree nodes visited, in addition to comparisons")
       .def_ro("plan", &Result::plan)
       .def_ro("times", &Result::times)
       .def("__repr__", [](const Result& r) {
@@ -80,46 +80,45 @@ void bind_explanation(nb::module_& m) {
   using SizeClass = Explanation::SizeClass;
   using LargeBox = Explanation::LargeBox;
   using DenseCell = Explanation::DenseCell;
-  nb::class_<SizeClass>(m, "SizeClass", "Boxes whose largest extents are alike.")
-      .def_ro("least", &SizeClass::from, "their extent is this or more, in units of your world")
-      .def_ro("below", &SizeClass::below, "and less than this; 0: boxes of no extent")
+  nb::class_<SizeClass>(m, "SizeClass", "Boxes of similar largest extent.")
+      .def_ro("least", &SizeClass::from, "lower limit of their extent (inclusive), in world units")
+      .def_ro("below", &SizeClass::below, "upper limit (exclusive); 0: boxes of no extent")
       .def_ro("boxes", &SizeClass::boxes, "how many")
       .def_ro("cells_per_box", &SizeClass::cells_per_box, "0 where there are no cells");
   nb::class_<LargeBox>(m, "LargeBox", "One of the largest boxes.")
       .def_ro("index", &LargeBox::index)
-      .def_ro("in_second_set", &LargeBox::in_second_set, "whether `other` is where it stands")
-      .def_ro("extent", &LargeBox::extent, "the largest of the three, in units of your world")
-      .def_ro("cells", &LargeBox::cells, "how many it touches");
+      .def_ro("in_second_set", &LargeBox::in_second_set, "whether it belongs to `other`")
+      .def_ro("extent", &LargeBox::extent, "the largest of the three, in world units")
+      .def_ro("cells", &LargeBox::cells, "number of cells that it touches");
   nb::class_<DenseCell>(m, "DenseCell", "One of the cells with the most boxes.")
       .def_prop_ro(
           "bounds", [](const DenseCell& c) { return bounds(c.bounds); },
-          "lower x, y, z, upper x, y, z; the outermost cells go on to infinity")
+          "lower x, y, z, upper x, y, z; the outermost cells extend to infinity")
       .def_ro("boxes", &DenseCell::boxes, "how many");
   using CellClass = Explanation::CellClass;
-  nb::class_<CellClass>(m, "CellClass", "Cells with alike numbers of boxes.")
-      .def_ro("least", &CellClass::from, "they have so many boxes or more")
-      .def_ro("below", &CellClass::below, "and fewer than this")
+  nb::class_<CellClass>(m, "CellClass", "Cells with similar numbers of boxes.")
+      .def_ro("least", &CellClass::from, "lower limit of their number of boxes (inclusive)")
+      .def_ro("below", &CellClass::below, "upper limit (exclusive)")
       .def_ro("cells", &CellClass::cells, "how many")
-      .def_ro("boxes", &CellClass::boxes, "in all of them");
+      .def_ro("boxes", &CellClass::boxes, "number of boxes in all of them");
   nb::class_<Explanation>(m, "Explanation", "Why a search costs what it does.")
-      .def_ro("result", &Explanation::result, "of the search that is explained")
+      .def_ro("result", &Explanation::result, "of the explained search")
       .def_ro("boxes", &Explanation::boxes, "of both sets, inactive ones included")
-      .def_ro("cells", &Explanation::cells, "of the grid; 0: there is no one grid for all boxes")
+      .def_ro("cells", &Explanation::cells, "of the grid; 0: there is no single grid for all boxes")
       .def_ro("entries", &Explanation::entries,
-              "boxes in cells: a box is in every cell that it touches")
+              "entries of boxes in cells: a box is in every cell that it touches")
       .def_ro("occupied", &Explanation::occupied, "cells with a box in them")
       .def_ro("tests_per_pair", &Explanation::tests_per_pair,
-              "candidate pairs compared for each found; 0: none was found")
-      .def_ro("tests_per_box", &Explanation::tests_per_box, "and for each box")
-      .def_ro("memory_bytes", &Explanation::memory_bytes, "that the Finder holds")
+              "candidate pairs compared per pair found; 0: none was found")
+      .def_ro("tests_per_box", &Explanation::tests_per_box, "and per box")
+      .def_ro("memory_bytes", &Explanation::memory_bytes, "held by the Finder")
       .def_ro("size_classes", &Explanation::size_classes,
-              "by largest extent, a factor of two from class to class, the smallest first")
+              "by largest extent, in classes of a factor of two, the smallest first")
       .def_ro("largest", &Explanation::largest, "up to ten boxes")
       .def_ro("densest", &Explanation::densest, "up to ten cells")
-      .def_ro(
-          "cell_classes", &Explanation::cell_classes,
-          "cells by how many boxes are in them, a factor of two from class to class, the emptiest "
-          "first; empty cells are in none")
+      .def_ro("cell_classes", &Explanation::cell_classes,
+              "cells by number of boxes, in classes of a factor of two, the emptiest "
+              "first; without empty cells")
       .def_prop_ro(
           "occupancy",
           [](const Explanation& e) {
@@ -133,7 +132,7 @@ void bind_explanation(nb::module_& m) {
           "boxes in each cell, uint32 by x, y, z; of shape (0, 0, 0) where there are no cells")
       .def_prop_ro(
           "grid", [](const Explanation& e) { return bounds(e.grid); },
-          "lower x, y, z, upper x, y, z: what the cells divide into equal parts")
+          "lower x, y, z, upper x, y, z: the region that the cells divide into equal parts")
       .def_prop_ro(
           "memory",
           [](const Explanation& e) {
@@ -141,9 +140,9 @@ void bind_explanation(nb::module_& m) {
             for (const Explanation::Part& part : e.memory) parts[part.what] = part.bytes;
             return parts;
           },
-          "what the memory is for, in bytes")
+          "memory by purpose, in bytes")
       .def_ro("advice", &Explanation::advice,
-              "what would make it faster, each a sentence with its reason")
+              "suggestions to make it faster, each a sentence with its reason")
       .def("__repr__", [](const Explanation& e) {
         return "Explanation(boxes=" + std::to_string(e.boxes) +
                ", cells=" + std::to_string(e.cells) + ", tests_per_box=" + fixed(e.tests_per_box) +

@@ -1,4 +1,4 @@
-// Scenes by rule, and .npy files by the rules of the program.
+// Generated scenes, and .npy files by the rules of the program.
 #include "python/scenes.hpp"
 
 #include <algorithm>
@@ -118,7 +118,7 @@ nb::object load_boxes(const std::string& path, nb::handle round) {
 }
 
 void save_boxes(const std::string& path, const nb::list& frames) {
-  // Each frame a list item, so that what is a frame follows the rules of every search.
+  // Each frame becomes a list item, with the array rules of every search.
   const std::size_t frame_count = nb::len(frames);
   if (frame_count == 0) value_error("boxes: found no frame, wanted at least one");
   try {

@@ -1,5 +1,4 @@
-// What the module has beside its searches: what they tell, scenes and files, boxes of bodies,
-// objects that live.
+// The module's other parts: results, scenes and files, boxes of bodies, persistent objects.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -66,7 +66,7 @@ struct Inexact {
   double value;
 };
 
-// The rows of `a` as floats; the first value that is none, NaN apart.
+// The rows of `a` as floats; reports the first value that is not a float32, except NaN.
 std::optional<Inexact> to_floats(const AnyArray& a, float* out) {
   const auto* data = static_cast<const double*>(a.data());
   for (std::size_t i = 0; i < a.shape(0); ++i) {
@@ -83,7 +83,7 @@ std::optional<Inexact> to_floats(const AnyArray& a, float* out) {
   return {};
 }
 
-// Rows of float64 as ones of float32, or a ValueError.
+// Converts float64 rows to float32, or throws a ValueError.
 std::shared_ptr<float[]> rows_of_floats(const AnyArray& a, const std::string& name) {
   require_aligned(a, name, sizeof(double));
   std::shared_ptr<float[]> rows(new (std::nothrow) float[a.size()]);
@@ -100,8 +100,8 @@ std::shared_ptr<float[]> rows_of_floats(const AnyArray& a, const std::string& na
   value_error(
       name + ": the float64 at [" + std::to_string(bad->row) + ", " + std::to_string(bad->column) +
       "] is " + number +
-      ", which no float32 equals; rounding it can lose containment: a box that does not hold "
-      "its body, a hit that is missed; where that does no harm, give " +
+      ", which no float32 equals; rounding it can lose containment: a box that does not contain "
+      "its body, a missed hit; where that is acceptable, give " +
       name + ".astype(numpy.float32)");
 }
 
@@ -112,7 +112,7 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
                          Place* place) {
   if (value.is_none()) return {};
   const std::string wanted =
-      std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value a box";
+      std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value per box";
   AnyArray a = import_array(value, name, wanted, place);
   if (a.ndim() != 1 || a.shape(0) != count) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
@@ -128,13 +128,14 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
   }
   if (place && place->on_gpu) {
     type_error(name + ": found " + described(a) + " on " + place->name() +
-               ", where nothing is converted; wanted " + wanted + ", aligned, in rising order");
+               ", where values are not converted; wanted " + wanted +
+               ", aligned, with a positive stride");
   }
   if (!aligned)
     value_error(name + ": its values are not aligned; give a copy: " + name + ".copy()");
   auto values = std::shared_ptr<T[]>(new T[count]);
   bool known = false;
-  // A flag that runs backwards is read as the byte that it is.
+  // A flag with a negative stride is read as its byte.
   const Misfit bad =
       is_flag ? convert<T, std::uint8_t>(a, values.get()) : convert_any(a, values.get(), known);
   if (!known && !is_flag) type_error(name + ": found " + described(a) + ", wanted " + wanted);
@@ -184,7 +185,7 @@ Strided<T> rows_of(const AnyArray& a, const std::string& name, const std::string
   if (a.stride(1) != 1 || (a.shape(0) > 1 && a.stride(0) < 0) ||
       reinterpret_cast<std::uintptr_t>(a.data()) % alignof(float) != 0) {
     value_error(name +
-                ": the values of a row must lie together, rows in rising order; "
+                ": the values of a row must be contiguous, the row stride positive; "
                 "numpy.ascontiguousarray(" +
                 name + ") makes that");
   }
@@ -208,7 +209,7 @@ Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::
   std::string wanted = "float32 of shape ";
   if (dimensions == 2) wanted += rows_text(n, 2) + " or ";
   wanted += rows_text(n, 3);
-  if (value.is_none()) type_error(name + ": found None, wanted " + wanted + ", one a box");
+  if (value.is_none()) type_error(name + ": found None, wanted " + wanted + ", one per box");
   const AnyArray a = import_array(value, name, wanted);
   if (dimensions != 2 || a.ndim() != 2 || a.shape(1) != 2)
     return rows_of<Vec3>(a, name, wanted, n, kept);

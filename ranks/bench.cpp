@@ -32,14 +32,14 @@ struct Arguments {
   Where where;
 };
 
-// What each box is, and where it is at home: who holds it.
+// The boxes that this rank holds, with their ids.
 struct Slice {
   std::vector<std::uint64_t> ids;
   std::vector<Box> boxes;
 };
 
-// The boxes of frame f for which `mine` says so. Every rank makes all boxes by rule, so that
-// nothing but what is measured is sent.
+// The boxes of frame f selected by `mine`. Every rank generates all boxes, so that only measured
+// traffic is sent.
 template <class Mine>
 Slice make(const scene::Scene& scene, std::size_t f, Mine&& mine) {
   Slice slice;
@@ -81,7 +81,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   std::vector<double> times;
   const std::uint64_t begin = slice_begin(objects, rank, size);
   const std::uint64_t end = slice_begin(objects, rank + 1, size);
-  // The first frames cut space and balance it; then each rank has what is at home with it.
+  // The first frames partition and balance; after them each rank holds the boxes that it owns.
   for (std::size_t f = 0; f < a.frames + 4; ++f) {
     const bool first = f == 0;
     const Slice slice = make(scene, f, [&](std::size_t i, const Box& box) {
@@ -121,9 +121,9 @@ void run(const Arguments& a) {
   counts.push_back(size_of(world));
   report::Table table(
       fmt::format("{}: {} boxes{}", a.scene, report::format_count(objects),
-                  a.weak ? " a rank (weak scaling)" : " (strong scaling)"),
-      {"ranks", "boxes", "pairs", "ms", "work a box", "most work, of 1 rank's", "imbalance",
-       "copies a box", "of the least", "sent by a rank", "in messages", "to balance"});
+                  a.weak ? " per rank (weak scaling)" : " (strong scaling)"),
+      {"ranks", "boxes", "pairs", "ms", "work per box", "max work / 1 rank's", "imbalance",
+       "copies per box", "copies / minimum", "max sent per rank", "max messages", "for balance"});
   double first_work = 0;
   std::string buffers;
   for (const int k : counts) {
@@ -156,8 +156,7 @@ void run(const Arguments& a) {
   table.add_note(
       "Median time of frames in which all boxes move. Work is counted: comparisons, boxes, pairs.");
   if (!buffers.empty()) {
-    table.add_note(
-        fmt::format("Boxes and pairs lie in device memory, which goes to MPI {}.", buffers));
+    table.add_note(fmt::format("Boxes and pairs are in device memory, passed to MPI {}.", buffers));
   }
   say(table.text(), world);
   together(world, [&] {
@@ -169,8 +168,8 @@ void run(const Arguments& a) {
 }
 
 const char* help_text =
-    R"(Runs on 1, 2, 4, ... of the ranks, up to all. Strong scaling: the boxes are shared out; with --weak
-each rank adds as many.
+    R"(Runs on 1, 2, 4, ... of the ranks, up to all. Strong scaling: a fixed number of boxes; with --weak
+that number per rank.
 
 Examples:
   mpirun -n 8 throng bench --mpi --objects 1M
@@ -182,17 +181,18 @@ Run add_bench(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
   CLI::App& app = *program.add_subcommand("bench", "Strong and weak scaling");
   app.footer(help_text);
-  app.add_option("--scene", a->scene, "as of 'throng scene' (uniform)")->type_name("NAME");
-  app.add_option("--objects", a->objects, "in all, or with --weak a rank (100K)")->type_name("N");
-  app.add_flag("--weak", a->weak, "as many boxes more with each rank");
-  app.add_flag("--parts", a->parts, "what lies far apart in a region is searched in parts");
+  app.add_option("--scene", a->scene, "a scene of 'throng scene' (uniform)")->type_name("NAME");
+  app.add_option("--objects", a->objects, "in total, or with --weak per rank (100K)")
+      ->type_name("N");
+  app.add_flag("--weak", a->weak, "weak scaling: --objects is the number per rank");
+  app.add_flag("--parts", a->parts, "search groups that lie far apart in a region separately");
   app.add_option_function<std::string>("--frames",
                                        program::count_into(a->frames, "--frames", 1, 100000),
-                                       "to take the median of (5)")
+                                       "frames to take the median of (5)")
       ->type_name("F");
   a->where.add_to(app);
   app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
-                                       "of each rank (1)")
+                                       "threads per rank (1)")
       ->type_name("N");
   app.add_option("-o,--output", a->csv, "write the table")->type_name("FILE.csv");
   return [a] { run(*a); };

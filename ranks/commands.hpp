@@ -1,4 +1,5 @@
-// The commands. Each adds itself to the command line; what it returns runs it, on every rank.
+// The subcommands. Each add_ function registers one; the function that it returns runs it, on every
+// rank.
 #pragma once
 
 #include <functional>

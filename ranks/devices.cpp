@@ -14,7 +14,7 @@ namespace {
 constexpr const char* names[] = {"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID",
                                  "MV2_COMM_WORLD_LOCAL_RANK", "SLURM_LOCALID"};
 
-// A folder each, where Linux has NVIDIA's driver.
+// With NVIDIA's driver, Linux has one folder per GPU.
 std::size_t count_gpus() {
   std::error_code none;
   const std::filesystem::directory_iterator gpus("/proc/driver/nvidia/gpus", none);

@@ -1,5 +1,6 @@
-// Several GPUs, a rank each. What is current is the process's first GPU: of the ranks of a machine
-// each must see another one first, and before MPI starts, as an MPI that knows of CUDA wakes it.
+// Assigns one GPU to each rank. The library uses the process's first visible GPU, so each rank of a
+// machine must see a different one first. Set before MPI_Init, since a CUDA-aware MPI initialises
+// the GPU.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +8,12 @@
 
 namespace throng::ranks {
 
-// The value that CUDA_VISIBLE_DEVICES is to have for one of the ranks of a machine: one of what it
-// has, or of so many GPUs where it is null, in turn. Empty: it stays as it is; so where a launcher
-// gave each rank its own.
+// The value of CUDA_VISIBLE_DEVICES for one rank of a machine: round-robin over the devices in
+// `visible`, or over `gpus` GPUs if it is null. Empty: leave it unchanged, e.g. if the launcher
+// already set one device per rank.
 std::string device_for(const char* rank_on_machine, const char* visible, std::size_t gpus);
 
-// Sets it for this process, by what the launcher's environment tells. Before MPI_Init.
+// Sets CUDA_VISIBLE_DEVICES for this process from the launcher's environment. Call before MPI_Init.
 void choose_device();
 
 }  // namespace throng::ranks

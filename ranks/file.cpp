@@ -18,7 +18,7 @@ using program::Failure;
 
 namespace {
 
-constexpr std::size_t piece = std::size_t{1} << 28;  // a count in MPI is an int
+constexpr std::size_t piece = std::size_t{1} << 28;  // MPI counts are int
 
 void check(int code, const std::string& path, const char* what) {
   if (code == MPI_SUCCESS) return;
@@ -55,7 +55,7 @@ std::uint64_t slice_begin(std::uint64_t n, int rank, int size) noexcept {
   return n / s * r + std::min(n % s, r);
 }
 
-// Each rank opens the file on its own, so that one that cannot is told from one that can.
+// Each rank opens the file independently, so that the ranks that fail are known.
 void BoxSlices::open() {
   check(MPI_File_open(MPI_COMM_SELF, path_.c_str(), MPI_MODE_RDONLY, MPI_INFO_NULL, &file_), path_,
         "cannot be opened");
@@ -143,7 +143,7 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
   MPI_Exscan(&mine, &before, 1, MPI_UINT64_T, MPI_SUM, comm);
   if (rank_of(comm) == 0) before = 0;
   const std::string header = scene::format_npy_header(scene::native_descr('u', 8), {total, 2});
-  // Rank 0 makes it, empty; then each writes its own part.
+  // Rank 0 creates the file, empty; then each rank writes its part.
   const auto open = [&](int mode, MPI_File& file) {
     check(MPI_File_open(MPI_COMM_SELF, temporary.c_str(), mode, MPI_INFO_NULL, &file), path,
           "cannot be written");

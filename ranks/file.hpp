@@ -1,4 +1,4 @@
-// One .npy file over all ranks, by MPI-IO: each reads its slice of the boxes, and writes its pairs.
+// Parallel .npy files by MPI-IO: each rank reads its slice of the boxes, and writes its pairs.
 #pragma once
 
 #include <mpi.h>
@@ -14,13 +14,13 @@
 
 namespace throng::ranks {
 
-// Of n things the first that rank `rank` of `size` has; rank + 1 gives the end.
+// The index of the first of n items of rank `rank` of `size`; rank + 1 gives the end.
 std::uint64_t slice_begin(std::uint64_t n, int rank, int size) noexcept;
 
-// float32 in this machine's byte order and C order, of shape (n, 6) or (frames, n, 6).
+// A file of float32 in native byte order and C order, of shape (n, 6) or (frames, n, 6).
 class BoxSlices {
  public:
-  // Collective. Throws Failure on every rank where one cannot open it, or sees another file.
+  // Collective. Throws Failure on every rank if one cannot open the file, or sees a different one.
   BoxSlices(const std::string& path, MPI_Comm comm);
   ~BoxSlices();
   BoxSlices(const BoxSlices&) = delete;
@@ -29,7 +29,7 @@ class BoxSlices {
   std::uint64_t count() const noexcept { return count_; }
   std::uint64_t frames() const noexcept { return frames_; }
   std::uint64_t begin() const noexcept { return begin_; }
-  // Collective: this rank's boxes of frame f.
+  // Collective. Returns this rank's boxes of frame f.
   std::vector<Box> read(std::uint64_t f) const;
 
  private:
@@ -41,8 +41,8 @@ class BoxSlices {
   std::uint64_t count_ = 0, frames_ = 1, begin_ = 0, end_ = 0, offset_ = 0, file_bytes_ = 0;
 };
 
-// This rank's slice of a file of one value a box, whatever integers it holds. Each rank reads it
-// whole: it is a sixth of the boxes or less.
+// This rank's slice of a file with one integer per box. Each rank reads the whole file, at most a
+// sixth of the size of the boxes.
 template <class T>
 std::vector<T> slice(std::vector<T> all, int rank, int size) {
   const auto at = [&](int r) {
@@ -51,11 +51,11 @@ std::vector<T> slice(std::vector<T> all, int rank, int size) {
   return std::vector<T>(at(rank), at(rank + 1));
 }
 
-// Collective: scene::check_outputs by rank 0.
+// Collective. Rank 0 runs scene::check_outputs.
 void check_output(const scene::NamedFile& output, const std::vector<scene::NamedFile>& inputs,
                   MPI_Comm comm);
-// Collective: uint64 of shape (pairs, 2), the pairs of rank 0 first. It appears under its name when
-// it is complete.
+// Collective. Writes uint64 of shape (pairs, 2), ordered by rank. The file gets its name when it is
+// complete.
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm);
 
 }  // namespace throng::ranks

@@ -1,4 +1,4 @@
-// throng-mpi: the search across MPI ranks, from the command line.
+// throng-mpi: the command line program of the search across MPI ranks.
 #include <mpi.h>
 
 #include <cstdio>
@@ -27,7 +27,7 @@ int dispatch(int argc, char** argv) {
   app.require_subcommand(1);
   const std::vector<std::pair<std::string, Run>> runs = {
       {"pairs", add_pairs(app)}, {"bench", add_bench(app)}, {"model", add_model(app)}};
-  // What is wrong with the words is wrong on every rank; or else only there, and is told to all.
+  // Parse errors normally occur on every rank; together() handles those on some ranks only.
   int status = program::exit_done;
   bool parsed = false;
   together(MPI_COMM_WORLD, [&] {
@@ -55,11 +55,11 @@ int guarded(int argc, char** argv) {
     words = failure.what();
     status = failure.status();
   } catch (const std::bad_alloc&) {
-    // No room for more than the plain words.
+    // no memory for a longer message
   } catch (const std::exception& failure) {
     words = failure.what();
   }
-  // One line of each rank: which of them a user gets to see is the launcher's choice.
+  // One line per rank; the launcher decides which of them the user sees.
   std::fputs(("throng-mpi: " + words + "\n").c_str(), stderr);
   return status;
 }

@@ -1,4 +1,4 @@
-// Boxes in the memory of this rank's GPU, and pairs from there.
+// Copies boxes to the memory of this rank's GPU, and pairs back.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace throng::ranks {
 
-// On the GPU that is current. A build without CUDA has none, and says so.
+// Uses the current GPU. Throws in a build without CUDA.
 class DeviceCopy {
  public:
   DeviceCopy() = default;
@@ -15,7 +15,7 @@ class DeviceCopy {
   DeviceCopy(const DeviceCopy&) = delete;
   DeviceCopy& operator=(const DeviceCopy&) = delete;
 
-  // The same boxes, filters and ids there, good until the next call. Throws program::Failure.
+  // Copies boxes, filters and ids; valid until the next call. Throws program::Failure.
   mpi::RankBoxes load(const mpi::RankBoxes& host);
 
  private:
@@ -25,7 +25,7 @@ class DeviceCopy {
   std::vector<void*> held_;
 };
 
-// Pairs of device memory in host memory. Throws program::Failure.
+// Copies pairs from device to host memory. Throws program::Failure.
 std::vector<Pair64> fetch(const mpi::Pairs64& pairs);
 
 }  // namespace throng::ranks

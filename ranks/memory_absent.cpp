@@ -1,4 +1,4 @@
-// In place of memory.cpp, in a build without CUDA.
+// Replaces memory.cpp in a build without CUDA.
 #include "program/failure.hpp"
 #include "ranks/memory.hpp"
 

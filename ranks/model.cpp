@@ -1,5 +1,5 @@
-// throng-mpi model: what each rank of many would hold and send, by the decomposition itself without
-// the ranks. Unit cubes anywhere in a cube, half a pair a box.
+// throng-mpi model: estimates what each of many ranks would hold and send, by running the
+// partitioning alone. Unit cubes at random in a cube, half a pair per box.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -27,7 +27,7 @@ using mpi::Key;
 struct Arguments {
   std::vector<double> objects = {1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
   std::vector<int> ranks = {1, 8, 64, 512, 4096, 32768, 100000};
-  double least = 1000;  // boxes a rank, below which a row is left out
+  double least = 1000;  // minimum boxes per rank; other rows are omitted
 };
 
 constexpr double record = 32;  // bytes of a box and its id
@@ -36,9 +36,9 @@ struct Cost {
   double copies_mean = 0, copies_most = 0, messages_mean = 0, messages_most = 0;
 };
 
-// Points stand for all boxes: enough that each region has a hundred and a half.
+// Partitions a sample of the boxes, large enough for 160 points per region.
 Cost simulate(double objects, int ranks) {
-  const double side = 2 * std::cbrt(objects);  // half a pair a box: 8 n / side^3 = 1
+  const double side = 2 * std::cbrt(objects);  // half a pair per box: 8 n / side^3 = 1
   const auto count = static_cast<std::size_t>(std::min(objects, 160.0 * ranks));
   std::vector<mpi::Point> points(count);
   const scene::Random random(1, 1);
@@ -61,9 +61,9 @@ Cost simulate(double objects, int ranks) {
       const double low = first ? 0 : static_cast<double>(mpi::float_of(b.lower[k]));
       const double high = last ? side : static_cast<double>(mpi::float_of(b.upper[k]));
       volume *= high - low;
-      // A box reaches here from one unit below, where there is a region below.
+      // A box up to one unit below overlaps this region, if there is a region below.
       grown *= high - low + (first ? 0 : 1);
-      // Whom this rank's boxes reach: their lower corners are here, their upper ones one above.
+      // The extent of this rank's boxes: lower corners in the region, upper ones one unit further.
       reach.lower[k] = mpi::key_of(static_cast<float>(low));
       reach.upper[k] = mpi::key_of(static_cast<float>(std::min(high + 1, side)));
     }
@@ -82,9 +82,9 @@ std::string short_of(double n) { return fmt::format("{:.0e}", n); }
 
 void run(const Arguments& a) {
   if (rank_of(MPI_COMM_WORLD) != 0) return;
-  report::Table table("Unit cubes, half a pair a box",
-                      {"boxes", "ranks", "boxes a rank", "copies a rank, mean", "most",
-                       "bytes, mean", "messages, mean", "most", "of the least"});
+  report::Table table("Unit cubes, half a pair per box",
+                      {"boxes", "ranks", "boxes per rank", "copies per rank, mean", "max",
+                       "bytes, mean", "messages, mean", "max", "copies / minimum"});
   for (const double n : a.objects) {
     for (const int ranks : a.ranks) {
       if (ranks < 1)
@@ -108,10 +108,11 @@ void run(const Arguments& a) {
 
 Run add_model(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
-  CLI::App& app = *program.add_subcommand("model", "What ranks would send that are not here");
+  CLI::App& app =
+      *program.add_subcommand("model", "Estimate the traffic of many ranks without running them");
   app.add_option("--objects", a->objects, "such as 1e6,1e9")->delimiter(',')->type_name("N,...");
   app.add_option("--ranks", a->ranks, "such as 8,64")->delimiter(',')->type_name("P,...");
-  app.add_option("--least", a->least, "boxes a rank, below which a row is left out (1000)")
+  app.add_option("--least", a->least, "minimum boxes per rank; omit other rows (1000)")
       ->type_name("N");
   return [a] { run(*a); };
 }

@@ -1,4 +1,4 @@
-// throng-mpi pairs: finds the pairs of one file of boxes, each rank with its slice of it.
+// throng-mpi pairs: finds the pairs of one file of boxes; each rank reads a slice.
 #include <chrono>
 #include <memory>
 #include <string>
@@ -46,7 +46,7 @@ Strided<T> strided(const std::vector<T>& values, const std::string& path) {
   return path.empty() ? Strided<T>{} : Strided<T>{values.data(), values.size()};
 }
 
-// A filter of no values is still there where the file was given: null would mean none.
+// An empty filter array is still present if a file was given; null would mean absent.
 Filters filters_of(const Values& v, const Arguments& a) {
   return {strided(v.group, a.group), strided(v.mask, a.mask), strided(v.owner, a.owner),
           strided(v.world, a.world), strided(v.is_static, a.is_static)};
@@ -70,7 +70,7 @@ Values read_filters(const Arguments& a, std::uint64_t count, MPI_Comm comm) {
 std::uint64_t checksum_of(const mpi::Pairs64& pairs, std::uint64_t count) {
   std::uint64_t sum = 0;
   for (const Pair64& pair : pairs) {
-    // As of a single process where ids have 32 bits.
+    // Equals the checksum of a single process while ids fit in 32 bits.
     sum += count <= max_box_count ? scene::mix(pair.first << 32 | pair.second)
                                   : scene::mix(scene::mix(pair.first) ^ pair.second);
   }
@@ -91,7 +91,7 @@ void run(const Arguments& a) {
   MPI_Comm comm = MPI_COMM_WORLD;
   if (!(a.seconds >= 0)) {
     throw program::Failure(
-        fmt::format("--seconds: found {}, wanted 0 (for ever) or more", a.seconds));
+        fmt::format("--seconds: found {}, wanted 0 (no limit) or more", a.seconds));
   }
   check_output({"-o", a.output},
                {{"FILE", a.input},
@@ -164,28 +164,28 @@ void run(const Arguments& a) {
   } else {
     text = fmt::format(
         "{}: {} boxes on {} ranks\npairs     {}\nchecksum  {:016x}\ninactive  {}\n"
-        "time      {} ms (median of {}, the first with the cutting of space)\n"
-        "compared  {} candidates, the largest rank's work {:.2f} of the mean\n"
-        "sent      {} in {} messages at most by a rank\n",
+        "time      {} ms (median of {}, the first includes partitioning)\n"
+        "compared  {} candidates, the largest rank's work {:.2f} x the mean\n"
+        "sent      at most {} in {} messages per rank\n",
         a.input, report::format_count(file.count()), size_of(comm), report::format_count(found),
         checksum, report::format_count(inactive), report::format_ms(total_ms), a.repeat,
         report::format_count(comparisons), imbalance,
         report::format_bytes(static_cast<double>(bytes)), report::format_count(messages));
-    if (!buffers.empty()) text += fmt::format("device memory goes to MPI {}\n", buffers);
-    if (!a.output.empty()) text += fmt::format("pairs are in {}\n", a.output);
+    if (!buffers.empty()) text += fmt::format("device memory is passed to MPI {}\n", buffers);
+    if (!a.output.empty()) text += fmt::format("pairs written to {}\n", a.output);
   }
   say(text, comm);
 }
 
 const char* help_text =
-    R"(Each rank reads its slice of the file. Pairs are numbered by the places of the boxes in the file;
-the checksum is that of 'throng pairs'. With -o they are uint64 of shape (pairs, 2), rank after rank.
+    R"(Each rank reads its slice of the file. Pairs are indices of boxes in the file;
+the checksum is that of 'throng pairs'. -o writes uint64 of shape (pairs, 2), ordered by rank.
 
 Examples:
   mpirun -n 4 throng pairs --mpi boxes.npy
   mpirun -n 4 throng pairs --mpi boxes.npy --world worlds.npy -o pairs.npy --json
-  mpirun -n 2 throng pairs --mpi boxes.npy --on-device        a GPU a rank
-Exit status: 0 done, 2 bad input or an output that cannot be written.)";
+  mpirun -n 2 throng pairs --mpi boxes.npy --on-device        one GPU per rank
+Exit status: 0 success, 2 bad input or an output that cannot be written.)";
 
 }  // namespace
 
@@ -198,7 +198,7 @@ Run add_pairs(CLI::App& program) {
       ->type_name("BOXES.npy");
   app.add_option("-o,--output", a->output, "write the pairs")->type_name("PAIRS.npy");
   const auto filter = [&](const char* name, std::string& path) {
-    app.add_option(name, path, "a value a box")->type_name("FILE.npy");
+    app.add_option(name, path, "one value per box")->type_name("FILE.npy");
   };
   filter("--group", a->group);
   filter("--mask", a->mask);
@@ -206,23 +206,23 @@ Run add_pairs(CLI::App& program) {
   filter("--world", a->world);
   filter("--static", a->is_static);
   app.add_option_function<std::string>("--margin", program::margin_into(a->margin),
-                                       "boxes grow by it on every side")
+                                       "expand boxes by M on every side")
       ->type_name("M");
   app.add_option("--nan", a->nan, "refuse or inactive (refuse)")
       ->check(CLI::IsMember({"refuse", "inactive"}))
       ->type_name("HOW");
-  app.add_option("--order", a->order, "any or canonical, of each rank's pairs (any)")
+  app.add_option("--order", a->order, "any or canonical (sorted on each rank) (any)")
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
   a->where.add_to(app);
   app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
-                                       "of each rank, at most; 0: all")
+                                       "maximum per rank; 0: all")
       ->type_name("N");
   app.add_option_function<std::string>("--repeat",
                                        program::count_into(a->repeat, "--repeat", 1, 1000000),
-                                       "searches of a frame to take the median of (1)")
+                                       "searches per frame to take the median of (1)")
       ->type_name("K");
-  app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: for ever (600)")
+  app.add_option("--seconds", a->seconds, "how long to wait for a rank; 0: no limit (600)")
       ->type_name("S");
   app.add_flag("--json", a->json, "print one JSON object");
   return [a] { run(*a); };

@@ -8,14 +8,13 @@
 namespace throng::ranks {
 
 void Where::add_to(CLI::App& app) {
-  app.add_option("--backend", backend, "auto, cpu, cuda or emulated, of each rank (auto)")
+  app.add_option("--backend", backend, "backend of each rank: auto, cpu, cuda or emulated (auto)")
       ->check(CLI::IsMember({"auto", "cpu", "cuda", "emulated"}))
       ->type_name("BACKEND");
   app.add_flag("--on-device", on_device,
-               "boxes and pairs lie in the memory of each rank's GPU, or what plays it (emulated)");
-  app.add_option(
-         "--buffers", buffers,
-         "with --on-device: device memory goes to MPI direct or staged (auto: MPI is asked)")
+               "boxes and pairs are in the memory of each rank's GPU, or emulated on the CPU");
+  app.add_option("--buffers", buffers,
+                 "with --on-device: pass device memory to MPI direct or staged (auto: MPI decides)")
       ->check(CLI::IsMember({"auto", "direct", "staged"}))
       ->type_name("HOW");
 }

@@ -1,4 +1,4 @@
-// The search that a command runs: where boxes live, and by what they are searched.
+// The search of a command, on the host or on a device.
 #pragma once
 
 #include <optional>
@@ -28,21 +28,20 @@ class Search {
  public:
   Search(MPI_Comm comm, const Where& where, const mpi::Settings& settings);
 
-  // Not collective. The arrays must stay as they are until the next load.
+  // Not collective. The arrays must stay unchanged until the next load.
   void load(const mpi::RankBoxes& boxes);
-  // Collective, of what was loaded; waits for the GPU.
+  // Collective. Searches the loaded boxes; synchronises with the GPU.
   Result find() noexcept;
-  // Not collective: of the last search, in host memory.
+  // Not collective. The pairs of the last search, in host memory.
   mpi::Pairs64 pairs();
   const mpi::Traffic& traffic() const noexcept;
   int home(const Box& box) const noexcept;
-  // Collective: "direct", "staged", or "direct on 3 of 4 ranks"; empty where boxes live on the
-  // host.
+  // Collective. "direct", "staged", or "direct on 3 of 4 ranks"; empty for boxes in host memory.
   std::string buffers() const;
 
  private:
   MPI_Comm comm_;
-  bool copies_;  // to a GPU; emulated, or where a GPU is refused, the host's arrays do
+  bool copies_;  // copy to a GPU; emulated or refused backends use the host arrays
   std::optional<mpi::Finder> host_;
   std::optional<mpi::DeviceFinder> device_;
   mpi::RankBoxes loaded_;

@@ -1,4 +1,4 @@
-// What fails on one rank fails on all, in the same words.
+// A failure on one rank becomes the failure of all, with the same message.
 #pragma once
 
 #include <mpi.h>
@@ -18,15 +18,15 @@ int size_of(MPI_Comm comm);
 std::uint64_t sum_of(std::uint64_t mine, MPI_Comm comm);
 std::uint64_t most_of(std::uint64_t mine, MPI_Comm comm);
 
-// Collective: runs f on every rank. Where it throws on some, every rank throws program::Failure
-// with the words of the first of them.
+// Collective. Runs f on every rank. If it throws on some, every rank throws program::Failure with
+// the message of the first of them.
 void together(MPI_Comm comm, const std::function<void()>& f);
 
-// The same on every rank already: throws Failure with what is wrong and what helps, `name` before
-// it.
+// For a result that is equal on all ranks: throws Failure with the error and its fix, prefixed by
+// `name`.
 void require_ok(const Result& result, const std::string& name, const program::Remedies& remedies);
 
-// Rank 0 writes to standard output.
+// Collective. Rank 0 writes to standard output.
 void say(const std::string& text, MPI_Comm comm);
 
 }  // namespace throng::ranks

@@ -13,7 +13,7 @@ Canvas::Canvas(int width, int height)
       tag_(nearness_.size(), empty_tag) {}
 
 void Canvas::quad(const Corner (&c)[4], std::uint32_t id, unsigned face) {
-  // Nearness as a plane over the screen, from the triangle of the larger turn.
+  // Depth as a plane over the screen, from the triangle with the larger area.
   const auto turn = [&](int i, int j, int k) {
     return (c[j].x - c[i].x) * (c[k].y - c[i].y) - (c[k].x - c[i].x) * (c[j].y - c[i].y);
   };
@@ -47,7 +47,7 @@ void Canvas::quad(const Corner (&c)[4], std::uint32_t id, unsigned face) {
       left = std::min(left, x);
       right = std::max(right, x);
     }
-    if (!(left <= right)) continue;  // the lowest corner lies on this line
+    if (!(left <= right)) continue;  // this line passes through the lowest corner
     const int from = static_cast<int>(std::ceil(std::max(left - 0.5f, 0.0f)));
     const int to = static_cast<int>(std::floor(std::min(right - 0.5f, width_ - 1.0f)));
     for (int x = from; x <= to; ++x) {

@@ -1,4 +1,4 @@
-// A depth buffer that remembers which face of which box lies in front.
+// A depth buffer that also stores the box and face in front.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,15 @@ namespace throng::report {
 
 struct Corner {
   float x, y;      // pixels, y downwards
-  float nearness;  // linear on screen, larger is nearer: 1 / distance, or -distance where parallel
+  float nearness;  // linear on screen, larger is nearer: 1 / distance, or -distance in a parallel
+                   // projection
 };
 
 class Canvas {
  public:
   Canvas(int width, int height);
 
-  // A convex quadrangle, corners in either direction of turning; `face` 0 .. 5.
+  // A convex quadrilateral, corners in either orientation; `face` 0 .. 5.
   void quad(const Corner (&corners)[4], std::uint32_t id, unsigned face);
 
   int width() const { return width_; }

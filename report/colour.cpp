@@ -8,7 +8,7 @@ Vector colour_map(float t) {
   t = t > 0 ? std::min(t, 1.0f) : 0;  // NaN is the lowest
   const float lightness = 0.47f + 0.46f * t;
   const float hue = (278.0f - 186.0f * t) * 0.017453293f;
-  // As colourful as the screen allows along the way: less at the dark end and in the teal.
+  // The largest chroma that fits the screen along the path; less at the dark end and in the teal.
   const float chroma =
       0.150f + 0.02f * t - 0.05f * std::sin(3.1415927f * std::min(t * 1.25f, 1.0f));
   const float a = chroma * std::cos(hue), b = chroma * std::sin(hue);

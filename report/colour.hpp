@@ -1,4 +1,4 @@
-// Colours: a map whose lightness rises evenly, in linear light, and the way to screen values.
+// Colours: a map of even lightness steps, linear light, and the conversion to screen values.
 #pragma once
 
 #include "report/vector.hpp"
@@ -6,7 +6,8 @@
 namespace throng::report {
 
 // 0 .. 1 to linear red, green, blue: deep blue over teal and green to pale yellow. Lightness and
-// hue move evenly in Ottosson's Oklab (2020), so equal steps look equal and grey prints keep order.
+// hue are even in Ottosson's Oklab (2020), so equal steps look equal and grey prints keep the
+// order.
 Vector colour_map(float t);
 // Linear light to the screen's 0 .. 1.
 float to_screen(float linear);

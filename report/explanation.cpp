@@ -41,15 +41,15 @@ Table explanation_summary(const Explanation& e) {
     row("cells", fmt::format("{} ({} x {} x {}, swept along {}), {} with a box in them",
                              format_count(e.cells), plan.columns[0], plan.columns[1],
                              plan.columns[2], "xyz"[plan.sweep_axis], format_count(e.occupied)));
-    row("cells a box", fmt::format("{:.3g}", static_cast<double>(e.entries) /
-                                                 static_cast<double>(e.boxes ? e.boxes : 1)));
+    row("cells per box", fmt::format("{:.3g}", static_cast<double>(e.entries) /
+                                                   static_cast<double>(e.boxes ? e.boxes : 1)));
   } else {
-    row("cells", "no one grid for all boxes");
+    row("cells", "no single grid for all boxes");
   }
   row("tests", format_count(e.result.comparisons));
   row("visited", format_count(e.result.visited));
-  row("tests a pair", fmt::format("{:.3g}", e.tests_per_pair));
-  row("tests a box", fmt::format("{:.3g}", e.tests_per_box));
+  row("tests per pair", fmt::format("{:.3g}", e.tests_per_pair));
+  row("tests per box", fmt::format("{:.3g}", e.tests_per_box));
   const StageTimes& t = e.result.times;
   row("time", ms_text(t.total_ms));
   row("  plan, bin, find, order",
@@ -60,7 +60,7 @@ Table explanation_summary(const Explanation& e) {
 }
 
 std::vector<Table> explanation_details(const Explanation& e) {
-  Table sizes("Sizes: the largest extent", {"from, to below", "boxes", "cells a box"});
+  Table sizes("Sizes: the largest extent", {"from, to below", "boxes", "cells per box"});
   for (const auto& c : e.size_classes) {
     sizes.add_row({size_text(c), format_count(c.boxes),
                    e.cells > 0 ? fmt::format("{:.3g}", c.cells_per_box) : ""});
@@ -96,7 +96,8 @@ void explain(Page& page, const Explanation& e) {
   for (const std::string& line : e.advice) advice.add_row({line});
   if (e.advice.empty()) advice.add_row({"nothing stands out"});
   page.add(advice);
-  // A class stands at the middle of its factor of two; points and infinite boxes have no place.
+  // A size class is drawn at the middle of its factor of two; points and infinite boxes are left
+  // out.
   Plot sizes, cells;
   Series boxes{"boxes", {}, {}, true, false};
   Series cell_boxes{"boxes in such cells", {}, {}, true, false},
@@ -118,7 +119,7 @@ void explain(Page& page, const Explanation& e) {
   sizes.series = {boxes};
   cells.title = "How full the cells are";
   cells.x_label = "boxes in a cell";
-  cells.y_label = "how many";
+  cells.y_label = "count";
   cells.series = {cell_boxes, cell_count};
   std::vector<Plot> plots = {sizes};
   if (!e.cell_classes.empty()) plots.push_back(cells);

@@ -1,4 +1,4 @@
-// What Finder::explain tells, as tables, and as a part of a page.
+// The results of Finder::explain, as tables and as a part of a page.
 #pragma once
 
 #include <vector>
@@ -12,9 +12,9 @@ namespace throng::report {
 
 // Algorithm and reason, counts, times.
 Table explanation_summary(const Explanation& e);
-// Sizes, the largest boxes, how full cells are, the densest ones, memory; those that have rows.
+// Sizes, the largest boxes, boxes per cell, the densest cells, memory; those that have rows.
 std::vector<Table> explanation_details(const Explanation& e);
-// Both, what would make it faster between them, and two plots: boxes by size, cells by fullness.
+// Both, the suggestions between them, and two plots: boxes by size, cells by number of boxes.
 void explain(Page& page, const Explanation& e);
 
 }  // namespace throng::report

@@ -12,7 +12,7 @@ std::string three_digits(double x) {
   if (!std::isfinite(x)) return "-";
   if (x == 0) return "0";
   const int before = static_cast<int>(std::floor(std::log10(std::fabs(x)))) + 1;
-  // 9.996 has one digit before the point, but "10.0" two: look again after rounding.
+  // 9.996 has one digit before the point, but "10.0" two: check again after rounding.
   const double scale = std::pow(10.0, 3 - before);
   const double rounded = std::round(x * scale) / scale;
   const int digits = static_cast<int>(std::floor(std::log10(std::fabs(rounded)))) + 1;
@@ -24,7 +24,7 @@ std::string three_digits(double x) {
 
 std::string format_ms(double ms) {
   std::string text = three_digits(ms);
-  // Below a tenth of a millisecond two digits are what a clock is good for.
+  // Below a tenth of a millisecond a clock is good for two digits.
   if (ms > 0 && ms < 0.1 && text.size() > 6) text = fmt::format("{:.4f}", ms);
   return text;
 }

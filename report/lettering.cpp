@@ -22,7 +22,7 @@ struct Release {
 using Surface = std::unique_ptr<cairo_surface_t, Release>;
 using Pen = std::unique_ptr<cairo_t, Release>;
 
-// A machine without fonts turns a Cairo context into an error; the built-in outline never does.
+// Without fonts a Cairo context turns into an error; the built-in outlines always work.
 const char* usable_font() {
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_A8, 8, 8));
   const Pen pen(cairo_create(surface.get()));
@@ -119,7 +119,7 @@ void write_png(const std::string& path, Image image, const PictureStyle& style, 
     Target& at = *static_cast<Target*>(to);
     try {
       at.file.write(bytes, count);
-    } catch (...) {  // which C code must not see
+    } catch (...) {  // Cairo is C: no exception may pass through it
       at.failure = std::current_exception();
       return CAIRO_STATUS_WRITE_ERROR;
     }

@@ -1,4 +1,4 @@
-// From pixels to a PNG with its words and its legend, by Cairo.
+// From pixels to a PNG with text and legend, by Cairo.
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ nav ul { columns: 2; padding-left: 18px; } nav a { color: #0072b2; }
 tbody tr:hover { background: #f6f8ff; } .note { margin: 4px 0; color: #555; font-size: 13px; }
 )";
 
-// No text that is escaped holds it.
+// Escaped text never contains it.
 const char* const contents_mark = "<!-- contents -->";
 
 }  // namespace

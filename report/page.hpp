@@ -1,4 +1,4 @@
-// One self-contained HTML file: text, tables and plots, nothing fetched from anywhere.
+// One self-contained HTML file: text, tables and plots; it loads nothing.
 #pragma once
 
 #include <string>
@@ -13,14 +13,14 @@ class Page {
  public:
   explicit Page(std::string title);
 
-  // With an id, it can be linked to, and stands in contents().
+  // With an id, links can point to it, and contents() lists it.
   void heading(const std::string& text, const std::string& id = {});
-  // Here the links to all headings with an id, those that come later among them.
+  // Inserts links to all headings with an id, later ones included.
   void contents();
   void paragraph(const std::string& text);
   void add(const Table& table);
   void add(const Plot& plot);
-  // Side by side, where there is room.
+  // Side by side, if wide enough.
   void add(const std::vector<Plot>& plots);
 
   std::string html() const;
@@ -29,8 +29,8 @@ class Page {
   std::string title_, body_, links_;
 };
 
-// The file appears under its name when it is complete. Throws std::runtime_error that names the
-// file and what went wrong; nothing is left behind then.
+// The file gets its name when complete. Throws std::runtime_error that names the file and the
+// problem; then no file remains.
 void write_text(const std::string& path, const std::string& text);
 
 }  // namespace throng::report

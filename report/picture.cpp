@@ -1,5 +1,5 @@
-// Faces go into a depth buffer of four samples a pixel; then every sample is lit by the sun (with a
-// shadow map), by the sky (less in the nooks), and darkened along the edges of boxes.
+// Rasterises faces into a depth buffer of four samples per pixel; then lights each sample by the
+// sun (with a shadow map) and the sky (with ambient occlusion), and darkens the edges of boxes.
 #include "report/picture.hpp"
 
 #include <algorithm>
@@ -75,7 +75,7 @@ class Painter {
     return values_ ? values_[i] : (boxes_[i].lower.z + boxes_[i].upper.z) / 2;
   }
 
-  // The map spans all but the topmost one in a hundred, which would leave it dark.
+  // The colour map spans all but the highest 1 %, so that outliers do not darken the rest.
   void scale_values() {
     if (view_.shown.empty()) return;
     std::vector<float> v;
@@ -127,8 +127,8 @@ class Painter {
     return view_.unproject(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, nearness);
   }
 
-  // How much of the sky the neighbours hide: sixteen samples a pixel on a spiral, turned in a
-  // pattern of 4 x 4 pixels that the averaging then takes away.
+  // Ambient occlusion: sixteen samples per pixel on a spiral, rotated in a pattern of 4 x 4 pixels
+  // that the averaging removes.
   void find_occlusion() {
     std::vector<float> rough(occlusion_.size());
     const float radius = 3.0f * view_.typical_size;
@@ -194,7 +194,7 @@ class Painter {
     const float fx = (static_cast<float>(x) / static_cast<float>(canvas_.width()) - 0.5f);
     const float fy = (static_cast<float>(y) / static_cast<float>(canvas_.height()) - 0.5f);
     const float edge = std::min(1.0f, 1.6f * (fx * fx + fy * fy));
-    // A little noise, for a screen's 256 steps would show as rings.
+    // A little noise: the screen's 256 steps would show as rings.
     const auto hash = (static_cast<std::uint32_t>(x) * 0x9e3779b1u ^
                        static_cast<std::uint32_t>(y) * 0x85ebca77u) *
                       0xc2b2ae3du;
@@ -222,7 +222,7 @@ class Painter {
       return blend(behind, floor_ * light, fade);
     }
     Vector colour = colour_map((value(id) - lowest_) / (highest_ - lowest_)) * light;
-    // A fine line where another face begins, if boxes are large enough on screen to carry it.
+    // A thin line where another face begins, if boxes are large enough on screen.
     const float pixels = view_.typical_size * canvas_.nearness(x, y) * view_.focal;
     const bool edge = (x + 1 < canvas_.width() && canvas_.tag(x + 1, y) != tag) ||
                       (y + 1 < canvas_.height() && canvas_.tag(x, y + 1) != tag);

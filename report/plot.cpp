@@ -15,7 +15,7 @@ const char* const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                "#e69f00", "#56b4e9", "#7f7f7f", "#b8a800"};
 constexpr std::size_t colour_count = 8;
 
-// From values to a stretch of pixels.
+// Maps values to a range of pixels.
 struct Axis {
   bool log = false;
   double low = 0, high = 1;  // in units of the axis: log10 where log
@@ -49,7 +49,7 @@ std::vector<Tick> ticks(const Axis& axis) {
   if (axis.log) {
     const int first = static_cast<int>(std::floor(axis.low)),
               last = static_cast<int>(std::ceil(axis.high));
-    // Under two decades the 2 and the 5 are labelled as well.
+    // Below two decades, 2 and 5 are labelled as well.
     const bool fine = axis.high - axis.low < 2;
     for (int e = first; e <= last; ++e)
       for (int m = 1; m < 10; ++m) {
@@ -100,7 +100,7 @@ std::string marker(std::size_t kind, double x, double y, const char* colour, boo
 }  // namespace
 
 std::string Plot::svg() const {
-  // About seven pixels a letter, and what stands before the first.
+  // About seven pixels per letter, plus the space before the first.
   std::size_t longest = 0;
   for (const Series& s : series) longest = std::max(longest, s.name.size());
   const double legend_width = std::max(210.0, 56 + 6.8 * static_cast<double>(longest));
@@ -161,7 +161,7 @@ std::string Plot::svg() const {
       "fill=\"#222\">{}</text>\n",
       (top + bottom) / 2, escape_html(y_label));
 
-  // Emphasised series last, so that they lie on top; the legend keeps the caller's order.
+  // Emphasised series last, so that they are on top; the legend keeps the caller's order.
   std::vector<std::size_t> order;
   for (const bool emphasis : {false, true})
     for (std::size_t i = 0; i < series.size(); ++i)

@@ -113,7 +113,7 @@ std::string Table::html() const {
   const auto line = [&](const std::vector<std::string>& cells, const char* tag) {
     out += "<tr>";
     for (std::size_t c = 0; c < cells.size(); ++c) {
-      // Sentences are broken into lines, all else stands in one.
+      // Sentences may wrap, other cells may not.
       const char* kind = right[c]               ? " class=\"n\">"
                          : width(cells[c]) > 48 ? " class=\"words\">"
                                                 : ">";

@@ -1,4 +1,4 @@
-// A table, for a terminal, a spreadsheet and a page.
+// A table as terminal text, CSV and HTML.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@ class Table {
  public:
   Table(std::string title, std::vector<std::string> columns);
 
-  // As many cells as columns; missing ones are empty. Throws std::invalid_argument for more.
+  // One cell per column; missing ones are empty. Throws std::invalid_argument for more.
   void add_row(std::vector<std::string> cells);
-  // A line under the table.
+  // Adds a note below the table.
   void add_note(std::string note) { notes_.push_back(std::move(note)); }
 
   const std::string& title() const noexcept { return title_; }
   std::size_t rows() const noexcept { return rows_.size(); }
 
-  // Columns aligned by blanks; a column of numbers to the right.
+  // Columns aligned by spaces; numeric columns to the right.
   std::string text() const;
   // RFC 4180: the columns' names, then the rows; no title, no notes.
   std::string csv() const;
@@ -34,7 +34,7 @@ class Table {
   std::vector<std::string> notes_;
 };
 
-// One field of a CSV line, quoted where it must be.
+// One field of a CSV line, quoted if necessary.
 std::string escape_csv(const std::string& field);
 
 }  // namespace throng::report

@@ -1,4 +1,4 @@
-// Three floats and what one does with them: for pictures only.
+// Three floats and their operations, for pictures only.
 #pragma once
 
 #include <cmath>

@@ -19,7 +19,7 @@ Vector middle(const Box& b) {
   return {(b.lower.x + b.upper.x) / 2, (b.lower.y + b.upper.y) / 2, (b.lower.z + b.upper.z) / 2};
 }
 
-// The value below which the given share lies: a few boxes that flew away must not shrink the rest.
+// The value below which the given share lies: a few outliers must not shrink the rest.
 float quantile(std::vector<float>& v, double share) {
   const auto at = v.begin() + static_cast<std::ptrdiff_t>(share * double(v.size() - 1));
   std::nth_element(v.begin(), at, v.end());
@@ -50,7 +50,7 @@ void choose(View& view, const Box* boxes, std::size_t count) {
                  std::max(view.high.z, b.upper.z)};
   }
   const float height = view.high.z - view.low.z;
-  // A plane that boxes stand on, if there is one; else the floor of them all.
+  // A plane below the boxes, if there is one; else their lowest face.
   view.ground = plane > view.low.z - height && plane < view.low.z + height / 2 ? plane : view.low.z;
 }
 
@@ -97,7 +97,7 @@ View look_at(const Box* boxes, std::size_t count, int width, int height, float a
     v.sun = {0, 0, 1};
     return v;
   }
-  // Centre what is seen, then step back until it fits.
+  // Centre the boxes, then step back until they fit.
   std::vector<float> across, along, back;
   for (const std::uint32_t i : v.shown) {
     const Vector m = middle(boxes[i]);
@@ -116,7 +116,7 @@ View look_at(const Box* boxes, std::size_t count, int width, int height, float a
   const float distance = quantile(back, 0.998) + v.typical_size;
   v.eye = v.right * x + v.up * y + v.forward * -distance;
 
-  // The sun stands to the left of the viewer, and higher.
+  // The sun is to the left of the viewer, and higher.
   const float s = (azimuth - 62) * degree, high = 48 * degree;
   v.sun = {std::cos(high) * std::cos(s), std::cos(high) * std::sin(s), std::sin(high)};
   v.sun_right = unit(cross(v.sun, {0, 0, 1}));

@@ -1,4 +1,4 @@
-// What a picture shows: the boxes that are drawn, the ground, and where viewer and sun stand.
+// What a picture shows: the boxes, the ground, the camera and the sun.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace throng::report {
 
 struct View {
-  // The boxes worth drawing: finite, not inverted, not far larger than the rest.
+  // The boxes to draw: finite, not inverted, not far larger than the rest.
   std::vector<std::uint32_t> shown;
   Vector low, high;        // their bounds
   float typical_size = 1;  // the median of their largest extents
@@ -39,8 +39,8 @@ struct View {
   }
 };
 
-// Camera angles in degrees; the picture is width x height, of which a stretch above and below is
-// kept free for words.
+// Camera angles in degrees; the picture is width x height, with a margin for text at the top and
+// the bottom.
 View look_at(const Box* boxes, std::size_t count, int width, int height, float azimuth,
              float elevation, int shadow_size);
 

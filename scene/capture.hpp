@@ -1,4 +1,4 @@
-// Reads captures (throng/capture.hpp): the calls that a program made, as boxes and numbers.
+// Reads captures (throng/capture.hpp): the recorded calls of a program, with boxes and numbers.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct CapturedBoxes {
   std::vector<std::int32_t> owner, world;
   std::vector<std::uint8_t> is_static;
 
-  // Flat where the boxes given were.
+  // 2-D where the captured boxes were.
   Boxes view() const noexcept;
 };
 
@@ -42,28 +42,27 @@ struct CapturedCall {
   std::uint64_t capacity = 0;
   Vec3 by{};
   std::uint32_t form = 0;
-  std::vector<CapturedBoxes> sets;  // two at most, and those only of find
+  std::vector<CapturedBoxes> sets;  // at most two, and only for find
   std::vector<std::uint32_t> ids;
   std::vector<Sweep> sweeps;
   std::optional<CapturedAnswer> answer;  // none: the call did not return
 };
 
 struct Capture {
-  Options options;  // executor, memory and stop are null: these are told of beside
+  Options options;  // executor, memory and stop are null: recorded separately
   std::uint32_t executor = 0;
   bool had_memory = false, had_stop = false;
-  std::string library;  // the version that wrote it
+  std::string library;  // the version that wrote the file
   std::vector<CapturedCall> calls;
-  bool cut = false;  // the file ends within a call: what is not whole of it is left out
+  bool cut = false;  // the file ends within a call, which is left out
 
   bool is_finder() const noexcept {
     return calls.empty() || calls[0].operation == capture::Operation::find;
   }
 };
 
-// FileError, with the place in the file, for whatever is not as the format says; nothing that a
-// header claims is believed before the bytes are seen to be there. A file that is cut within its
-// first call is refused, too.
+// FileError, with the position, for any violation of the format; a header's sizes are checked
+// against the file before use. A file that ends within its first call is refused, too.
 Capture read_capture(const std::string& path);
 Capture parse_capture(const unsigned char* data, std::size_t size, const std::string& name);
 

@@ -1,5 +1,5 @@
-// Every number of a capture is taken for hostile: sizes are compared with the bytes that are there
-// before anything is asked for, by divisions that cannot overflow.
+// Treats every number of a capture as hostile: sizes are compared with the bytes present before any
+// allocation, by divisions that cannot overflow.
 #include <bit>
 #include <cerrno>
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 using capture::Operation;
 using capture::Tag;
 
-// Which data an operation comes with.
+// The data that an operation comes with.
 struct Needs {
   std::size_t least_sets, most_sets;
   bool ids, sweeps;
@@ -46,7 +46,7 @@ class Reader {
 
   Capture read() {
     if (size_ < 16 || std::memcmp(data_, capture::magic, sizeof capture::magic) != 0)
-      wrong("no capture", "a file that Options::capture or THRONG_CAPTURE made");
+      wrong("not a capture", "a file that Options::capture or THRONG_CAPTURE made");
     at_ = 8;
     end_ = size_;
     const std::uint32_t version = u32();
@@ -92,7 +92,7 @@ class Reader {
   }
   std::string tag_text() const { return std::to_string(static_cast<std::uint32_t>(tag_)); }
 
-  // The section's numbers; what they say is within the file or the file is cut.
+  // The section's header; its payload is within the file, or the file is cut.
   void begin_section() {
     start_ = at_;
     end_ = size_;
@@ -116,7 +116,7 @@ class Reader {
     if (at_ != end_) wrong_here(std::to_string(end_ - at_) + " bytes too many", "none");
     at_ += 8;
   }
-  // How many values of so many bytes each a section claims to have; the rest of it, exactly.
+  // The number of values of this size that a section declares; they must fill its rest exactly.
   std::size_t count_of(std::size_t bytes_each) {
     const std::uint64_t count = u64();
     const std::size_t left = end_ - at_;
@@ -126,7 +126,7 @@ class Reader {
     return static_cast<std::size_t>(count);
   }
 
-  // Values. A section that is too short for them is no cut: its length was there.
+  // Values. A section that is too short for them is an error, not a cut: its length was complete.
   void want(std::size_t bytes) const {
     if (end_ - at_ < bytes)
       wrong_here("a section too short", std::to_string(bytes) + " bytes more");
@@ -177,9 +177,9 @@ class Reader {
     o.memory_cap_bytes = static_cast<std::size_t>(cap);
     for (int k = 0; k < 16; ++k) {
       const char c = static_cast<char>(data_[at_++]);
-      // It is printed: nothing but what versions are made of.
+      // It is printed: only characters of version numbers.
       if (c == 0) continue;
-      if (c < '!' || c > '~') wrong_here("a version that is no text", "as 0.1.0");
+      if (c < '!' || c > '~') wrong_here("an invalid version string", "as 0.1.0");
       capture.library += c;
     }
   }
@@ -207,7 +207,7 @@ class Reader {
         begin_section();
       } catch (const Cut&) {
         if (!whole()) throw;
-        cut_ = true;  // only what was answered is missing
+        cut_ = true;  // only the result is missing
         at_ = size_;
         break;
       }
@@ -243,12 +243,12 @@ class Reader {
     }
     if (!whole()) {
       if (at_ >= size_ && !c.answer) throw Cut{};
-      wrong_here("a call without all that it was given", "its boxes, ids and sweeps");
+      wrong_here("a call without all its inputs", "its boxes, ids and sweeps");
     }
-    // A list beside boxes has one for each.
+    // A list that accompanies boxes has one entry per box.
     if ((ids && !c.sets.empty() && c.ids.size() != c.sets[0].boxes.size()) ||
         (sweeps && c.sweeps.size() != c.sets[0].boxes.size()))
-      wrong_here("lists of different lengths", "one id or sweep a box");
+      wrong_here("lists of different lengths", "one id or sweep per box");
     return c;
   }
 
@@ -338,7 +338,7 @@ Capture read_capture(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::is_regular_file(status))
-    throw_file_error(path, fs::exists(status) ? "no regular file" : "no file", "a capture");
+    throw_file_error(path, fs::exists(status) ? "not a regular file" : "no file", "a capture");
   const std::uintmax_t size = fs::file_size(path, error);
   std::ifstream file(path, std::ios::binary);
   if (error || !file) throw_file_error(path, "a file that cannot be read", "a readable capture");

@@ -1,4 +1,4 @@
-// The checksum of a set of pairs, and the mixing that scenes are made by.
+// The checksum of a set of pairs, and the mixing function of the scene generators.
 #pragma once
 
 #include <throng/checksum.hpp>

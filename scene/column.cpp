@@ -1,12 +1,12 @@
-// The falling column: unit cubes in layers above a plane drop from frame 0 on, land in turn on the
-// heap of those before them, and slide down its slope to rest. No dynamics: where box i is at
-// frame f is a formula.
+// The falling column: unit cubes in layers above a plane start to fall at frame 0, land in turn on
+// the heap, and slide down its slope to rest. No dynamics: the position of box i at frame f is a
+// formula.
 //
 // The heap. Column and heap are round. When the share tau of the boxes has landed, the heap's foot
-// has the radius R(tau), R^3 = Rc^3 + tau (Rm^3 - Rc^3), Rc being the column's radius; a box that
-// lands at radius r of the column rests at r R / Rc. If boxes spread evenly over the disc of radius
-// R while R grows so, the height at r is slope (R - max(r, Rc)): a cone with a cut-off top that
-// keeps its slope and fills evenly, whatever n is.
+// has the radius R(tau), R^3 = Rc^3 + tau (Rm^3 - Rc^3), where Rc is the column's radius; a box
+// that lands at radius r of the column rests at r R / Rc. If boxes spread evenly over the disc of
+// radius R while R grows so, the height at r is slope (R - max(r, Rc)): a cone with a cut-off top
+// that keeps its slope and fills evenly, for every n.
 #include <algorithm>
 #include <cmath>
 
@@ -27,8 +27,9 @@ class Column : public Generator {
  public:
   Column(const Spec& spec, const Random& random) : random_(random), movers_(spec.moving) {
     const double n = spec.objects > 1 ? static_cast<double>(spec.objects - 1) : 1;
-    // 8 unit volumes hold two interval lengths on each axis: half of 8 / volume others are met.
-    const double volume = 4 / spec.density;             // of the heap, a box
+    // 8 unit volumes hold two interval lengths on each axis: a box overlaps half of 8 / volume
+    // others.
+    const double volume = 4 / spec.density;             // of the heap, per box
     pitch_ = std::max(1.25, 1.05 * cube_root(volume));  // the heap must not outgrow the column
     const double wanted = cube_root(n * pitch_ * pitch_ * pitch_ / (2 * kAspect * kPi));
     fill_layer(wanted);
@@ -79,7 +80,7 @@ class Column : public Generator {
     return radius_[k] + (radius_[k + 1] - radius_[k]) * (at - static_cast<double>(k));
   }
 
-  // Height of the heap whose foot has the radius `foot`, where a box at (x, y) comes to lie.
+  // Height of the heap with foot radius `foot`, at (x, y).
   double surface(double foot, double x, double y) const noexcept {
     const double r = std::sqrt(x * x + y * y);
     const double h = kSlope * (foot - (r > column_radius_ ? r : column_radius_)) - kSunk;
@@ -92,7 +93,7 @@ class Column : public Generator {
     const std::uint64_t jitter = random_.word(i, 0), other = random_.word(i, 1);
     const double jx = unit(jitter) - 0.5, jy = unit_low(jitter) - 0.5;
 
-    // A fifth of the gap between neighbours in the column at most, so that none of them touch.
+    // At most a fifth of the gap between neighbours in the column, so that none of them touch.
     const double play = (pitch_ - 1) * 0.4;
     const double x0 = cell.x + jx * play, y0 = cell.y + jy * play;
     const double z0 = kDrop + static_cast<double>(layer) * pitch_;
@@ -127,7 +128,7 @@ class Column : public Generator {
   std::vector<double> radius_;
   double pitch_ = 0;
   double layers_ = 0;
-  double fall_ = 0;  // units a frame, squared
+  double fall_ = 0;  // units per frame, squared
   double column_radius_ = 0;
   Box plane_{};
 };

@@ -1,5 +1,5 @@
-// How many pairs to expect: the densities are solved for, with the edges of the world counted in,
-// so that a scene has the same pairs a box at every n.
+// The expected number of pairs. Densities are solved from it, with the edges of the scene included,
+// so that a scene has the same number of pairs per box at every n.
 #include "scene/generator.hpp"
 
 namespace throng::scene {

@@ -1,4 +1,4 @@
-// What a family of scenes implements. Internal to scene/.
+// The interface of a family of scenes. Internal to scene/.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +21,12 @@ class Generator {
   virtual std::int32_t world(std::size_t) const noexcept { return -1; }
 };
 
-// Null where the family has no scene of that name. A density of 0 in the spec is resolved.
+// Null if the family has no scene of that name. A density of 0 in the spec is resolved.
 std::unique_ptr<Generator> make_scatter(Spec& spec);
 std::unique_ptr<Generator> make_pile(Spec& spec);
 std::unique_ptr<Generator> make_column(Spec& spec);
 
-// Which boxes move: the share `moving` of them, the same in every frame.
+// The boxes that move: the share `moving` of them, the same in every frame.
 class Movers {
  public:
   explicit Movers(double share) noexcept : limit_(static_cast<std::uint64_t>(share * 0x1p32)) {}
@@ -42,20 +42,20 @@ inline Box box_at(double x, double y, double z, double sx, double sy, double sz)
           {static_cast<float>(x + sx), static_cast<float>(y + sy), static_cast<float>(z + sz)}};
 }
 
-// Boxes of one size, and which share of all boxes they are.
+// A box size, and its share of all boxes.
 struct SizeClass {
   double size[3];
   double share;
 };
 
-// The chance that intervals of lengths a and b meet, their lower ends anywhere in [0, span].
+// The probability that intervals of lengths a and b overlap, lower ends uniform in [0, span].
 double meeting_chance(double a, double b, double span) noexcept;
-// The pairs a box to expect of n boxes, each size class alike, lower corners anywhere in a cube.
+// The expected pairs per box of n boxes, each size class alike, lower corners uniform in a cube.
 double expected_pairs(const std::vector<SizeClass>& classes, std::size_t n, const double span[3]);
-// The side of that cube which gives `pairs` a box; 0 where n boxes cannot have so many.
+// The side of the cube that gives `pairs` per box; 0 where n boxes cannot have so many.
 double solve_span(const std::vector<SizeClass>& classes, std::size_t n, double pairs);
 
-// The x from which on `value`, which never rises, is at most `target`.
+// The smallest x with value(x) <= target; `value` does not increase.
 template <class Function>
 double solve_falling(Function value, double target) {
   double low = 0, high = 1;

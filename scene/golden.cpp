@@ -12,8 +12,8 @@ std::uint64_t sequence_checksum(const Pair* pairs, std::size_t count) noexcept {
   return state;
 }
 
-// Printed by `throng bench --golden`. Another number here is another set of pairs, or another scene
-// under an old name.
+// Printed by `throng bench --golden`. A different number means a different set of pairs, or a scene
+// that changed under its name.
 const std::vector<Golden>& golden() {
   static const std::vector<Golden> all = {
       {"uniform", 0, 1000, 554, 0xf1dd42827bd6f46a, 0x6a4aafe308cc8119},

@@ -38,7 +38,7 @@ InputFile::InputFile(const std::string& path) : name_(path) {
   errno = 0;
   file_.reset(std::fopen(path.c_str(), "rb"));
   if (!file_) throw_file_error(path, std::strerror(errno), "a readable .npy file");
-  std::setvbuf(file_.get(), nullptr, _IONBF, 0);  // readers ask for whole blocks
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);  // readers use whole blocks
 
   unsigned char prefix[12];
   const std::size_t start = std::min<std::uint64_t>(sizeof prefix, size);

@@ -1,4 +1,4 @@
-// A .npy file that is read at any place, and bytes that are in memory already: one to a reader.
+// A .npy file with random access, and bytes in memory: one interface for readers.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace throng::scene {
 
-// fseek of 64 bits everywhere. False where it fails; errno says why.
+// A 64-bit fseek on every system. False on failure; errno has the reason.
 bool seek_to(std::FILE* file, std::uint64_t offset) noexcept;
 
 struct FileCloser {
@@ -22,15 +22,15 @@ struct FileCloser {
 class NpyBytes {
  public:
   virtual ~NpyBytes() = default;
-  // FileError where they cannot be had.
+  // FileError if they cannot be read.
   virtual void read(std::uint64_t offset, void* out, std::size_t bytes) = 0;
 
   NpyHeader header;
 };
 
-// A file opened, its size known, its header read and checked against that size. It is read, not
-// mapped: of a mapped file what was touched counts as resident, and a file that another program
-// cuts short would end this one by a signal instead of an error.
+// An open file of known size, with its header parsed and checked against that size. It is read, not
+// mapped: touched pages of a mapped file count as resident, and truncation by another program would
+// raise a signal instead of an error.
 class InputFile final : public NpyBytes {
  public:
   explicit InputFile(const std::string& path);

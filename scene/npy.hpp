@@ -1,9 +1,9 @@
 // Boxes, pairs and filters in NumPy's .npy files.
 //
-// Boxes are float32, (n, 6) for one frame or (frames, n, 6); (n, 2, 3), lower and upper corners, is
-// taken, too. 2-D boxes have 4 for 6 and 2 for 3; their z is 0. Either byte order, C or Fortran
-// order, and float64 whose every value is a float32 are taken; integers are not. Every failure is a
-// FileError; no claim of a header is believed before the file is seen to be that long.
+// Boxes are float32, (n, 6) for one frame or (frames, n, 6); also (n, 2, 3), lower and upper
+// corners. 2-D boxes have 4 for 6 and 2 for 3; their z is 0. Accepts either byte order, C and
+// Fortran order, and float64 whose every value is a float32; integers are refused. Every failure is
+// a FileError; a header's sizes are checked against the file before use.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace throng::scene {
 
-// what() names the file, what was found there, and what is wanted.
+// what() names the file, what was found, and what is wanted.
 struct FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -32,8 +32,8 @@ struct BoxFile {
   const Box* frame(std::size_t f) const noexcept { return boxes.get() + f * count; }
 };
 
-// With round_outward a float64 that is no float32 is rounded: lower corners down, upper ones up;
-// without it, refused. NaN and inverted boxes are passed through: judging them is the library's.
+// With round_outward other float64 are rounded: lower corners down, upper corners up; without it
+// they are refused. NaN and inverted boxes are passed through: the library handles them.
 BoxFile read_boxes(const std::string& path, bool round_outward = false);
 // The same from the bytes of a file; `name` is for messages.
 BoxFile parse_boxes(const unsigned char* data, std::size_t size, const std::string& name,
@@ -41,8 +41,8 @@ BoxFile parse_boxes(const unsigned char* data, std::size_t size, const std::stri
 
 class NpyBytes;
 
-// The same in parts, read where they are asked for: files larger than memory. What must be
-// converted takes some 200 KB beside.
+// The same in parts, read on demand: for files larger than memory. Conversion takes about 200 KB
+// more.
 class BoxReader {
  public:
   explicit BoxReader(const std::string& path, bool round_outward = false);
@@ -85,14 +85,14 @@ class ValueReader {
 };
 
 // Filters: one dimension, expected_count values of any integer type, each of which must fit the
-// type asked for. read_u8 also takes bool.
+// requested type. read_u8 also accepts bool.
 std::vector<std::uint32_t> read_u32(const std::string& path, std::size_t expected_count);
 std::vector<std::int32_t> read_i32(const std::string& path, std::size_t expected_count);
 std::vector<std::uint8_t> read_u8(const std::string& path, std::size_t expected_count);
 
-// What is written stands under a temporary name beside the target until it is complete; on failure
-// nothing is left behind and what stood there before is untouched. A target that is there and is no
-// regular file, such as /dev/stdout, is written in place.
+// Output goes to a temporary file in the same folder, which is renamed when complete; on failure it
+// is removed and an older file stays unchanged. An existing target that is not a regular file, such
+// as /dev/stdout, is written in place.
 void write_boxes(const std::string& path, const Box* boxes, std::size_t frames, std::size_t count);
 void write_pairs(const std::string& path, const Pair* pairs, std::size_t count);
 void write_u32(const std::string& path, const std::uint32_t* values, std::size_t count);
@@ -101,7 +101,7 @@ void write_u8(const std::string& path, const std::uint8_t* values, std::size_t c
 
 class OutputFile;
 
-// Frames as they come. Without finish(), nothing appears under the final name.
+// Frames one by one. Without finish(), nothing appears under the final name.
 class BoxWriter {
  public:
   // The file will be (count, 6) for one frame, else (frames, count, 6).
@@ -110,9 +110,9 @@ class BoxWriter {
   BoxWriter(BoxWriter&&) noexcept;
   BoxWriter& operator=(BoxWriter&&) noexcept;
 
-  // The next `count` boxes, whole frames or parts of one.
+  // The next `count` boxes: whole frames or parts of one.
   void write(const Box* boxes, std::size_t count);
-  // The file is complete. FileError where boxes are missing.
+  // Completes the file. FileError where boxes are missing.
   void finish();
 
  private:
@@ -121,7 +121,7 @@ class BoxWriter {
   std::size_t written_ = 0;
 };
 
-// A filter's values as they come.
+// A filter's values, in parts.
 class WorldWriter {
  public:
   WorldWriter(const std::string& path, std::size_t count);
@@ -136,7 +136,7 @@ class WorldWriter {
   std::unique_ptr<OutputFile> file_;
 };
 
-// Pairs in blocks, as many as come: the count goes into the header at the end, so a pipe is
+// Pairs in blocks, of unknown number: the count goes into the header at the end, so a pipe is
 // refused.
 class PairWriter {
  public:
@@ -146,7 +146,7 @@ class PairWriter {
   PairWriter& operator=(PairWriter&&) noexcept;
 
   void write(const Pair* pairs, std::size_t count);
-  // Takes back all but the first `count` pairs.
+  // Drops all but the first `count` pairs.
   void cut(std::uint64_t count);
   void finish();
   std::uint64_t count() const noexcept { return written_; }

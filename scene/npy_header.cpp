@@ -45,7 +45,7 @@ Preamble parse_preamble(const unsigned char* data, std::size_t size, const std::
   return p;
 }
 
-// A reader of the one Python literal that a header is: a dictionary of three known keys.
+// A parser of the header's Python literal: a dictionary of three known keys.
 class Literal {
  public:
   Literal(const char* begin, const char* end, const std::string& name)
@@ -84,7 +84,7 @@ class Literal {
                      "{'descr': ..., 'fortran_order': ..., 'shape': ...} alone");
   }
 
-  // The next character that is no space; '\0' at the end.
+  // The next character that is not a space; '\0' at the end.
   char peek() {
     while (at_ != end_ && (*at_ == ' ' || *at_ == '\n' || *at_ == '\t' || *at_ == '\r')) ++at_;
     return at_ == end_ ? '\0' : (*at_ == '\0' ? '?' : *at_);
@@ -95,7 +95,7 @@ class Literal {
     return true;
   }
   void expect(char c) {
-    if (!take(c)) fail(std::string("no '") + c + "' where one belongs");
+    if (!take(c)) fail(std::string("no '") + c + "' where one is expected");
   }
 
   std::string string() {
@@ -103,7 +103,7 @@ class Literal {
     if (quote != '\'' && quote != '"') fail("no quoted word where one belongs");
     const char* begin = ++at_;
     while (at_ != end_ && *at_ != quote) ++at_;
-    if (at_ == end_ || at_ - begin > 64) fail("an unending word");
+    if (at_ == end_ || at_ - begin > 64) fail("a word without an end");
     std::string text;
     for (const char* c = begin; c != at_; ++c) text += *c >= ' ' && *c <= '~' ? *c : '?';
     ++at_;
@@ -139,7 +139,7 @@ class Literal {
       }
       value = value * 10 + digit;
     }
-    if (at_ != end_ && *at_ == 'L') ++at_;  // a long of Python 2
+    if (at_ != end_ && *at_ == 'L') ++at_;  // a Python 2 long
     return value;
   }
 
@@ -148,7 +148,7 @@ class Literal {
   const std::string& name_;
 };
 
-// descr into kind, size and byte order; a word that is no such thing leaves kind 0.
+// descr into kind, size and byte order; kind is 0 if it is malformed.
 void read_descr(NpyHeader& header) {
   const std::string& d = header.descr;
   if (d.size() < 3 || d.size() > 4) return;
@@ -214,9 +214,10 @@ NpyHeader parse_npy_header(const unsigned char* data, std::size_t size, std::uin
   read_descr(header);
   header.data_offset = p.header_at + p.header_bytes;
   const char k = header.kind;
-  if (k != 'f' && k != 'i' && k != 'u' && k != 'b') return header;  // nobody here takes it
+  if (k != 'f' && k != 'i' && k != 'u' && k != 'b') return header;  // not supported here
 
-  // The claim against the file. A product past 2^64 is longer than any file, but for a dimension 0.
+  // The shape against the file. A product past 2^64 is longer than any file, unless a dimension is
+  // 0.
   std::uint64_t claimed = header.item_bytes;
   bool overflow = false, none = false;
   for (std::uint64_t d : header.shape) {

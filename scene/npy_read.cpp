@@ -21,15 +21,15 @@ constexpr const char* kWantedBoxes =
     "float32 of shape (n, 6) or (frames, n, 6); of 2-D boxes 4 for 6; or (n, 2, 3), (n, 2, 2): "
     "lower "
     "and upper corners";
-// Empty frames take no room in a file, so their number is a claim that nothing backs.
+// Empty frames take no space in a file, so the file's size does not limit their number.
 constexpr std::uint64_t kMaxEmptyFrames = 1 << 20;
-// What is converted is read in blocks of about so many numbers.
+// Values are converted in blocks of about this many numbers.
 constexpr std::size_t staged_items = 24576;
 
 template <class T>
 std::unique_ptr<T[]> allocate(std::uint64_t count, const std::string& name) {
   if (count <= std::numeric_limits<std::size_t>::max() / sizeof(T)) {
-    // Without the zeroes that make_unique would write.
+    // Without the zero-initialisation of make_unique.
     if (T* p = new (std::nothrow) T[static_cast<std::size_t>(count)])
       return std::unique_ptr<T[]>(p);
   }
@@ -46,7 +46,7 @@ T load(const unsigned char* at, bool swapped) {
   return value;
 }
 
-// Of a row of corners in two dimensions more, (n, 2, 3), as of (n, 6), and of 2-D boxes 2 for 3.
+// Treats corner arrays (n, 2, 3) as (n, 6); for 2-D boxes with 2 for 3.
 bool has_corners(const NpyHeader& h) {
   return h.shape.size() == 3 && h.shape[1] == 2 && (h.shape[2] == 3 || h.shape[2] == 2);
 }
@@ -56,7 +56,7 @@ struct BoxShape {
   std::size_t frames, count;
 };
 
-// Is this an array of boxes? What it says is backed by as many bytes of the file.
+// Whether this is an array of boxes. The file has the bytes that its shape implies.
 BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
   if (h.kind != 'f' || (h.item_bytes != 4 && h.item_bytes != 8)) {
     throw_file_error(name, h.text(), kWantedBoxes);
@@ -68,7 +68,7 @@ BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
   const std::uint64_t frames = d == 3 && !corners ? h.shape[0] : 1;
   const std::uint64_t count = corners ? h.shape[0] : h.shape[d - 2];
   if (count > max_box_count) {
-    throw_file_error(name, std::to_string(count) + " boxes in a frame",
+    throw_file_error(name, std::to_string(count) + " boxes per frame",
                      "at most " + std::to_string(max_box_count));
   }
   if (frames == 0) throw_file_error(name, "no frame, " + h.text(), "at least one frame");
@@ -85,14 +85,14 @@ std::string number_text(double value) {
   return text;
 }
 
-// Where coordinate k of six stands: its indices after the box's.
+// The offset of coordinate k of six: its indices after the box's.
 std::vector<std::uint64_t> place_of(const NpyHeader& h, std::uint64_t k) {
   const std::uint64_t d = is_flat(h) ? 2 : 3, corner = k / 3, axis = k % 3;
   if (has_corners(h)) return {corner, axis};
   return {corner * d + axis};
 }
 
-// Six coordinates of one box, as they stand in the file, to float.
+// Six coordinates of one box, as stored in the file, to float.
 template <class T>
 Box to_box(const T (&c)[6], bool round_outward, const NpyHeader& h, const std::string& name,
            std::size_t frame, std::size_t box) {
@@ -116,14 +116,13 @@ Box to_box(const T (&c)[6], bool round_outward, const NpyHeader& h, const std::s
       throw_file_error(name,
                        "the float64 " + number_text(c[k]) + " at " + shape_text(index) +
                            ", which no float32 equals",
-                       "float32 values, or leave to round outward (--round outward)");
+                       "float32 values, or rounding outward (--round outward)");
     }
     return {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}};
   }
 }
 
-// Integers of type Stored to type T, each of which must fit; the first is value `begin` of the
-// file.
+// Integers of type Stored to type T, each must fit; the first is value `begin` of the file.
 template <class T, class Stored>
 void convert_integers(const unsigned char* data, const NpyHeader& h, const std::string& name,
                       std::size_t begin, std::size_t count, T* out) {
@@ -199,8 +198,8 @@ void BoxReader::read(std::size_t frame, std::size_t begin, std::size_t count, Bo
 template <class T>
 void BoxReader::convert(std::size_t frame, std::size_t begin, std::size_t count, Box* out) {
   const NpyHeader& h = bytes_->header;
-  // Fortran order: the first index runs fastest, so a coordinate's values stand `apart` items apart
-  // in a run of their own.
+  // Fortran order: the first index varies fastest, so the values of a coordinate are contiguous,
+  // and the coordinates `apart` items apart.
   const std::size_t d = is_flat() ? 2 : 3, width = 2 * d;
   const bool corners = has_corners(h);
   const std::size_t apart = h.fortran_order ? frames_ : width;
@@ -211,7 +210,7 @@ void BoxReader::convert(std::size_t frame, std::size_t begin, std::size_t count,
     staged_.resize((h.fortran_order ? width * span : span) * sizeof(T));
     if (h.fortran_order) {
       for (std::uint64_t k = 0; k < width; ++k) {
-        // Of corners the index that says which one runs faster than the axis.
+        // For corner arrays the corner's index varies faster than the axis.
         const std::uint64_t run = corners ? k / d + 2 * (k % d) : k;
         const std::uint64_t at = frame + std::uint64_t{frames_} * (first + count_ * run);
         bytes_->read(h.data_offset + at * sizeof(T), staged_.data() + k * span * sizeof(T),
@@ -243,7 +242,7 @@ ValueReader<T>::ValueReader(const std::string& path, std::size_t expected_count)
   if ((!integer && !flag) || h.shape.size() != 1 || h.shape[0] != expected_count) {
     throw_file_error(path, h.text(),
                      std::string(type_name<T>) + " of shape (" + std::to_string(expected_count) +
-                         ",), one value a box");
+                         ",), one value per box");
   }
 }
 template <class T>

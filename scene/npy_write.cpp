@@ -64,7 +64,7 @@ BoxWriter& BoxWriter::operator=(BoxWriter&&) noexcept = default;
 void BoxWriter::write(const Box* boxes, std::size_t count) {
   if (count > wanted_ - written_) {
     throw FileError("more boxes given than the " + std::to_string(wanted_) +
-                    " that the file was begun for");
+                    " that the file was opened for");
   }
   file_->write(boxes, count * sizeof(Box));
   written_ += count;
@@ -73,7 +73,7 @@ void BoxWriter::write(const Box* boxes, std::size_t count) {
 void BoxWriter::finish() {
   if (written_ != wanted_) {
     throw FileError("only " + std::to_string(written_) + " boxes given of the " +
-                    std::to_string(wanted_) + " that the file was begun for");
+                    std::to_string(wanted_) + " that the file was opened for");
   }
   file_->commit();
 }
@@ -91,7 +91,7 @@ void WorldWriter::finish() { file_->commit(); }
 PairWriter::PairWriter(const std::string& path) : file_(std::make_unique<OutputFile>(path)) {
   if (!file_->can_seek()) {
     throw_file_error(path, "a pipe",
-                     "a file: how many pairs there are stands at its beginning, and is known last");
+                     "a regular file: its header holds the number of pairs, which is known last");
   }
   header_bytes_ = write_header(*file_, native_descr('u', 4), {0, 2});
 }
@@ -113,7 +113,7 @@ void PairWriter::cut(std::uint64_t count) {
 
 void PairWriter::finish() {
   file_->seek(0);
-  write_header(*file_, native_descr('u', 4), {written_, 2});  // as long as the first one
+  write_header(*file_, native_descr('u', 4), {written_, 2});  // at most as long as the first one
   file_->commit();
 }
 

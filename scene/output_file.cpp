@@ -25,8 +25,8 @@ constexpr std::size_t kBufferBytes = 1 << 18;
 constexpr int kAttempts = 16;
 constexpr int kMostLinks = 40;
 
-// Where a path leads: to rename over a link would replace the link, and /dev/stdout is one. A link
-// may lead to nothing yet.
+// The target of a path: a rename over a link would replace the link, and /dev/stdout is one. A
+// link's target need not exist yet.
 std::string followed(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -34,14 +34,14 @@ std::string followed(const std::string& path) {
   for (int links = 0; fs::is_symlink(fs::symlink_status(at, error)); ++links) {
     const fs::path to = fs::read_symlink(at, error);
     if (error || links == kMostLinks)
-      throw_file_error(path, error ? error.message() : "links that lead in a circle",
+      throw_file_error(path, error ? error.message() : "links that form a cycle",
                        "a file that can be written");
     at = at.parent_path() / to;
   }
   return at.string();
 }
 
-// Of what is there and no regular file: a device or a pipe has nothing to rename over it.
+// For a target that is not a regular file: a device or a pipe cannot be renamed over.
 bool is_written_in_place(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -56,7 +56,7 @@ std::string output_target(const std::string& path) {
   return is_written_in_place(path) ? std::string() : followed(path);
 }
 
-// Opening it exclusively makes sure.
+// Exclusive creation detects a clash.
 std::string temporary_name(const std::string& target) {
   static std::atomic<std::uint64_t> calls{0};
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
@@ -81,7 +81,7 @@ OutputFile::OutputFile(const std::string& path) : name_(path) {
     file_ = std::fopen(temporary_.c_str(), "wbx");
     if (file_) break;
     const int why = errno;
-    temporary_.clear();  // not ours to remove
+    temporary_.clear();  // created by another process
     if (why != EEXIST || attempt + 1 == kAttempts) fail(why);
   }
   std::setvbuf(file_, nullptr, _IOFBF, kBufferBytes);
@@ -164,15 +164,15 @@ void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<Name
     for (const NamedFile& in : inputs)
       if (is_that_of(in))
         throw_file_error(out.path, "the file of " + in.name + " as that of " + out.name + ", too",
-                         "another name for what is written");
+                         "another name for the output");
     for (std::size_t other = 0; other < k; ++other)
       if (is_that_of(outputs[other]))
         throw_file_error(out.path, "one file for both " + outputs[other].name + " and " + out.name,
-                         "a name for each");
+                         "different names");
     std::error_code ignored;
     if (!fs::is_directory(place.parent_path(), ignored))
-      throw_file_error(out.path, place.parent_path().string() + ", which is no folder",
-                       "a file in a folder that is there");
+      throw_file_error(out.path, place.parent_path().string() + ", which is not a folder",
+                       "a file in an existing folder");
 #if defined(__unix__) || defined(__APPLE__)
     if (access(place.parent_path().c_str(), W_OK | X_OK) != 0)
       throw_file_error(out.path, std::strerror(errno), "a file that can be written");

@@ -1,4 +1,4 @@
-// A file that appears under its name only when it is complete.
+// A file that gets its name only when it is complete.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace throng::scene {
 
-// Every failure is a FileError. Destroyed before commit(): nothing is left behind.
+// Every failure is a FileError. Without commit() the destructor removes the file.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);
@@ -18,10 +18,10 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(const void* data, std::size_t bytes);
-  // Where the next write goes: back, to write a header again. A pipe has no way back.
+  // Moves the position of the next write: back, to rewrite a header. Fails for a pipe.
   void seek(std::uint64_t offset);
   bool can_seek() const noexcept;
-  // seek(), and what stands from there on is no part of the file any more.
+  // seek(), and truncates the file there.
   void cut(std::uint64_t offset);
   void commit();
 
@@ -29,27 +29,27 @@ class OutputFile {
   [[noreturn]] void fail(int error);
   void discard() noexcept;
 
-  std::string name_;       // as the caller calls it
-  std::string target_;     // where it will stand: symbolic links followed
+  std::string name_;       // as the caller named it
+  std::string target_;     // the final path: symbolic links resolved
   std::string temporary_;  // empty where the target is written in place
   std::FILE* file_ = nullptr;
-  std::uint64_t at_ = 0, end_ = 0;  // where the next write goes; how long the file is to be
-  std::uint64_t longest_ = 0;       // how long it has been
+  std::uint64_t at_ = 0, end_ = 0;  // position of the next write; final size
+  std::uint64_t longest_ = 0;       // largest size so far
 };
 
-// Where a file that is to be written will stand, links followed; empty where the path is that of a
-// device or a pipe, which has nothing to rename over it. FileError for a directory.
+// The final path of an output, links resolved; empty for a device or a pipe, which cannot be
+// renamed over. FileError for a directory.
 std::string output_target(const std::string& path);
-// A name beside it that no other thread or process is likely to choose.
+// A name in the same folder that no other thread or process is likely to choose.
 std::string temporary_name(const std::string& target);
 
-// A file, and what the user calls it by, such as "--csv". No path: it was not given.
+// A file and its option, such as "--csv". Empty path: not given.
 struct NamedFile {
   std::string name, path;
 };
 
-// Before the work whose results go there: each has a folder that can be written to, and none of
-// them is another, or a file that is read. Nothing is opened or made. FileError.
+// Checks outputs before the work: each has a writable folder, and none is the same file as another
+// or as an input. Opens and creates nothing. FileError.
 void check_outputs(const std::vector<NamedFile>& outputs,
                    const std::vector<NamedFile>& inputs = {});
 

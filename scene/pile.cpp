@@ -1,5 +1,5 @@
-// A heap: unit cubes in a column on a square foot, denser and broader below, each on its own, so
-// that ids say nothing of places. Boxes jiggle about where they lie.
+// A heap: unit cubes in a column on a square foot, denser and broader below; positions are
+// independent of ids. Boxes oscillate around their places.
 #include <cmath>
 
 #include "scene/generator.hpp"
@@ -7,9 +7,9 @@
 namespace throng::scene {
 namespace {
 
-// The shape. The share w of all boxes lies below height t(w) = kFoot w + (1 - kFoot) w^2 of the
-// whole; the breadth there is 1 - kTaper t of that of the foot. Boxes per volume go as
-// 1 / (t'(w) breadth^2): 2 at the foot, 1.2 at the top.
+// The shape. The share w of all boxes is below height t(w) = kFoot w + (1 - kFoot) w^2 of the
+// whole; the breadth there is 1 - kTaper t of that of the foot. Boxes per volume go as 1 / (t'(w)
+// breadth^2): 2 at the foot, 1.2 at the top.
 constexpr double kFoot = 0.5;
 constexpr double kTaper = 0.25;
 constexpr double kHeight = 2;  // in breadths of the foot
@@ -22,8 +22,8 @@ double share_below(double t) noexcept {
   return (std::sqrt(kFoot * kFoot + 4 * (1 - kFoot) * t) - kFoot) / (2 * (1 - kFoot));
 }
 
-// Pairs a box to expect. Two boxes that meet are a unit apart in height at most, where the breadth
-// is nearly the same for both.
+// Expected pairs per box. Two boxes that overlap are at most a unit apart in height, where the
+// breadth is nearly the same for both.
 double pairs_of_foot(double foot, std::size_t n) noexcept {
   constexpr int steps = 1024;
   const double unit_height = foot > 0 ? 1 / (kHeight * foot) : 2;
@@ -54,7 +54,7 @@ class Pile : public Generator {
       if (f > 0 && movers_(z)) {
         std::uint64_t bits = random_.word(i, 2);
         for (int k = 0; k < 3; ++k, bits >>= 21) {
-          // To and fro over kSwing; frame 0 stands somewhere on the way.
+          // Oscillates over kSwing; frame 0 is at a random phase.
           const double start = static_cast<double>(bits & 0x3ff) * 0x1p-10 * kSwing;
           const double step = static_cast<double>(1 + (bits >> 10 & 0x3ff)) * 0x1p-10 * 0.05;
           at[k] += reflect(start + step * time, kSwing) - start;

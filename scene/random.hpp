@@ -1,4 +1,4 @@
-// Numbers from (seed, i, k), without state.
+// Stateless random numbers from (seed, i, k).
 #pragma once
 
 #include <cstddef>
@@ -23,25 +23,25 @@ class Random {
     return mix(key_ + (8 * i + k) * 0x9e3779b97f4a7c15ull);
   }
 
-  // Spread evenly over [0, 1) for any run of i: shares and sizes come out as told at every n. The
-  // step is the golden ratio's, so neighbours in i are far apart in value.
+  // Evenly spaced over [0, 1) for any run of i, so shares and sizes are as specified at every n.
+  // The step is the golden ratio's, so neighbours in i are far apart in value.
   double even(std::uint64_t i) const noexcept { return unit(key_ + i * 0x9e3779b97f4a7c15ull); }
 
  private:
   std::uint64_t key_;
 };
 
-// Where a ball is that was thrown to x on a track of length `span` with a wall at either end.
+// The position of a point that moved to x on a track of length `span` with reflecting walls.
 inline double reflect(double x, double span) noexcept {
   if (!(span > 0)) return 0;
   const double lap = 2 * span;
   x -= static_cast<double>(static_cast<std::int64_t>(x / lap)) * lap;  // into (-lap, lap)
-  if (x < 0) x = -x;  // the walk back from wall 0 mirrors the walk away from it
+  if (x < 0) x = -x;  // the reflected path, mirrored
   if (x > span) x = lap - x;
   return x < 0 ? 0 : x > span ? span : x;
 }
 
-// 2^x for x in [0, 63), by its series: no library's last digit gets in. Good to 1e-10.
+// 2^x for x in [0, 63), by its series: independent of the math library's rounding. Good to 1e-10.
 inline double exp2_plain(double x) noexcept {
   const int octave = static_cast<int>(x);
   const double t = (x - octave) * 0.69314718055994531;
@@ -54,7 +54,7 @@ inline double exp2_plain(double x) noexcept {
 
 inline double cube_root(double x) noexcept {
   if (!(x > 0)) return 0;
-  double r = x > 1 ? x : 1;  // from above, Newton's steps fall until they are done
+  double r = x > 1 ? x : 1;  // from above, Newton's steps decrease until convergence
   for (;;) {
     const double next = (2 * r + x / (r * r)) / 3;
     if (!(next < r)) return r;

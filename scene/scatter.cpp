@@ -1,5 +1,5 @@
-// Scenes whose boxes lie anywhere in a space, each on its own, and fly about in it between walls:
-// the density stays what it is however long they fly.
+// Scenes whose boxes have independent random positions and move between reflecting walls: the
+// density stays constant over time.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace throng::scene {
 namespace {
 
-// What a scene says of box i: its size, the space of its lower corner, its speed in units a frame.
+// Box i of a scene: its size, the range of its lower corner, its speed in units per frame.
 struct Place {
   double size[3];
   double origin[3];
@@ -21,7 +21,7 @@ Place in_cube(double sx, double sy, double sz, double span, double speed) noexce
   return {{sx, sy, sz}, {low, low, low}, {span, span, span}, speed};
 }
 
-// `where(i)` is the scene; what stands in it (a plane, say) comes first among the boxes.
+// `where(i)` describes box i; fixed boxes (a plane, say) come first.
 template <class Where>
 class Scatter : public Generator {
  public:
@@ -78,7 +78,7 @@ std::unique_ptr<Scatter<Where>> scatter(const Spec& spec, const Random& random, 
 }
 
 const std::vector<SizeClass> kUnitCubes = {{{1, 1, 1}, 1}};
-constexpr double kSpeed = 0.1;  // a tenth of a unit cube a frame
+constexpr double kSpeed = 0.1;  // a tenth of a unit cube per frame
 
 std::unique_ptr<Generator> uniform(const Spec& spec, const Random& random) {
   const double span = solve_span(kUnitCubes, spec.objects, spec.density);
@@ -113,7 +113,7 @@ std::unique_ptr<Generator> spheres(const Spec& spec, const Random& random) {
 
 std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
   constexpr double octaves = 6.6438561897747247;  // log2(100)
-  constexpr double grounded = 0.02;               // the share of boxes that stand in the ground
+  constexpr double grounded = 0.02;               // the share of boxes that overlap the ground
   constexpr int steps = 48;
   std::vector<SizeClass> classes;
   for (int k = 0; k < steps; ++k) {
@@ -140,13 +140,13 @@ std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
 std::unique_ptr<Generator> clusters(const Spec& spec, const Random& random) {
   constexpr std::size_t cells[3] = {5, 5, 4};
   constexpr std::size_t count = cells[0] * cells[1] * cells[2];
-  constexpr double emptiness = 64;  // the world's side in sides of a cluster
+  constexpr double emptiness = 64;  // the scene's side in sides of a cluster
   const double span =
       std::max(solve_span(kUnitCubes, (spec.objects + count - 1) / count, spec.density), 1.0);
   const double side = emptiness * (span + 1);
   std::vector<Place> places;
   for (std::size_t c = 0; c < count; ++c) {
-    // Each cluster somewhere in a cell of its own.
+    // Each cluster at a random place in a cell of its own.
     const std::size_t cell[3] = {c % cells[0], c / cells[0] % cells[1], c / (cells[0] * cells[1])};
     Place p = in_cube(1, 1, 1, span, kSpeed);
     for (int k = 0; k < 3; ++k) {
@@ -176,16 +176,16 @@ std::unique_ptr<Generator> rods(const Spec& spec, const Random& random) {
       span + 64);
 }
 
-// The box of a round rod of length 64 and thickness 1 in a direction that is even over the sphere.
+// The box of a round rod of length 64 and thickness 1 in a direction uniform over the sphere.
 void any_rod(std::size_t i, const Random& random, double size[3]) noexcept {
   double a = 0, b = 0, s = 0;
-  for (unsigned attempt = 3; attempt < 8; ++attempt) {  // four of five points lie in the disc
+  for (unsigned attempt = 3; attempt < 8; ++attempt) {  // four of five points are in the disc
     const std::uint64_t bits = random.word(i, attempt);
     a = unit(bits) * 2 - 1;
     b = unit_low(bits) * 2 - 1;
     s = a * a + b * b;
     if (s <= 1) break;
-    a /= 2, b /= 2, s /= 4;  // stands after the last attempt
+    a /= 2, b /= 2, s /= 4;  // used after the last attempt
   }
   const double root = std::sqrt(1 - s);  // Marsaglia's map of the disc to the sphere
   const double direction[3] = {2 * a * root, 2 * b * root, 1 - 2 * s};
@@ -245,17 +245,17 @@ std::unique_ptr<Generator> rectangles(const Spec& spec, const Random& random) {
       span + 4);
 }
 
-// Four cones of this size stand on the floor, each in the middle of a quadrant of it.
+// Four cones of this size on the floor, each in the middle of a quadrant.
 constexpr std::size_t kCones = 4;
 constexpr double kConeSize = 4;
 
-// The pairs to expect of n boxes, the cones among them, spheres with lower corners anywhere in a
-// cube on the floor. Never rises with its side.
+// Expected pairs of n boxes, the cones included, with spheres whose lower corners are uniform in a
+// cube on the floor. Does not increase with its side.
 double expected_with_cones(std::size_t n, double span) {
   const double cones = static_cast<double>(std::min(n, kCones));
   const double spheres = static_cast<double>(n) - cones;
-  const double pitch = (span + 1) / 2;  // from one cone's middle to the next
-  // Cones meet all at once; a cone meets what begins 1 before it and where it ends at the latest.
+  const double pitch = (span + 1) / 2;  // from one cone's centre to the next
+  // All cones overlap or none; a cone overlaps boxes that start between 1 before it and its end.
   double pairs = pitch <= kConeSize ? cones * (cones - 1) / 2 : 0;
   const double low = pitch / 2 - kConeSize / 2;
   const double along = std::min(low + kConeSize, span) - std::max(low - 1, 0.0);
@@ -274,7 +274,7 @@ std::unique_ptr<Generator> nbody(const Spec& spec, const Random& random) {
       spec, random,
       [span](std::size_t, const Random&) {
         Place p = in_cube(1, 1, 1, span, kSpeed);
-        p.origin[0] -= 0.5, p.origin[1] -= 0.5;  // so that the middle of the floor is at 0, 0
+        p.origin[0] -= 0.5, p.origin[1] -= 0.5;  // so that the centre of the floor is at 0, 0
         p.origin[2] = 0;
         return p;
       },
@@ -293,7 +293,7 @@ struct Entry {
   std::unique_ptr<Generator> (*make)(const Spec&, const Random&);
 };
 
-// The place in this list seeds a scene's numbers: new ones go to the end.
+// The index in this list seeds a scene's numbers: append new ones.
 constexpr Entry kEntries[] = {
     {"uniform", 0.5, uniform},   {"sparse", 0.001, uniform},
     {"spheres", 1, spheres},     {"mixed", 4.7, mixed},

@@ -22,7 +22,7 @@ void check(const Spec& spec) {
     list += (list.empty() ? "" : ", ") + name;
   }
   if (!known) {
-    throw std::invalid_argument("no scene is called '" + spec.name + "'; there are: " + list);
+    throw std::invalid_argument("no scene has the name '" + spec.name + "'; there are: " + list);
   }
   if (spec.objects > max_box_count) {
     throw std::invalid_argument(std::to_string(spec.objects) + " objects are too many; at most " +
@@ -33,8 +33,9 @@ void check(const Spec& spec) {
                                 std::to_string(max_frames));
   }
   if (spec.density != 0 && !(spec.density >= min_density && spec.density <= max_density)) {
-    throw std::invalid_argument("a density of " + text_of(spec.density) + " pairs a box; wanted " +
-                                text_of(min_density) + " to 1000000, or 0 for the scene's own");
+    throw std::invalid_argument("a density of " + text_of(spec.density) +
+                                " pairs per box; wanted " + text_of(min_density) +
+                                " to 1000000, or 0 for the scene's default");
   }
   if (!(spec.moving >= 0 && spec.moving <= 1)) {
     throw std::invalid_argument("a moving share of " + text_of(spec.moving) + "; wanted 0 to 1");

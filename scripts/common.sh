@@ -1,28 +1,28 @@
 # shellcheck shell=bash disable=SC2034
-# What the scripts share; sourced, never run. Each script calls `need` for what it uses itself.
+# Shared by the scripts; sourced, never run. Each script calls `need` for its packages.
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 cd "$root" || exit
 
 jobs="${THRONG_JOBS:-$(nproc)}"
-# Warnings are errors where the compilers are ours to choose; a user's newer one may know more.
+# Warnings are errors only where the project chooses the compilers; a user's newer one may have more warnings.
 werror="${THRONG_WERROR:-OFF}"
 
 build_packages=(g++ cmake ninja-build pkg-config libtbb-dev libhwy-dev)
 program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-dev libcairo2-dev)
-# Engines that there are adapters for: their tests, and throng-simulate, are built where they are.
+# Engines with an adapter: if installed, their tests and throng-simulate are built.
 engine_packages=(libbullet-dev libfcl-dev)
 test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
-# The search across ranks, and its tests, are built where MPI is.
+# If MPI is installed, the search across ranks and its tests are built.
 mpi_packages=(libopenmpi-dev openmpi-bin)
 rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
 docs_packages=(doxygen python3-venv)
-# Of PyPI, for the site.
+# PyPI packages for the site.
 docs_modules=(sphinx breathe myst-parser furo numpy)
-# Ubuntu's package of that name is a shell for something else.
+# Ubuntu's package of that name only installs a snap.
 browser_packages=()
 if grep -qs '^ID=debian' /etc/os-release; then browser_packages=(chromium); fi
-# Another processor's compiler, and what runs its programs.
+# A cross compiler, and the emulator for its programs.
 arm_packages=(g++-aarch64-linux-gnu qemu-user googletest)
 check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${browser_packages[@]}" dpkg-dev file clang
   clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
@@ -31,7 +31,7 @@ say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
 have() { command -v "$1" > /dev/null 2>&1; }
 
-# The packages of its arguments that are not installed.
+# Prints those of its arguments that are not installed.
 missing_packages() {
   local package
   for package in "$@"; do
@@ -40,10 +40,10 @@ missing_packages() {
   done
 }
 
-# Installs what is missing of its arguments, and asks the network for nothing where nothing is.
+# Installs the missing ones of its arguments; does not use the network if there are none.
 need() {
   if ! have apt-get; then
-    echo "Not a Debian or Ubuntu: taking for granted that these are here: $*"
+    echo "Not Debian or Ubuntu: assuming that these are installed: $*"
     return
   fi
   local missing
@@ -60,18 +60,17 @@ need() {
     apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
 }
 
-# Settings that a build folder takes when it is made, and ignores afterwards.
+# A build folder takes these settings when it is created, and ignores them later.
 use_ninja_and_ccache() {
   if have ninja; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
   if have ccache; then
     export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
-    # Without these it caches nothing that has a precompiled header.
+    # Otherwise ccache does not cache files with a precompiled header.
     export CCACHE_SLOPPINESS="${CCACHE_SLOPPINESS:-pch_defines,time_macros}"
-    # What a file includes it takes from the compiler, and does not run the preprocessor first: a tenth of
-    # the time where the cache is empty.
+    # Dependencies come from the compiler instead of a preprocessor run: a tenth of the time with an empty cache.
     export CCACHE_DEPEND="${CCACHE_DEPEND:-true}"
-    # A header of which a comment alone has changed is another one to a precompiled header, which knows it by all its
-    # bytes: from the cache would come the old one, and everything in it be defined twice.
+    # A precompiled header depends on every byte of its headers, comments included: without this, a changed comment
+    # would combine an old cached header with the new one, and define everything twice.
     export CCACHE_COMMENTS="${CCACHE_COMMENTS:-true}"
   fi
 }
@@ -89,7 +88,7 @@ configure() {
   rm -f "$log"
 }
 
-# Clang's sanitizers and libFuzzer, in a folder of their own: one that changes its compiler loses its settings.
+# Clang's sanitizers and libFuzzer, in a separate folder: CMake drops a folder's settings when the compiler changes.
 configure_with_fuzzers() { configure asan -B build/fuzz -DCMAKE_CXX_COMPILER=clang++ -DTHRONG_FUZZ=ON "$@"; }
 
 # build FOLDER [TARGET...]
@@ -100,8 +99,7 @@ build() {
   cmake --build "$folder" -j "$jobs" "${targets[@]}"
 }
 
-# Whether PyPI, or what stands in for it here, has any package for us: where it has, one that cannot be
-# installed is a fault.
+# Whether PyPI (or a mirror) serves any package: if it does, a failed installation is an error.
 pypi_answers() {
   local room answer=0
   room="$(mktemp -d)"

@@ -1,4 +1,4 @@
-// throng-simulate: rigid bodies fall on a plane, and how long their broad phase took.
+// throng-simulate: rigid bodies fall on a plane; reports the time of their broad phase.
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -33,9 +33,9 @@ namespace {
 
 const char* help_text =
     R"(Scenes: column (a column of objects falls on a plane), pile (a steep cone of objects collapses), rain (objects
-far apart fall from many heights). A step is a sixtieth of a second of Bullet's rigid-body dynamics.
-Told are medians over the steps but the first: of a whole step, and of its broad phase, that is, boxes
-handed over and pairs found; and of the last step the points of contact and the deepest penetration.
+far apart fall from many heights). A step is 1/60 s of Bullet's rigid-body dynamics. Reports medians over
+all steps but the first: of a whole step, and of its broad phase (passing the boxes and finding the pairs);
+and the contact points and the deepest penetration of the last step.
 
 Examples:
   throng-simulate column --objects 10K --steps 300
@@ -103,7 +103,7 @@ Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& 
   for (std::size_t s = 0; s < arguments.steps; ++s) {
     guard.check();
     const StepReport step = world->step();
-    // The first step finds all pairs and takes memory.
+    // The first step finds all pairs and allocates memory.
     if (s > 0 || arguments.steps == 1) {
       told.step_ms.push_back(step.step_ms);
       told.broad_phase_ms.push_back(step.broad_phase_ms);
@@ -175,7 +175,7 @@ void draw(const World& world, const Spec& spec, const Told& told, const std::str
   report::PictureStyle style;
   style.title = fmt::format("{}: {} {}s", to_string(spec.scene), report::format_count(spec.objects),
                             to_string(spec.shape));
-  style.legend = "others that each touches";
+  style.legend = "touching objects per object";
   style.caption = fmt::format("Boxes of the last step; {} points of contact.",
                               report::format_count(told.contacts.points));
   report::draw_boxes(path, world.boxes().data(), world.objects(), told.contacts.of_objects.data(),
@@ -202,7 +202,7 @@ int run(const Arguments& arguments) {
   const Told told = play(spec, arguments, world);
   say(arguments.json ? json_text(spec, arguments, told) : table_text(spec, arguments, told));
   if (!arguments.picture.empty()) {
-    const program::InterruptGuard guard;  // half a picture is not left behind
+    const program::InterruptGuard guard;  // an incomplete picture is removed
     draw(*world, spec, told, arguments.picture);
     guard.check();
   }
@@ -211,29 +211,30 @@ int run(const Arguments& arguments) {
 
 int dispatch(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("throng-simulate lets rigid bodies fall on a plane.", "throng-simulate");
+  CLI::App app("Rigid bodies fall on a plane.", "throng-simulate");
   app.footer(help_text);
   app.set_version_flag("--version", "throng-simulate " THRONG_VERSION);
   app.add_option("scene", arguments.scene, "column, pile or rain")->required()->type_name("SCENE");
-  app.add_option("--objects", arguments.objects, "how many, such as 10000, 10K or 1M (10K)")
+  app.add_option("--objects", arguments.objects,
+                 "number of objects, such as 10000, 10K or 1M (10K)")
       ->type_name("N");
   app.add_option_function<std::string>(
          "--steps", program::count_into(arguments.steps, "--steps", 1, 1000000000),
-         "of a sixtieth of a second (120)")
+         "number of steps of 1/60 s (120)")
       ->type_name("S");
   app.add_option("--shape", arguments.shape, "cube, sphere or rectangle (cube)")
       ->type_name("SHAPE");
   app.add_option("--broadphase", arguments.phase, "throng, dbvt or axis-sweep (throng)")
       ->type_name("PHASE");
   app.add_option_function<std::string>("--seed", program::seed_into(arguments.seed),
-                                       "another one places all a little differently (1)")
+                                       "random seed (1)")
       ->type_name("S");
   app.add_option_function<std::string>("--threads", program::threads_into(arguments.threads),
-                                       "of throng, at most so many; 0: all")
+                                       "maximum number for throng; 0: all")
       ->type_name("N");
   app.add_flag("--json", arguments.json, "one object on one line");
   app.add_flag("--check", arguments.check,
-               "give each step's boxes to throng as well (to dbvt, where throng runs) and compare");
+               "run throng (or dbvt, if throng is chosen) on the same boxes and compare");
   app.add_option("--record", arguments.record, "the boxes of every step, (S, N, 6)")
       ->type_name("FILE.npy");
   app.add_option("--picture", arguments.picture, "the boxes of the last step")
@@ -251,10 +252,10 @@ int guarded(int argc, char** argv) {
   try {
     return dispatch(argc, argv);
   } catch (const program::Interrupted& interrupted) {
-    std::fputs("throng-simulate: interrupted; no half file is left\n", stderr);
+    std::fputs("throng-simulate: interrupted; no partial file is left\n", stderr);
     return interrupted.status();
   } catch (const std::bad_alloc&) {
-    // No room for more than the plain words.
+    // Out of memory: no formatting.
   } catch (const std::exception& error) {
     message = error.what();
   }

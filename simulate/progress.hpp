@@ -1,4 +1,4 @@
-// One line on a terminal's standard error that is rewritten, from the second second on.
+// A line on a terminal's standard error that is rewritten; shown after one second.
 #pragma once
 
 #include <chrono>

@@ -18,12 +18,12 @@ Placement at(double x, double y, double z, const double (&turn)[4] = no_turn) {
   return {{x, y, z}, {turn[0], turn[1], turn[2], turn[3]}};
 }
 std::size_t whole(double x) { return static_cast<std::size_t>(std::max(1.0, std::ceil(x))); }
-// Of -1 to 1.
+// In [-1, 1].
 double spread(const Random& random, std::size_t i, unsigned k) {
   return 2 * unit(random.word(i, k)) - 1;
 }
 
-// A tenth of a gap between neighbours; and a little out of line, or it would stand for ever.
+// A tenth of a gap between neighbours, and a random offset, or the column would stand for ever.
 std::vector<Placement> column(const Extent& e, std::size_t objects, const Random& random) {
   const double side = std::cbrt(static_cast<double>(objects) * e.x * e.y * e.z / 4);
   const std::size_t nx = whole(side / e.x), ny = whole(side / e.y);
@@ -39,7 +39,7 @@ std::vector<Placement> column(const Extent& e, std::size_t objects, const Random
   return all;
 }
 
-// Uniform among all turns (Shoemake).
+// A uniform random rotation (Shoemake).
 struct Turn {
   double q[4];
 };
@@ -49,20 +49,20 @@ Turn any_turn(const Random& random, std::size_t i) {
   const double a = std::sqrt(1 - u), b = std::sqrt(u);
   return {{a * std::sin(v), a * std::cos(v), b * std::sin(w), b * std::cos(w)}};
 }
-// The smallest ball in which it can be turned any way.
+// The smallest sphere that contains it in every orientation.
 double ball(Shape shape) {
   const Extent e = extent(shape);
   return shape == Shape::sphere ? e.x : std::sqrt(e.x * e.x + e.y * e.y + e.z * e.z);
 }
 
-// Round layers, each smaller than that below: loose, and steeper than it can stay.
+// Round layers, each smaller than the one below: loose, and too steep to be stable.
 std::vector<Placement> pile(double cell, std::size_t objects, const Random& random) {
   const double volume = static_cast<double>(objects) * cell * cell * cell;
   const double radius = std::cbrt(3 * volume / (3.14159265358979 * slope)) + cell;
   std::vector<Placement> all;
   for (std::size_t layer = 0; all.size() < objects; ++layer) {
     const double z = (static_cast<double>(layer) + 0.5) * cell;
-    const double r = std::max(radius - z / slope, 0.0);  // at the top: one upon the other
+    const double r = std::max(radius - z / slope, 0.0);  // at the top: single objects on each other
     const double shift = layer % 2 ? 0.5 : 0.0;
     const auto reach = static_cast<long>(r / cell);
     for (long y = -reach; y <= reach; ++y) {
@@ -77,7 +77,7 @@ std::vector<Placement> pile(double cell, std::size_t objects, const Random& rand
   return all;
 }
 
-// One object anywhere in each cell.
+// One object at a random place in each cell.
 std::vector<Placement> rain(double cell, std::size_t objects, const Random& random) {
   const std::size_t n = whole(std::cbrt(static_cast<double>(objects)));
   const double centre = static_cast<double>(n - 1) / 2;

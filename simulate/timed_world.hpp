@@ -1,5 +1,5 @@
-// The engine's world, but that all boxes are made before the first is handed over: so the broad
-// phase's share is timed with a few readings of the clock.
+// The engine's world, except that all boxes are computed before the first is passed on: so few
+// clock readings time the broad phase's share.
 #pragma once
 
 #include <chrono>
@@ -42,7 +42,7 @@ class TimedWorld : public btDiscreteDynamicsWorld {
   }
 
   double broad_phase_ms = 0;
-  double aside_ms = 0;  // of no broad phase's step
+  double aside_ms = 0;  // outside the broad phase's steps
   std::unique_ptr<Twin> twin;
   Comparison comparison;
 
@@ -50,7 +50,7 @@ class TimedWorld : public btDiscreteDynamicsWorld {
   struct Corners {
     btVector3 lower, upper;
   };
-  // What btCollisionWorld::updateSingleAabb hands over.
+  // What btCollisionWorld::updateSingleAabb passes on.
   Corners box_of(const btCollisionObject& object) const {
     Corners c;
     const btVector3 threshold(gContactBreakingThreshold, gContactBreakingThreshold,

@@ -21,7 +21,7 @@ Twin::Twin(std::unique_ptr<btBroadphaseInterface> other, Phase phase, bool first
   }
 }
 
-// btDbvtBroadphase leaves proxies behind that nobody destroys.
+// btDbvtBroadphase does not destroy the remaining proxies.
 Twin::~Twin() {
   other_->getOverlappingPairCache()->getOverlappingPairArray().clear();
   if (phase_ == Phase::axis_sweep) return;
@@ -68,7 +68,7 @@ void Twin::step(const btBroadphaseInterface& first, Comparison& told) {
   told.pairs = first_pairs_.size();
   told.missing = count_missing(first_pairs_, other_pairs_);
   told.extra = count_missing(other_pairs_, first_pairs_);
-  // Throng fattens nothing: whatever it holds overlaps.
+  // Throng does not enlarge boxes: all its pairs overlap.
   if (first_is_throng_) told.extra += first_surplus;
   if (phase_ == Phase::throng) told.extra += other_surplus;
 }

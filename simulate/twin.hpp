@@ -1,5 +1,5 @@
-// A second broad phase beside that of a running world: it is given the same boxes in each step, and
-// both sets of pairs are compared. It moves nothing.
+// A second broad phase that gets the same boxes as a running world's in each step; both sets of
+// pairs are compared. It does not influence the simulation.
 #pragma once
 
 #include <memory>
@@ -15,20 +15,20 @@ namespace throng::simulate {
 
 class Twin {
  public:
-  // `world` is whole: all its objects are added. `phase` is what `other` is; `first_is_throng`
-  // tells of the world's own.
+  // `world` holds all its objects already. `phase` is the kind of `other`; `first_is_throng`
+  // describes the world's own.
   Twin(std::unique_ptr<btBroadphaseInterface> other, Phase phase, bool first_is_throng,
        const btCollisionWorld& world);
   ~Twin();
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  // After the first one has found its pairs.
+  // After the world's broad phase found its pairs.
   void step(const btBroadphaseInterface& first, Comparison& told);
 
  private:
   using Key = std::pair<int, int>;
-  // Sorted; those of the cache whose boxes overlap. `surplus` becomes how many others there are.
+  // Sorted; the cached pairs whose boxes overlap. `surplus` is set to the number of the others.
   static void exact_pairs(const btBroadphaseInterface& phase, std::vector<Key>& out,
                           std::size_t& surplus);
 

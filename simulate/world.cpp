@@ -18,7 +18,7 @@ std::unique_ptr<btBroadphaseInterface> make_phase(Phase phase, const Spec& spec,
                                                   const std::vector<Placement>& placements) {
   if (phase == Phase::throng) return std::make_unique<BulletBroadphase>(spec.options);
   if (phase == Phase::dbvt) return std::make_unique<btDbvtBroadphase>();
-  // Quantised between bounds, beyond which boxes would all meet: room for a heap to spread.
+  // Quantised between bounds; beyond them all boxes would overlap: space for a heap to spread.
   double side = 0, top = 0;
   for (const Placement& p : placements) {
     side = std::max({side, std::abs(p.at[0]), std::abs(p.at[1])});
@@ -39,7 +39,7 @@ std::unique_ptr<btCollisionShape> make_shape(Shape shape) {
 
 btDefaultCollisionConstructionInfo pools(std::size_t objects) {
   btDefaultCollisionConstructionInfo info;
-  // What does not fit is allocated one by one.
+  // What does not fit is allocated singly.
   const std::size_t pairs = std::clamp<std::size_t>(4 * objects, 4096, std::size_t{1} << 18);
   info.m_defaultMaxPersistentManifoldPoolSize = static_cast<int>(pairs);
   info.m_defaultMaxCollisionAlgorithmPoolSize = static_cast<int>(pairs);
@@ -81,15 +81,15 @@ struct World::Engine {
     }
   }
 
-  // A world that ends takes one object out after the other, and goes through all pairs for each: so
-  // there are to be none.
+  // Destruction removes the objects one by one and scans all pairs for each: so clear the pairs
+  // first.
   ~Engine() {
     btOverlappingPairCache& cache = *broad_phase->getOverlappingPairCache();
     for (int i = 0; i < cache.getNumOverlappingPairs(); ++i) {
       cache.cleanOverlappingPair(cache.getOverlappingPairArray()[i], &dispatcher);
     }
     cache.getOverlappingPairArray().clear();
-    // The handles of an axis sweep lie in one array, and each that is taken out passes all others.
+    // The handles of an axis sweep are in one array; each removal moves past all others.
     for (auto& body : bodies) {
       if (phase == Phase::axis_sweep) body->setBroadphaseHandle(nullptr);
     }

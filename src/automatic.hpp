@@ -1,4 +1,4 @@
-// Backend::automatic for boxes in host memory: when a GPU is tried, and what is said when it fails.
+// Backend::automatic for boxes in host memory: when to try a GPU, and what to report if it fails.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,19 @@
 
 namespace throng {
 
-// For boxes in host memory one thread gathers 24 bytes a box and scatters the pairs again. Measured
-// on an H200 beside 16 processors (bench/results/h200/host-arrays-2026-11-27.csv): ahead of four
-// threads from 50,000 boxes on, of six up to 500,000. A smaller GPU pays later, and what it takes
-// to wake one is made up for after some hundred frames: so not from the first box on that pays.
+// For boxes in host memory one thread gathers 24 bytes per box and scatters the pairs. Measured on
+// an H200 with 16 CPU cores (bench/results/h200/host-arrays-2026-11-27.csv): faster than four
+// threads from 50,000 boxes on, than six up to 500,000. The threshold is higher, since a smaller
+// GPU breaks even later, and initialising a GPU costs as much as some hundred frames save.
 constexpr std::size_t gpu_pays_from = 200000;
 constexpr unsigned gpu_pays_up_to_threads = 4;
 
-// A Finder's choice. The first large call never takes a GPU: to wake one costs more than a search.
+// The choice of one Finder. The first large call never takes a GPU: initialising it costs more than
+// a search.
 class Automatic {
  public:
-  // Whether this call is to try one. A caller who gives an executor or memory is promised that
-  // nothing is started or taken beside these, one who names an instruction set wants the CPU.
+  // Whether this call tries a GPU. Not if the caller gives an executor or memory resource (no other
+  // threads or memory may be used then) or names an instruction set (of the CPU).
   bool wants_gpu(std::size_t boxes, const Options& options) noexcept {
     if (options.backend != Backend::automatic || options.executor || options.memory ||
         options.isa != Isa::automatic || boxes < gpu_pays_from || reason_) {
@@ -30,7 +31,7 @@ class Automatic {
     return cpu::threads_of(options) <= gpu_pays_up_to_threads && std::exchange(seen_one_, true);
   }
 
-  // Whether the CPU is to answer instead; then this Finder stays with it.
+  // Whether the CPU repeats this call; from then on this Finder stays on the CPU.
   bool falls_back(const Result& r) noexcept {
     switch (r.status) {
       case Status::no_device:
@@ -50,7 +51,7 @@ class Automatic {
         return false;
     }
   }
-  // Why the CPU answers though so many boxes are a GPU's; null: they are not, or none was tried.
+  // Why the CPU handles so many boxes; null: too few boxes, or no GPU was tried.
   const char* reason(std::size_t boxes) const noexcept {
     return boxes < gpu_pays_from ? nullptr : reason_;
   }

@@ -1,4 +1,4 @@
-// The hall's door to objects that live: what is asked is checked before anything changes.
+// Public API of BroadPhase: validates all arguments before it changes anything.
 #include <cmath>
 #include <utility>
 
@@ -17,10 +17,10 @@ using capture::Operation;
 
 LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
 
-// All ids alive, and none twice.
+// Whether all ids are alive and unique.
 bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, Result& r) noexcept {
   if (count != 0 && !ids) {
-    say(r, "the array of ids is null; give its address, with %llu ids", ull{count});
+    say(r, "the array of ids is null; pass the address of %llu ids", ull{count});
     r.invalid_count = count;
     return refuse(r, Status::bad_id);
   }
@@ -35,13 +35,13 @@ bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, R
   }
   for (std::size_t i = 0; i < count; ++i) objects.unlist(ids[i]);
   if (r.invalid_count == 0) return true;
-  say(r, "%llu ids are not valid, the first is id %u at %llu of the list: it %s",
+  say(r, "%llu ids are invalid, the first is id %u at index %llu of the list: it %s",
       ull{r.invalid_count}, ids[r.first_invalid], ull{r.first_invalid},
-      dead ? "is not alive; add() gives ids that are" : "stands there twice; give each id once");
+      dead ? "is not alive; use ids that add() returned" : "occurs twice; give each id once");
   return refuse(r, Status::bad_id);
 }
 
-// What a capture keeps of what was told.
+// Hash of reported pairs, stored in captures.
 std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   for (const LivePair& pair : pairs) {
     sum = capture::chain(sum, std::uint64_t{pair.first} << 32 | pair.second);
@@ -50,7 +50,7 @@ std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   return capture::chain(sum, pairs.size());
 }
 
-// One value each, repeated.
+// Each value repeated for all elements.
 Filters filters_of(const Filter& f) noexcept {
   return {{&f.group, 1}, {&f.mask, 1}, {&f.owner, 1}, {&f.world, 1}, {&f.is_static, 1}};
 }
@@ -111,8 +111,8 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
     if (!valid(boxes, r)) return;
     if (!valid_floats(boxes, options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
-      say(r, "%llu boxes and the %llu ids there are exceed %llu; remove some first",
-          ull{boxes.size()}, ull{objects.limit()}, ull{max_box_count});
+      say(r, "%llu boxes plus %llu existing ids exceed %llu; remove some first", ull{boxes.size()},
+          ull{objects.limit()}, ull{max_box_count});
       r.status = Status::too_many_boxes;
       return;
     }
@@ -217,7 +217,7 @@ Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
     live::Objects& objects = tracker.change();
     if (!valid_ids(objects, ids, count, r)) return;
     constexpr Box some{};
-    Boxes stand_in(&some, count, 0);  // one box, repeated: the filters are what is looked at
+    Boxes stand_in(&some, count, 0);  // one box, repeated; only the filters matter
     stand_in.filters = filters;
     if (!valid(stand_in, r)) return;
     Access::log(*this).begin(Operation::set_filters, 1);

@@ -1,4 +1,4 @@
-// Questions to objects that live: what overlaps boxes, and what moving boxes hit.
+// Public API of queries: overlaps of boxes, and ray and shape casts.
 #include <cstring>
 #include <utility>
 
@@ -10,7 +10,7 @@ namespace {
 using Access = BroadPhaseAccess;
 using capture::Operation;
 
-// What a capture keeps of what was told.
+// Hash of reported hits, stored in captures.
 std::uint64_t fold_of(const SweepHitList& hits) noexcept {
   std::uint64_t sum = 0;
   for (const SweepHit& hit : hits) {
@@ -22,7 +22,7 @@ std::uint64_t fold_of(const SweepHitList& hits) noexcept {
   return sum;
 }
 
-// Of a question, which then may have left out some of what it was asked.
+// A stopped query may be incomplete; its results are discarded.
 bool stopped(Result& r) noexcept {
   if (r.status != Status::stopped) return false;
   r.found = r.written = 0;
@@ -56,8 +56,8 @@ bool valid_question(const live::Sweeps& sweeps, const Options& options, Result& 
   return refuse(r, Status::nan_box);
 }
 
-// What both doors do with a question. `tracker` null: there are no objects. `log`: of who writes it
-// down, or null.
+// Shared by BroadPhase and BroadPhaseQuery. `tracker` null: there are no objects. `log`: null if
+// the query is not captured.
 void ask(live::Queries& queries, live::Tracker* tracker, const Boxes& boxes, const Options& options,
          capture::Log* log, Result& r) {
   queries.overlaps().clear();
@@ -76,7 +76,7 @@ void ask(live::Queries& queries, live::Tracker* tracker, const live::Sweeps& swe
          const Options& options, capture::Log* log, Result& r) {
   queries.forget_hits();
   if (!valid_question(sweeps, options, r) || !tracker) return;
-  if (sweeps.test.when) log = nullptr;  // it cannot be written down
+  if (sweeps.test.when) log = nullptr;  // a callback cannot be captured
   if (log) {
     log->begin(Operation::find_hits, 1, 0, static_cast<std::uint32_t>(sweeps.which));
     log->sweeps(sweeps.data, sweeps.count);

@@ -1,4 +1,4 @@
-// What stands behind the door to objects that live: its state, and how a call on it is made.
+// State of BroadPhase and BroadPhaseQuery, and the common frame of every call.
 #pragma once
 
 #include <throng/broad_phase.hpp>
@@ -48,7 +48,7 @@ struct BroadPhaseQuery::State {
 };
 
 struct BroadPhaseAccess {
-  // Runs body(tracker, result) in the library's float state, alone, with memory failures told.
+  // Runs body(tracker, result) exclusively, in the library's float state; reports memory failures.
   template <class F>
   static Result call(BroadPhase& it, F&& body,
                      const char* if_no_memory = "free some, or keep fewer objects") noexcept {
@@ -72,8 +72,8 @@ struct BroadPhaseAccess {
 
   static constexpr const char* query_less = "free some, or query fewer at once";
 
-  // Runs body(queries, tracker, result) likewise, beside others that do the same; the tracker is
-  // null where there are no objects.
+  // Runs body(queries, tracker, result) likewise, but shared with other queries; the tracker is
+  // null if there are no objects.
   template <class F>
   static Result ask(BroadPhaseQuery& it, const BroadPhase& objects, F&& body) noexcept {
     const cpu::FloatState float_state;
@@ -88,7 +88,7 @@ struct BroadPhaseAccess {
     }
     BroadPhase::State* const asked = state_of(objects);
     if (asked && !asked->gate.enter(state.number)) {
-      say(r, "another thread is in a call on the BroadPhase that is asked; ask when it is over");
+      say(r, "another thread is in a call on the queried BroadPhase; retry when it has returned");
       r.status = Status::busy;
     } else {
       attempt(r, query_less, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
@@ -98,10 +98,10 @@ struct BroadPhaseAccess {
     return r;
   }
 
-  // Of a call that runs: where it is written down once it is known to be valid.
+  // The capture log of the running call; written once its arguments are valid.
   static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
-  // Makes the state at the first call; of two at once one does.
+  // Creates the state in the first call; thread-safe.
   template <class Door>
   static bool prepare(Door& it, const char* name, Result& r) noexcept {
     using State = typename Door::State;
@@ -110,7 +110,8 @@ struct BroadPhaseAccess {
     const Options& options = it.options_;
     if (!valid(Boxes(), nullptr, options, r)) return false;
     if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
-      say(r, "a %s has no backend '%s'; use Backend::automatic", name, to_string(options.backend));
+      say(r, "a %s does not support backend '%s'; use Backend::automatic", name,
+          to_string(options.backend));
       return refuse(r, Status::bad_option);
     }
     std::pmr::memory_resource* memory = options.memory;
@@ -141,7 +142,7 @@ struct BroadPhaseAccess {
   }
 
  private:
-  // Another thread may be in the first call on it.
+  // Atomic, because another thread may be in its first call.
   static BroadPhase::State* state_of(const BroadPhase& it) noexcept {
     return std::atomic_ref(const_cast<BroadPhase&>(it).state_).load(std::memory_order_acquire);
   }
@@ -156,7 +157,7 @@ struct BroadPhaseAccess {
   }
 };
 
-// Whether those boxes that are wanted may have the NaN and the lower > upper that they have.
+// Checks NaN and lower > upper in the boxes for which wanted(i) holds.
 template <class Wanted>
 bool valid_floats(const Boxes& boxes, const Options& options, const Wanted& wanted,
                   Result& r) noexcept {

@@ -1,4 +1,4 @@
-// The C door, over the C++ one: pairs of boxes. Objects that live are in c_broad_phase.cpp.
+// C API of the Finder, implemented with the C++ API. Persistent objects are in c_broad_phase.cpp.
 #include <throng/throng.h>
 
 #include <algorithm>
@@ -67,7 +67,7 @@ namespace {
 using throng::c_door::view;
 using Take = int (*)(void* context, const throng_pair* pairs, size_t count);
 
-// Runs call(view of a), or where there is a second set call(views of both). C is throng_boxes or
+// Runs call(view of a), or with a second set call(both views). C is throng_boxes or
 // throng_double_boxes.
 template <class C, class Call>
 throng_status search(throng_finder* finder, const C* a, const C* b, const Call& call) noexcept {
@@ -102,7 +102,7 @@ throng_status consume(throng_finder* finder, const C* a, const C* b, Take consum
                 [&](const auto&... sets) { return finder->finder.consume(sets..., take); });
 }
 
-// Boxes `stride` values apart; null corners: none.
+// Boxes whose corners are `stride` values apart; null corners: empty.
 template <class C, class Real>
 C boxes_of(const Real* lower, const Real* upper, size_t stride, size_t count) noexcept {
   C b{};
@@ -135,7 +135,7 @@ throng_double_boxes throng_double_boxes_split(const double* lower, const double*
 }
 
 void throng_options_init_sized(throng_options* options, size_t struct_bytes) {
-  // A caller built against an older header has a shorter struct: what it does not know is left out.
+  // A caller built against an older header has a shorter struct: write only its fields.
   if (!options) return;
   throng_options defaults{};
   defaults.struct_bytes = struct_bytes;
@@ -203,8 +203,8 @@ size_t throng_finder_memory_bytes(const throng_finder* finder) {
 }
 
 const char* throng_status_text(throng_status status) {
-  // As the C++ has it, in a byte.
-  const auto number = std::bit_cast<std::uint32_t>(status);  // C gives what it likes
+  // throng::Status is one byte wide.
+  const auto number = std::bit_cast<std::uint32_t>(status);  // C may pass any value
   return number < 256 ? throng::to_string(static_cast<throng::Status>(number)) : "unknown";
 }
 

@@ -1,4 +1,4 @@
-// The C door of objects that live, over the C++ one.
+// C API of persistent objects and queries, implemented with the C++ API.
 #include <throng/throng.h>
 
 #include <cstddef>
@@ -38,14 +38,14 @@ struct throng_query : throng::c_door::Handle {
 
 namespace {
 
-// Shows a list of the C++ door as the C struct that is the same.
+// Returns a list of the C++ API as an array of the layout-compatible C struct.
 template <class Out, class List>
 const Out* show(const List& list, size_t* count) noexcept {
   if (count) *count = list.size();
   return reinterpret_cast<const Out*>(list.data());
 }
 
-// Calls write(), which tells of an object by `to`.
+// Calls write(), which writes a property of the object to `to`.
 template <class Write>
 throng_status show_object(const throng_broad_phase* broad_phase, std::uint32_t id, const void* to,
                           throng_status if_null, const Write& write) noexcept {
@@ -56,7 +56,7 @@ throng_status show_object(const throng_broad_phase* broad_phase, std::uint32_t i
   return THRONG_OK;
 }
 
-// Calls ask(sweeps, count, which, filters) with what the C door was given.
+// Calls the callback with the C++ forms (sweeps, count, which, filters) of the C arguments.
 template <class Ask>
 throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which,
                              const throng_boxes* filters, const Ask& ask) noexcept {

@@ -1,4 +1,4 @@
-// What the parts of the C door share: views, the caller's options, and how a call answers.
+// Shared by the parts of the C API: views, options, and how a call returns its result.
 #pragma once
 
 #include <throng/throng.h>
@@ -23,7 +23,7 @@ Strided<T> strided(const throng_strided& s, std::size_t count) noexcept {
   return {static_cast<const T*>(s.data), count, stride};
 }
 
-// The stride of boxes that lie side by side: as many values as stand beside one another.
+// The stride of contiguous boxes: the number of values that are stored together.
 template <class C>
 std::size_t tight_stride(const C& c) noexcept {
   const int d = c.corner[2] ? 3 : 2;
@@ -35,12 +35,12 @@ std::size_t tight_stride(const C& c) noexcept {
   return sizeof(*c.corner[0]) * static_cast<std::size_t>(all ? 2 * d : corners ? d : 1);
 }
 
-// Of throng_boxes or throng_double_boxes.
+// C is throng_boxes or throng_double_boxes.
 template <class AnyBoxes, class C>
 AnyBoxes view_as(const C& c) noexcept {
   using Box = typename AnyBoxes::Value;
   const std::size_t stride = c.stride_bytes == 0 ? tight_stride(c) : c.stride_bytes;
-  // Coordinates that lie together are read together.
+  // Packed boxes use the packed view, which is read faster.
   bool packed = c.corner[0] != nullptr && stride >= sizeof(Box);
   for (int k = 1; k < 6; ++k) packed = packed && c.corner[k] == c.corner[0] + k;
   AnyBoxes boxes = packed ? AnyBoxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, stride)
@@ -56,7 +56,7 @@ AnyBoxes view_as(const C& c) noexcept {
 inline Boxes view(const throng_boxes& c) noexcept { return view_as<Boxes>(c); }
 inline DoubleBoxes view(const throng_double_boxes& c) noexcept { return view_as<DoubleBoxes>(c); }
 
-// The caller's functions as a memory resource.
+// The caller's allocation functions as a memory resource.
 class CallerMemory final : public std::pmr::memory_resource {
  public:
   explicit CallerMemory(const throng_options& options) noexcept : options_(options) {}
@@ -75,9 +75,9 @@ class CallerMemory final : public std::pmr::memory_resource {
   throng_options options_;
 };
 
-// The fields of the caller's options that are known here, the defaults for the others. Shorter: an
-// older caller's. Longer: a newer one's, whose new fields are not known. Shorter than its first
-// member: never initialised.
+// The caller's options in the layout of this build. A shorter struct comes from an older caller:
+// missing fields get their defaults. A longer one comes from a newer caller: unknown fields are
+// dropped. Shorter than struct_bytes itself: not initialised.
 inline throng_options known(const throng_options* options) noexcept {
   throng_options given{};
   given.struct_bytes = sizeof given;
@@ -88,8 +88,8 @@ inline throng_options known(const throng_options* options) noexcept {
   return given;
 }
 
-// What stands behind every handle: the options in C++'s terms, and the answer of the last call. It
-// is pointed to from its options, so it stays where it is.
+// The base of every handle: the options converted to C++, and the result of the last call. Its
+// options point into it, so it must not be moved.
 class Handle {
  public:
   explicit Handle(const throng_options& given) noexcept : memory_(given) {
@@ -128,11 +128,11 @@ class Handle {
   const throng_result& result() const noexcept { return result_; }
   void stop() noexcept { stop_ = true; }
 
-  // Runs call(), a Result of the C++ door, where the options are right, and keeps what it tells.
-  // `missing`: the name of an argument that is NULL and may not be, or null.
+  // Runs call(), which returns a Result of the C++ API, if the options are valid, and stores the
+  // result. `missing`: the name of a required argument that is NULL, or null.
   template <class Call>
   throng_status answer(const char* missing, const Call& call) noexcept {
-    // The answer that is there, or being made, is the other call's.
+    // The stored result belongs to the other call.
     if (in_call_.exchange(true, std::memory_order_acquire)) return THRONG_BUSY;
     const Leave leave{in_call_};
     stop_ = false;
@@ -142,7 +142,7 @@ class Handle {
     } else {
       try {
         last_ = call();
-      } catch (...) {  // the consumer's, which may be C++ after all
+      } catch (...) {  // thrown by the consumer, if it is C++
         last_ = Result();
         last_.status = Status::stopped;
       }
@@ -193,13 +193,13 @@ class Handle {
   Executor executor_;
   Options options_;
   std::atomic<bool> stop_{false}, in_call_{false};
-  const char* wrong_ = nullptr;  // the name of an option that is wrong
+  const char* wrong_ = nullptr;  // the name of an invalid option
   int wrong_value_ = 0;
   Result last_;
   throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0, 0};
 };
 
-// Of an argument that is wrong in a way that C++ does not allow.
+// The result for an argument value that the C++ types cannot represent.
 inline Result bad_option(const char* message) noexcept {
   Result r;
   r.status = Status::bad_option;
@@ -207,7 +207,7 @@ inline Result bad_option(const char* message) noexcept {
   return r;
 }
 
-// Runs call() for a handle that may be NULL; `given` tells whether the argument `name` is there.
+// Runs call() on a handle that may be NULL; `given`: the required argument `name` is not NULL.
 template <class Call>
 throng_status answer(Handle* handle, bool given, const char* name, const Call& call) noexcept {
   return handle ? handle->answer(given ? nullptr : name, call) : THRONG_OUT_OF_MEMORY;

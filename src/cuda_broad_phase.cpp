@@ -1,5 +1,4 @@
-// The hall of objects that live on a GPU: what is asked is checked, and answered by the backend if
-// there is one.
+// API layer of persistent objects on a GPU: checks arguments and calls the backend, if it exists.
 #include <throng/cuda_broad_phase.hpp>
 
 #include <cmath>
@@ -21,7 +20,7 @@ struct BroadPhase::State {
 };
 
 struct BroadPhaseAccess {
-  // f(scene, result), with the words for what goes wrong there.
+  // Calls f(scene, result) and writes the messages of its errors.
   template <class F>
   static Result run(BroadPhase& it, const F& f) noexcept {
     Result r;
@@ -45,7 +44,7 @@ struct BroadPhaseAccess {
     if (!r.ok()) explain(r, false, false, "free some, or keep fewer objects");
     return r;
   }
-  // The same with boxes, whose filters are looked at where they count.
+  // The same with boxes, whose filters are checked where they are used.
   template <class F>
   static Result run(BroadPhase& it, Boxes boxes, bool with_filters, const F& f) noexcept {
     if (!with_filters) boxes.filters = {};
@@ -53,7 +52,7 @@ struct BroadPhaseAccess {
     if (!valid_on_device(boxes, nullptr, it.options_, r)) return r;
     return run(it, [&](Scene& scene, Result& told) { f(scene, boxes, told); });
   }
-  // The same with sweeps, and filters of theirs.
+  // The same with sweeps and their filters.
   template <class F>
   static Result ask(BroadPhase& it, const Sweep* sweeps, std::size_t count, SweepHits which,
                     const Filters& filters, const F& f) noexcept {
@@ -68,7 +67,7 @@ struct BroadPhaseAccess {
   static const Scene* scene(const BroadPhase& it) noexcept {
     return it.state_ ? it.state_->scene.get() : nullptr;
   }
-  // A box for every id; false, with the words, where these are others.
+  // Whether there is a box for every id; otherwise false, with the message.
   static bool one_each(const Scene& scene, const Boxes& boxes, Result& r) noexcept {
     if (boxes.size() == scene.id_limit()) return true;
     say(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
@@ -97,7 +96,7 @@ Result BroadPhase::copy_from(const BroadPhase& other, Stream stream) noexcept {
   return Access::run(*this, [&](Scene& mine, Result& r) {
     std::unique_ptr<Scene> none;
     const Scene* theirs = Access::scene(other);
-    if (!theirs) {  // it has seen no call
+    if (!theirs) {  // no call has been made on it
       none.reset(create_scene(other.fat_margin_, other.options_, {}));
       theirs = none.get();
     }
@@ -129,7 +128,7 @@ Result BroadPhase::move_all(const Boxes& boxes, Stream stream) noexcept {
 Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count, const Filters& filters,
                                Stream stream) noexcept {
   constexpr Box some{};
-  Boxes stand_in(&some, count, 0);  // the filters are what is looked at
+  Boxes stand_in(&some, count, 0);  // only the filters are read
   stand_in.filters = filters;
   return Access::run(*this, stand_in, true, [&](Scene& scene, const Boxes& given, Result& r) {
     scene.set_filters(ids, given.size(), given.filters, stream, r);

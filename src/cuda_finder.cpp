@@ -1,5 +1,4 @@
-// The hall of the GPU's door: what is asked is checked, and answered by the GPU backend if there is
-// one.
+// API layer of the GPU Finder: checks arguments and calls the GPU backend, if it exists.
 #include <throng/cuda.hpp>
 
 #include <memory>
@@ -17,9 +16,9 @@ struct Finder::State {
   std::unique_ptr<Engine> engine;
 };
 
-// What the public calls have in common.
+// What the public calls share.
 struct FinderAccess {
-  // f(engine, result) with the words for what goes wrong there.
+  // Calls f(engine, result) and writes the messages of its errors.
   template <class F>
   static Result run(Finder& finder, const F& f) noexcept {
     Result r;
@@ -126,7 +125,7 @@ std::size_t Finder::memory_bytes() const noexcept {
 
 namespace {
 
-// put(job, result) has the boxes made; what both forms have in common.
+// Calls put(job, result), which makes the boxes; shared by both forms.
 template <class F>
 Result update(const Bodies& bodies, Box* out, const UpdateOptions& options,
               std::size_t stride_bytes, const F& put) noexcept {
@@ -157,7 +156,7 @@ Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream s
     r.status = Status::bad_shape;
     r.invalid_count = told.bad_shapes;
     r.first_invalid = told.first_bad_shape();
-    explain(r, false, false, "");  // no matter of memory
+    explain(r, false, false, "");  // needs no memory advice
   });
 }
 Result update_boxes_async(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,

@@ -22,11 +22,11 @@ float largest_extent(const Box& b) noexcept {
   return std::max({b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z});
 }
 
-// Of a size, the class: 0 for no extent, then one for each power of two, infinity the last.
+// The class of a size: 0 for no extent, then one per power of two; infinity is the last.
 int class_of(float extent) noexcept {
   if (!(extent > 0)) return 0;
   if (!(extent < std::numeric_limits<float>::infinity())) return 279;
-  return std::ilogb(extent) + 150;  // floats begin at 2^-149
+  return std::ilogb(extent) + 150;  // the smallest denormal is 2^-149
 }
 float class_begin(int k) noexcept {
   return k == 0     ? -1.0f
@@ -34,7 +34,7 @@ float class_begin(int k) noexcept {
                     : std::ldexp(1.0f, k - 150);
 }
 
-// How many boxes are in each cell of a grid, by differences: eight sums a box, however many cells
+// Boxes per cell of a grid, by a 3-D difference array: eight additions per box, however many cells
 // it touches.
 class Occupancy {
  public:
@@ -43,7 +43,7 @@ class Occupancy {
     differences_.resize(std::size_t{count_[0]} * count_[1] * count_[2]);
   }
 
-  // The cells that an active box touches.
+  // Adds an active box; returns how many cells it touches.
   std::uint64_t add(const Box& b) {
     const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
     const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
@@ -63,7 +63,7 @@ class Occupancy {
   }
 
   void finish(Explanation& e) {
-    std::vector<Explanation::CellClass> classes(65);  // by the width of the number
+    std::vector<Explanation::CellClass> classes(65);  // by bit width of the box count
     for (int axis = 0; axis < 3; ++axis) sum_along(axis);
     e.occupancy.reserve(map_.column_count());
     for (std::uint32_t x = 0; x < map_.columns[0]; ++x)
@@ -162,7 +162,7 @@ void give_advice(Explanation& e, const Options& options) {
   const double boxes = static_cast<double>(e.boxes);
   if (static_cast<double>(r.inactive) > 0.25 * boxes && e.boxes > 1000) {
     advise(e,
-           "%.0f %% of the boxes overlap nothing (lower > upper, or NaN), and each costs a look: "
+           "%.0f %% of the boxes overlap nothing (lower > upper, or NaN), and each is still read: "
            "leave them out",
            100 * static_cast<double>(r.inactive) / boxes);
   }
@@ -170,8 +170,8 @@ void give_advice(Explanation& e, const Options& options) {
   for (const Explanation::LargeBox& large : e.largest) in_large += large.cells;
   if (e.boxes > 1000 && static_cast<double>(in_large) > 0.2 * static_cast<double>(e.entries)) {
     advise(e,
-           "the %zu largest boxes are %.0f %% of all that is in the cells: if they need not pair "
-           "with one another, "
+           "the %zu largest boxes are %.0f %% of all cell entries: if they need not pair "
+           "with each other, "
            "mark them static or give them as a second set",
            e.largest.size(), 100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
   }
@@ -182,13 +182,13 @@ void give_advice(Explanation& e, const Options& options) {
       advise(e,
              "the densest cell holds %.0f boxes where cells with boxes hold %.0f on average; such "
              "a cell is searched by "
-             "a grid of its own, which costs about twice as much a box",
+             "a grid of its own, which costs about twice as much per box",
              most, mean);
     }
   }
   if (e.tests_per_box > 100) {
     advise(e,
-           "%.0f tests a box, where 20 to 40 are usual: boxes are long or crowded; splitting long "
+           "%.0f tests per box, where 20 to 40 are usual: boxes are long or dense; splitting long "
            "ones helps",
            e.tests_per_box);
   }
@@ -198,20 +198,22 @@ void give_advice(Explanation& e, const Options& options) {
   }
   if (r.times.order_ms > 0.3 * r.times.total_ms && r.times.total_ms > 0) {
     advise(e,
-           "putting the pairs into canonical order takes %.0f %% of the time: Order::any leaves it "
+           "sorting the pairs (canonical order) takes %.0f %% of the time: Order::any leaves it "
            "out",
            100 * r.times.order_ms / r.times.total_ms);
   }
   if (static_cast<double>(r.found) > 32 * boxes && r.found > 1000000) {
-    advise(e,
-           "%.0f pairs a box fill %.0f MB: Finder::consume hands them on in blocks and stores none",
-           static_cast<double>(r.found) / boxes, static_cast<double>(r.found) * 8e-6);
+    advise(
+        e,
+        "%.0f pairs per box fill %.0f MB: Finder::consume passes them on in blocks and stores none",
+        static_cast<double>(r.found) / boxes, static_cast<double>(r.found) * 8e-6);
   }
   if (e.boxes < 500) {
-    advise(e,
-           "%llu boxes are few: planning and starting are most of it; several sets can be one "
-           "call, each a world",
-           static_cast<unsigned long long>(e.boxes));
+    advise(
+        e,
+        "%llu boxes are few: planning and starting take most of the time; several sets can be one "
+        "call, each a world",
+        static_cast<unsigned long long>(e.boxes));
   }
 }
 

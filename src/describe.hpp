@@ -1,4 +1,4 @@
-// From a search that is done to what is told of it.
+// Explains a finished search.
 #pragma once
 
 #include <throng/boxes.hpp>
@@ -11,7 +11,7 @@ class Engine;
 
 namespace throng {
 
-// `result` is that of a search of these boxes (b null: one set) by this engine, its last one.
+// `result` must be that of the engine's last search, of these boxes (b null: one set).
 Explanation describe(const Boxes& a, const Boxes* b, const Options& options, const Result& result,
                      const cpu::Engine& engine);
 

@@ -1,4 +1,4 @@
-// The short forms: a search into a vector, with a Finder of its own; and doubles rounded outward.
+// find_pairs: a search into a vector by a temporary Finder; and rounding of doubles to float boxes.
 #include <throng/throng.hpp>
 
 #include "core/bounds.hpp"
@@ -10,8 +10,8 @@
 namespace throng {
 namespace {
 
-// A search into a vector. One that grows is written before it is filled, so few pairs are found in
-// the finder's memory and copied.
+// A search into a vector. vector::resize writes all elements before the search fills them, so few
+// pairs are collected in the finder's memory first and copied.
 class IntoVector {
  public:
   IntoVector(std::vector<Pair>& out, const Options& options) noexcept

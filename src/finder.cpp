@@ -1,4 +1,4 @@
-// The hall: what is asked is checked, answered by a backend, and what went wrong is put into words.
+// Finder: checks arguments, dispatches to a backend, and turns failures into messages.
 #include <atomic>
 #include <memory>
 #include <new>
@@ -22,7 +22,7 @@
 
 namespace throng {
 
-// What a Finder keeps: the memory of each backend that it has used.
+// The memory of each backend that the Finder has used.
 struct Finder::State {
   explicit State(std::pmr::memory_resource* memory) noexcept
       : resource(memory),
@@ -38,7 +38,7 @@ struct Finder::State {
                      core::Output* output, const Consumer* consumer) {
     const std::size_t before = cpu.memory().held();
     Result r = cpu.find(a, b, options, output, consumer);
-    // What is kept from other searches may be what is missing.
+    // Memory kept from other searches may be what exceeds the cap.
     if (r.status == Status::memory_cap_too_small && r.written == 0 && before > sizeof(State)) {
       std::destroy_at(&cpu);
       std::construct_at(&cpu, resource, sizeof(State));
@@ -52,7 +52,7 @@ struct Finder::State {
                     : "take pairs in blocks by Finder::consume, or split the boxes";
   }
 
-  // Doubles are the CPU's alone.
+  // Boxes of doubles are searched on the CPU only.
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options,
               core::Output* output, const Consumer* consumer) {
     Result r = find_on_cpu(a, b, options, output, consumer);
@@ -72,8 +72,8 @@ struct Finder::State {
                (cuda::is_built() && automatic.wants_gpu(boxes, options))) {
       nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
     }
-    // The CPU, too, where an automatic choice fell on a GPU that cannot: as long as nobody has been
-    // given pairs.
+    // Fall back to the CPU if an automatic choice tried a GPU that fails, unless the consumer has
+    // already been given pairs.
     const bool tried = r.plan.backend != Backend::cpu;
     if (!tried ||
         (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
@@ -93,7 +93,7 @@ struct Finder::State {
     r.plan.isa = Isa::scalar;
     r.plan.threads = cpu::threads_of(options);
     emulated.device().begin(cpu::executor_of(options), r.plan.threads, options.stop);
-    cpu.memory().set_cap(0);  // the pairs may lie there; the cap is the pipeline's to keep
+    cpu.memory().set_cap(0);  // the pairs may be stored there; the pipeline enforces the cap
     try {
       unless_stopped(
           options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
@@ -102,7 +102,7 @@ struct Finder::State {
     }
   }
 
-  // Failure: stopped, where it was before or is since.
+  // Throws Failure{stopped} if the stop flag is set before or after find().
   template <class F>
   static void unless_stopped(const Options& options, const F& find) {
     const auto heed = [&] {
@@ -113,7 +113,7 @@ struct Finder::State {
     heed();
   }
 
-  // Tells whether a NaN was seen in the second set.
+  // Returns whether the second set has a NaN.
   bool find_on_gpu(const Boxes& a, const Boxes* b, const Options& options, core::Output* output,
                    const Consumer* consumer, Result& r) {
     r.plan.backend = Backend::cuda;
@@ -137,7 +137,7 @@ struct Finder::State {
   cpu::Engine cpu;
   pipeline::Engine<pipeline::HostDevice> emulated;
   std::unique_ptr<cuda::Engine> gpu;
-  bool delivered = false;  // a call that failed on the GPU had handed out pairs
+  bool delivered = false;  // the consumer was given pairs before the GPU failed
   Automatic automatic;
 };
 
@@ -149,11 +149,11 @@ Result FinderAccess::run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, c
   finder.pairs_ = {};
   if (!valid(a, b, finder.options_, r)) return r;
   const bool refuses = finder.options_.inverted == InvertedPolicy::refuse;
-  // A consumer would have been given pairs before the search has counted such boxes.
+  // Checked before the search: a consumer would be given pairs before the search counts such boxes.
   if (refuses && consumer && !none_inverted(a, b, r)) return r;
   r = capture_or_search(finder, a, b, output, consumer);
-  // Where none is inactive there is nothing to look for, so that good boxes are not read twice. A
-  // mistaken layout can give more pairs than memory holds.
+  // Checked afterwards, and only if some box is inactive, so that valid boxes are not read twice. A
+  // wrong layout can also give more pairs than memory holds.
   if (refuses && (r.inactive != 0 || r.status == Status::out_of_memory)) {
     Result refused;
     if (!none_inverted(a, b, refused)) {
@@ -174,7 +174,7 @@ Result FinderAccess::capture_or_search(Finder& finder, const AnyBoxes& a, const 
   return search(finder, a, b, output, consumer);
 }
 
-// The same, written to a file: what goes in before the search, and then what came out.
+// search(), with its input and result written to a capture file.
 Result FinderAccess::captured(const char* folder, Finder& finder, const Boxes& a, const Boxes* b,
                               core::Output* output, const Consumer* consumer) {
   const capture::Form form = consumer                  ? capture::Form::consumer
@@ -211,7 +211,8 @@ Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b
     if (!memory) memory = cpu::large_blocks();
     const std::size_t cap = consumer ? finder.options_.memory_cap_bytes : 0;
     if (cap != 0 && cap < sizeof(Finder::State)) {
-      // Not even that. The backend, asked without one byte to spare, knows what would do.
+      // The cap is smaller than the state itself. The backend, called with no byte to spare,
+      // reports the number of bytes needed.
       alignas(Finder::State) unsigned char spot[sizeof(Finder::State)];
       auto* state = new (spot) Finder::State(memory);
       r = state->find(a, b, finder.options_, output, consumer);
@@ -230,7 +231,6 @@ Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b
   return r;
 }
 
-// In the finder's own memory.
 Pair* FinderAccess::room(void* finder, std::size_t count) noexcept {
   return cpu::room_for_pairs(&static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
 }

@@ -1,5 +1,4 @@
-// What the public forms of a search have in common: they are written down where capturing is asked
-// for, checked, and answered by a Finder's backends.
+// The path common to all public forms of a search: checks, optional capture, then a backend.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +10,13 @@
 namespace throng {
 
 struct FinderAccess {
-  // b null: one set. Pairs go to `output` or `consumer`, or, where both are null, into the finder's
-  // own memory. Boxes or DoubleBoxes.
+  // b null: one set. Pairs go to `output` or `consumer`; with both null, into the finder's own
+  // memory. AnyBoxes is Boxes or DoubleBoxes.
   template <class AnyBoxes>
   static Result run(Finder&, const AnyBoxes& a, const AnyBoxes* b, core::Output* output,
                     const Consumer* consumer);
-  // Room for so many pairs in the finder's own memory; null where there is none. `finder` points to
-  // a Finder that has been run.
+  // Memory for `count` pairs in the finder's own buffer; null on failure. `finder` points to a
+  // Finder after its first run().
   static Pair* room(void* finder, std::size_t count) noexcept;
   // Throws Error.
   static Explanation explain(Finder&, const Boxes& a, const Boxes* b);

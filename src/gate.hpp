@@ -1,13 +1,13 @@
-// Who is inside: one who may change things, or any number of those who look.
+// A non-blocking guard: one writer or any number of readers.
 #pragma once
 
 #include <atomic>
 
 namespace throng {
 
-// Nobody waits: who may not come in is told so. Those who look count themselves in and then ask
-// whether somebody is alone; who wants to be alone says so and then asks whether any are in. In one
-// order for all, so that one of two sees the other.
+// Non-blocking: a conflicting enter fails instead of waiting. A reader increments its counter, then
+// checks for a writer; a writer sets its flag, then checks the counters. Sequential consistency
+// guarantees that at least one of the two sees the other.
 class Gate {
  public:
   bool enter_alone() noexcept {
@@ -22,7 +22,7 @@ class Gate {
   }
   void leave_alone() noexcept { alone_.store(false, std::memory_order_release); }
 
-  // `who`: a number of one's own. Those of different places share no cache line.
+  // `who`: an index of the reader, e.g. per thread. Different slots lie on different cache lines.
   bool enter(unsigned who) noexcept {
     if (!used_.load(std::memory_order_seq_cst)) used_.store(true, std::memory_order_seq_cst);
     places_[who % place_count].inside.fetch_add(1, std::memory_order_seq_cst);
@@ -40,7 +40,7 @@ class Gate {
     std::atomic<unsigned> inside{0};
   };
   alignas(64) std::atomic<bool> alone_{false};
-  std::atomic<bool> used_{false};  // somebody has looked
+  std::atomic<bool> used_{false};  // a reader has ever entered
   Place places_[place_count];
 };
 

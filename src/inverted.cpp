@@ -8,17 +8,17 @@ void LayoutGuess::add(const double (&given)[6], bool flat) noexcept {
   valid_ += ordered(0, 3) && ordered(1, 4) && ordered(2, 5);
   swapped_ += ordered(3, 0) && ordered(4, 1) && ordered(5, 2);
   sizes_ += given[3] >= 0 && given[4] >= 0 && given[5] >= 0;
-  // x from, x to, y from, y to, ...: of a flat one the four that are there.
+  // The order x min, x max, y min, y max, ...; for 2-D boxes the four given values.
   intervals_ += ordered(0, 1) && (flat ? ordered(3, 4) : ordered(2, 3) && ordered(4, 5));
 }
 
-// Each has at most 74 characters, so that a message ends with the remedy whatever its numbers.
+// At most 74 characters each, so that the message keeps its fix whatever its numbers.
 const char* LayoutGuess::text() const noexcept {
   const auto fits = [&](std::uint64_t boxes) { return boxes >= count_ - count_ / 20; };
-  if (fits(valid_)) return nullptr;  // some boxes among good ones: no layout
+  if (fits(valid_)) return nullptr;  // only some boxes are inverted: not a layout mistake
   if (fits(intervals_))
     return "the order looks like xmin, xmax, ymin, ...: give all lower bounds first";
-  // Where all is on the positive side every upper corner could be a size.
+  // In an all-positive scene every upper corner could be a size.
   const bool sizes = fits(sizes_) && valid_ < count_ / 2 + 1;
   if (sizes && fits(swapped_))
     return "upper looks like a size: box_from_center(center, size / 2); or swapped";

@@ -1,5 +1,4 @@
-// Boxes with lower > upper, where they are refused: which they are, and what they may have been
-// meant as.
+// Boxes with lower > upper where they are refused: finds them and guesses the intended layout.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +12,25 @@
 
 namespace throng {
 
-// How many boxes are valid as given, and how many would be under each likely mistake.
+// Counts how many boxes are valid as given, and how many would be under each likely mistake.
 class LayoutGuess {
  public:
-  // Lower x, y, z, upper x, y, z as given, no NaN; of a flat one both z are 0.
+  // Lower x, y, z, upper x, y, z as given, no NaN; 2-D boxes have both z 0.
   void add(const double (&given)[6], bool flat) noexcept;
-  // What fits nearly all boxes, with what to do, or null: "lower and upper look swapped".
+  // The layout that fits nearly all boxes, with the fix, or null: "lower and upper look swapped".
   const char* text() const noexcept;
 
  private:
   std::uint64_t count_ = 0, valid_ = 0, swapped_ = 0, sizes_ = 0, intervals_ = 0;
 };
 
-// Status and message for r.invalid_count boxes of `count`; `set`: "", " of the first set".
+// Sets status and message for r.invalid_count of `count` boxes; `set`: "", " of the first set".
+// Returns false.
 bool refuse_inverted(const LayoutGuess& guess, std::size_t count, const char* set,
                      Result& r) noexcept;
 
-// Whether none of the wanted boxes has lower > upper on some axis; false with status and message.
-// A box with a NaN is none of these.
+// Returns whether no box selected by wanted(i) has lower > upper on some axis; if false, sets
+// status and message. Boxes with a NaN are skipped.
 template <class Real, class Wanted>
 bool none_inverted(const BasicBoxes<Real>& boxes, const char* set, const Wanted& wanted,
                    Result& r) noexcept {
@@ -52,7 +52,7 @@ bool none_inverted(const BasicBoxes<Real>& boxes, const char* set, const Wanted&
 }
 inline constexpr auto all_boxes = [](std::size_t) { return true; };
 
-// The same of one set, or where b is not null of two, all of their boxes.
+// The same for all boxes of one set, or of two if b is not null.
 template <class AnyBoxes>
 bool none_inverted(const AnyBoxes& a, const AnyBoxes* b, Result& r) noexcept {
   if (!b) return none_inverted(a, "", all_boxes, r);

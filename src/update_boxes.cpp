@@ -1,5 +1,4 @@
-// The hall's second door: what is asked is checked, done by the CPU, and what was wrong put into
-// words.
+// update_boxes: checks arguments, runs on the CPU, and turns failures into messages.
 #include <throng/update_boxes.hpp>
 
 #include <algorithm>
@@ -20,11 +19,12 @@ namespace {
 
 using ull = unsigned long long;
 
-// From about here on a second thread pays: some 10 ns a body against some 20 us to wake it.
+// A second thread pays from about here on: some 10 ns per body against some 20 us to wake the
+// thread.
 constexpr std::size_t threads_pay_from = 8192;
 
-// An array that is there, with one value a body where `bodies` says so, and a stride that floats
-// can lie at.
+// Checks that the array is not null, has one value per body if `bodies` is given, and has a stride
+// that is a multiple of a float's alignment.
 template <class T>
 bool valid(const Strided<T>& array, const char* name, const std::size_t* bodies,
            Result& r) noexcept {
@@ -32,7 +32,7 @@ bool valid(const Strided<T>& array, const char* name, const std::size_t* bodies,
     say(r, "the array '%s' has %llu values but is null; give its address, or count 0 for none",
         name, ull{array.count});
   } else if (array && bodies && array.count != *bodies) {
-    say(r, "the array '%s' has %llu values for %llu bodies; give one value a body", name,
+    say(r, "the array '%s' has %llu values for %llu bodies; give one value per body", name,
         ull{array.count}, ull{*bodies});
   } else if (array.stride_bytes % alignof(float) != 0) {
     say(r, "the stride of '%s' is %llu bytes; it must be a multiple of %llu", name,
@@ -53,13 +53,13 @@ bool valid(const Bodies& b, const Box* out, std::size_t stride, Result& r) noexc
   if (n == 0) return true;
   if (!b.shape && b.shapes.count != n && b.shapes.count != 1) {
     say(r,
-        "there are %llu shapes for %llu bodies; give one a body, one for all, or the array "
-        "'shape' that tells which is whose",
+        "there are %llu shapes for %llu bodies; give one per body, one for all, or the array "
+        "'shape' with the shape index of each body",
         ull{b.shapes.count}, ull{n});
     return refuse(r, Status::bad_bodies);
   }
   if (!out) {
-    say(r, "the array of boxes is null; give room for %llu boxes", ull{n});
+    say(r, "the array of boxes is null; provide space for %llu boxes", ull{n});
     return refuse(r, Status::bad_bodies);
   }
   if (stride % alignof(float) != 0 || stride < sizeof(Box)) {
@@ -76,7 +76,7 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
   const core::ShapeFault fault = job.fault(i);
   if (fault == core::ShapeFault::index) {
     say(r,
-        "%llu bodies have no good shape, the first is body %llu with shape %llu of %llu; use 0 "
+        "%llu bodies have an invalid shape, the first is body %llu with shape %llu of %llu; use 0 "
         "to one less than that",
         count, ull{i}, index, ull{job.shape_count});
     return;
@@ -102,8 +102,8 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
                     static_cast<unsigned long>(s.kind));
       break;
   }
-  say(r, "%llu bodies have no good shape, the first is body %llu: shape %llu has %s", count, ull{i},
-      index, what);
+  say(r, "%llu bodies have an invalid shape, the first is body %llu: shape %llu has %s", count,
+      ull{i}, index, what);
 }
 
 }  // namespace

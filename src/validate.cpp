@@ -99,7 +99,7 @@ bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name,
                   Result& r) noexcept {
   if (!filter) return true;
   if (filter.count != boxes) {
-    say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value a box", name, set,
+    say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value per box", name, set,
         ull{filter.count}, ull{boxes});
   } else if (filter.stride_bytes % alignof(T) != 0) {
     say(r, "the stride of filter '%s' of %s is %llu bytes; it must be a multiple of %llu", name,
@@ -142,8 +142,8 @@ bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noe
   const Filters& f = boxes.filters;
   const std::size_t n = boxes.size();
   if (!f.world) return true;
-  // Every search reads them: at first all without a branch. A number below -1 and one more is
-  // negative, and of the others the greatest alone.
+  // One pass over all values without branches: world + 1 is negative for values below -1, and for
+  // the largest int. The exact pass is needed only if the OR has the sign bit.
   std::uint32_t signs = 0;
   for (std::size_t i = 0; i < n; ++i) signs |= static_cast<std::uint32_t>(f.world[i]) + 1;
   if (signs >> 31 == 0) return true;
@@ -172,7 +172,7 @@ namespace {
 template <class Enum>
 bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept {
   if (value <= last) return true;
-  say(r, "%s is %d, which is none of its constants; use one, or leave the default", option,
+  say(r, "%s is %d, which is not one of its constants; use one, or keep the default", option,
       static_cast<int>(value));
   return refuse(r, Status::bad_option);
 }
@@ -184,7 +184,7 @@ bool valid_cell_scale(float scale, Result& r) noexcept {
   return refuse(r, Status::bad_option);
 }
 
-// THRONG_ISA names none that is to be had here.
+// THRONG_ISA does not name an available instruction set.
 void say_forced_isa(Result& r) noexcept {
   char here[64] = "auto";
   std::size_t length = 4;
@@ -195,7 +195,8 @@ void say_forced_isa(Result& r) noexcept {
   }
   const char* const name = std::getenv("THRONG_ISA");
   say(r,
-      "the environment variable THRONG_ISA is '%.40s', which is no instruction set to be had here; "
+      "the environment variable THRONG_ISA is '%.40s', which is not an instruction set available "
+      "here; "
       "unset it, or set it to one of: %s",
       name ? name : "", here);
 }
@@ -224,7 +225,7 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
   if (isa == Isa::automatic)
     say_forced_isa(r);
   else
-    say(r, "instruction set '%s' is not to be had here (asked for by %s); use auto", to_string(isa),
+    say(r, "instruction set '%s' is not available here (requested by %s); use auto", to_string(isa),
         option);
   refuse(r, Status::unsupported_isa);
   return nullptr;
@@ -283,7 +284,7 @@ void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_
 namespace {
 
 void say_no_memory(Result& r, const char* remedy) noexcept {
-  say(r, "no memory: %llu bytes were asked for in vain; %s", ull{r.bytes_needed}, remedy);
+  say(r, "out of memory: allocating %llu bytes failed; %s", ull{r.bytes_needed}, remedy);
 }
 
 }  // namespace
@@ -304,8 +305,8 @@ void explain_failure(Result& r, const pipeline::Failure& failure,
       break;
     case Status::device_error:
       say(r,
-          "the GPU failed: %s; what it held may be lost: make a new Finder, and where that fails, "
-          "too, a new process",
+          "the GPU failed: %s; its memory may be lost: create a new Finder, and if that fails, "
+          "too, restart the process",
           text);
       break;
     case Status::not_reserved:
@@ -332,10 +333,10 @@ void explain_failure(Result& r, const pipeline::Failure& failure,
       r.bytes_needed = number;
       if (!failure.text) return say_no_memory(r, if_no_memory);
       if (number)
-        say(r, "no device memory: %llu bytes were asked for in vain (%s); %s", number, text,
+        say(r, "out of device memory: allocating %llu bytes failed (%s); %s", number, text,
             if_no_memory);
       else
-        say(r, "no device memory: %s; %s", text, if_no_memory);
+        say(r, "out of device memory: %s; %s", text, if_no_memory);
       break;
     case Status::memory_cap_too_small:
       r.bytes_needed = number;
@@ -347,7 +348,7 @@ void explain_failure(Result& r, const pipeline::Failure& failure,
 
 bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Result& r) noexcept {
   if (which > SweepHits::first) {
-    say(r, "SweepHits is %d, which is none of its constants; use one", static_cast<int>(which));
+    say(r, "SweepHits is %d, which is not one of its constants; use one", static_cast<int>(which));
     return refuse(r, Status::bad_option);
   }
   if (sweeps || count == 0) return true;
@@ -364,7 +365,7 @@ void explain_sweeps(Result& r) noexcept {
 }
 
 void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no_memory) noexcept {
-  if (r.message[0]) return;  // a device has said it
+  if (r.message[0]) return;  // the device has set the message
   const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
@@ -381,9 +382,9 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no
       break;
     case Status::bad_id:
       say(r,
-          "%llu ids are not valid, the first stands at %llu of the list: it is not alive, or "
-          "stands "
-          "there twice; give each id that add() gave once",
+          "%llu ids are not valid, the first is at index %llu of the list: it is not alive, or "
+          "occurs "
+          "twice; give each id returned by add() once",
           ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::buffer_too_small:
@@ -393,8 +394,8 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no
       say_no_memory(r, if_no_memory);
       break;
     case Status::bad_shape:
-      say(r, "%llu bodies have no good shape, the first is body %llu; fix it", ull{r.invalid_count},
-          ull{r.first_invalid});
+      say(r, "%llu bodies have an invalid shape, the first is body %llu; fix it",
+          ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::memory_cap_too_small:
       say(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",

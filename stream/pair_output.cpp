@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Runs that are merged at once have at least so many keys in memory each.
+// In a merge each run has at least this many keys in memory.
 constexpr std::size_t least_keys = 512;
 constexpr std::size_t block_pairs = 4096;
 
@@ -87,18 +87,20 @@ void PairOutput::spill() {
   add_run([&](const auto& add) { merge(merged, add); });
 }
 
-// Calls take(key) for the keys of all runs in order, each once however often it comes. The runs are
-// read through the memory of keys_.
+// Calls take(key) for the keys of all runs in order, without duplicates. The runs are read through
+// the memory of keys_.
 template <class Take>
 void PairOutput::merge(std::vector<Part>& runs, const Take& take) {
   struct Head {
     std::uint64_t key;
     std::size_t run;
-    bool operator<(const Head& other) const noexcept { return key > other.key; }  // least on top
+    bool operator<(const Head& other) const noexcept {
+      return key > other.key;
+    }  // the smallest on top
   };
   struct Reader {
-    std::uint64_t next = 0;        // of the run
-    std::size_t at = 0, here = 0;  // of what is in memory
+    std::uint64_t next = 0;        // in the run
+    std::size_t at = 0, here = 0;  // in memory
   };
   const std::size_t room = keys_.size() / runs.size();
   std::vector<Reader> readers(runs.size());
@@ -154,7 +156,7 @@ PairTotals PairOutput::finish_frame() {
 
 void PairOutput::finish() {
   if (path_.empty()) return;
-  deliver(nullptr, 0);  // no pairs are a file, too
+  deliver(nullptr, 0);  // an empty result is a file, too
   writer_->finish();
   writer_.reset();
 }

@@ -1,5 +1,5 @@
-// Where the pairs of a streamed search go: counted, summed up, written as they come or sorted on
-// the disk.
+// Collects the pairs of a streamed search: counts them, sums them up, writes them as they come or
+// sorted on disk.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,15 @@ struct PairTotals {
 
 class PairOutput {
  public:
-  // `run_keys`: so many pairs are sorted in memory at a time; 0: pairs go out in any order.
+  // `run_keys`: the number of pairs sorted in memory at a time; 0: unsorted output.
   PairOutput(const std::string& path, std::size_t run_keys, Scratch& scratch);
   ~PairOutput();
 
-  // From any thread.
+  // Thread-safe.
   void write(const Pair* pairs, std::size_t count);
 
-  // A search that fails halfway is made again in parts. Whatever it told is taken back: written
-  // pairs are cut off; sorted ones stay, and those that come twice go when runs are merged.
+  // A failed search is repeated in parts. rewind() drops its pairs: written ones are truncated;
+  // sorted ones stay, as the merge removes duplicates.
   struct Mark {
     std::uint64_t written = 0;
     PairTotals totals;
@@ -37,9 +37,9 @@ class PairOutput {
   Mark mark() const noexcept;
   void take_back(const Mark& mark);
 
-  // The frame's pairs are all there: sorts them, where asked for. What they are.
+  // Ends a frame: sorts its pairs, if requested. Returns its totals.
   PairTotals finish_frame();
-  // The file takes its name.
+  // Completes the file.
   void finish();
   double order_ms() const noexcept { return order_ms_; }
 
@@ -56,7 +56,7 @@ class PairOutput {
   PairTotals totals_;
   std::vector<std::uint64_t> keys_;  // first << 32 | second
   std::size_t key_count_ = 0;
-  std::vector<char> waiting_;  // for an extent of a run
+  std::vector<char> waiting_;  // buffer for an extent of a run
   std::vector<Part> runs_;
   double order_ms_ = 0;
 };

@@ -1,5 +1,5 @@
-// A row: a box, its index in its file, and the filters that are given, side by side. The library
-// takes arrays with a stride, so rows are searched as they lie.
+// A row: a box, its index in its file, and the given filters, interleaved. The library accepts
+// strides, so rows are searched in place.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace throng::stream {
 
-// Where each part of a row stands, in bytes; a filter that is not given has no place.
+// The byte offset of each part of a row; absent filters have none.
 struct Layout {
   static constexpr std::size_t index_at = sizeof(Box);
   static constexpr std::size_t most_bytes = sizeof(Box) + 6 * 4;
@@ -21,7 +21,7 @@ struct Layout {
 
   void add(std::size_t& filter) noexcept {
     filter = bytes;
-    bytes += 4;  // of a flag, too: a stride is a multiple of four
+    bytes += 4;  // for a flag, too: strides are multiples of four
   }
 };
 
@@ -71,7 +71,7 @@ struct Rows {
   }
 };
 
-// Rows that are read from somewhere.
+// A source of rows.
 class Source {
  public:
   virtual ~Source() = default;

@@ -50,8 +50,8 @@ Scratch::~Scratch() {
 
 void Scratch::fail(const char* what, int error) const {
   throw program::Failure(fmt::format(
-      "a temporary file in {} cannot be {}: {}; {} bytes stood in it. Set TMPDIR to a folder with "
-      "more room, some 30 bytes a box, 4 more a filter and 8 a pair under canonical order, or "
+      "a temporary file in {} cannot be {}: {}; it held {} bytes. Set TMPDIR to a folder with "
+      "more space (about 30 bytes per box, 4 per filter, 8 per pair in canonical order), or "
       "raise --memory",
       folder_, what, error ? std::strerror(error) : "unknown error", file_bytes()));
 }
@@ -61,7 +61,7 @@ std::uint64_t Scratch::write(const char* data, std::size_t bytes) {
     const std::uint64_t extent = free_memory_.back();
     free_memory_.pop_back();
     std::unique_ptr<char[]>& memory = memory_[static_cast<std::size_t>(extent)];
-    if (!memory) memory.reset(new char[extent_bytes_]);  // touched as it is used
+    if (!memory) memory.reset(new char[extent_bytes_]);  // uses pages only when written
     std::memcpy(memory.get(), data, bytes);
     return extent;
   }

@@ -1,4 +1,4 @@
-// Where parts of a problem lie while others are worked on: memory first, then one nameless file.
+// Scratch space for the waiting parts of a problem: memory first, then one unnamed file.
 #pragma once
 
 #include <cstddef>
@@ -12,24 +12,25 @@
 
 namespace throng::stream {
 
-// Extents of one size, which are given back and used again; the first of them are in memory. The
-// file has no name from the moment it is open (Windows: it goes when it is closed), so nothing is
-// left of it however the program ends. Throws Failure, which names the folder and the remedy.
+// Extents of one size, which are released and reused; the first ones are in memory. The file is
+// unlinked as soon as it is open (Windows: deleted on close), so nothing remains however the
+// program ends. Throws Failure that names the folder and the fix.
 class Scratch {
  public:
-  // The file is made when more than memory_bytes are written.
+  // The file is created when more than memory_bytes are written.
   Scratch(std::string folder, std::size_t extent_bytes, std::size_t memory_bytes);
   ~Scratch();
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
 
   std::size_t extent_bytes() const noexcept { return extent_bytes_; }
-  std::uint64_t write(const char* data, std::size_t bytes);  // into a free extent; which
+  std::uint64_t write(const char* data,
+                      std::size_t bytes);  // writes a free extent; returns its index
   void read(std::uint64_t extent, std::size_t at, char* out, std::size_t bytes);
   void give_back(std::uint64_t extent) {
     (extent < memory_.size() ? free_memory_ : free_).push_back(extent);
   }
-  // The most that the file has been long.
+  // The largest size of the file.
   std::uint64_t file_bytes() const noexcept { return extents_ * extent_bytes_; }
 
  private:
@@ -38,12 +39,12 @@ class Scratch {
   std::string folder_;
   std::size_t extent_bytes_;
   std::FILE* file_ = nullptr;
-  std::uint64_t extents_ = 0;  // of the file; they are numbered after those in memory
+  std::uint64_t extents_ = 0;  // of the file; their indices follow those in memory
   std::vector<std::uint64_t> free_, free_memory_;
   std::vector<std::unique_ptr<char[]>> memory_;
 };
 
-// Items of one size, in the order in which they were added. Gives its extents back when it goes.
+// Items of one size, in insertion order. The destructor releases its extents.
 class Part final : public Source {
  public:
   Part() = default;
@@ -56,8 +57,8 @@ class Part final : public Source {
   std::uint64_t count() const noexcept override { return count_; }
   void read(std::uint64_t first, std::size_t count, char* out) override;
 
-  // Where items wait until an extent of them is full: Scratch::extent_bytes() of the caller's,
-  // which must stay until seal().
+  // Buffer for the extent being filled: Scratch::extent_bytes() of the caller's, valid until
+  // seal().
   void begin(char* waiting) noexcept { waiting_ = waiting; }
   void add(const char* item) {
     char* at = waiting_ + waiting_count_ * item_bytes_;
@@ -65,7 +66,7 @@ class Part final : public Source {
     ++count_;
     if (++waiting_count_ == room_) flush();
   }
-  // Nothing is added any more.
+  // Ends the insertions.
   void seal() {
     if (waiting_count_ != 0) flush();
     waiting_ = nullptr;

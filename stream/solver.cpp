@@ -15,11 +15,12 @@
 namespace throng::stream {
 namespace {
 
-// Each cut that is made pays by its own account; this ends what a sample misjudges again and again.
+// Each cut must pay for itself by its estimate; this limits the depth where samples are repeatedly
+// wrong.
 constexpr int most_cuts = 12;
-// A search is not halved below this: the library needs no less for fewer.
+// Smaller searches are not halved: the library's minimum no longer decreases.
 constexpr std::size_t least_rows = 64;
-// Work a row, for the progress: to be cut into slabs, and to be searched.
+// Work per row, for the progress: cutting into slabs, and searching.
 constexpr double work_to_cut = 1, work_to_search = 2;
 
 program::Remedies remedies_of(const Options& options) {
@@ -54,13 +55,13 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;
   options_.concurrent_consumer = true;
-  options_.inverted = InvertedPolicy::inactive;  // refused or left out before a search
+  options_.inverted = InvertedPolicy::inactive;  // refused or excluded before a search
   finder_.set_options(options_);
 }
 
 void Solver::advance(double work) {
   work_done_ += work;
-  // More work may show up on the way: what was told is not taken back.
+  // More work may turn up later: reported progress never decreases.
   if (work_ > 0) share_ = std::max(share_, std::min(work_done_ / work_, 1.0));
   progress_(share_);
 }
@@ -98,7 +99,7 @@ Split Solver::choose(const Problem& p) {
     widest = std::max(widest, p.layout[side]->bytes);
   }
   request.slab_rows = home_bytes_ / widest;
-  // While rows are dealt out, the room holds a block to read and an extent a list.
+  // While rows are distributed, the arena holds one block to read and one extent per list.
   const auto extents = static_cast<int>(sizes_.room_bytes / scratch_.extent_bytes());
   request.most_slabs = std::max(2, ((extents - 1) / request.side_count - 1) / 2);
   request.sample_rows = sizes_.sample_rows;
@@ -157,7 +158,7 @@ void Solver::divide(const Problem& problem, const Split& split, int depth) {
   solve(wide, depth + 1);
 }
 
-// Every active row of a side into its lists.
+// Distributes every active row of a side to its lists.
 void Solver::distribute(const Problem& problem, int side, const Split& split, Lists& lists) {
   const Layout& layout = *problem.layout[side];
   Source& source = *problem.side[side];
@@ -208,7 +209,7 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
   wide.seal();
 }
 
-// The pairs that slab s tells.
+// Reports the pairs of slab s.
 void Solver::slab(const Problem& problem, const Split& split, Lists& lists, int s, int depth) {
   const auto at = static_cast<std::size_t>(s);
   const int sides = problem.self ? 1 : 2;
@@ -232,7 +233,7 @@ void Solver::slab(const Problem& problem, const Split& split, Lists& lists, int 
     }
     advance(work_to_search * static_cast<double>(rows_of(home)));
   }
-  // Guests of the other side, or of the only one, with those at home.
+  // Halo rows of the other side, or of the only one, against the owned rows.
   for (int side = 0; side < sides; ++side) {
     const int other = problem.self ? 0 : 1 - side;
     const Layout& guests = *problem.layout[other];
@@ -266,7 +267,7 @@ void Solver::in_blocks(const Problem& problem) {
   Source& a = *problem.side[0];
   Source& b = *problem.side[problem.self ? 0 : 1];
   const std::size_t block = home_bytes_ / layout.bytes;
-  // Of one set the blocks after each pass by it, of two all of the second.
+  // With one set, the blocks after each are compared with it; with two, all of the second.
   const double times = static_cast<double>(a.count()) / static_cast<double>(block);
   const double share = problem.self ? 0.5 : 1.0;
   work_ += work_to_search * share * times * static_cast<double>(b.count());
@@ -310,7 +311,7 @@ void Solver::pass_by(Rows here, std::size_t used, Source& source, const Layout& 
         guests.swap(kept++, i);
       }
       guests.count = kept;
-      // Of those at home, the ones that begin before all guests end, brought to the front.
+      // Moves the owned rows that begin before all halo rows end to the front.
       std::size_t front = 0;
       for (std::size_t i = 0; i < here.count; ++i) {
         if (static_cast<double>(lower(here.box(i), split->axis)) <= reach) here.swap(front++, i);
@@ -355,20 +356,20 @@ void Solver::search(const Rows& a, const Rows* b, Told told) {
   bool done = try_search(a, b, told, result);
   if (!done && result.status == Status::memory_cap_too_small) {
     output_.take_back(mark);
-    finder_ = Finder(options_);  // what it kept from other searches may be what is missing
+    finder_ = Finder(options_);  // its retained workspace may be the memory that is missing
     done = try_search(a, b, told, result);
     if (!done) output_.take_back(mark);
   }
   search_ms_ +=
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (done) return;
-  if (result.status == Status::stopped) advance(0);  // who stopped it says so here
+  if (result.status == Status::stopped) advance(0);  // a consumer's stop reports its reason here
   const std::size_t larger = b ? std::max(a.count, b->count) : a.count;
   if (result.status != Status::memory_cap_too_small || larger < least_rows) {
     throw program::Failure(fmt::format(
         "{}: {}", name_,
         result.status == Status::memory_cap_too_small
-            ? fmt::format("--memory: {} bytes more are needed; raise it by so much",
+            ? fmt::format("--memory: {} more bytes are needed; raise it",
                           result.bytes_needed -
                               std::min<std::uint64_t>(result.bytes_needed, sizes_.finder_bytes))
             : program::failure_text(result, remedies_of(options_))));

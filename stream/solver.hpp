@@ -1,4 +1,4 @@
-// Finds the pairs of sources of rows of any size in a given amount of memory.
+// Finds the pairs of row sources of any size in a given amount of memory.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,13 @@ struct SolverSizes {
   std::size_t sample_rows = 0;
 };
 
-// A problem that fits into the room is searched. A larger one is cut into slabs along the axis that
-// serves best (split.hpp), each a smaller problem; where no cut helps, as for boxes that are all in
-// one place, it is taken in blocks, each with itself and with all later ones, which needs no
-// geometry. A search for which the library's share of memory was too little is made again in
-// halves.
+// A problem that fits into the arena is searched. A larger one is cut into slabs along the best
+// axis (split.hpp), each a smaller problem. Where no cut helps, as for boxes in one place, it is
+// processed in blocks, each with itself and all later ones, without geometry. A search that exceeds
+// the library's share of memory is repeated in halves.
 class Solver {
  public:
-  // How rows in memory are searched: Finder::consume, or what a test has in its place. b may be
-  // null.
+  // How rows in memory are searched: Finder::consume, or a test's substitute. b may be null.
   using Search = std::function<Result(Finder&, const Boxes& a, const Boxes* b, Consumer)>;
 
   Solver(const SolverSizes& sizes, const Options& options, Scratch& scratch, PairOutput& output,
@@ -45,7 +43,7 @@ class Solver {
   struct Seen {  // of both sides
     std::uint64_t inactive = 0, comparisons = 0, visited = 0;
   };
-  // The pairs of a frame, into the output. The sides may hold inactive boxes and NaN.
+  // Writes a frame's pairs to the output. The sides may hold inactive boxes and NaN.
   Seen solve_frame(const Problem& problem);
 
   std::uint64_t searches() const noexcept { return searches_; }
@@ -54,7 +52,7 @@ class Solver {
   double search_ms() const noexcept { return search_ms_; }
 
  private:
-  // In which order the two of a pair are told.
+  // The order of the two ids of a pair.
   enum class Told { by_index, as_found, swapped };
   struct Lists;  // of a problem that was cut
 
@@ -71,8 +69,8 @@ class Solver {
   bool fits(const Problem& problem, std::size_t bytes) const;
   Rows load(Source& source, const Layout& layout, std::uint64_t first, std::size_t count,
             std::size_t at);
-  // `here`, which lies in the first `used` bytes of the room, with all rows of `source`. With a
-  // split: those alone that may meet slab s.
+  // Searches `here`, in the first `used` bytes of the arena, against all rows of `source`. With a
+  // split: only those that can overlap slab s.
   void pass_by(Rows here, std::size_t used, Source& source, const Layout& layout, Told told,
                const Split* split, int s, std::uint64_t first = 0);
   void search(const Rows& a, const Rows* b, Told told);
@@ -87,14 +85,14 @@ class Solver {
   std::function<void(double)> progress_;
   Search search_;
   std::pmr::vector<char> room_;
-  std::size_t home_bytes_;  // of the room, what a slab's own rows may take
+  std::size_t home_bytes_;  // of the arena: the limit for a slab's owned rows
   Finder finder_;
   std::string name_;
   Seen seen_;
   std::uint64_t searches_ = 0, slabs_ = 0;
   throng::Plan plan_;
   double search_ms_ = 0;
-  double work_done_ = 0, work_ = 0;  // in rows, some times each
+  double work_done_ = 0, work_ = 0;  // in rows, weighted
   double share_ = 0;
 };
 

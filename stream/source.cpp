@@ -9,7 +9,7 @@
 namespace throng::stream {
 namespace {
 
-// So many rows at a time pass through memory beside the rows themselves.
+// Number of rows that are read at a time through buffers.
 constexpr std::size_t block_rows = 8192;
 
 }  // namespace

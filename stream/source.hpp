@@ -1,4 +1,4 @@
-// A frame of a file of boxes, and the files of its filters, as rows.
+// A frame of a box file and its filter files, as rows.
 #pragma once
 
 #include <memory>

@@ -7,9 +7,8 @@
 namespace throng::stream {
 namespace {
 
-constexpr std::size_t spot_rows =
-    16;                        // looked at together: a place in a file costs more than a row
-constexpr double fill = 0.85;  // of a slab: what a sample says is not exact
+constexpr std::size_t spot_rows = 16;  // sampled together: a seek costs more than a row
+constexpr double fill = 0.85;          // of a slab: a margin for the sample's error
 
 std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
   std::uint64_t total = 0, seen = 0;
@@ -19,7 +18,7 @@ std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
     Source& source = const_cast<Source&>(*request.sides[side]);
     const std::size_t bytes = request.layouts[side]->bytes;
     const std::uint64_t count = source.count();
-    if (count == 0) continue;  // maybe of all sides: there is no share then
+    if (count == 0) continue;  // possibly of all sides: there is no share then
     const double share = static_cast<double>(count) / static_cast<double>(total);
     const auto spots = static_cast<std::uint64_t>(
         std::ceil(share * static_cast<double>(request.sample_rows) / spot_rows));
@@ -39,12 +38,12 @@ std::vector<Box> look(const SplitRequest& request, double& rows_a_sample) {
   return sample;
 }
 
-// Rows compared where `rows` are taken block by block, each block with itself and all later ones.
+// Number of compared rows if `rows` are processed in blocks, each with itself and all later ones.
 double by_blocks(double rows, double slab_rows) {
   return rows <= slab_rows ? rows : rows + 2 * rows * rows / slab_rows;
 }
 
-// Rows written, read and compared: what a split costs.
+// Rows written, read and compared: the cost of a split.
 double cost(const Split& split, const std::vector<Box>& sample, double scale, double slab_rows) {
   const auto slabs = static_cast<std::size_t>(split.slabs());
   std::vector<double> home(slabs), wide(slabs);
@@ -79,9 +78,9 @@ double Split::reach(const Box& b) const noexcept {
   const double end = upper(b, axis);
   if (margin == 0) return end;
   // a overlaps b if a.lower - m, rounded down to a float, is <= e = b.upper + m, rounded up. Then
-  // a.lower - m is below the float that follows e. Rounding up and one float more are less than
-  // 2^-22 of e's size, and four times the smallest float; so is, many times over, what doubles
-  // lose here. Where e is infinite everything overlaps.
+  // a.lower - m is below the float after e. Rounding up and one more float are less than 2^-22 of
+  // |e| plus four times the smallest float; this covers the rounding of the doubles here many times
+  // over. Where e is infinite everything overlaps.
   const double far = end + 2.0 * margin;
   const double slack = 0x1p-20 * (std::fabs(end) + 2.0 * margin) + 0x1p-140;
   return far + slack >= std::numeric_limits<float>::max() ? std::numeric_limits<double>::infinity()
@@ -89,7 +88,7 @@ double Split::reach(const Box& b) const noexcept {
 }
 
 int Split::home(const Box& b) const noexcept {
-  // std::upper_bound by arithmetic: its branches would be guessed wrong at every box.
+  // A branch-free std::upper_bound: its branches are unpredictable.
   const float x = lower(b, axis);
   const float* at = borders.data();
   for (std::size_t left = borders.size(); left > 0;) {

@@ -24,24 +24,24 @@ double ms_since(Clock::time_point start) {
 }
 
 constexpr std::size_t kib = 1024, mib = 1024 * 1024;
-// Beside rows, pairs and the library: buffers of files, blocks of sources, lists of extents.
+// In addition to rows, pairs and the library: file buffers, source blocks, extent lists.
 constexpr std::size_t fixed_bytes = mib;
 constexpr std::size_t least_room_bytes = 128 * kib;
 constexpr std::size_t least_run_bytes = 64 * kib;
-// What the library takes a box in one search, pairs left out: 19 to 55 measured (a million boxes,
-// clusters to rods, two threads), and 60 more where worlds or static boxes are sorted apart. Where
-// it is more, a search fails and is made in halves.
+// The library's memory per box in a search, without pairs: 19 to 55 measured (a million boxes,
+// clusters to rods, two threads), and 60 more where worlds or static boxes are partitioned. Where
+// it is more, the search fails and is repeated in halves.
 constexpr std::size_t search_bytes = 64, partition_bytes = 64;
-// Slabs of one cut, and what makes no sense to cut further.
+// Maximum slabs per cut, and the size below which a cut does not pay.
 constexpr std::uint64_t usual_slabs = 40, least_slab_rows = 500000;
-// The fixed part of a thread's workspace, with room to spare.
+// The fixed part of a thread's workspace, with a reserve.
 constexpr std::size_t thread_bytes = 4 * mib;
 
 std::size_t search_bytes_of(const Layout& layout) {
   return search_bytes + (layout.world || layout.is_static ? partition_bytes : 0);
 }
 
-// The cap under which the library searches a few boxes: asked for no byte at all, it tells.
+// The smallest cap under which the library searches a few boxes; a cap of one byte reports it.
 std::size_t least_finder_bytes(Options options) {
   constexpr std::size_t boxes = 256;
   const Box one{};
@@ -77,8 +77,8 @@ Sizes share_out(const Request& request, const std::string& name, std::size_t row
   sizes.run_keys = run / sizeof(std::uint64_t);
   const std::size_t rest = cap - fixed_bytes - run;
   const std::size_t spare = rest - finder - least_room_bytes;
-  // No larger than it takes to be done with one cut: smaller searches find more in the caches, and
-  // what is left of the cap spares the disk.
+  // No larger than one cut needs: smaller searches use the caches better, and the rest of the cap
+  // replaces disk space.
   const std::size_t a_row = row_bytes + bytes_a_search;
   const std::size_t room_rows = static_cast<std::size_t>(
       std::min<std::uint64_t>(spare / a_row, rows / usual_slabs + least_slab_rows));
@@ -86,7 +86,7 @@ Sizes share_out(const Request& request, const std::string& name, std::size_t row
   sizes.extent_bytes = std::clamp<std::size_t>(room / 128 / (4 * kib) * (4 * kib), 4 * kib, mib);
   if (sorts) sizes.solver.finder_bytes = sizes.extent_bytes;
   sizes.solver.room_bytes = room;
-  // Rows in memory leave half as much again as a search should take.
+  // Reserves 1.5 times a search's memory in addition to the rows.
   const std::size_t search = finder + room_rows * bytes_a_search * 3 / 2 + 8 * thread_bytes;
   const std::size_t left = rest - room - sizes.solver.finder_bytes;
   sizes.memory_bytes = left > search ? left - search : 0;
@@ -95,7 +95,7 @@ Sizes share_out(const Request& request, const std::string& name, std::size_t row
   const unsigned most = request.options.threads;
   const auto paid = static_cast<unsigned>(
       std::clamp<std::size_t>(sizes.solver.finder_bytes / thread_bytes, 1, 256));
-  // 0 leaves the number to the executor: only what a small cap cannot pay for is taken away.
+  // 0 leaves the number to the executor; reduced only where a small cap requires it.
   const unsigned there = std::max(1u, std::thread::hardware_concurrency());
   sizes.threads = paid < (most ? most : there) ? paid : most;
   return sizes;

@@ -1,4 +1,4 @@
-// Boxes: a view of somebody's array of boxes, in whatever layout, and of the filters beside it.
+// Boxes: a non-owning view of an array of boxes in any strided layout, with optional filters.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -12,7 +12,7 @@
 
 namespace throng {
 
-// `count` values of T, `stride_bytes` apart. No data: absent.
+// `count` values of T, `stride_bytes` apart. A null `data` means absent.
 template <class T>
 struct Strided {
   const T* data = nullptr;
@@ -25,18 +25,20 @@ struct Strided {
   }
 };
 
-// Which pairs are wanted. Each filter is optional and has one value a box; a pair is reported when
-// every given filter allows it.
+// Which pairs are reported. Each filter is optional and has one value per box. A pair is reported
+// when every given filter allows it.
 struct Filters {
   Strided<std::uint32_t> group;  // (group a & mask b) and (group b & mask a) must both be nonzero;
-  Strided<std::uint32_t> mask;   // the absent one of the two counts as all ones
-  Strided<std::int32_t> owner;   // equal owners never pair; -1 is nobody's
-  Strided<std::int32_t> world;   // different worlds never pair; -1 meets every world; below: error
+  Strided<std::uint32_t> mask;   // if only one of the two is given, the other counts as all ones
+  Strided<std::int32_t> owner;   // equal owners never pair; -1: no owner
+  Strided<std::int32_t> world;   // different worlds (environments) never pair; -1 pairs with every
+                                 // world; below -1: error
   Strided<std::uint8_t> is_static;  // two nonzero values never pair
 };
 
-// A view: it owns nothing, and what it shows must outlive it. Copying it is cheap.
-// The stride of the coordinates is in bytes, a multiple of their size; 0 repeats one box.
+// A non-owning view: the arrays must outlive it. Cheap to copy.
+// `stride_bytes` is the distance between boxes in bytes, a multiple of sizeof(Real); 0 repeats one
+// box.
 template <class Real>
 class BasicBoxes {
   static_assert(std::is_same<Real, float>::value || std::is_same<Real, double>::value,
@@ -68,7 +70,7 @@ class BasicBoxes {
   BasicBoxes(const Container& boxes) noexcept  // NOLINT(google-explicit-constructor): a view
       : BasicBoxes(boxes.data(), boxes.size()) {}
 
-  // Lower and upper corners in two arrays.
+  // Lower and upper corners in two arrays, `stride_bytes` apart.
   static BasicBoxes split(const Corner* lower, const Corner* upper, std::size_t count,
                           std::size_t stride_bytes = sizeof(Corner)) noexcept {
     const Real* l = reinterpret_cast<const Real*>(lower);
@@ -77,7 +79,7 @@ class BasicBoxes {
                   : arrays(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, count);
   }
 
-  // One array a coordinate. Both z arrays null: the boxes are 2-D.
+  // One array per coordinate. Both z arrays null: the boxes are 2-D.
   static BasicBoxes arrays(const Real* lower_x, const Real* lower_y, const Real* lower_z,
                            const Real* upper_x, const Real* upper_y, const Real* upper_z,
                            std::size_t count, std::size_t stride_bytes = sizeof(Real)) noexcept {
@@ -92,7 +94,7 @@ class BasicBoxes {
   std::size_t size() const noexcept { return count_; }
   bool empty() const noexcept { return count_ == 0; }
 
-  // Coordinate k of box i: lower x, y, z, upper x, y, z. A missing z is 0.
+  // Coordinate k of box i, in the order lower x, y, z, upper x, y, z. A missing z is 0.
   Real corner(std::size_t i, int k) const noexcept {
     const Real* p = corner_[k];
     if (!p) return 0;
@@ -102,17 +104,18 @@ class BasicBoxes {
     return {{corner(i, 0), corner(i, 1), corner(i, 2)}, {corner(i, 3), corner(i, 4), corner(i, 5)}};
   }
 
-  // The first box where all six numbers of a box lie together, else null; and the distance between.
+  // The address of the first box if the six numbers of each box are contiguous, else null.
   const char* packed_data() const noexcept {
     return packed_ ? reinterpret_cast<const char*>(corner_[0]) : nullptr;
   }
-  // Coordinate k of the first box; null for a missing z. stride_bytes() on stands the next box's.
+  // The address of coordinate k of the first box; null for a missing z. The value of box i lies i *
+  // stride_bytes() further on.
   const char* corner_data(int k) const noexcept {
     return reinterpret_cast<const char*>(corner_[k]);
   }
   std::size_t stride_bytes() const noexcept { return stride_bytes_; }
   bool is_flat() const noexcept { return count_ != 0 && !corner_[2]; }
-  // False where a coordinate array that must be there is null.
+  // False if a required coordinate array is null.
   bool complete() const noexcept {
     return count_ == 0 || (corner_[0] && corner_[1] && corner_[3] && corner_[4] &&
                            (corner_[2] != nullptr) == (corner_[5] != nullptr));
@@ -129,9 +132,8 @@ class BasicBoxes {
 
 using Boxes = BasicBoxes<float>;
 
-// Boxes of doubles. Searches by Finder and find_pairs, on the CPU, tell exactly the pairs of these:
-// those that overlap as doubles, though floats could not tell. A box is DoubleBox, a corner
-// DoubleVec3.
+// Boxes of doubles. Finder and find_pairs compare them exactly as doubles, on the CPU only. A box
+// is DoubleBox, a corner DoubleVec3.
 using DoubleBoxes = BasicBoxes<double>;
 
 }  // namespace throng

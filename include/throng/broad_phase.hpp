@@ -1,5 +1,5 @@
-// BroadPhase: objects that live. It keeps them from frame to frame, and tells which pairs began and
-// which ended.
+// BroadPhase: persistent objects. It keeps them from frame to frame and reports which pairs began
+// and ended.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -17,16 +17,16 @@ namespace throng {
 
 using ObjectId = std::uint32_t;
 
-// What one object pairs with. See Filters, which holds the same by arrays.
+// What one object pairs with. See Filters for the same values as arrays.
 struct Filter {
   std::uint32_t group = 0xffffffffu, mask = 0xffffffffu;
   std::int32_t owner = -1, world = -1;
   std::uint8_t is_static = 0;
 };
 
-// first < second. The slot is the pair's own for as long as it lives: a place for what an engine
-// keeps of it, as contacts. Slots are small numbers: at most as many as pairs that lived in two
-// updates that followed one another.
+// first < second. The slot belongs to the pair for its lifetime, as an index for per-pair data such
+// as contacts. Slots are small numbers: at most as many as there were pairs in any two consecutive
+// updates.
 struct LivePair {
   ObjectId first, second;
   std::uint32_t slot;
@@ -45,28 +45,27 @@ struct LivePairs {
   const LivePair& operator[](std::size_t i) const noexcept { return data_[i]; }
 };
 
-// A box that goes straight by `by` in the time from 0 to 1. A ray is a point that does.
+// A box that moves straight by `by` in the time from 0 to 1. A ray is a moving point.
 struct Sweep {
   Box box;
   Vec3 by;
 };
-// Of sweep number `sweep`: when it first touches the object.
+// A hit of sweep number `sweep`: the time at which it first touches the object.
 struct SweepHit {
   std::uint32_t sweep;
   ObjectId object;
-  double time;  // 0: it does from the start
+  double time;  // 0: touches from the start
 };
 enum class SweepHits : std::uint8_t {
-  all,    // every object on the way, by id
-  first,  // the one that is met first; of several at once that of the lowest id
+  all,    // all objects hit, by id
+  first,  // the earliest hit; among equal times the lowest id
 };
-// Whether a sweep meets the object itself, of whose box it is known: asked of each object whose box
-// it meets at `time`, unless that plays no part any more. The answer is when it meets the object;
-// that is taken as `time` if it is earlier, and as never if it is above 1, or NaN. So the first hit
-// can be that of the shapes, or leave out whom the ray came from. It may be asked several times of
-// an object, in any order, and on any thread that finds hits; it must say the same each time, and
-// must not throw, nor call the BroadPhase or the BroadPhaseQuery that asks. A question with a test
-// is not captured.
+// Optional exact test of a sweep against an object whose box it hits at `time`. Returns the time of
+// the hit of the object itself; an earlier one counts as `time`, and one above 1 or NaN as no hit.
+// So hits can be those of the exact shapes, or exclude the object that a ray starts from. Called
+// only for objects that can still matter, possibly several times per object, in any order and on
+// any thread that runs the query. It must be deterministic, must not throw, and must not call the
+// BroadPhase or BroadPhaseQuery. Queries with a test are not captured.
 struct SweepTest {
   double (*when)(void* context, std::uint32_t sweep, ObjectId object, double time) = nullptr;
   void* context = nullptr;
@@ -84,122 +83,119 @@ struct SweepHitList {
   const SweepHit& operator[](std::size_t i) const noexcept { return data_[i]; }
 };
 
-// Objects are added, moved and removed; update() then tells what this did to the pairs. What it
-// tells is what two double loops would differ by, before and after. The cost follows the objects
-// that changed, and where many did, the cost of finding all pairs anew.
+// Objects are added, moved and removed; update() then reports the change of the pairs. It equals
+// the difference of two double loops, before and after. The cost depends on the number of objects
+// that changed, up to that of finding all pairs from scratch.
 //
-// A call that fails changes nothing: not the objects, not what was told. One thread at a time; a
-// call during another one is refused with Status::busy. Several threads ask at once by a
-// BroadPhaseQuery each, while nothing else is called. Result::found of a call on objects is how
-// many there are then, of update() how many pairs live.
+// A call that fails changes nothing, neither objects nor reported events. One thread at a time: a
+// call during another is refused with Status::busy. For concurrent queries use one BroadPhaseQuery
+// per thread, while no other call runs. Result::found is the number of objects after a call on
+// objects, and the number of pairs after update().
 //
-// Of Options these hold here: nan, inverted, isa, margin, threads, measure_stages, capture,
-// executor, memory and stop, the last three of which must outlive the object; backend must be
-// automatic or cpu. `stop` is heeded by update() and by questions, which then have changed nothing:
-// Status::stopped.
+// Options that apply: nan, inverted, isa, margin, threads, measure_stages, capture, executor,
+// memory and stop. The last three must outlive the object; backend must be automatic or cpu.
+// update() and queries check `stop`; then they change nothing and return Status::stopped.
 class THRONG_API BroadPhase {
  public:
   BroadPhase() noexcept = default;
   explicit BroadPhase(const Options& options) noexcept : options_(options) {}
   ~BroadPhase();
-  // A snapshot: ids, slots and what the last update told are the same. Throws Error.
+  // A snapshot: ids, slots and the events of the last update are equal. Throws Error.
   BroadPhase(const BroadPhase& other);
   BroadPhase& operator=(const BroadPhase& other);
   BroadPhase(BroadPhase&& other) noexcept;
   BroadPhase& operator=(BroadPhase&& other) noexcept;
-  // The same, reporting through a Result. What this held is lost if it succeeds; it keeps its own
-  // options, but for the margin. It allocates nothing where it has held as much before.
+  // The same, reporting through a Result. Replaces the contents on success; keeps its own options
+  // except for the margin. Allocates nothing if it has held as much before.
   Result copy_from(const BroadPhase& other) noexcept;
 
-  // Adds an object for each box, with the filters that hang on the view, and writes their ids:
-  // 0, 1, 2, ... where none was removed. The id of a removed object is given away again only after
-  // an update has told which pairs its removal ended.
-  // Cost: a constant for each; the search is the next update's or query's. All calls:
+  // Adds an object for each box, with the filters of the view, and writes the ids: 0, 1, 2, ... if
+  // none was removed. The id of a removed object is reused only after an update has reported the
+  // pairs that its removal ended.
+  // Cost: constant per object; the search happens in the next update or query. All calls:
   // docs/choosing.md.
   Result add(const Boxes& boxes, ObjectId* ids) noexcept;
   Status add(const Box& box, const Filter& filter, ObjectId& id) noexcept;
   ObjectId add(const Box& box, const Filter& filter = {});  // throws Error
 
-  // An id that is not alive, or twice in one list, is an error: Status::bad_id.
+  // An id that is not alive, or occurs twice in one list, is an error: Status::bad_id.
   // Cost: as add.
   Result remove(const ObjectId* ids, std::size_t count) noexcept;
   Status remove(ObjectId id) noexcept;
 
-  // Gives objects new boxes; of several calls before an update the last wins. Filters that hang on
-  // the view are not looked at. The list is taken whole or not at all: a box with a NaN refuses it,
-  // Result::first_invalid is that box's place in the list; NanPolicy::inactive takes such a box.
+  // Sets the boxes of objects; the last of several calls before an update wins. Filters of the view
+  // are ignored. All or nothing: a box with a NaN refuses the list, and Result::first_invalid is
+  // its index in the list; NanPolicy::inactive accepts it.
   // Cost: as add.
   Result move(const ObjectId* ids, const Boxes& boxes) noexcept;
   Status move(ObjectId id, const Box& box) noexcept;
-  // The same for all objects: boxes[id] for every id below id_limit(). It finds out which boxes
-  // differ. Those of ids that are not alive are not looked at.
-  // Cost: a look at each object; then as move() of those that differ.
+  // The same for all objects: boxes[id] for every id below id_limit(). Detects which boxes differ.
+  // Boxes of ids that are not alive are ignored.
+  // Cost: one comparison per object; then as move() of those that differ.
   Result move_all(const Boxes& boxes) noexcept;
 
-  // One value an object of the list; filters that are absent stay as they were.
+  // One value per listed object; absent filters stay unchanged.
   // Cost: as add.
   Result set_filters(const ObjectId* ids, std::size_t count, const Filters& filters) noexcept;
   Status set_filter(ObjectId id, const Filter& filter) noexcept;
 
-  // Adds `by` to all corners, rounded to nearest. The next update tells the pairs of the boxes that
-  // this gives: rounding can make boxes touch that did not, and the reverse. Active boxes stay
-  // active and inactive ones inactive: where rounding would make lower and upper one number, upper
-  // goes a float further down. `by` is finite.
+  // Adds `by`, which must be finite, to all corners, rounded to nearest. The next update reports
+  // the pairs of the resulting boxes: rounding can create or remove contacts. Active boxes stay
+  // active and inactive ones inactive: where rounding would make lower and upper equal, upper is
+  // decreased by one float.
   // Cost: as move() of all objects.
   Result shift_origin(const Vec3& by) noexcept;
 
   // Finds the pairs that began and ended since the last update.
-  // Cost: for each object that changed log n + its pairs; at most n + all pairs.
+  // Cost: per changed object log n + its pairs; at most n + all pairs.
   Result update() noexcept;
-  // What the last update told; good until the next one. A slot that ended is free: the next update
-  // may give it to another pair.
+  // Events of the last update; valid until the next one. The slot of an ended pair is free: the
+  // next update may give it to another pair.
   LivePairs begun() const noexcept;
   LivePairs ended() const noexcept;
-  // All pairs there are since the last update; good until the next. They are put into order when
-  // they are asked for.
+  // All pairs as of the last update; valid until the next one. Sorted on demand.
   // Cost: a sort of all pairs, once after an update.
   LivePairs pairs() noexcept;
-  // Those of one object, sorted by the other one. Returns how many there are, and writes them if
-  // `room` is enough; if not, what is in `out` then is of no use. 0 of an id that has none. It
-  // costs what the object's own pairs do; only after an update that found all pairs anew the first
-  // calls look through all of them. Several threads may call it at once, and beside each
-  // BroadPhaseQuery.
-  // Cost: the object's pairs; see above.
+  // The pairs of one object, sorted by the other one. Returns how many there are and writes them if
+  // `room` is enough; otherwise the contents of `out` are unspecified. 0 for an id without pairs.
+  // Thread-safe against itself and against each BroadPhaseQuery.
+  // Cost: the object's pairs; but after an update that found all pairs from scratch, the first
+  // calls scan all pairs.
   std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
 
-  // Questions to the objects as they were given last, with an update since or without. Each takes
-  // many at once and shares them out among threads. The margin plays no part. What they find is
-  // good until the next question, and gone if that fails.
+  // Queries against the current boxes of the objects; no update is needed first. Each call takes a
+  // batch and divides it among threads. The margin is ignored. Results are valid until the next
+  // query, and lost if that fails.
   //
-  // All objects that each box overlaps, as far as the filters on the view allow: first is the
-  // number of the box, second the object; sorted. The Result tells how many.
-  // Cost: for each box log n + what it overlaps.
+  // All objects that each box overlaps, subject to the filters of the view: first is the index of
+  // the box, second the object; sorted. The Result has their number.
+  // Cost: per box log n + its overlaps.
   Result find_overlaps(const Boxes& boxes) noexcept;
   Pairs overlaps() const noexcept;
-  // The objects that each sweep meets. On each axis the times of touching are computed in doubles,
+  // The objects that each sweep hits (ray cast, shape cast). On each axis the times of contact are
+  // computed in doubles,
   //   (object.lower - box.upper) / by  ..  (object.upper - box.lower) / by,
-  // and cut to 0 .. 1; along an axis with `by` 0 the boxes must overlap. What is the hit is decided
-  // by these numbers alone, and by `test` if there is one. Where an infinite bound meets an equal
-  // one, so that the difference is infinity minus infinity, that time is no limit: on that axis the
-  // two are at the same place from the start. So a swept box with upper +infinity meets an object
-  // with lower +infinity at 0, if the other axes allow it.
-  // A sweep with a NaN, or a `by` that is not finite, is refused: nan_box. A ray without a limit is
-  // one that is longer than the scene; any component up to 3.4e38 is taken, and times are shares of
-  // that length. A box with lower > upper meets nothing.
-  // Cost: for each sweep log n + what it meets, and of a long one what lies along its way.
+  // and clamped to 0 .. 1; along an axis with `by` 0 the boxes must overlap. These numbers, and
+  // `test` if given, alone decide a hit. Infinity minus infinity, from two equal infinite bounds,
+  // sets no limit: on that axis both are at the same place from the start. So a swept box with
+  // upper +infinity hits an object with lower +infinity at 0, if the other axes allow it.
+  // A sweep with a NaN or a `by` that is not finite is refused: nan_box. For an unbounded ray, use
+  // one longer than the scene; components up to 3.4e38 are accepted, and times are fractions of
+  // that length. A box with lower > upper hits nothing.
+  // Cost: per sweep log n + its hits; for a long sweep also what lies along its path.
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
                    const Filters& filters = {}, const SweepTest& test = {}) noexcept;
   SweepHitList hits() const noexcept;
 
   bool is_alive(ObjectId id) const noexcept;
-  // As they were given last. The id must be alive.
+  // The current values. The id must be alive.
   Box box(ObjectId id) const noexcept;
   Filter filter(ObjectId id) const noexcept;
   std::uint64_t object_count() const noexcept;
   std::uint64_t pair_count() const noexcept;
   // All ids are below this.
   std::uint64_t id_limit() const noexcept;
-  // All slots of pairs that live, or ended in the last update, are below this.
+  // All slots of pairs that exist or ended in the last update are below this.
   std::uint64_t slot_limit() const noexcept;
 
   const Options& options() const noexcept { return options_; }

@@ -1,4 +1,4 @@
-// BroadPhaseQuery: questions to objects that live, from several threads at once.
+// BroadPhaseQuery: queries against persistent objects, from several threads at once.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -12,20 +12,21 @@
 
 namespace throng {
 
-// What one thread asks of objects that live, and the answers. Any number of threads may ask one
-// BroadPhase at once, each by a BroadPhaseQuery of its own, as between two steps of an engine. It
-// changes nothing that can be seen of the BroadPhase, of which several can be asked in turn.
+// The queries of one thread, and their results. Any number of threads may query one BroadPhase
+// concurrently, each with its own BroadPhaseQuery, for example between two steps of an engine.
+// Queries do not change the observable state of the BroadPhase. One BroadPhaseQuery can query
+// several of them in turn.
 //
-// While a question is under way, any other call on the BroadPhase but the const ones is refused
-// with Status::busy; during such a call questions are. So is a call during another one on the same
-// BroadPhaseQuery.
+// While a query runs, any other call on the BroadPhase except const ones is refused with
+// Status::busy, and queries are refused during such a call. So is a call during another one on the
+// same BroadPhaseQuery.
 //
-// The questions are those of BroadPhase, where they are told. Of Options the same hold as there but
-// for the margin and capture, and those given here: by default a call that asks many shares them
-// out among threads. In a task of a scheduler that the executor shares let `threads` be 1: while it
-// waits for others its thread may be given another task, which finds the BroadPhaseQuery in use.
-// `memory` is asked by each BroadPhaseQuery for itself, so it must be safe for several threads
-// where they share it; what the BroadPhase needs for questions is from its own.
+// See BroadPhase for the queries. The same Options apply, except margin and capture; they are those
+// given here. By default a large batch is divided among threads. Within a task of the scheduler
+// behind the executor, set `threads` to 1: a thread that waits for other tasks may be given another
+// task, which would find the BroadPhaseQuery in use. Each BroadPhaseQuery allocates from its own
+// `memory`, which must be thread-safe if shared; what the BroadPhase needs for queries comes from
+// its own.
 class THRONG_API BroadPhaseQuery {
  public:
   BroadPhaseQuery() noexcept = default;
@@ -34,7 +35,7 @@ class THRONG_API BroadPhaseQuery {
   BroadPhaseQuery(BroadPhaseQuery&& other) noexcept;
   BroadPhaseQuery& operator=(BroadPhaseQuery&& other) noexcept;
 
-  // Cost: as of BroadPhase's, here and below.
+  // Cost, here and below: as in BroadPhase.
   Result find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept;
   Pairs overlaps() const noexcept;
   Result find_hits(const BroadPhase& objects, const Sweep* sweeps, std::size_t count,

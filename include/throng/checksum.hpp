@@ -1,4 +1,4 @@
-// A checksum of a set of pairs that does not depend on their order.
+// An order-independent checksum of a set of pairs.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -10,7 +10,7 @@
 
 namespace throng {
 
-// The splitmix64 generator: state x in, 64 well mixed bits out; a bijection.
+// The splitmix64 generator: maps 64 bits to 64 well-mixed bits; a bijection.
 constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
   x += 0x9e3779b97f4a7c15ull;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -18,7 +18,7 @@ constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
   return x ^ (x >> 31);
 }
 
-// The sum mod 2^64 of mix64(first << 32 | second): checksums of blocks of pairs add up.
+// Returns the sum mod 2^64 of mix64(first << 32 | second). Checksums of blocks of pairs add up.
 inline std::uint64_t pair_checksum(const Pair* pairs, std::size_t count) noexcept {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < count; ++i) {

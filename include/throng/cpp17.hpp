@@ -1,5 +1,5 @@
-// What every C++ header here includes first, so that a compiler set to an older standard says one
-// thing and stops: an #error alone would be followed by hundreds.
+// Included first by every C++ header, so that a compiler set to an older standard reports one error
+// and stops.
 #pragma once
 
 #if (defined(_MSVC_LANG) ? _MSVC_LANG : __cplusplus) < 201703L

@@ -1,4 +1,4 @@
-// What Finder::explain tells: why a search costs what it does, and what would make it faster.
+// The result of Finder::explain: why a search costs what it does, and what would make it faster.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -13,21 +13,21 @@
 namespace throng {
 
 struct Explanation {
-  Result result;               // of the search that is explained: plan, times, comparisons, pairs
+  Result result;               // of the explained search: plan, times, comparisons, pairs
   std::uint64_t boxes = 0;     // of both sets, inactive ones included
-  std::uint64_t cells = 0;     // columns of the grid; 0: there is no one grid for all boxes
-  std::uint64_t entries = 0;   // boxes in cells: a box is in every cell that it touches
-  std::uint64_t occupied = 0;  // cells with a box in them
-  double tests_per_pair = 0;   // candidate pairs compared for each found; 0: none was found
-  double tests_per_box = 0;    // and for each box
+  std::uint64_t cells = 0;     // columns of the grid; 0: no single grid for all boxes
+  std::uint64_t entries = 0;   // boxes in cells, each counted in every cell that it touches
+  std::uint64_t occupied = 0;  // non-empty cells
+  double tests_per_pair = 0;   // candidate pairs compared per pair found; 0: none found
+  double tests_per_box = 0;    // candidate pairs compared per box
   std::uint64_t memory_bytes = 0;
 
-  // Boxes by their largest extent, a factor of two from class to class, the smallest first. Boxes
-  // without extent are a class below 0, infinite ones the last; classes without boxes are left out.
+  // Boxes by largest extent, one class per factor of two, the smallest first. Boxes of extent 0
+  // form a class below 0, infinite ones the last class. Empty classes are omitted.
   struct SizeClass {
     float from = 0, below = 0;  // world units
     std::uint64_t boxes = 0;
-    double cells_per_box = 0;  // 0 where there are no cells
+    double cells_per_box = 0;  // 0 without cells
   };
   std::vector<SizeClass> size_classes;
 
@@ -40,21 +40,20 @@ struct Explanation {
   std::vector<LargeBox> largest;  // up to ten
 
   struct DenseCell {
-    Box bounds{};  // within the range of the grid; the outermost cells go on to infinity
+    Box bounds{};  // clipped to the grid; the outermost cells extend to infinity
     std::uint64_t boxes = 0;
   };
   std::vector<DenseCell> densest;  // up to ten
 
-  // Boxes in each cell, of plan.columns[0] x [1] x [2] cells, the last axis fastest; empty where
-  // there are no cells.
+  // Boxes per cell, shape plan.columns[0] x [1] x [2], last axis fastest; empty without cells.
   std::vector<std::uint32_t> occupancy;
-  Box grid{};  // what the cells divide into equal parts; the outermost cells go on to infinity
-  // Cells by how many boxes are in them, a factor of two from class to class, the emptiest first;
-  // empty cells are in none, and classes without cells are left out.
+  Box grid{};  // divided by the cells into equal parts; the outermost cells extend to infinity
+  // Cells by number of boxes, one class per factor of two, the emptiest first. Empty cells and
+  // empty classes are omitted.
   struct CellClass {
-    std::uint64_t from = 0, below = 0;  // boxes in a cell
+    std::uint64_t from = 0, below = 0;  // boxes per cell
     std::uint64_t cells = 0;
-    std::uint64_t boxes = 0;  // in all of them
+    std::uint64_t boxes = 0;  // total
   };
   std::vector<CellClass> cell_classes;
 
@@ -64,7 +63,7 @@ struct Explanation {
   };
   std::vector<Part> memory;
 
-  // What would make it faster, each a sentence with its reason; empty where nothing stands out.
+  // What would make it faster, one sentence each with its reason; empty if nothing stands out.
   std::vector<std::string> advice;
 };
 

@@ -1,5 +1,5 @@
-/* THRONG_API: what a shared library shows. Everything else in it is hidden. A program that links
- * the shared library on Windows defines THRONG_SHARED, as the CMake target does by itself. */
+/* THRONG_API marks the exported symbols of a shared library; all others are hidden. A program that
+ * links the shared library on Windows must define THRONG_SHARED; the CMake target does so. */
 #ifndef THRONG_EXPORT_H
 #define THRONG_EXPORT_H
 

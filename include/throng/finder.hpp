@@ -1,4 +1,4 @@
-// Finder: finds all overlapping pairs, frame after frame, and keeps its workspace.
+// Finder: finds all overlapping pairs and keeps its workspace from frame to frame.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -16,7 +16,7 @@ namespace throng {
 
 struct Explanation;
 
-// A view of pairs that a Finder owns; good until its next call.
+// A view of pairs that a Finder owns; valid until its next call.
 struct Pairs {
   const Pair* data_ = nullptr;
   std::size_t size_ = 0;
@@ -29,8 +29,8 @@ struct Pairs {
   const Pair& operator[](std::size_t i) const noexcept { return data_[i]; }
 };
 
-// Who takes pairs as they are found. Refers to the callable, which must outlive the call:
-// bool (const Pair* pairs, std::size_t count), false to stop.
+// A reference to a callable bool(const Pair* pairs, std::size_t count) that receives blocks of
+// pairs; it returns false to stop. The callable must outlive the call.
 class Consumer {
  public:
   using Function = bool (*)(void* context, const Pair* pairs, std::size_t count);
@@ -52,9 +52,10 @@ class Consumer {
   void* context_;
 };
 
-// One Finder serves one call at a time, so it must not be called by a consumer of its own;
-// different Finders are independent. A Finder that has seen a scene of a size allocates nothing for
-// the next of that size. Every call reports through Result::status and never throws of its own.
+// Thread safety: one call at a time per Finder, so a consumer must not call its own Finder.
+// Different Finders are independent.
+// A call allocates nothing if an earlier call handled a scene of the same size. Errors are reported
+// in Result::status; only consume() and explain() can throw.
 class THRONG_API Finder {
  public:
   Finder() noexcept = default;
@@ -65,28 +66,31 @@ class THRONG_API Finder {
   Finder(const Finder&) = delete;
   Finder& operator=(const Finder&) = delete;
 
-  // Pairs into the Finder's own memory, which grows: see pairs().
-  // Cost: n + pairs; docs/choosing.md, 'What each call costs', has all calls and their exceptions.
+  // Stores the pairs in the Finder's own growing buffer; see pairs().
+  // Cost: O(n + pairs); docs/choosing.md, 'What each call costs', lists all calls and exceptions.
   Result find(const Boxes& boxes) noexcept;
   Result find(const Boxes& a, const Boxes& b) noexcept;
   Pairs pairs() const noexcept { return pairs_; }
 
-  // Pairs into out[0 .. capacity-1]. Where they do not fit: status buffer_too_small, the exact
-  // total in `found`, the first `written` valid (under canonical order none are written).
-  // Cost: n + pairs, however few there is room for.
+  // Writes the pairs to out[0 .. capacity-1]. If they do not fit: Status::buffer_too_small, the
+  // exact total in `found`, and the first `written` pairs valid (none with Order::canonical).
+  // Cost: O(n + pairs), independent of the capacity.
   Result find(const Boxes& boxes, Pair* out, std::size_t capacity) noexcept;
   Result find(const Boxes& a, const Boxes& b, Pair* out, std::size_t capacity) noexcept;
 
-  // Pairs in blocks to `consumer`, one call at a time unless Options::concurrent_consumer; nothing
-  // else is stored, and all memory taken stays under Options::memory_cap_bytes. What the consumer
-  // throws comes through. It runs in the library's floating-point state: nearest, denormals kept.
-  // Cost: n + pairs; sorted, one search more for each range of pairs that the cap has room for.
+  // Passes blocks of pairs to `consumer`, one call at a time unless Options::concurrent_consumer is
+  // set. Stores no pairs beyond a block; all memory stays under Options::memory_cap_bytes.
+  // Exceptions of the consumer propagate. The consumer runs in the library's floating-point state:
+  // round to nearest, denormals kept.
+  // Cost: O(n + pairs); with Order::canonical one more search for each range of pairs that fits
+  // under the cap.
   Result consume(const Boxes& boxes, Consumer consumer);
   Result consume(const Boxes& a, const Boxes& b, Consumer consumer);
 
-  // The same for boxes of doubles, on the CPU: exactly the pairs of those that overlap as doubles,
-  // those grown by the margin rounded outward to doubles. Takes 24 bytes a box more. Not captured.
-  // Cost: n + pairs.
+  // The same for boxes of doubles, on the CPU only. Boxes are compared exactly as doubles, after
+  // the margin is applied and rounded outward to doubles. Takes 24 bytes more per box. Not
+  // captured.
+  // Cost: O(n + pairs).
   Result find(const DoubleBoxes& boxes) noexcept;
   Result find(const DoubleBoxes& a, const DoubleBoxes& b) noexcept;
   Result find(const DoubleBoxes& boxes, Pair* out, std::size_t capacity) noexcept;
@@ -94,16 +98,16 @@ class THRONG_API Finder {
   Result consume(const DoubleBoxes& boxes, Consumer consumer);
   Result consume(const DoubleBoxes& a, const DoubleBoxes& b, Consumer consumer);
 
-  // Finds the pairs as find() does, and tells why that costs what it does: see throng/explain.hpp.
-  // By the CPU alone. Takes some 100 times as long as find() for small sets; throws Error.
+  // Runs find() on the CPU and explains its cost; see throng/explain.hpp. About 100 times slower
+  // than find() on small sets. Throws Error.
   Explanation explain(const Boxes& boxes);
   Explanation explain(const Boxes& a, const Boxes& b);
 
-  // May be changed between calls; but not `memory` after the first call.
+  // Options may change between calls, except `memory` after the first call.
   const Options& options() const noexcept { return options_; }
   void set_options(const Options& options) noexcept { options_ = options; }
 
-  // Bytes that the Finder holds now, those of a device and pinned ones included.
+  // Bytes held now, including device and pinned memory.
   std::size_t memory_bytes() const noexcept;
 
  private:

@@ -1,10 +1,9 @@
-// The search across MPI ranks for boxes in GPU memory: each rank has a GPU, boxes, filters and ids
-// lie there, pairs come out there. Needs what throng/mpi.hpp needs; standard C++ only. A build
-// without the GPU backend answers Status::no_device, on all ranks.
+// DeviceFinder: the search across MPI ranks for boxes in GPU memory. Each rank has one GPU; boxes,
+// filters, ids and pairs lie in its memory. Requirements are those of throng/mpi.hpp; standard C++
+// only. A build without the GPU backend returns Status::no_device on all ranks.
 //
-// What goes to other ranks, copies of the boxes that reach their regions, is read and written by
-// MPI where it lies if this MPI takes device memory; else it is staged through host memory. See
-// Buffers.
+// Copies of boxes are sent to other ranks from device memory if MPI supports it, else through host
+// memory; see Buffers.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -16,21 +15,21 @@
 
 namespace throng::mpi {
 
-// As Finder; what differs:
-// - All arrays of RankBoxes lie in the memory of the GPU that is current at the first call, of
-//   which one stream is used at a time. Nothing of them is read on the host but a sample of the
-//   boxes, those that are handed on along the tree, and ids that were not seen before.
-// - Settings::search.backend: automatic or cuda; or emulated, and then "device memory" is host
-//   memory, the stream is not looked at, and one thread does what the GPU's threads would do
-//   around the search: for tests, and for finding faults. cpu is an error. Memory comes from
-//   `memory`, where emulated from Settings::search.memory.
-// - Settings::parts is not heeded, Settings::buffers is.
-// - On a GPU it is chance in what order boxes are sent. The pairs are the same for any; what is
-//   counted, and with it where space is cut, may differ a little from run to run.
+// As Finder, with these differences:
+// - All arrays of RankBoxes lie in the memory of the GPU that is current at the first call. One
+//   stream is used at a time. The host reads only a sample of the boxes, the boxes forwarded along
+//   the tree, and ids not seen before.
+// - Settings::search.backend is automatic, cuda or emulated; cpu is an error. With emulated, for
+//   tests and debugging, device memory is host memory, the stream is ignored, and one thread
+//   executes the GPU steps around the search. Memory comes from `memory`, with emulated from
+//   Settings::search.memory.
+// - Settings::parts is ignored; Settings::buffers applies.
+// - On a GPU the order in which boxes are sent is not deterministic. The pairs do not depend on it;
+//   the counted work, and so the partition, may differ slightly from run to run.
 //
-// Device memory: 37 bytes for each box that this rank searches and 32 for each copy that it sends,
-// both four more for each filter that some rank gives; what cuda::Finder takes; 16 bytes a pair
-// that it finds, and under canonical order the sort's, about as many again.
+// Device memory: 37 bytes per box searched and 32 per copy sent, each plus 4 per filter that some
+// rank gives; the memory of cuda::Finder; 16 bytes per pair found, and with Order::canonical about
+// as much again for sorting.
 class DeviceFinder {
  public:
   explicit DeviceFinder(MPI_Comm comm, const Settings& settings = {},
@@ -41,16 +40,15 @@ class DeviceFinder {
   DeviceFinder(const DeviceFinder&) = delete;
   DeviceFinder& operator=(const DeviceFinder&) = delete;
 
-  // Collective; waits for the stream, whose work before it may still write the boxes.
-  // Cost: as cuda::Finder's of the boxes that reach a rank's region.
+  // Collective. Synchronises with the stream; earlier work on the stream may still write the boxes.
+  // Cost: that of cuda::Finder for the boxes that overlap a rank's region.
   Result find(const RankBoxes& boxes, cuda::Stream stream) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b, cuda::Stream stream) noexcept;
-  // In device memory; those that this rank tells, with Order::canonical sorted.
+  // The pairs that this rank reports, in device memory; sorted with Order::canonical.
   Pairs64 pairs() const noexcept;
 
   const Traffic& traffic() const noexcept;
-  // The rank in whose region a box's lower corner lies; the box is given by value, from host
-  // memory.
+  // The rank whose region contains the box's lower corner. The box is a host value.
   int home(const Box& box) const noexcept;
 
  private:

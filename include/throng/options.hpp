@@ -1,4 +1,4 @@
-// What a caller may ask for, and what every call answers.
+// Options of a call, and its Result.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -14,33 +14,34 @@
 namespace throng {
 
 enum class Order : std::uint8_t {
-  any,        // fastest; differs from run to run with several threads
-  canonical,  // sorted by first, then second: the same bytes everywhere
+  any,        // fastest; the order differs from run to run with several threads
+  canonical,  // sorted by first, then second: identical bytes on every backend
 };
 
 enum class Algorithm : std::uint8_t {
-  automatic,  // the planner chooses from what it measures of the boxes
+  automatic,  // the planner chooses from a sample of the boxes
   all_pairs,  // tiled brute force
-  grid,       // columns of cells, each swept along the third axis; on a GPU cells by size classes
+  grid,       // columns of cells, each swept along the third axis; on a GPU, cells by size class
 };
 
 enum class Backend : std::uint8_t {
-  // The CPU; or a GPU, from a Finder's second call with 200,000 boxes or more on, where there is
-  // one and the CPU has four threads or fewer for this: where it pays, as measured on an H200.
-  // Never where executor, memory or isa are set. If the GPU cannot, the CPU answers, and
-  // plan.reason says so.
+  // The CPU; or a GPU from a Finder's second call with at least 200,000 boxes on, if one is present
+  // and the CPU has at most four threads for the call. Thresholds measured on an H200. Never a GPU
+  // if executor, memory or isa is set. If the GPU fails, the CPU computes the result and
+  // plan.reason states why.
   automatic,
   cpu,
   cuda,      // a GPU; boxes in host memory are copied to it
-  emulated,  // what a GPU would run, run by this processor: slow, for tests and for finding faults
+  emulated,  // the GPU algorithm executed on the CPU: slow, for tests and debugging
 };
 
 enum class Isa : std::uint8_t {
-  automatic,  // the widest this processor has, or what the environment variable THRONG_ISA names
+  automatic,  // the widest that this processor supports, or the one named by the environment
+              // variable THRONG_ISA
   scalar,
   sse4,
   avx2,
-  avx512,  // as Ice Lake and Zen 4 have it, and later ones
+  avx512,  // the subset of Ice Lake, Zen 4 and later
   neon,
 };
 
@@ -49,12 +50,13 @@ enum class NanPolicy : std::uint8_t {
   inactive,  // a box with a NaN overlaps nothing
 };
 
-// A box with lower > upper on some axis, and no NaN. Many of them are nearly always a mistaken
-// layout: boxes given as center and size, corners swapped, another order of the six numbers.
+// What to do with a box that has lower > upper on some axis and no NaN. Many such boxes nearly
+// always mean a wrong layout: center and size instead of corners, swapped corners, or another order
+// of the six numbers.
 enum class InvertedPolicy : std::uint8_t {
-  automatic,  // find_pairs refuses it; Finder and BroadPhase take it as inactive
-  refuse,     // an error: Status::inverted_box, and the message names the likely cause
-  inactive,   // an empty slot: it overlaps nothing, and is counted in Result::inactive
+  automatic,  // find_pairs refuses it; Finder and BroadPhase treat it as inactive
+  refuse,     // an error: Status::inverted_box; the message names the likely cause
+  inactive,   // an empty slot: it overlaps nothing and is counted in Result::inactive
 };
 
 enum class Status : std::uint8_t {
@@ -62,23 +64,23 @@ enum class Status : std::uint8_t {
   buffer_too_small,      // `found` is exact; raise the capacity to it
   stopped,               // the consumer returned false, or Options::stop was set
   nan_box,               // see first_invalid, invalid_count
-  bad_boxes,             // a coordinate array is missing, or the stride is no multiple of 4
+  bad_boxes,             // a coordinate array is missing, or the stride is not a multiple of 4
   bad_filter,            // wrong length or stride, or a world below -1; see first_invalid
   bad_option,            // e.g. a negative margin
   too_many_boxes,        // more than max_box_count in one set
   out_of_memory,         // see bytes_needed
   memory_cap_too_small,  // see bytes_needed
-  unsupported_isa,       // this processor or build lacks the one asked for
+  unsupported_isa,       // this processor or build lacks the requested instruction set
   no_device,             // no GPU, no driver, or a build without the GPU backend
-  device_error,          // what CUDA says stands in the message
+  device_error,          // the message contains CUDA's error text
   not_reserved,          // see cuda::Finder::reserve
   bad_bodies,            // an array is missing, or has a wrong length or stride
-  bad_shape,             // of a body; see first_invalid, invalid_count
+  bad_shape,             // a body has an invalid shape; see first_invalid, invalid_count
   bad_id,                // not alive, or twice in one list; see first_invalid, invalid_count
   busy,                  // another thread is in a call on the same object
-  ranks_disagree,        // MPI ranks gave different options, or one id twice
-  rank_failed,           // an MPI rank did not come in time, or MPI failed; the message says which
-  inverted_box,          // lower > upper, where that is refused; see first_invalid, invalid_count
+  ranks_disagree,        // MPI ranks passed different options, or the same id twice
+  rank_failed,           // an MPI rank timed out, or MPI failed; the message says which
+  inverted_box,          // lower > upper where that is refused; see first_invalid, invalid_count
 };
 
 THRONG_API const char* to_string(Algorithm) noexcept;
@@ -86,13 +88,13 @@ THRONG_API const char* to_string(Backend) noexcept;
 THRONG_API const char* to_string(Isa) noexcept;
 THRONG_API const char* to_string(Status) noexcept;
 
-// Where work runs. `run` calls task(context, i) once for every i in 0..count-1, in any order and on
-// any threads, and returns when all have returned. A call with count 1 may run on the caller.
-// `run` throws nothing: what would leave a search ends the program.
-// A search on the CPU calls it once: a task stays until the search is over, and between
-// phases it spins, then yields. None waits for a task that has not begun.
+// A task executor. `run` calls task(context, i) exactly once for every i in [0, count), in any
+// order and on any threads, and returns when all calls have returned. With count 1 it may run on
+// the calling thread. `run` must not throw: an exception that leaves it terminates the program.
+// A CPU search calls `run` once. Each task stays until the search ends; between phases it spins,
+// then yields. No task waits for a task that has not started.
 struct Executor {
-  unsigned concurrency = 1;  // how many tasks make sense at once
+  unsigned concurrency = 1;  // useful number of simultaneous tasks
   void (*run)(void* self, unsigned count, void (*task)(void* context, unsigned index),
               void* context) = nullptr;
   void* self = nullptr;
@@ -103,52 +105,52 @@ struct Options {
   Order order = Order::any;
   Backend backend = Backend::automatic;
   NanPolicy nan = NanPolicy::refuse;
-  // Boxes in device memory (cuda.hpp) and of MPI ranks are inactive, whatever is set.
+  // Boxes in device memory (cuda.hpp) and of MPI ranks are always treated as inactive.
   InvertedPolicy inverted = InvertedPolicy::automatic;
   Isa isa = Isa::automatic;
   // Boxes are compared as lower - margin and upper + margin, rounded outward. World units, >= 0.
   float margin = 0.0f;
-  // At most so many threads; 0: as many as the executor offers.
+  // Maximum number of threads; 0: the executor's concurrency.
   unsigned threads = 0;
-  // The consumer form: all memory that the library may take, in bytes, a device's and pinned memory
-  // included; 0: no cap.
+  // Consumer form: upper bound on all memory taken, in bytes, including device and pinned memory;
+  // 0: no cap.
   std::size_t memory_cap_bytes = 0;
-  // The consumer form: let several threads call the consumer at once.
+  // Consumer form: allow several threads to call the consumer at once.
   bool concurrent_consumer = false;
-  // Measure the time of each stage (two clock readings a stage).
+  // Measure the time of each stage (two clock reads per stage).
   bool measure_stages = true;
-  // Where to run; null: the default (oneTBB). It must outlive the call.
+  // Executor to run on; null: the default (oneTBB). Must outlive the call.
   const Executor* executor = nullptr;
-  // Where memory comes from; null: new and delete, whose large blocks ask for large pages (see
-  // large_pages.hpp; std::pmr::new_delete_resource() does not). It must outlive the Finder.
-  // Used from several threads only if it is a grid of many columns: give a synchronised one then.
+  // Memory resource; null: new and delete, with large pages requested for large blocks (see
+  // large_pages.hpp; std::pmr::new_delete_resource() does not request them). Must outlive the
+  // Finder. Must be thread-safe if a grid of many columns is searched by several threads.
   std::pmr::memory_resource* memory = nullptr;
-  // Cells so many times as long as the planner would make them, within 1/64 and 64 and as far as
-  // memory allows: for studies of the planner and for tests. The pairs are the same for any value.
+  // Factor on the cell size that the planner chooses, in [1/64, 64], limited by memory. For tests
+  // and planner studies. Does not change the pairs.
   float cell_scale = 1.0f;
-  // Set it to true from any thread, and a search ends soon, with Status::stopped and nothing found;
-  // what stands in a buffer of the caller's is then of no use. It is looked at before each column
-  // or tile, and in a column of very many boxes after each 10^8 comparisons or so; on a GPU by a
-  // Finder of host memory, after each stage and each 10^9 comparisons of brute force. Null: nobody
-  // stops it. It must outlive the call.
+  // Cancellation flag, may be set from any thread; null: none. The search then ends soon with
+  // Status::stopped and found = 0; the content of the caller's buffer is unspecified. The CPU
+  // checks it before each column or tile, and about every 10^8 comparisons within a column; a
+  // Finder on a GPU, for boxes in host memory, after each stage and every 10^9 comparisons of brute
+  // force. Must outlive the call.
   const std::atomic<bool>* stop = nullptr;
-  // A folder that is there already. Each call of a Finder writes a new file into it, a BroadPhase
-  // one file from its first call on: boxes, options, and what was answered, for `throng replay`.
-  // Null: that of the environment variable THRONG_CAPTURE, if any, as the process's first search
-  // finds it. A file takes memory beside the resource, and the time to write it. Where one cannot
-  // be written the answer is the same, and Result::message says why. It must outlive the call.
+  // An existing folder to capture calls into, for `throng replay`; null: the folder in the
+  // environment variable THRONG_CAPTURE, read at the process's first search. Each Finder call
+  // writes one new file, a BroadPhase one file from its first call on: boxes, options and results.
+  // Writing takes time, and memory outside the memory resource. If a file cannot be written, the
+  // result is unaffected and Result::message states the reason. Must outlive the call.
   const char* capture = nullptr;
 };
 
-// What the planner chose, and why.
+// The plan that was chosen, and the reason.
 struct Plan {
   Backend backend = Backend::cpu;
   Algorithm algorithm = Algorithm::automatic;
-  Isa isa = Isa::automatic;  // of the CPU; on a GPU it says nothing
+  Isa isa = Isa::automatic;  // of the CPU; meaningless on a GPU
   unsigned threads = 1;
   unsigned sweep_axis = 0;               // 0, 1, 2: the axis along which each column is swept
   std::uint32_t columns[3] = {1, 1, 1};  // columns, or finest cells, along each axis
-  double expected_ns = 0;                // what the planner thinks it will cost
+  double expected_ns = 0;                // estimated cost in ns
   const char* reason = "";               // one sentence, never null
 };
 
@@ -156,7 +158,7 @@ struct StageTimes {
   double plan_ms = 0;   // sampling, planning, splitting by world and by static
   double bin_ms = 0;    // reading, checking and sorting the boxes into columns
   double find_ms = 0;   // finding and writing pairs
-  double order_ms = 0;  // sorting pairs, where asked for
+  double order_ms = 0;  // sorting pairs, for Order::canonical
   double total_ms = 0;
 
   StageTimes& operator+=(const StageTimes& other) noexcept {
@@ -169,22 +171,22 @@ struct StageTimes {
   }
 };
 
-// A call that failed says so here and nowhere else, so it is not to be dropped.
+// The outcome of a call. It is the only error report, hence [[nodiscard]].
 struct [[nodiscard]] Result {
   Status status = Status::ok;
-  std::uint64_t found = 0;        // pairs there are, exact even where there was no room
-  std::uint64_t written = 0;      // pairs written or handed to the consumer
+  std::uint64_t found = 0;        // number of pairs, exact even if the buffer was too small
+  std::uint64_t written = 0;      // pairs written or passed to the consumer
   std::uint64_t inactive = 0;     // boxes that overlap nothing: lower > upper, or NaN where allowed
   std::uint64_t comparisons = 0;  // candidate pairs compared (each SIMD lane counts)
-  // Cells, columns, records and tree nodes that were looked into, beside comparisons; a box has a
-  // record in each column that it touches. 0 of a search on a GPU, and on one that is emulated.
+  // Cells, columns, records and tree nodes visited, in addition to comparisons. A box has one
+  // record in each column that it touches. 0 on a GPU and for Backend::emulated.
   std::uint64_t visited = 0;
   std::uint64_t first_invalid = 0;
   std::uint64_t invalid_count = 0;
   std::uint64_t bytes_needed = 0;
   Plan plan;
   StageTimes times;
-  // What went wrong, with the number and the remedy; empty where nothing did.
+  // What went wrong, with the number and the fix; empty on success.
   char message[224] = {};
 
   bool ok() const noexcept { return status == Status::ok; }

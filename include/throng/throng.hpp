@@ -1,4 +1,4 @@
-// Throng: every pair of overlapping boxes.
+// Throng: finds every pair of overlapping boxes.
 #pragma once
 
 #include <throng/cpp17.hpp>

@@ -1,4 +1,4 @@
-// Plain data of the broad phase: points, boxes, pairs.
+// Plain data types: points, boxes, pairs.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -12,12 +12,13 @@ struct Vec3 {
   float x, y, z;
 };
 
-// An axis-aligned box, closed on every side: a point on a face belongs to it. World units.
+// An axis-aligned box in world units. Closed: a point on a face belongs to it, so touching boxes
+// overlap.
 struct Box {
   Vec3 lower, upper;
 };
 
-// The same in doubles, for pairs that floats cannot tell: see DoubleBoxes.
+// The double-precision forms, for DoubleBoxes.
 struct DoubleVec3 {
   double x, y, z;
 };
@@ -25,8 +26,8 @@ struct DoubleBox {
   DoubleVec3 lower, upper;
 };
 
-// Indices of two overlapping boxes. Of one set first < second; of two sets first indexes the first
-// set and second the second.
+// Indices of two overlapping boxes. One set: first < second. Two sets: first indexes the first set,
+// second the second set.
 struct Pair {
   std::uint32_t first, second;
 };
@@ -35,12 +36,12 @@ constexpr bool operator==(Pair a, Pair b) noexcept {
   return a.first == b.first && a.second == b.second;
 }
 constexpr bool operator!=(Pair a, Pair b) noexcept { return !(a == b); }
-// The canonical order: by first, then by second.
+// The sorted order of Order::canonical: by first, then by second.
 constexpr bool operator<(Pair a, Pair b) noexcept {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
-// The same across MPI ranks, by ids that the caller gave.
+// A pair across MPI ranks, as 64-bit ids that the caller assigns.
 struct Pair64 {
   std::uint64_t first, second;
 };
@@ -53,9 +54,8 @@ constexpr bool operator<(Pair64 a, Pair64 b) noexcept {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
-// The largest number of boxes in one set, 2^32 - 2^16. Indices are 32 bits wide; what is left above
-// them is for marks that are no index, and so that a count and the little that is read or written
-// beyond an array has a number of 32 bits, too.
+// The largest number of boxes in one set, 2^32 - 2^16. The indices above it serve as sentinels, and
+// keep counts and the reads past an array's end within 32 bits.
 constexpr std::uint64_t max_box_count = 0xffff0000ull;
 
 }  // namespace throng

@@ -1,4 +1,4 @@
-// update_boxes: from transforms and shapes to the boxes around them, rounded outward.
+// update_boxes: computes bounding boxes of transformed shapes, rounded outward.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -14,13 +14,14 @@
 
 namespace throng {
 
-// A rotation, w the real part. Meant to have length one, and taken as it is: a point v goes to R v,
+// A rotation; w is the real part. Expected to have unit length but used as given: a point v maps to
+// R v,
 //       1 - 2(yy + zz)   2(xy - wz)       2(xz + wy)
 //   R = 2(xy + wz)       1 - 2(xx + zz)   2(yz - wx)
 //       2(xz - wy)       2(yz + wx)       1 - 2(xx + yy)
-// in real arithmetic: the matrix that most engines compute, the identity for 0, 0, 0, w. Where
-// xx + yy + zz + ww is 1 + e, R changes each length by at most 2|e| of it, and R v is at most
-// 2|e| |v| from where the normalised quaternion takes v. Unit ones rounded to float: 2|e| < 5e-7.
+// in real arithmetic, the usual matrix; the identity for 0, 0, 0, w. If xx + yy + zz + ww is 1 + e,
+// R changes each length by at most a factor of 2|e|, and R v is at most 2|e| |v| from the image
+// under the normalised quaternion. For unit quaternions rounded to float, 2|e| < 5e-7.
 struct Quaternion {
   float x = 0, y = 0, z = 0, w = 1;
 };
@@ -31,17 +32,18 @@ struct Transform {
 };
 
 enum class ShapeKind : std::uint32_t {
-  box,     // of half_extents around center; a point, a segment, a plate where some are 0
-  convex,  // the hull of points[first_point .. first_point + point_count - 1]; of none: nothing
+  box,     // half_extents around center; a point, segment or plate if some are 0
+  convex,  // the hull of points[first_point .. first_point + point_count - 1]; empty if point_count
+           // is 0
 };
 
-// A shape in its body's frame, grown by a ball of `radius`. Half extents and radius may be
+// A shape in body coordinates, inflated by a ball of `radius`. Half extents and radius may be
 // infinite, center and points may not.
 struct Shape {
   ShapeKind kind = ShapeKind::box;
   Vec3 center = {0, 0, 0};        // box
-  Vec3 half_extents = {0, 0, 0};  // box; not negative
-  float radius = 0;               // not negative; a ball in the world, whatever R does to lengths
+  Vec3 half_extents = {0, 0, 0};  // box; >= 0
+  float radius = 0;               // >= 0; world units, not scaled by the rotation matrix
   std::uint32_t first_point = 0;  // convex
   std::uint32_t point_count = 0;  // convex
 
@@ -51,7 +53,7 @@ struct Shape {
   static constexpr Shape box(Vec3 half_extents, Vec3 center = {0, 0, 0}) noexcept {
     return {ShapeKind::box, center, half_extents, 0, 0, 0};
   }
-  // Along y; half_length without the caps.
+  // Along y; half_length excludes the caps.
   static constexpr Shape capsule(float half_length, float radius,
                                  Vec3 center = {0, 0, 0}) noexcept {
     return {ShapeKind::box, center, {0, half_length, 0}, radius, 0, 0};
@@ -62,18 +64,19 @@ struct Shape {
   }
 };
 
-// A view: it owns nothing, and what it shows must outlive the call. There are as many bodies as
-// positions. Strides are in bytes, multiples of four; 0 repeats one value.
+// A non-owning view: the arrays must outlive the call. The number of bodies is position.count.
+// Strides are in bytes, multiples of 4; 0 repeats one value.
 struct Bodies {
   Strided<Vec3> position;
-  Strided<Quaternion> rotation;  // absent: none is rotated
-  // Absent: none. Else a body's box covers its shape on the whole straight way from `position` to
-  // position + displacement, without turning: what continuous collision detection asks for.
+  Strided<Quaternion> rotation;  // absent: no rotation
+  // Absent: none. Otherwise a body's box covers the shape translated along the segment from
+  // `position` to position + displacement, without rotation, as needed for continuous collision
+  // detection.
   Strided<Vec3> displacement;
-  // Which of `shapes`. Absent: `shapes` has one a body, or one for all.
+  // Index into `shapes` per body. Absent: `shapes` has one shape per body, or one for all.
   Strided<std::uint32_t> shape;
   Strided<Shape> shapes;
-  Strided<Vec3> points;  // of the convex shapes
+  Strided<Vec3> points;  // of convex shapes
 
   Bodies() noexcept = default;
   // `count` bodies whose transforms are `stride_bytes` apart, and their shapes.
@@ -89,34 +92,34 @@ struct Bodies {
 struct UpdateOptions {
   // Added to every radius. World units, >= 0.
   float margin = 0.0f;
-  // At most so many threads; 0: as many as the executor offers.
+  // Maximum number of threads; 0: the executor's concurrency.
   unsigned threads = 0;
   Isa isa = Isa::automatic;
-  // Where to run; null: the default (oneTBB). It must outlive the call.
+  // Executor to run on; null: the default (oneTBB). Must outlive the call.
   const Executor* executor = nullptr;
-  // Set it to true from any thread, and the call ends soon, with Status::stopped and some of the
-  // boxes written; looked at every 1024 bodies. Null: nobody stops it. It must outlive the call.
+  // Cancellation flag, may be set from any thread; null: none. The call then ends soon with
+  // Status::stopped and part of the boxes written; checked every 1024 bodies. Must outlive the
+  // call.
   const std::atomic<bool>* stop = nullptr;
 };
 
-// Writes the box of body i to the i-th of bodies.size() boxes, `stride_bytes` apart (at least
-// sizeof(Box), a multiple of four). `out` may not overlap what is read.
+// Writes the box of body i to element i of `out`, which has bodies.size() boxes, `stride_bytes`
+// apart (>= sizeof(Box), a multiple of 4). `out` must not overlap the inputs. Allocates nothing.
 //
-// A box contains the exact one, in real arithmetic on the floats as given. Each side lies within
-// 2^-48 of the sum of the magnitudes that make it up (position, displacement, center and half
-// extents as rotated, radius, margin) of the exact one, and then at most one float further out: it
-// is nearly always the tightest float or the next. Beyond the largest float it is infinite. The
-// same bits for every thread count, instruction set and floating-point state of the caller's.
+// A box contains the exact box in real arithmetic on the given floats. Each side is off by at most
+// 2^-48 of the sum of the magnitudes of its terms (position, displacement, rotated center and half
+// extents, radius, margin), plus one float outward: nearly always it is the tightest float or the
+// next. Beyond the largest float it is infinite. The result is bit-identical for every thread
+// count, instruction set and floating-point state of the caller.
 //
-// A transform, displacement, center or point that is not finite gives a box with a NaN, which
-// find_pairs refuses by its index. An infinite half extent gives a box that is infinite along that
-// axis as rotated; a plane stays one while it is turned about its normal, or by half turns about
-// the axes, and is infinite in all directions otherwise.
+// A non-finite transform, displacement, center or point gives a box with a NaN, which find_pairs
+// reports by index. An infinite half extent gives a box that is infinite along the rotated axis. A
+// plane stays a plane if it is turned about its normal or by half turns about the axes; otherwise
+// it becomes infinite in all directions.
 //
-// A body whose shape is wrong (status bad_shape) gets a box of NaN, all others theirs;
-// first_invalid and invalid_count tell of them. On every other error nothing is written. `written`
-// counts boxes; of Result, `plan.isa`, `plan.threads` and `times.total_ms` are filled in, too.
-// Allocates nothing.
+// A body with an invalid shape (Status::bad_shape) gets a box of NaN, all others are computed;
+// first_invalid and invalid_count report them. On any other error nothing is written. Result has
+// `written` (boxes), `plan.isa`, `plan.threads` and `times.total_ms`.
 THRONG_API Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options = {},
                                std::size_t stride_bytes = sizeof(Box)) noexcept;
 

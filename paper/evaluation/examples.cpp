@@ -1,4 +1,4 @@
-// Section 3.1's worked examples, the ends of Table 1, and section 3.4's bit of pair 19.
+// Section 3.1's worked examples, the limits of Table 1, and section 3.4's bit of pair 19.
 #include <fmt/format.h>
 
 #include "core/pair_index.hpp"
@@ -11,7 +11,7 @@
 namespace throng::paper {
 namespace {
 
-// As the paper counts, from 1; "none" where the thread has no pair.
+// 1-based, as in the paper; "none" where the thread has no pair.
 std::string pair_text(bool found, Pair pair) {
   return found ? fmt::format("({}, {})", pair.first + 1, pair.second + 1) : "none";
 }
@@ -34,7 +34,7 @@ std::string map(const Mapping& mapping, std::uint64_t k, std::uint64_t n) {
   return pair_text(found, pair);
 }
 
-// Where the only overlap of seven objects, pair 19, is left in the matrix of bits.
+// The bit in the matrix of seven objects whose only overlap is pair 19.
 std::string bit_of_pair_19() {
   const std::uint64_t n = 7;
   const Pair pair = core::pair_of_row_index(19, n);
@@ -82,7 +82,7 @@ Section worked_examples(const Lab&) {
   }
   section.rows.push_back(word_row("thread 0", 1000, "(1, 2)", map(hardware, 0, 1000)));
 
-  // Table 1 ends with (n^2 - n)/2; numbering from 0, that is one beyond the last pair.
+  // Table 1 ends with (n^2 - n)/2; counted from 0, that is one past the last pair.
   const std::uint64_t last = core::pair_count(1000) - 1;
   Row end = word_row("number of the last pair", 1000, std::to_string(core::pair_count(1000)),
                      std::to_string(last));

@@ -52,7 +52,7 @@ std::vector<Section> evaluate(const Lab& lab, const std::vector<std::string>& on
 }
 
 std::vector<std::string> disagreements(const std::vector<Section>& sections) {
-  // In these all rows of one n are of the same boxes.
+  // In these, all rows of one n use the same boxes.
   static const std::vector<std::string> alike = {"table2", "table5", "table6", "table7"};
   std::vector<std::string> lines;
   for (const Section& section : sections) {
@@ -75,7 +75,7 @@ report::Page page_of(const Lab& lab, const std::vector<Section>& sections) {
   page.paragraph(
       "Q. Avril, V. Gouranton, B. Arnaldi: Fast Collision Culling in Large-Scale Environments "
       "Using "
-      "GPU Mapping Function, EGPGV 2012. Each row sets what the paper prints beside what was "
+      "GPU Mapping Function, EGPGV 2012. Each row compares the paper's printed number with the one "
       "measured on this machine; ratio is measured / paper. The paper's hardware was a Quadro FX "
       "3600M and a Core2 X7900.");
   report::Table machine("This machine", {"", ""});
@@ -84,10 +84,10 @@ report::Page page_of(const Lab& lab, const std::vector<Section>& sections) {
     machine.add_row(
         {device == DeviceKind::cuda ? "GPU" : "experiments on the CPU", lab.name(device)});
   }
-  machine.add_row({"run", lab.quick() ? "quick: the largest sizes are left out" : "whole"});
+  machine.add_row({"run", lab.quick() ? "quick: without the largest sizes" : "whole"});
   page.add(machine);
   page.contents();
-  report::Table summary("What was found", {"", "finding"});
+  report::Table summary("Summary", {"", "finding"});
   for (const Section& section : sections) summary.add_row({section.title, section.finding});
   page.add(summary);
   for (const Section& section : sections) add_to(page, section);

@@ -1,4 +1,4 @@
-// Tables 6 and 7: the grid's stages, and when a grid pays.
+// Tables 6 and 7: the grid's stages, and when a grid pays off.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -15,7 +15,7 @@
 namespace throng::paper {
 namespace {
 
-// Spheres of radius 1/2, each turned somehow, around which the scene's unit cubes lie.
+// Randomly rotated spheres of radius 1/2 inside the scene's unit cubes.
 std::vector<Transform> bodies_in(const Box* boxes, std::uint64_t n) {
   std::vector<Transform> transforms;
   for (std::uint64_t i = 0; i < n; ++i) {
@@ -28,7 +28,7 @@ std::vector<Transform> bodies_in(const Box* boxes, std::uint64_t n) {
   return transforms;
 }
 
-// From transforms to boxes, on the device that will search them.
+// From transforms to boxes, on the device that searches them.
 double update_ms(const Lab& lab, const std::vector<Transform>& transforms, DeviceKind device) {
   const Shape sphere = Shape::sphere(0.5f);
   if (device == DeviceKind::cuda) {
@@ -46,7 +46,7 @@ double update_ms(const Lab& lab, const std::vector<Transform>& transforms, Devic
       lab.repeat(), lab.budget_ms());
 }
 
-// The X with the least total, of those tried.
+// The X with the smallest total among those tried.
 struct Best {
   double per_cell = 0;
   Lab::Answer answer;
@@ -153,9 +153,9 @@ Section table6(const Lab& lab) {
       "Spheres with a position and a rotation each, whose boxes are computed first (AABB update); "
       "then the boxes are searched from scratch. The paper's grid is run with several X, and the "
       "one "
-      "with the least total is told. Its scene and density are not known; this is the scene "
+      "with the least total is reported. Its scene and density are not known; this is the scene "
       "uniform, "
-      "half a pair an object."};
+      "half a pair per object."};
   return section;
 }
 

@@ -10,7 +10,7 @@
 namespace throng::paper {
 namespace {
 
-// From one stop signal of the child's own to the next; nothing where it cannot be traced.
+// From one stop signal of the child to the next; nothing where tracing is not possible.
 std::optional<std::uint64_t> steps_of(const std::function<void()>& work) {
   const pid_t child = fork();
   if (child < 0) return {};

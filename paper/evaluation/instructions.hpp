@@ -1,4 +1,4 @@
-// How many instructions a piece of work takes, on whatever machine: counted one by one.
+// The number of instructions of a piece of work, counted by single-stepping.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace throng::paper {
 
-// The instructions that this processor executes for `work`, beside those of calling it. A child
-// process runs it step by step under ptrace, some microseconds each: give it little to do, and
-// nothing that allocates or locks. Nothing where the system has no ptrace, or refuses it.
+// The number of instructions that this processor executes for `work`, without the call itself. A
+// child process single-steps it under ptrace, a few microseconds each: keep it short, without
+// allocation and locks. Nothing where the system has no ptrace, or refuses it.
 std::optional<std::uint64_t> count_instructions(const std::function<void()>& work);
 
 }  // namespace throng::paper

@@ -51,7 +51,7 @@ Lab::Answer Lab::run(const Variant& variant, const Box* boxes, std::uint64_t n, 
     const std::unique_ptr<Stepper> stepper = make_stepper_on(device, job);
     return {measure(*stepper, boxes, repeat(), budget_ms()), ""};
   } catch (const TooLarge& failure) {
-    return {{}, std::string("left out: ") + failure.what()};
+    return {{}, std::string("skipped: ") + failure.what()};
   }
 }
 
@@ -110,7 +110,7 @@ double median_ms(const std::function<void()>& call, int repeat, double budget_ms
   if (cold > budget_ms) return cold;
   std::vector<double> times;
   double spent = 0;
-  // Short calls on several threads are slow until the system has spread these over its cores.
+  // Short calls on several threads are slow until the system has spread the threads over the cores.
   constexpr double settled_ms = 100;
   while (times.empty() ||
          ((static_cast<int>(times.size()) < repeat || spent < settled_ms) && spent < budget_ms)) {

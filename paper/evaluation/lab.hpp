@@ -1,4 +1,4 @@
-// Where the experiments are run: devices, sizes, time allowed, and the measuring of one variant.
+// The setting of the experiments: devices, sizes, time limits, and the measurement of one variant.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +19,9 @@ struct Setting {
   std::vector<DeviceKind> devices = {DeviceKind::cpu};
   unsigned threads = 1;                                             // of the CPU
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;              // for one output, list or grid
-  std::uint64_t up_to = std::numeric_limits<std::uint64_t>::max();  // larger n are left out
-  double limit_seconds = 60;                                        // for a frame of a rival
-  std::string rivals;  // the program that plays frames through them; empty: it is not here
+  std::uint64_t up_to = std::numeric_limits<std::uint64_t>::max();  // larger n are skipped
+  double limit_seconds = 60;                         // for a frame of another library
+  std::string rivals;                                // the program that runs them; empty: not built
   std::function<void(const std::string&)> progress;  // may be empty
 };
 
@@ -36,29 +36,29 @@ class Lab {
   const std::string& name(DeviceKind device) const;
   void say(const std::string& what) const;
 
-  // Without those that --up-to leaves out, and with --quick those above `quick_limit`.
+  // Without those above --up-to, and with --quick those above `quick_limit`.
   std::vector<std::uint64_t> sizes(std::vector<std::uint64_t> all, std::uint64_t quick_limit) const;
 
   struct Answer {
     std::optional<Measured> measured;
     std::string excuse;  // why there is none
   };
-  // The median step of a variant; an excuse where it would take too much memory. `threads` 0: as
-  // many as the setting has.
+  // The median step of a variant, or the reason for skipping it (too much memory). `threads` 0: the
+  // setting's number.
   Answer run(const Variant& variant, const Box* boxes, std::uint64_t n, DeviceKind device,
              unsigned threads = 0) const;
-  // Time given to one variant at one size, beyond its first step.
+  // Time limit for one variant at one size, after its first step.
   double budget_ms() const noexcept { return quick() ? 250 : 3000; }
   int repeat() const noexcept { return quick() ? 5 : 11; }
 
-  // A row on that device; a missing measurement leaves its excuse as what was found.
+  // A row on that device; a missing measurement's reason becomes the result.
   Row row(const std::string& what, std::uint64_t n, const std::string& quantity,
           const std::string& unit, DeviceKind device) const;
-  // The same with pairs, checksum and number taken from an answer.
+  // The same with pairs, checksum and number from a result.
   Row row(const std::string& what, std::uint64_t n, const std::string& quantity, DeviceKind device,
           const Answer& answer, double Times::*stage) const;
 
-  // Throng's own time for the same boxes: the median of warmed calls. Failure where it is refused.
+  // Throng's time for the same boxes: the median of warmed calls. Failure where it is refused.
   struct Library {
     double ms = 0;
     std::uint64_t pairs = 0, checksum = 0;
@@ -73,8 +73,8 @@ class Lab {
 };
 
 double ms_of(const std::function<void()>& call);
-// The median of warmed calls: `repeat` of them or more, a tenth of a second at least, fewer where
-// they take longer than the budget together.
+// The median of warmed calls: at least `repeat` and at least 0.1 s, fewer where they exceed the
+// time limit.
 double median_ms(const std::function<void()>& call, int repeat, double budget_ms);
 
 }  // namespace throng::paper

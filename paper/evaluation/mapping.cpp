@@ -1,4 +1,4 @@
-// Table 2, and what a mapping costs by itself.
+// Table 2, and the cost of a mapping alone.
 #include <map>
 #include <utility>
 
@@ -45,7 +45,7 @@ struct Given {
 };
 constexpr Given given[] = {{1000, 0.21, 0.25}, {10000, 2.25, 4.28}, {100000, 29.66, 58.24}};
 
-// Of so many threads in a row, each making its pair part of a sum.
+// For this many consecutive threads, each adding its pair to a sum.
 std::optional<std::uint64_t> instructions_of(const Variant& variant, std::uint64_t n,
                                              std::uint64_t begin, std::uint64_t count) {
   std::vector<Pair> list;
@@ -67,14 +67,14 @@ std::optional<std::uint64_t> instructions_of(const Variant& variant, std::uint64
 }
 
 double pairs_a_second(std::uint64_t n, double ms) {
-  return static_cast<double>(core::pair_count(n)) / (ms * 1e6);  // in G
+  return static_cast<double>(core::pair_count(n)) / (ms * 1e6);  // in 10^9
 }
 
 }  // namespace
 
 Section table2(const Lab& lab) {
   Section section("table2", "Table 2: from thread to pair, all n(n-1)/2 pairs tested");
-  // All pairs of 100K objects take a processor minutes: beyond this only the paper's two ways.
+  // All pairs of 100K objects take minutes on a CPU: above this size only the paper's two mappings.
   const std::uint64_t cpu_limit = 10000;
   for (const DeviceKind device : lab.devices()) {
     std::map<std::string, report::Series> series;
@@ -117,16 +117,15 @@ Section table2(const Lab& lab) {
         row.paper = g.lazy / g.mapping;
         row.paper_text = report::format_ms(*row.paper);
         row.measured = ms[1] / ms[0];
-        row.found = (*row.measured > 1) == (*row.paper > 1)
-                        ? "agrees: the mapping is the faster one"
-                        : "differs: the lazy way is the faster one";
+        row.found = (*row.measured > 1) == (*row.paper > 1) ? "agrees: the mapping is faster"
+                                                            : "differs: the lazy mapping is faster";
         verdict += fmt::format("{}{} at {}", verdict.empty() ? "" : ", ",
                                report::format_ratio(*row.measured), report::format_short(n));
         section.rows.push_back(std::move(row));
       }
     }
     if (!verdict.empty()) {
-      section.finding += fmt::format("On {} the lazy way takes {} the time of the mapping. ",
+      section.finding += fmt::format("On {} the lazy mapping takes {} the time of the mapping.  ",
                                      lab.name(device), verdict);
     }
     report::Plot plot{"Table 2, " + lab.name(device), "objects", "ms", true, true, {}};
@@ -146,7 +145,7 @@ Section table2(const Lab& lab) {
     section.plots.push_back(std::move(plot));
   }
 
-  // 3.2.2: on a sequential processor the lazy way is four times faster, 4.51 s for 10K objects.
+  // 3.2.2: on a sequential processor the lazy mapping is four times faster, 4.51 s for 10K objects.
   const std::uint64_t n = lab.quick() ? 5000 : 10000;
   if (n <= lab.setting().up_to) {
     lab.say("Table 2: one thread of the processor");
@@ -163,10 +162,10 @@ Section table2(const Lab& lab) {
     ratio.measured = mapping.measured->step.times.search / lazy.measured->step.times.search;
     ratio.found = *ratio.measured > 1
                       ? fmt::format(
-                            "agrees in kind: on one thread the lazy way is the faster one, "
+                            "agrees in kind: on one thread the lazy mapping is faster,  "
                             "by {}",
                             report::format_ratio(*ratio.measured))
-                      : "differs: on one thread, too, the mapping is the faster one";
+                      : "differs: the mapping is faster on one thread, too";
     section.rows.push_back(std::move(row));
     section.rows.push_back(std::move(ratio));
   }
@@ -179,10 +178,10 @@ Section table2(const Lab& lab) {
 }
 
 Section mapping_cost(const Lab& lab) {
-  Section section("cost", "What a mapping costs by itself");
+  Section section("cost", "The cost of a mapping alone");
   const std::uint64_t n = std::min<std::uint64_t>(lab.quick() ? 2000 : 5000, lab.setting().up_to);
   const double pairs = static_cast<double>(core::pair_count(n));
-  // The seldom taken ends of rows are in it as often as in all n: from the middle of the triangle.
+  // Starts in the middle of the triangle, where rare row ends are as frequent as over all n.
   const std::uint64_t begin = core::pair_count(n) / 2, few = lab.quick() ? 200 : 1000;
   for (const DeviceKind device : lab.devices()) {
     std::string fastest;
@@ -192,7 +191,7 @@ Section mapping_cost(const Lab& lab) {
       const MappingTime time = device == DeviceKind::cuda
                                    ? time_mapping_on_cuda(w.variant, n, lab.repeat())
                                    : time_mapping_on_host(w.variant, n, lab.repeat(), 1);
-      Row row = lab.row(w.name, n, "time", "ns a pair", device);
+      Row row = lab.row(w.name, n, "time", "ns per pair", device);
       if (device == DeviceKind::cpu) row.device += ", only 1 used";
       row.measured = time.ms * 1e6 / pairs;
       row.checksum = time.sum;
@@ -211,17 +210,18 @@ Section mapping_cost(const Lab& lab) {
       if (const auto count = instructions_of(w.variant, n, begin, few)) {
         row.measured = static_cast<double>(*count) / static_cast<double>(few) * share;
       } else {
-        row.found = "not counted: this system lets no process be traced";
+        row.found = "not counted: this system does not allow tracing";
       }
       section.rows.push_back(row);
     }
-    section.finding += fmt::format("On {} the cheapest way is the {}, {} ns a pair. ",
+    section.finding += fmt::format("On {} the cheapest mapping is the {}, {} ns per pair.  ",
                                    lab.name(device), fastest, report::format_ms(least));
   }
   section.words = {
       "No boxes are read and nothing is written but a sum of all numbers of pairs. Instructions "
       "are "
-      "counted one by one, over some threads in a row. The lazy way has about two threads a pair; "
+      "counted one by one, over some threads in a row. The lazy mapping has about two threads per "
+      "pair;  "
       "the tile fold does here by a division what a launch in two dimensions would have for "
       "nothing."};
   return section;

@@ -1,5 +1,4 @@
-// Table 5 with Figure 3, and Figure 4: what the brute force costs, and its output in bytes and
-// bits.
+// Table 5 with Figure 3, and Figure 4: the cost of brute force, with output in bytes and bits.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -39,7 +38,7 @@ Variant matrix(Output output, Write write = Write::ballot) {
   return variant;
 }
 
-// Nothing is transferred on the host; what stands for it is a copy of as many bytes.
+// The host transfers nothing; a copy of the same number of bytes replaces it.
 double copy_ms(std::uint64_t bytes, int repeat) {
   const std::vector<char> from(bytes, 1);
   std::vector<char> to(bytes, 2);
@@ -55,13 +54,13 @@ std::vector<Form> forms() {
           {"one bit, racy as printed", matrix(Output::bit, Write::racy)},
           {"one bit, atomic", matrix(Output::bit, Write::atomic)},
           {"one bit, ballot", matrix(Output::bit, Write::ballot)},
-          {"one bit, word a thread", matrix(Output::bit, Write::owned)}};
+          {"one bit, word per thread", matrix(Output::bit, Write::owned)}};
 }
 
 }  // namespace
 
 Section table5(const Lab& lab) {
-  Section section("table5", "Table 5 and Figure 3: one byte and one bit a pair");
+  Section section("table5", "Table 5 and Figure 3: one byte and one bit per pair");
   for (const DeviceKind device : lab.devices()) {
     std::map<std::string, report::Series> kernels, outputs;
     std::uint64_t lost = 0, found = 0, largest = 0;
@@ -139,7 +138,7 @@ Section table5(const Lab& lab) {
     for (report::Series& line : paper) plot.series.push_back(std::move(line));
     section.plots.push_back(std::move(plot));
     section.finding += fmt::format(
-        "On {} bits are handed over {} faster than bytes at the largest size (paper: 8.06x), and "
+        "On {} bits are transferred {} faster than bytes at the largest size (paper: 8.06x), and "
         "the "
         "printed read-OR-write {} at {} objects. ",
         lab.name(device), report::format_ratio(share),
@@ -155,7 +154,7 @@ Section table5(const Lab& lab) {
       "nothing that orders them; on the host the threads of a warp are run in step, a schedule "
       "that "
       "this form allows. The three other forms of bits are exact.",
-      "Without a GPU nothing is handed over; the output's time is then that of a copy of as many "
+      "Without a GPU nothing is transferred; the output's time is then that of a copy of as many "
       "bytes from memory to memory."};
   return section;
 }
@@ -208,7 +207,7 @@ Section figure4(const Lab& lab) {
     plot.series.push_back(std::move(kernel));
     section.plots.push_back(std::move(plot));
 
-    // 3.2: the boxes of 10K objects are 234 KB, handed over in less than 50 us.
+    // 3.2: the boxes of 10K objects are 234 KB, transferred in less than 50 us.
     Row bound = lab.row("input of 10,000 objects", 10000, "size", "KB of 1,024 bytes", device);
     bound.paper = 234;
     bound.measured = std::floor(24 * 10000 / 1024.0);

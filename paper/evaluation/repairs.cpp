@@ -1,4 +1,5 @@
-// What the paper's two repairs mend: wrong pairs before and after, and where each root first fails.
+// The effect of the paper's two repairs: wrong pairs before and after, and where each root first
+// fails.
 #include <functional>
 #include <utility>
 
@@ -29,14 +30,14 @@ std::string name_of(const Variant& v) {
                      v.repair ? ", repaired" : "");
 }
 
-// The most objects that have no more pairs than `tests`.
+// The largest number of objects that have at most `tests` pairs.
 std::uint64_t objects_of(std::uint64_t tests) {
   std::uint64_t n = 2;
   while (core::pair_count(n + 1) <= tests) ++n;
   return n;
 }
 
-// The first n whose rows have a wrong end; 0 where none is up to `limit`.
+// The smallest n with a wrong pair at the end of a row; 0 if there is none up to `limit`.
 std::uint64_t first_failure(const Variant& variant, std::uint64_t limit) {
   for (std::uint64_t n = 2; n <= limit; ++n) {
     if (count_faults(variant, n, 1).rows > 0) return n;
@@ -54,7 +55,7 @@ bool right(const Variant& variant, std::uint64_t k, std::uint64_t n) {
 }  // namespace
 
 Section repairs(const Lab& lab) {
-  Section section("repairs", "Section 3.3: what the two repairs mend");
+  Section section("repairs", "Section 3.3: the effect of the two repairs");
 
   // "From 1K to 100M tests, a 0 % of error is obtained."
   bool none = true;
@@ -81,7 +82,7 @@ Section repairs(const Lab& lab) {
     }
   }
 
-  // Errors sit at the ends of rows, so looking there sees the first of them.
+  // Errors are at the ends of rows, so checking those finds the first.
   const auto first = [&](const Variant& variant, std::uint64_t limit) {
     lab.say(fmt::format("repairs: where {} first fails", name_of(variant)));
     const std::uint64_t n = first_failure(variant, limit);
@@ -95,8 +96,8 @@ Section repairs(const Lab& lab) {
     } else {
       row.measured = static_cast<double>(n);
       const Faults faults = count_faults(variant, n);
-      row.found = fmt::format("{}thread {} is the first wrong one there",
-                              variant.repair ? "differs: the repairs do not mend it; " : "",
+      row.found = fmt::format("{}thread {} is the first wrong one",
+                              variant.repair ? "differs: the repairs do not fix it; " : "",
                               report::format_count(faults.first_index));
     }
     section.rows.push_back(std::move(row));
@@ -109,7 +110,7 @@ Section repairs(const Lab& lab) {
   first(formula(RootKind::carmack, 1, true), 2000);
   first(formula(RootKind::lomont, 1, true), 2000);
 
-  // Too large to search from 2 on: n - 1 and n are looked at.
+  // Too large to search from 2 on: checks n - 1 and n.
   const auto between = [&](const Variant& variant, std::uint64_t n, std::uint64_t limit) {
     if (n > limit) return;
     lab.say(fmt::format("repairs: {} at {} objects", name_of(variant), report::format_count(n)));
@@ -137,20 +138,21 @@ Section repairs(const Lab& lab) {
   between(formula(RootKind::float64, 2, false, Radicand::real), 94906267, limit);
   between(formula(RootKind::float64, 2, false), 117440514, limit);
 
-  // The same without walking: one thread.
+  // The same, computed directly: one thread.
   const Variant wide = formula(RootKind::float64, 2, false);
   Row row = plain_row(name_of(wide), 117440514, "thread 117,440,512", "");
   row.measured_text = std::string(right(wide, 117440512, row.n) ? "right" : "wrong");
-  row.found = fmt::format("with one object less, that thread is {}",
+  row.found = fmt::format("with one object fewer, that thread is {}",
                           right(wide, 117440512, row.n - 1) ? "right" : "wrong");
   section.rows.push_back(std::move(row));
 
   section.finding = fmt::format(
-      "At the paper's numbers of tests the repairs leave {}; in {} of the {} repaired forms looked "
-      "at beyond those, pairs stay wrong.",
+      "At the paper's numbers of tests the repairs leave {}; in {} of the {} repaired forms "
+      "checked "
+      "beyond those, pairs stay wrong.",
       none ? "no wrong pair, as it says" : "wrong pairs", failing, beyond);
   section.words = {
-      "A row that is off by one is mended exactly, whatever the root, if formula (2) is computed "
+      "A row that is off by one is repaired exactly, whatever the root, if formula (2) is computed "
       "in "
       "integers: with row a-1 found for (a, b), (2) gives n + (b - a) > n, and the first repair "
       "gives (a, b) back; with row a+1 found it gives a + 1 + b - n <= a + 1, and the second does. "

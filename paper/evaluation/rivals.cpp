@@ -1,5 +1,5 @@
-// Figures 5 and 6: the falling column, frame by frame, beside Bullet's two broad phases. A rival
-// runs in a process of its own, so that it can be stopped.
+// Figures 5 and 6: the falling column, frame by frame, compared with Bullet's two broad phases.
+// Each of these runs in its own process, so that it can be stopped.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -33,17 +33,17 @@ struct Frames {
 struct Played {
   std::vector<double> ms;
   std::uint64_t pairs = 0;  // of the last frame
-  double insert_ms = 0;     // the time to add all objects; 0: it did not come to an end
+  double insert_ms = 0;     // the time to add all objects; 0: it did not complete
   std::string excuse;       // why there is no time
 };
 
-// A rival that adds objects one by one may need minutes before its first frame.
+// Adding objects one by one may take minutes before the first frame.
 double insert_limit(const Lab& lab) { return 5 * lab.setting().limit_seconds; }
 
-// Enough was seen of a rival.
+// Enough frames were measured.
 struct Slow {};
 
-// What the program that has the rivals tells of one of them.
+// The output of the benchmark program for one of them.
 Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
   const double limit = lab.setting().limit_seconds;
   Played played;
@@ -73,7 +73,7 @@ Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
           fmt::format("stopped: {} took over {:g} s",
                       played.insert_ms == 0 ? "adding the objects" : "a frame", insert_limit(lab));
     } else if (ended.status != 0) {
-      played.excuse = fmt::format("its program ended with status {}", ended.status);
+      played.excuse = fmt::format("its program exited with status {}", ended.status);
     }
   } catch (const Slow&) {
     played.excuse = fmt::format("stopped: a frame took over {:g} s", limit);
@@ -81,23 +81,23 @@ Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
   return played;
 }
 
-// Why a rival is not asked again: it was stopped, or adding more objects would take too long.
-// Adding one to the axis sweep takes time in proportion to those that are there.
+// Why a library is skipped: it was stopped, or adding more objects would take too long. Adding one
+// to the axis sweep takes time proportional to the number present.
 class Tired {
  public:
-  // Empty: it is asked.
+  // Empty: it is run.
   std::string excuse(const Lab& lab, const std::string& rival, std::uint64_t n) const {
     const auto found = past_.find(rival);
     if (found == past_.end() || n < found->second.n) return {};
     const Past& past = found->second;
     if (past.stopped) {
-      return fmt::format("left out: already stopped at {} objects", report::format_count(past.n));
+      return fmt::format("skipped: stopped at {} objects before", report::format_count(past.n));
     }
     const double ratio = static_cast<double>(n) / static_cast<double>(past.n);
     const double seconds = past.insert_ms / 1000 * ratio * ratio;
     if (ratio <= 1 || past.insert_ms < 1000 || seconds <= insert_limit(lab)) return {};
     return fmt::format(
-        "left out: adding {} objects took {:.0f} s, and so many would take some {:.0f}",
+        "skipped: adding {} objects took {:.0f} s, so this many would take about {:.0f}",
         report::format_count(past.n), past.insert_ms / 1000, seconds);
   }
   void saw(const std::string& rival, std::uint64_t n, const Played& played) {
@@ -115,12 +115,12 @@ class Tired {
 
 struct Ours {
   double paper_ms = 0, library_ms = 0, library_one_ms = 0;
-  double live_ms = 0;  // objects that live, on one thread
+  double live_ms = 0;  // persistent objects, on one thread
   std::uint64_t pairs = 0;
   std::string excuse;  // why the paper's grid has no time
 };
 
-// Objects that live, as Bullet has them: handed all boxes of a frame, they find who moved.
+// Persistent objects, used as in Bullet: they get all boxes of a frame and detect which moved.
 class Live {
  public:
   explicit Live(const std::vector<Box>& boxes) : live_(one_thread()) {
@@ -148,7 +148,7 @@ class Live {
   BroadPhase live_;
 };
 
-// The same frames through the paper's grid and through the library, on one device.
+// The same frames with the paper's grid and with the library, on one device.
 Ours ours(const Lab& lab, const Frames& frames, DeviceKind device) {
   scene::Spec spec;
   spec.name = "column";
@@ -166,7 +166,7 @@ Ours ours(const Lab& lab, const Frames& frames, DeviceKind device) {
   variant.per_cell = 4;
   for (std::size_t f = 1; f <= frames.count; ++f) {
     scene.frame(first_frame + f, boxes.data());
-    // The plane is no part of the environment that the density is taken of.
+    // The plane is excluded from the environment that determines the density.
     const Lab::Answer answer = lab.run(variant, boxes.data(), frames.n, device);
     if (answer.measured) paper.push_back(answer.measured->step.times.total());
     result.excuse = answer.excuse;
@@ -179,10 +179,10 @@ Ours ours(const Lab& lab, const Frames& frames, DeviceKind device) {
     result.pairs = found.pairs;
     if ((answer.measured && answer.measured->checksum != found.checksum) ||
         (objects && objects->pairs() != found.pairs)) {
-      throw Failure(
-          fmt::format("frame {} of {} objects: the paper's grid, the library and living objects "
-                      "found different pairs: please report this",
-                      first_frame + f, frames.n));
+      throw Failure(fmt::format(
+          "frame {} of {} objects: the paper's grid, the library and the persistent objects "
+          "found different pairs: please report this",
+          first_frame + f, frames.n));
     }
   }
   result.paper_ms = program::median(paper);
@@ -208,8 +208,8 @@ class Curves {
   report::Plot plot_;
 };
 
-// One point of either figure: everybody on the same frames.
-// Gives Throng's share of the fastest rival's time: 0 where there is none.
+// One point of either figure: all on the same frames. Returns Throng's time divided by that of the
+// fastest other library: 0 where there is none.
 double point(const Lab& lab, Section& section, Curves& curves, const Frames& frames, double x,
              Tired& tired) {
   const auto add = [&](Row row) {
@@ -241,9 +241,9 @@ double point(const Lab& lab, Section& section, Curves& curves, const Frames& fra
       row.device += ", only 1 used";
       row.measured = own.library_one_ms;
       add(row);
-      row.what = "Throng, objects that live";
+      row.what = "Throng, persistent objects";
       row.measured = own.live_ms;
-      curves.add("Throng, objects that live", x, own.live_ms);
+      curves.add("Throng, persistent objects", x, own.live_ms);
       add(row);
       live = own.live_ms;
     }
@@ -252,7 +252,7 @@ double point(const Lab& lab, Section& section, Curves& curves, const Frames& fra
     Row row = lab.row(name, frames.n, "", "ms", DeviceKind::cpu);
     row.device += ", only 1 used";
     if (lab.setting().rivals.empty()) {
-      row.found = "not here: build with libbullet-dev installed (scripts/paper does)";
+      row.found = "not built: build with libbullet-dev installed (scripts/paper does)";
     } else if (const std::string excuse = tired.excuse(lab, name, frames.n); !excuse.empty()) {
       row.found = excuse;
     } else {
@@ -264,10 +264,11 @@ double point(const Lab& lab, Section& section, Curves& curves, const Frames& fra
       if (!played.ms.empty()) {
         row.measured = program::median(played.ms);
         row.pairs = played.pairs;
-        row.found = fmt::format("{} Throng's time on all threads, {} that of its living objects{}",
-                                report::format_ratio(*row.measured / library),
-                                report::format_ratio(*row.measured / live),
-                                played.excuse.empty() ? "" : "; " + played.excuse);
+        row.found =
+            fmt::format("{} Throng's time on all threads, {} that of its persistent objects{}",
+                        report::format_ratio(*row.measured / library),
+                        report::format_ratio(*row.measured / live),
+                        played.excuse.empty() ? "" : "; " + played.excuse);
         if (fastest == 0 || *row.measured < fastest) fastest = *row.measured;
         curves.add(name, x, *row.measured);
       }
@@ -279,8 +280,9 @@ double point(const Lab& lab, Section& section, Curves& curves, const Frames& fra
 
 std::string conditions() {
   return fmt::format(
-      "The column falls; {} frames have gone by. Throng and the paper's grid search each frame "
-      "from nothing; Throng's living objects are handed all boxes and find who moved. Bullet keeps "
+      "The column falls; frame {}. Throng and the paper's grid search each frame "
+      "from scratch; Throng's persistent objects get all boxes and detect which moved. Bullet "
+      "keeps "
       "its objects from frame to frame, gets all new boxes, and its exact "
       "pairs "
       "are picked out of its surplus outside the time, which favours it. Medians of the frames "
@@ -292,8 +294,8 @@ std::string conditions() {
 }  // namespace
 
 Section figure5(const Lab& lab) {
-  Section section("figure5", "Figure 5: 1K to 1M moving objects, beside Bullet");
-  Curves curves({"Figure 5", "objects", "ms a frame", true, true, {}});
+  Section section("figure5", "Figure 5: 1K to 1M moving objects, compared with Bullet");
+  Curves curves({"Figure 5", "objects", "ms per frame", true, true, {}});
   Tired tired;
   std::string gains;
   for (const std::uint64_t n :
@@ -321,12 +323,12 @@ Section figure5(const Lab& lab) {
 }
 
 Section figure6(const Lab& lab) {
-  Section section("figure6", "Figure 6: 0 to 100 % of the objects moving, beside Bullet");
+  Section section("figure6", "Figure 6: 0 to 100 % of the objects moving, compared with Bullet");
   const std::uint64_t n =
       std::min<std::uint64_t>(lab.quick() ? 10000 : 100000, lab.setting().up_to);
   Curves curves({fmt::format("Figure 6, {} objects", report::format_count(n)),
                  "% moving",
-                 "ms a frame",
+                 "ms per frame",
                  false,
                  true,
                  {}});
@@ -352,13 +354,14 @@ Section figure6(const Lab& lab) {
     return least > 0 ? report::format_ratio(most / least) : std::string("-");
   };
   section.finding = fmt::format(
-      "From the cheapest to the dearest share of movers, times change by {} for the paper's grid "
+      "From the cheapest to the most expensive share of movers, times change by {} for the paper's "
+      "grid "
       "(flat, says the paper), {} for Throng, {} for btDbvt and {} for the axis sweep.",
       spread("the paper's"), spread("Throng"), spread(rival_names[0]), spread(rival_names[2]));
   if (!behind.empty()) {
     section.finding += fmt::format(
-        " With {} moving one of Bullet's is ahead of a search from nothing, as it has next to "
-        "nothing to do; the times of Throng's living objects change by {}.",
+        " With {} moving one of Bullet's is ahead of a search from scratch, as it has next to "
+        "nothing to do; the times of Throng's persistent objects change by {}.",
         behind, spread("Throng, objects"));
   }
   section.words = {conditions(), "The paper does not say how many objects its figure has."};

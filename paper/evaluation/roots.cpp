@@ -1,5 +1,4 @@
-// Tables 3 and 4: how wrong fast square roots are, how far the repairs mend that, how fast they
-// are.
+// Tables 3 and 4: the error rates of fast square roots, the effect of the repairs, and the speed.
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -37,13 +36,13 @@ constexpr Printed printed[] = {
     {3, "Lomont", {"0.7", "0.12", "0.035", "0.0111", "0.0057", "0.0142"}}};
 constexpr std::uint64_t tests_of_table3[] = {1000, 10000, 100000, 1000000, 10000000, 100000000};
 
-// The share cut off (or, else, rounded) at as many digits as are printed.
+// The share truncated (or rounded) to the printed number of digits.
 bool reads_as(double share, const std::string& text, bool cut) {
   const std::size_t point = text.find('.');
   const int digits = static_cast<int>(text.size() - point - 1);
   const double scale = std::pow(10.0, digits);
   const double at = share * scale;
-  // The share is a ratio of integers: a hair is added so that 0.27 is not 0.269999...
+  // The share is a ratio of integers: a small value is added so that 0.27 is not 0.269999...
   const double whole = cut ? std::floor(at + 1e-9 * scale) : std::round(at);
   return fmt::format("{:.{}f}", whole / scale, digits) == text;
 }
@@ -79,7 +78,7 @@ Section table3(const Lab& lab) {
   all = report::Table(all.title(), columns);
   // counts[steps][constant][definition][test]
   std::vector<std::uint64_t> counts[max_steps + 1][2][4];
-  // Whether the root of N itself is wrong, and that of 0: for counting from 1 to N.
+  // Whether the root of N itself, and that of 0, is wrong: for counting from 1 to N.
   std::vector<std::uint64_t> past[max_steps + 1][2][4];
   std::uint64_t zero[max_steps + 1][2][4] = {};
   std::vector<std::uint64_t> ends = {1};
@@ -110,7 +109,7 @@ Section table3(const Lab& lab) {
   std::size_t agree = 0;
   for (const Printed& p : printed) {
     const std::size_t c = std::string(p.constant) == "Lomont";
-    // The definition that reads like most of the printed row stands for it.
+    // The definition that matches most of the printed row represents it.
     std::size_t best = 0, most = 0;
     for (std::size_t d = 0; d < 4; ++d) {
       std::size_t same = 0;
@@ -183,7 +182,7 @@ Section table3(const Lab& lab) {
   section.words = {
       "Counted: of i = 0 .. N-1 those whose fast root has another integer part than the hardware's "
       "root of the same float. The paper does not say how it computed; four definitions are tried, "
-      "and the one that gives most of a printed row stands for it."};
+      "and the one that matches most of a printed row represents it."};
   section.tables.push_back(std::move(all));
   return section;
 }
@@ -255,7 +254,7 @@ Section table4(const Lab& lab) {
           if (g) saved.paper = g->gain;
           saved.measured = gain;
           saved.found = gain > 0 ? "agrees in kind: the fast root is faster here, too"
-                                 : "differs: here the hardware's root is the faster one";
+                                 : "differs: here the hardware's root is faster";
           section.rows.push_back(saved);
           gains += fmt::format("{}{} at {}", gains.empty() ? "" : ", ",
                                report::format_ratio(*row.measured / *hardware.measured),
@@ -273,7 +272,7 @@ Section table4(const Lab& lab) {
   }
   section.words = {
       "The same loop for every kind: the root of an integer, its integer part, added to a sum that "
-      "is checked. Two steps are set beside the paper's figures, which do not say how many they "
+      "is checked. Two steps are compared with the paper's figures, which do not say how many they "
       "are. "
       "Processors and cards of today round a float32 root correctly in one instruction, which the "
       "fast "

@@ -1,4 +1,4 @@
-// The scenes of Figure 1, and the single figures that the paper sets beside the literature.
+// The scenes of Figure 1, and the single figures that the paper compares with the literature.
 #include <utility>
 
 #include <fmt/format.h>
@@ -92,7 +92,7 @@ Section scenes(const Lab& lab) {
         lab.name(device), faster, compared);
   }
   section.words = {
-      "Boxes only: what moves them, rigid-body dynamics, is no part of this. The paper tells "
+      "Boxes only, without the rigid-body dynamics that moves them. The paper gives "
       "neither "
       "the density of its scenes nor how they move; these are the scenes of `throng scene`."};
   return section;

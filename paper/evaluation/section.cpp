@@ -16,7 +16,7 @@ std::string full(const std::optional<double>& value) {
 
 std::string paper_of(const Row& row) {
   if (!row.paper_text.empty() || !row.paper) return row.paper_text;
-  return fmt::format("{:.7g}", *row.paper);  // as it is printed
+  return fmt::format("{:.7g}", *row.paper);  // as printed
 }
 
 std::string measured_of(const Row& row) {

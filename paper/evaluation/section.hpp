@@ -1,5 +1,5 @@
-// What one experiment of the evaluation has to tell: rows beside the paper's, plots and words; and
-// how that becomes a table, a CSV file and a stretch of a page.
+// The results of one experiment: rows with the paper's numbers, plots and text; and their
+// conversion to a table, a CSV file and a part of a page.
 #pragma once
 
 #include <cstdint>
@@ -19,17 +19,17 @@ struct Row {
   std::uint64_t n = 0;   // of objects or of roots; 0: there is none
   std::string quantity;  // "kernel", "total"; may be empty
   std::string unit;      // "ms", "%", "bytes"; empty for plain numbers and words
-  std::string device;    // empty: arithmetic, the same wherever it is run
+  std::string device;    // empty: arithmetic, the same on every machine
   std::optional<double> paper, measured;
-  std::string paper_text, measured_text;         // where a number does not say it
+  std::string paper_text, measured_text;         // if not a number
   std::optional<std::uint64_t> pairs, checksum;  // what was found, for comparing runs
-  std::string found;                             // one sentence, made of the measurement
+  std::string found;                             // one sentence, from the measurement
 
-  // measured / paper, where there are both.
+  // measured / paper, if both exist.
   std::optional<double> ratio() const;
 };
 
-// Of arithmetic, the same on every device.
+// A result of arithmetic, the same on every device.
 Row plain_row(std::string what, std::uint64_t n, std::string quantity, std::string unit);
 
 struct Section {
@@ -37,18 +37,18 @@ struct Section {
       : name(std::move(name_)), title(std::move(title_)) {}
 
   std::string name;     // for --only and file names
-  std::string title;    // for people
-  std::string finding;  // one or two sentences: what came out
+  std::string title;    // heading
+  std::string finding;  // one or two sentences: the result
   std::vector<std::string> words;
   std::vector<Row> rows;
   std::vector<report::Plot> plots;
-  std::vector<report::Table> tables;  // beside the rows
+  std::vector<report::Table> tables;  // printed with the rows
 };
 
-// 0.23 of unit "ms" as the tables show it; "-" for nothing.
+// 0.23 of unit "ms" as in the tables; "-" for nothing.
 std::string show(const std::optional<double>& value, const std::string& unit);
 
-// Columns what, n, quantity, unit, device, paper, measured, ratio, found; those that are empty in
+// Columns what, n, quantity, unit, device, paper, measured, ratio, found; columns that are empty in
 // all rows are left out.
 report::Table table_of(const Section& section);
 // All columns, numbers in full: experiment, what, n, quantity, unit, device, paper, measured,

@@ -1,4 +1,4 @@
-// What is wrong in the paper, or missing, each with its proof, computed here where it can be.
+// Errors and omissions in the paper, each with its proof, computed here where possible.
 #include <cmath>
 #include <utility>
 
@@ -39,7 +39,7 @@ std::uint64_t right_rows(std::uint64_t n, double sign) {
   return right;
 }
 
-// Wrong pairs after a second repair that asks a > b, or a >= b, of those that two steps leave
+// Wrong pairs after a second repair that tests a > b, or a >= b, of those that two steps leave
 // wrong.
 std::uint64_t wrong_after(std::uint64_t n, bool strict) {
   Formula<FastRoot<float>> plain{{carmack_constant, 2, LastOperation::product}, false};
@@ -97,16 +97,16 @@ Section slips(const Lab& lab) {
   add("3.3: return number * y", "return nb * y",
       "the function's parameter is called nb; as printed the code does not compile");
   add("3.4: each thread reads its byte, ORs its bit in and writes the byte",
-      "one atomic OR, a vote of the warp, or a thread a word",
+      "one atomic OR, a vote of the warp, or a thread per word",
       "eight threads share the byte and nothing orders them, so of two that find an overlap one's "
-      "write can undo the other's; Table 5's rows tell how many pairs that loses");
+      "write can undo the other's; Table 5's rows show how many pairs that loses");
   add("Abstract and Figure 5: 100,000 objects under 25 ms", "27.91 ms, by Table 6",
       fmt::format("3.38 + 11.12 + 13.41 = {:.2f}", 3.38 + 11.12 + 13.41));
   const auto rate = [](double objects, double ms) {
     return objects * (objects - 1) / 2 / (ms * 1e6);
   };
   add("Table 2: 0.21, 2.25 and 29.66 ms for 1K, 10K and 100K objects", "not times of all pairs",
-      fmt::format("they would be {:.3g}, {:.3g} and {:.3g} G pairs a second; Table 5 has {:.3g}, "
+      fmt::format("they would be {:.3g}, {:.3g} and {:.3g} G pairs per second; Table 5 has {:.3g}, "
                   "{:.3g} and {:.3g} at 1000, 5000 and 7500, as a constant rate must be",
                   rate(1e3, 0.21), rate(1e4, 2.25), rate(1e5, 29.66), rate(1e3, 2.70),
                   rate(5e3, 73.95), rate(7.5e3, 163.6)));
@@ -121,7 +121,8 @@ Section slips(const Lab& lab) {
       "Table 7's own row has 0.872 ms without and 1.840 with it; and 3.5.2 says 3000");
   add("4: nothing about a pair that shares several cells",
       "one cell must own it: on each axis the later one of the two lower corners' cells",
-      "both boxes are in that cell, and it is one cell; otherwise a pair is told as often as there "
+      "both boxes are in that cell, and it is unique; otherwise a pair is reported as often as "
+      "there "
       "are cells that both boxes touch");
   add("4.2: nothing about the size of the cells' lists", "counted, summed, then filled",
       "a list of fixed size loses pairs when it is full");

@@ -1,5 +1,5 @@
-// What the paper calls for: how many objects a cell should have, and how large the library's cells
-// should be, over five scenes.
+// What the paper leaves open: how many objects a cell should have, and how large the library's
+// cells should be, over five scenes.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -21,7 +21,7 @@ struct Curve {
     line.y.push_back(ms);
     if (best_ms == 0 || ms < best_ms) best_ms = ms, best_x = x;
   }
-  // Time at x over the best; 0 where it was not measured.
+  // Time at x over the best time; 0 where it was not measured.
   double at(double x) const {
     for (std::size_t i = 0; i < line.x.size(); ++i) {
       if (line.x[i] == x) return line.y[i] / best_ms;
@@ -46,7 +46,7 @@ Section cell_study(const Lab& lab) {
   for (const DeviceKind device : lab.devices()) {
     report::Plot grids{
         fmt::format("The paper's grid, {} objects, {}", report::format_short(n), lab.name(device)),
-        "objects a cell, X",
+        "objects per cell, X",
         "ms",
         true,
         true,
@@ -75,7 +75,7 @@ Section cell_study(const Lab& lab) {
           excuse += fmt::format("; X = {:g} {}", per_cell, answer.excuse);
         }
       }
-      Row row = lab.row(name, n, "best X of the paper's grid", "objects a cell", device);
+      Row row = lab.row(name, n, "best X of the paper's grid", "objects per cell", device);
       if (curve.best_ms > 0) {
         row.measured = curve.best_x;
         row.found = fmt::format("{} ms there{}", report::format_ms(curve.best_ms), excuse);
@@ -117,7 +117,7 @@ Section cell_study(const Lab& lab) {
     section.plots.push_back(std::move(cells));
   }
   section.words = {
-      "X is the number of objects a cell that the paper leaves to be tuned. Throng takes no such "
+      "X is the number of objects per cell that the paper leaves to be tuned. Throng takes no such "
       "number: a planner looks at a sample of the boxes. Here its cells are made so many times as "
       "long and wide, to see what its choice costs."};
   return section;

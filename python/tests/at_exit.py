@@ -17,7 +17,7 @@ DOUBLES = MANY.astype(float)
 
 
 def narrow_phase(pairs: Any) -> None:
-    for _ in range(1000):  # the interpreter may end in here
+    for _ in range(1000):  # the interpreter may end during this call
         pass
 
 
@@ -52,7 +52,7 @@ def for_ever(call: Any) -> None:
 
 
 class Late:
-    """Searches when modules are taken apart, when no other thread gets the lock."""
+    """Searches during module teardown, when no other thread gets the lock."""
 
     def __init__(self) -> None:
         self.finder, self.find_pairs, self.boxes = throng.Finder(), throng.find_pairs, MANY

@@ -1,4 +1,4 @@
-"""A page in a browser without a window: Chromium, spoken to over a pair of pipes."""
+"""A page in headless Chromium, controlled through a pair of pipes."""
 
 import base64
 import json
@@ -15,13 +15,13 @@ PROGRAM = shutil.which("chromium") or shutil.which("google-chrome")
 
 class Browser:
     def __init__(self, size: tuple[int, int], console: str) -> None:
-        """`console`: the file that what it has to say goes to."""
+        """`console`: the file for its console output."""
         assert PROGRAM is not None
-        # A browser that was told to end may still write into its cache.
+        # After its termination request the browser may still write into its cache.
         self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         theirs_in, self.to = os.pipe()
         self.back, theirs_out = os.pipe()
-        # Descriptors 3 and 4 are where it reads and writes.
+        # It reads descriptor 3 and writes descriptor 4.
         self.process = subprocess.Popen(
             ["bash", "-c", f'exec "$@" 3<&{theirs_in} 4>&{theirs_out}', "bash", PROGRAM, "--headless=new",
              "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={self.folder.name}",
@@ -41,7 +41,7 @@ class Browser:
         self.session = {"sessionId": attached["sessionId"]}
 
     def picture(self) -> bytes:
-        """A PNG of what is seen."""
+        """A PNG screenshot."""
         return base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"])
 
     def ask(self, method: str, **parameters: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Arrays as other libraries make them: by DLPack, on whatever device they say."""
+"""Arrays as other libraries make them: DLPack, with any device type."""
 
 import ctypes
 from typing import Any
@@ -67,7 +67,7 @@ def opened(of: Any) -> Tensor:
 
 
 class OnDevice:
-    """An array that says where it is; its values are where `address` says, by default nowhere."""
+    """An array with a device type; its values are at `address`, by default an invalid one."""
 
     def __init__(self, device: Any, values: Any = None, address: int = 4096) -> None:
         self.device, self.values, self.address = device, values, address
@@ -83,7 +83,7 @@ class OnDevice:
 
 
 class OnlyDLPack:
-    """As of a library that is not NumPy."""
+    """As from a library other than NumPy."""
 
     def __init__(self, values: Any) -> None:
         self.values = values

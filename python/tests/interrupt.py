@@ -1,4 +1,4 @@
-"""Ctrl-C, a fifth of a second into what takes far longer."""
+"""Ctrl-C, 0.2 s into a much longer call."""
 
 import os
 import signal
@@ -14,9 +14,9 @@ LONGEST = 10.0  # seconds until it must have ended
 
 @contextmanager
 def ctrl_c() -> Iterator[None]:
-    """What runs inside must end soon, by KeyboardInterrupt."""
+    """The body must end soon, by KeyboardInterrupt."""
     timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
-    # What a shell runs in the background ignores that signal.
+    # Background jobs of a shell ignore that signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     started = time.monotonic()
     try:

@@ -1,4 +1,4 @@
-"""The double loop, by NumPy, and what boxes tests are made of."""
+"""The double loop, by NumPy, and random boxes for tests."""
 
 import math
 from fractions import Fraction
@@ -14,19 +14,19 @@ Pairs = list[tuple[int, int]]
 INF = float("inf")
 NAN = float("nan")
 
-# Few values, so that boxes touch, coincide, are inverted, of no size and infinite.
+# Few values, so that boxes touch, coincide, are inverted, empty and infinite.
 coordinate = st.sampled_from([-INF, -2.5, -1.0, -0.0, 0.0, 1e-45, 0.5, 1.0, 2.0, 3.0, 3.4e38, INF])
 any_coordinate = coordinate | st.just(NAN) | st.floats(width=32)
 
 
 def stepped(x: float, steps: int) -> float:
-    """x, and so many steps of float64 from there."""
+    """x, moved by this many float64 steps."""
     for _ in range(abs(steps)):
         x = math.nextafter(x, math.copysign(INF, steps))
     return x
 
 
-# float64 that touch, or miss each other by one step, where floats are dense and where they are not.
+# float64 that touch, or miss each other by one step, at small and large magnitudes.
 double = st.builds(stepped, st.sampled_from([-1e9, 0.0, 0.1, 1.0, 1e9, 1e9 + 1e-6]), st.integers(-2, 2))
 double |= st.sampled_from([-INF, -1e300, 1e300, INF])
 
@@ -45,7 +45,7 @@ def box_rows(columns: int = 6, most: int = 24, value: Any = coordinate, kind: An
 
 
 def overlap(a: NDArray[Any], b: NDArray[Any]) -> NDArray[numpy.bool_]:
-    """(n, m): does box i of a meet box j of b. NaN and inverted boxes meet nothing."""
+    """(n, m): whether box i of a overlaps box j of b. NaN and inverted boxes overlap nothing."""
     d = a.shape[1] // 2
     active: list[Any] = [(x[:, :d] <= x[:, d:]).all(axis=1) for x in (a, b)]
     meet = (a[:, None, :d] <= b[None, :, d:]) & (b[None, :, :d] <= a[:, None, d:])
@@ -54,7 +54,7 @@ def overlap(a: NDArray[Any], b: NDArray[Any]) -> NDArray[numpy.bool_]:
 
 
 def pairs_of(met: NDArray[numpy.bool_], one_set: bool) -> Pairs:
-    """Sorted pairs; of one set those with first < second."""
+    """Sorted pairs; with one set only first < second."""
     if one_set:
         met = numpy.triu(met, 1)
     return [(int(i), int(j)) for i, j in zip(*numpy.nonzero(met))]
@@ -65,7 +65,7 @@ def brute_force(a: NDArray[Any], b: NDArray[Any] | None = None) -> Pairs:
 
 
 def find_pairs(boxes: Any, other: Any = None, **options: Any) -> Any:
-    """throng.find_pairs of boxes of which some are inverted."""
+    """throng.find_pairs of boxes, some of them inverted."""
     return throng.find_pairs(boxes, other, **{"inverted": "inactive", **options})
 
 
@@ -75,7 +75,7 @@ def as_pairs(found: NDArray[Any]) -> Pairs:
 
 
 def grown(boxes: NDArray[Any], margin: float) -> NDArray[Any]:
-    """float64 boxes that contain all within a margin, as small as there are; inactive ones stay."""
+    """The smallest float64 boxes that contain all within a margin; inactive ones stay."""
     d = boxes.shape[1] // 2
     out = boxes.astype(numpy.float64)
     for row in out:

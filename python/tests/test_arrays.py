@@ -1,4 +1,4 @@
-"""What arrays are taken, without a copy; and what is said of others."""
+"""Which arrays are accepted without a copy, and the errors for others."""
 
 import array
 from typing import Any
@@ -25,7 +25,7 @@ def layouts(boxes: Any) -> list[Any]:
     sparse[::3, ::2] = boxes
     frozen = boxes.copy()
     frozen.flags.writeable = False
-    turned = boxes[:, ::-1].copy()[:, ::-1]  # columns that run backwards
+    turned = boxes[:, ::-1].copy()[:, ::-1]  # columns with a negative stride
     return [boxes, wide[:, 3:9], sparse[::3, ::2], numpy.asfortranarray(boxes), frozen, turned,
             memoryview(boxes), boxes.astype(numpy.float64)]  # fmt: skip
 
@@ -55,7 +55,7 @@ def test_exact_layouts(boxes: Any) -> None:
 
 
 def test_no_copy() -> None:
-    # 4 GB of boxes, if they were there.
+    # A view of 4 GB of boxes without their memory.
     one = numpy.array([0, 0, 0, 1, 1, 1], numpy.float32)
     same = numpy.broadcast_to(one, (2000, 6))
     assert len(find_pairs(same)) == 1999 * 1000
@@ -75,7 +75,7 @@ def test_float64() -> None:
     with pytest.raises(ValueError, match=r"boxes\[1\]: the float64 at \[1, 1\]"):
         find_pairs((exact[:, :3], exact[:, 3:]))
     assert as_pairs(find_pairs(exact, round="outward")) == [(0, 1), (1, 2)]
-    # 0.1 lies between two floats: boxes that meet there in doubles meet in floats, too.
+    # 0.1 is between two floats: boxes that touch there as doubles touch as floats, too.
     tenth = numpy.array([[0, 0, 0.1, 0.1], [0.1, 0.1, 1, 1]])
     assert as_pairs(find_pairs(tenth, round="outward")) == [(0, 1)]
     assert as_pairs(find_pairs(numpy.asfortranarray(tenth), round="outward")) == [(0, 1)]
@@ -89,7 +89,7 @@ def test_float64() -> None:
 @given(st.lists(st.lists(st.floats(), min_size=6, max_size=6), min_size=1, max_size=8))
 def test_round_outward_contains(rows: Any) -> None:
     boxes = numpy.array(rows)
-    # Points within a double's reach of each corner are in the float box: nothing that meets is lost.
+    # Points one double step from each corner are in the float box: no overlap is lost.
     found = set(as_pairs(find_pairs(boxes, round="outward", nan="inactive")))
     assert set(brute_force(boxes)) <= found or numpy.isnan(boxes).any()
 
@@ -151,7 +151,7 @@ def test_exact_nan(boxes: Any, floats: Any) -> None:
 
 
 def rows_of_neighbours(n: int, at: float) -> Any:
-    """(n, 6) float64: rods side by side that touch the next, or miss it by one step, in turn."""
+    """(n, 6) float64: adjacent rods that alternately touch the next, or miss it by one step."""
     boxes = numpy.zeros((n, 6))
     boxes[:, 3] = at + numpy.arange(1, n + 1)
     boxes[1:, 0] = boxes[:-1, 3]
@@ -185,7 +185,7 @@ def test_exact_filters() -> None:
     allowed &= f["static"][:, None] + f["static"] < 2
     found = as_pairs(find_pairs(boxes, **f, round="exact"))
     assert found == [pair for pair in brute_force(boxes) if allowed[pair]] != []
-    # Those of a float32 set come with it when it is copied.
+    # A float32 set keeps its filters when it is copied.
     both = {k: v[:50] for k, v in f.items()} | {"other_" + k: v for k, v in f.items()}
     found = as_pairs(find_pairs(floats, boxes, **both, round="exact"))
     assert found == [pair for pair in brute_force(floats, boxes) if allowed[pair]] != []
@@ -198,7 +198,7 @@ def test_exact_is_for_float64_on_the_cpu() -> None:
     assert find_pairs(none, round="exact").shape == (0, 2)
     one = numpy.array([0, 0, 0, 1, 1, 1.1])
     assert len(find_pairs(numpy.broadcast_to(one, (2000, 6)), round="exact")) == 1999 * 1000
-    # float32 alone is searched as without it.
+    # float32 alone: the option has no effect.
     assert len(find_pairs(BOXES, BOXES, round="exact", backend="emulated")) == 7
     for backend in ("emulated", "cuda"):
         kind: Any = backend
@@ -320,7 +320,7 @@ def test_wrong_options() -> None:
     refuses(ValueError, "round: found 'inward', wanted None, 'outward' or 'exact'", round="inward")
     refuses(ValueError, "round: found True", round=True)
     for name in ("order", "algorithm", "backend", "nan", "isa", "round"):
-        refuses(ValueError, rf"{name}: found '\\ud800', wanted", **{name: "\ud800"})  # is no UTF-8
+        refuses(ValueError, rf"{name}: found '\\ud800', wanted", **{name: "\ud800"})  # not UTF-8
     refuses(ValueError, "isa: found 'mmx'", isa="mmx")
     refuses(ValueError, "threads: found -1", threads=-1)
     refuses(TypeError, "threads: found 1.5", threads=1.5)
@@ -344,7 +344,7 @@ types = st.sampled_from("? b B h H i I q Q e f d g F D >f4 >f8 <f4 O S3 U2 M8[s]
     st.booleans(),
 )
 def test_no_array_crashes(kind: str, shape: Any, strides: Any, offset: int, two: bool) -> None:
-    """Any type, shape, strides and place: taken, or a conventional exception."""
+    """Any type, shape, strides and device: accepted, or a conventional exception."""
     dtype = numpy.dtype(kind)
     memory = numpy.zeros(4096, numpy.uint8)[1024 + offset :]
     steps = [s * (dtype.itemsize if two else 2) for s in strides[: len(shape)]]

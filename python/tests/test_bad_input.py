@@ -1,5 +1,6 @@
-"""Whatever is given: taken, or refused by the conventional exception that names the argument, what it
-was and the remedy; never a crash. THRONG_EXAMPLES says how many cases of each kind, 100 without it."""
+"""Any input is accepted, or refused by the conventional exception that names the argument, the value
+and the fix; never a crash. THRONG_EXAMPLES sets the number of cases of each kind (100).
+"""
 
 import os
 from typing import Any
@@ -24,7 +25,7 @@ argument = st.sampled_from(["boxes", "other", "lower", "upper"])
 
 
 def call(name: str, array: Any, **options: Any) -> Any:
-    """`array` as the argument `name`, good ones beside it."""
+    """`array` as the argument `name`, with valid other arguments."""
     if name == "boxes":
         return find_pairs(array, **options)
     if name == "other":
@@ -54,7 +55,7 @@ def test_shapes(name: str, kind: str, shape: list[int]) -> None:
     fits = len(shape) == 2 and shape[1] in (4, 6)
     fits = fits or len(shape) == 3 and shape[1] == 2 and shape[2] in (2, 3)
     if name in ("lower", "upper"):
-        # Of a shape that fits, too: its rows are 12 bytes apart, those of the other corners 24.
+        # The shape fits; its rows are 12 bytes apart, those of the other corners 24.
         refused(ValueError, name, "found|apart", array)
         if shape == [3, 3] and kind == "f4":
             beside = numpy.zeros((3, 6), numpy.float32)[:, :3]
@@ -115,7 +116,7 @@ def test_layouts(boxes: Any, row: int, column: int, first: int, frozen: bool, tu
 def test_capsules(name: str, what: str, n: int) -> None:
     columns = 3 if name in ("lower", "upper") else 6
     array = numpy.zeros((n, columns), numpy.float32)
-    if what == "nowhere":  # on a device that is not: its address is never looked at
+    if what == "nowhere":  # on a device that does not exist: the address is never read
         refused(ValueError, name, "found an array on device type 7", capsule(array, 1, (7, 0)))
         return
     held: Any = array.__dlpack__()
@@ -138,7 +139,7 @@ class OnceMore:
 
 
 def datetime_capsule() -> Any:
-    """A capsule of quite another kind."""
+    """A capsule of another type."""
     import datetime
 
     return getattr(datetime, "datetime_CAPI")
@@ -165,7 +166,7 @@ def test_backwards(name: str, n: int, by: int, kind: str) -> None:
     elif name in ("lower", "upper"):
         refused(ValueError, name, "of one type", array)
     else:
-        call(name, array)  # is copied in any case
+        call(name, array)  # always copied
         refused(ValueError, name, "run backwards", array, round="exact")
 
 

@@ -1,4 +1,4 @@
-"""The programs that the papers quote."""
+"""The programs that the docs quote."""
 
 import importlib.util
 import runpy
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "python").glob("*.py"))
-# What some of them need beside the package and NumPy.
+# Further packages that some of them need.
 NEEDS = {"torch_tensors": "torch", "jax_arrays": "jax"}
 
 
@@ -17,8 +17,8 @@ NEEDS = {"torch_tensors": "torch", "jax_arrays": "jax"}
 def test_example(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     needed = NEEDS.get(path.stem)
     if needed and importlib.util.find_spec(needed) is None:
-        pytest.skip(f"{needed} is not here; {path.name} was not run")
-    if needed:  # in a process of its own: JAX has threads that a later test's fork would lose
+        pytest.skip(f"{needed} is not installed; {path.name} was not run")
+    if needed:  # in a separate process: JAX starts threads, and a later test forks
         subprocess.run([sys.executable, str(path)], check=True, timeout=300)
         return
     runpy.run_path(str(path))

@@ -1,4 +1,4 @@
-"""Results of the caller's kind, and arrays on a GPU."""
+"""Results of the caller's array type, and arrays on a GPU."""
 
 import ctypes
 import sys
@@ -84,7 +84,7 @@ def test_streams(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_only_the_host() -> None:
-    """What works on the CPU alone says so, and never looks at the memory."""
+    """CPU-only calls refuse GPU arrays without reading their memory."""
     finder = throng.Finder()
     live = throng.BroadPhase()
     for call in (
@@ -95,7 +95,7 @@ def test_only_the_host() -> None:
         lambda: throng.update_boxes(on_gpu, [throng.sphere(1)]),
         lambda: throng.save_boxes("/nowhere/boxes.npy", on_gpu),
     ):
-        with pytest.raises(ValueError, match="found an array on cuda:1, which is of no use here; copy"):
+        with pytest.raises(ValueError, match="found an array on cuda:1, which this call cannot use; copy"):
             call()
     with pytest.raises(ValueError, match=r"found an array on cuda:0"):
         finder.explain(capsule(BOXES, 4096, (CUDA, 0)))
@@ -104,7 +104,7 @@ def test_only_the_host() -> None:
 
 def test_mixed_places() -> None:
     on_host = OnlyDLPack(BOXES)
-    kind = "of no use|this build searches on the CPU alone" if not _throng.has_cuda else "lies on"
+    kind = "cannot use|this build searches on the CPU alone" if not _throng.has_cuda else "lies on"
     calls: list[tuple[Any, Any, Any]] = [
         (on_host, on_gpu, None),
         (on_gpu, on_host, None),
@@ -145,19 +145,19 @@ def test_refused_before_a_gpu_is_asked() -> None:
     refuses(ValueError, "backend: found 'emulated'", asked, backend="emulated")
     assert asked.streams[-1] == 1  # the default stream, in DLPack's numbers
     doubles = OnDevice((CUDA, 0), BOXES.astype(float))
-    refuses(TypeError, "found float64 .* on cuda:0, where nothing", doubles)
-    refuses(TypeError, "boxes: found float64 .* on cuda:0, where nothing", doubles, round="exact")
-    refuses(TypeError, "other: found float64 .* on cuda:0, where nothing", asked, doubles, round="exact")
+    refuses(TypeError, "found float64 .* on cuda:0, where values", doubles)
+    refuses(TypeError, "boxes: found float64 .* on cuda:0, where values", doubles, round="exact")
+    refuses(TypeError, "other: found float64 .* on cuda:0, where values", asked, doubles, round="exact")
     refuses(ValueError, r"found float32 of shape \(3, 5\)", OnDevice((CUDA, 0), BOXES[:, :5]))
     refuses(ValueError, "rows run backwards", OnDevice((CUDA, 0), BOXES[::-1]))
     longs = OnDevice((CUDA, 0), numpy.ones(3, numpy.int64))
-    refuses(TypeError, "world: found int64 .* on cuda:0, where nothing", asked, world=longs)
+    refuses(TypeError, "world: found int64 .* on cuda:0, where values", asked, world=longs)
     other = OnDevice((CUDA, 1), BOXES)
     refuses(ValueError, "other: found an array on cuda:1, and boxes lies on cuda:0", asked, other)
 
 
 class Driver:
-    """A GPU's memory, by its driver alone. OSError where there is none."""
+    """GPU memory by the driver API alone. OSError if there is no GPU."""
 
     def __init__(self) -> None:
         self.lib = ctypes.CDLL("libcuda.so.1")

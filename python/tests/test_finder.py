@@ -1,4 +1,4 @@
-"""Finder: frames, blocks, threads, Ctrl-C, and what it tells."""
+"""Finder: frames, blocks, threads, Ctrl-C, and results."""
 
 import copy
 import os
@@ -26,7 +26,7 @@ def test_frames_and_memory() -> None:
         found = finder.find(boxes)
         assert as_pairs(found) == brute_force(boxes)
         kept.append((found, found.copy()))
-    for found, copy in kept:  # later calls leave earlier results alone
+    for found, copy in kept:  # later calls do not change earlier results
         assert numpy.array_equal(found, copy)
     finder.find(frames[0])
     held = finder.memory_bytes
@@ -54,7 +54,7 @@ def test_result() -> None:
     assert 0 < times.find_ms <= times.total_ms and times.order_ms == 0
     assert "found=" in repr(result) and "total_ms=" in repr(times)
     finder.find(boxes[:2])
-    assert result.found == len(found)  # a result is not changed by the next call
+    assert result.found == len(found)  # the next call does not change a result
 
 
 def test_explain() -> None:
@@ -88,7 +88,7 @@ def test_explain() -> None:
 
 
 def test_exact() -> None:
-    """Frames of float64 a billion units away, where no float32 tells them apart; float32 between them."""
+    """float64 frames a billion units away, where float32 does not resolve them; float32 between them."""
     finder = throng.Finder(order="canonical", round="exact")
     frames = throng.scene("column", 1500, frames=4, seed=3)
     for floats in frames:
@@ -210,7 +210,7 @@ def test_what_a_consumer_returns(answer: Any, stops: bool, objects: int) -> None
 
 @pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, pickle.dumps])
 def test_no_copies(way: Any) -> None:
-    with pytest.raises(TypeError, match=r"Finder is neither copied nor pickled: make another, throng.Finder\("):
+    with pytest.raises(TypeError, match=r"Finder cannot be copied or pickled: make another, throng.Finder\("):
         way(throng.Finder())
 
 
@@ -238,7 +238,7 @@ def test_one_thread_at_a_time_and_others_run() -> None:
     long.start()
     refused = turns = 0
     while long.is_alive():
-        turns += 1  # this thread has its turn: the interpreter's lock is free
+        turns += 1  # this thread runs: the interpreter's lock is free
         try:
             throng.Finder.find(finder, boxes[:10])
         except RuntimeError as error:
@@ -263,7 +263,7 @@ def test_ctrl_c(way: str) -> None:
         elif way == "explain":
             finder.explain(boxes)
         elif way == "update_boxes":
-            # A hull of many points: 2e11 of them in all.
+            # Hulls of many points: 2e11 in all.
             points = numpy.zeros((10000, 3), numpy.float32)
             throng.update_boxes(position, [throng.convex(0, 10000)], points=points)
         else:

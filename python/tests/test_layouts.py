@@ -1,4 +1,4 @@
-"""Boxes in other layouts: taken, or refused with the mistake named."""
+"""Boxes in other layouts: accepted, or refused with an error that names the mistake."""
 
 import threading
 from typing import Any
@@ -107,7 +107,7 @@ def test_boxes_from_centers() -> None:
         size = random.random((500, d)) * 10.0 ** random.integers(-9, 9, (500, 1))
         boxes = throng.boxes_from_center(center, size)
         assert boxes.shape == (500, 2 * d) and boxes.dtype == numpy.float32
-        # Each holds the exact box, and one float less does not; in fractions, which round nothing.
+        # Each contains the exact box, and one float less does not; checked in exact fractions.
         from fractions import Fraction
 
         for c, s, box in zip(center.ravel(), size.ravel(), boxes.reshape(-1, 2, d).transpose(0, 2, 1).reshape(-1, 2)):
@@ -144,7 +144,7 @@ def test_boxes_from_intervals() -> None:
 
 
 def test_numbers_are_refused_as_given() -> None:
-    anything: Any = throng  # what a type checker would refuse, too
+    anything: Any = throng  # a type checker refuses this, too
     cases: list[tuple[Any, Any, str]] = [
         (lambda: anything.sphere("2"), TypeError, "radius: found '2', wanted a number"),
         (lambda: anything.sphere(1e39), ValueError, r"radius: found 1e\+39"),
@@ -213,7 +213,7 @@ def test_four_threads_ask_at_once() -> None:
     for thread in threads:
         thread.join()
     assert not failures and answered == [30] * 4
-    # Then the objects may change, and a query sees it.
+    # Afterwards objects may change, and queries see it.
     live.remove(numpy.arange(4000))
     query = throng.BroadPhaseQuery()
     assert len(query.find_overlaps(live, queries[0])) == 0

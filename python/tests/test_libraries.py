@@ -13,7 +13,7 @@ PAIRS = [(0, 1), (1, 2)]
 
 
 def pairs_of(library: Any, boxes: Any, **options: Any) -> list[tuple[int, int]]:
-    """By both kinds of result, which must be the same."""
+    """By both kinds of result, which must be equal."""
     found = throng.find_pairs(boxes, result="same", **options)
     one = boxes[0] if isinstance(boxes, tuple) else boxes
     assert isinstance(found, type(one)) or isinstance(found, library.Tensor)
@@ -26,7 +26,7 @@ def pairs_of(library: Any, boxes: Any, **options: Any) -> list[tuple[int, int]]:
 
 
 def test_torch_layouts() -> None:
-    torch = pytest.importorskip("torch", reason="PyTorch is not here")
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     wide = torch.full((3, 9), float("nan"))
     wide[:, 2:8] = boxes
@@ -40,7 +40,7 @@ def test_torch_layouts() -> None:
     assert pairs_of(torch, boxes.double() + 0.1, round="outward") == PAIRS
     with pytest.raises(ValueError, match="which no float32 equals"):
         throng.find_pairs(boxes.double() + 0.1)
-    # Read where it lies: what is written into the tensor's memory is what is searched.
+    # Read in place: writes to the tensor's memory change the result.
     finder = throng.Finder()
     shared = boxes.clone()
     assert len(finder.find(shared)) == 2
@@ -49,8 +49,8 @@ def test_torch_layouts() -> None:
 
 
 def test_torch_flags() -> None:
-    """Tensors whose memory is not what they mean, or which DLPack refuses."""
-    torch = pytest.importorskip("torch", reason="PyTorch is not here")
+    """Tensors whose memory does not hold their values, or which DLPack refuses."""
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     recorded = boxes.clone().requires_grad_()
     for tensor in (recorded, recorded * 1, torch.nn.Parameter(boxes.clone())):
@@ -66,7 +66,7 @@ def test_torch_flags() -> None:
 
 
 def test_torch_filters() -> None:
-    torch = pytest.importorskip("torch", reason="PyTorch is not here")
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     for kind in (torch.bool, torch.uint8):
         assert pairs_of(torch, boxes, static=torch.tensor([1, 1, 0]).to(kind)) == [(1, 2)]
@@ -79,7 +79,7 @@ def test_torch_filters() -> None:
 
 
 def test_torch_refused() -> None:
-    torch = pytest.importorskip("torch", reason="PyTorch is not here")
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     for kind in (torch.float16, torch.bfloat16, torch.int32):
         with pytest.raises(TypeError, match=r"boxes: found .* of a PyTorch tensor boxes.float\(\)"):
@@ -90,7 +90,7 @@ def test_torch_refused() -> None:
 
 
 def test_torch_objects_that_live() -> None:
-    torch = pytest.importorskip("torch", reason="PyTorch is not here")
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     live = throng.BroadPhase()
     ids = torch.from_numpy(live.add(boxes).astype(numpy.int64))
@@ -104,7 +104,7 @@ def test_torch_objects_that_live() -> None:
 
 
 def test_jax() -> None:
-    jax = pytest.importorskip("jax", reason="JAX is not here")
+    jax = pytest.importorskip("jax", reason="JAX is not installed")
     jax.config.update("jax_platforms", "cpu")
     jnp = jax.numpy
     boxes = jnp.asarray(BOXES)

@@ -58,7 +58,7 @@ def test_as_two_double_loops(steps: Any) -> None:
             everything[i] = corners
         after = set(brute_force(everything))
         assert ids_of(live.pairs) == after and result.found == live.pair_count == len(after)
-        # An id that was removed is another object's only after this update has told what ended.
+        # A removed id is reused only after this update has reported its ended pairs.
         assert ids_of(live.ended) == before - after and ids_of(live.begun) == after - before
         for i, j, slot in live.begun:
             slots[int(i), int(j)] = int(slot)
@@ -121,7 +121,7 @@ def test_a_shift_of_two_dimensions() -> None:
 
 
 def touch_times(boxes: Any, by: Any, objects: Any) -> Any:
-    """(n, m) float64: when a sweep first touches an object; infinity: never."""
+    """(n, m) float64: the time when a sweep first touches an object; infinity: never."""
     a, b, way = (x.astype(numpy.float64) for x in (boxes, objects, by))
     with numpy.errstate(divide="ignore", invalid="ignore"):
         first = (b[None, :, :3] - a[:, None, 3:]) / way[:, None, :]
@@ -171,7 +171,7 @@ def test_a_copy_keeps_its_options() -> None:
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
 @pytest.mark.parametrize("ask", [False, True])
 def test_ctrl_c(ask: bool) -> None:
-    # Boxes that all overlap, of which none may pair.
+    # All boxes overlap, and the filters exclude all pairs.
     live = throng.BroadPhase()
     everywhere = numpy.zeros((40000, 6), numpy.float32)
     everywhere[:, 3:] = 1
@@ -201,7 +201,7 @@ def test_wrong() -> None:
             call(*args, **named)
 
     refuses(ValueError, "7", live.remove, numpy.array([0, 7]))
-    refuses(ValueError, "the first is id 1 at 1 of the list: it stands there twice", live.remove, numpy.array([1, 1]))
+    refuses(ValueError, "the first is id 1 at index 1 of the list: it occurs twice", live.remove, numpy.array([1, 1]))
     refuses(ValueError, "ids: the value at 0 is -1, wanted 0 to 4294967295", live.remove, numpy.array([-1]))
     refuses(TypeError, "ids: found float64", live.remove, numpy.array([0.0]))
     refuses(TypeError, "ids: found None", live.remove, None)
@@ -242,7 +242,7 @@ def test_box_and_filter() -> None:
     live.set_filters(ids[3:4], **{name: numpy.array([value]) for name, value in one.items()})
     assert live.filter(3)._asdict() == one and isinstance(live.filter(3), throng.Filter)
     live.move(ids[3:4], boxes[:1])
-    assert live.box(3).tolist() == boxes[0].tolist()  # as given last, an update or none
+    assert live.box(3).tolist() == boxes[0].tolist()  # the current box, with or without an update
     live.remove(ids[3:4])
     with pytest.raises(ValueError, match="id: found 3"):
         live.box(3)
@@ -278,7 +278,7 @@ def test_hits_of_float64() -> None:
     live = throng.BroadPhase()
     live.add(throng.scene("uniform", 100)[0])
     origin = numpy.zeros((5, 3))
-    by = numpy.arange(15.0).reshape(3, 5).T[::-1]  # by columns, backwards
+    by = numpy.arange(15.0).reshape(3, 5).T[::-1]  # column order, negative stride
     pairs, times = live.find_hits((origin, origin), by)
     single = origin.astype(numpy.float32)
     wanted = live.find_hits((single, single), numpy.ascontiguousarray(by, numpy.float32))

@@ -46,7 +46,7 @@ def test_flat(boxes: Any) -> None:
 @given(box_rows(value=any_coordinate))
 def test_nan(boxes: Any) -> None:
     bad = numpy.isnan(boxes).any(axis=1)
-    # A box with a NaN overlaps nothing, even where no comparison sees the NaN.
+    # A box with a NaN overlaps nothing, even if no comparison involves the NaN.
     assert as_pairs(find_pairs(boxes, nan="inactive")) == brute_force(
         numpy.where(bad[:, None], numpy.float32(NAN), boxes)
     )
@@ -122,7 +122,7 @@ def test_margin_is_rounded_up() -> None:
     assert len(find_pairs(boxes, margin=0.1000001)) == 1
     assert len(find_pairs(boxes, margin=1)) == 1
     apart = numpy.array([[0, 0, 0, 0, 0, 0], [2, 0, 0, 2, 0, 0]], numpy.float32)
-    assert len(find_pairs(apart, margin=1 - 1e-12)) == 1  # no float32: 1, not less
+    assert len(find_pairs(apart, margin=1 - 1e-12)) == 1  # not a float32: rounds to 1, not below
 
 
 def test_empty() -> None:

@@ -27,7 +27,7 @@ def test_worlds() -> None:
 
 
 def test_wrong_scene() -> None:
-    with pytest.raises(ValueError, match="no scene is called 'unifrom'; there are: uniform"):
+    with pytest.raises(ValueError, match="no scene has the name 'unifrom'; there are: uniform"):
         throng.scene("unifrom", 10)
     with pytest.raises(ValueError, match="objects: found -1"):
         throng.scene("uniform", -1)
@@ -54,7 +54,7 @@ def test_files(tmp_path: Path) -> None:
     numpy.save(path, numpy.asfortranarray(frames.astype(">f8")))
     assert numpy.array_equal(throng.load_boxes(path), frames)
     numpy.save(path, frames.astype(numpy.float64) + 1e-9)
-    with pytest.raises(ValueError, match=r"which no float32 equals.*leave to round outward \(round='outward'\)"):
+    with pytest.raises(ValueError, match=r"which no float32 equals.*rounding outward \(round='outward'\)"):
         throng.load_boxes(path)
     with pytest.raises(ValueError, match="round: found 'exact', wanted None or 'outward'"):
         throng.load_boxes(path, round="exact")  # type: ignore[arg-type]
@@ -86,7 +86,7 @@ def test_wrong_files(tmp_path: Path) -> None:
         throng.save_boxes(path, boxes[None][:0])
     with pytest.raises(TypeError, match="pairs: found float32"):
         throng.save_pairs(path, boxes[:, :2])
-    assert numpy.load(path).dtype == numpy.int32  # what stood there before is untouched
+    assert numpy.load(path).dtype == numpy.int32  # the older file is unchanged
 
 
 def test_bodies() -> None:
@@ -160,5 +160,5 @@ def test_wrong_bodies() -> None:
         throng.update_boxes(position.astype(int), [throng.sphere(1)])
     with pytest.raises(ValueError, match=r"rotation: found float64 .* wanted float32 of shape \(3, 4\)"):
         throng.update_boxes(position, [throng.sphere(1)], rotation=position.astype(float))
-    with pytest.raises(ValueError, match="must lie together"):
+    with pytest.raises(ValueError, match="must be contiguous"):
         throng.update_boxes(position[:, ::-1], [throng.sphere(1)])

@@ -1,4 +1,4 @@
-"""throng.view: what is worked out of a frame, the recording read back, the page in a browser."""
+"""throng.view: the data of a frame, the recording read back, the page in a browser."""
 
 import os
 import subprocess
@@ -46,7 +46,7 @@ def test_frames() -> None:
         across = [k for k in range(3) if k != plan.sweep_axis]
         dense = numpy.array(frame.told.densest[0].bounds)
         columns = across + [k + 3 for k in across]
-        # Bounds are float32 of the world's size, and one of them may lie at 0.
+        # Bounds are float32 of the scene's size, and one of them may be 0.
         near = numpy.isclose(
             bounds[counts == counts[0]][:, columns],
             dense[columns],
@@ -96,7 +96,7 @@ def test_the_map_of_the_cells(name: str, objects: int) -> None:
     (frame,) = view.frames(throng.scene(name, objects))
     chart = _heat.heat_map(frame)
     assert chart is not None and frame.told.cells > 1
-    # Each cell is seen where it lies, or a fuller one that shares its pixel.
+    # Each cell's pixel shows it, or a denser one that shares the pixel.
     height, width = chart.counts.shape
     assert max(height, width) <= _heat.LONGEST and chart.counts.max() == frame.occupancy.max()
     across, up = frame.occupancy.shape
@@ -106,7 +106,7 @@ def test_the_map_of_the_cells(name: str, objects: int) -> None:
         assert chart.counts[row, column] >= frame.occupancy[x, y]
         if across <= width and up <= height:
             assert chart.counts[row, column] == frame.occupancy[x, y]
-    # The fullest cell's rectangle has the last colour, and stands where the map has that number.
+    # The densest cell's rectangle has the last colour, and is where the map has its number.
     left, top, right, bottom = chart.rectangles(frame.cells()[0][:1])[0]
     row, column = int((top + bottom) / 2), int((left + right) / 2)
     picture = chart.picture()
@@ -155,7 +155,7 @@ def test_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -
         ([file, "--save", str(tmp_path / "no" / "x.rrd")], "x.rrd: No such file or directory"),
         ([file, "--save", "x.rrd", "--most", "0"], "--most 0: wanted 1 or more"),
         ([file, "--save", "x.rrd", "--margin", "-1"], "margin: found -1.0"),
-        ([file], "there is no screen here; give --save FILE.rrd, or --serve"),
+        ([file], "there is no display; give --save FILE.rrd, or --serve"),
     ):
         assert main(arguments) == 1
         assert text in capsys.readouterr().err
@@ -167,7 +167,7 @@ def test_rerun_is_missing(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
 
     monkeypatch.setitem(sys.modules, "rerun", None)
     assert main(["boxes.npy", "--save", "x.rrd"]) == 1
-    said = capsys.readouterr().err  # there is no throng to be had elsewhere that has it
+    said = capsys.readouterr().err  # no published throng has it
     assert 'pip install rerun-sdk, or in Throng\'s source tree pip install ".[view]"' in said
 
 
@@ -196,7 +196,7 @@ def test_the_recording_read_back(tmp_path: Path) -> None:
         assert numpy.allclose(centers + halves, boxes[:, 3:], atol=1e-4)
         pairs = set(brute_force(boxes))
         overlaps = numpy.bincount(numpy.array(sorted(pairs)).reshape(-1), minlength=len(boxes))
-        # One colour for one number of overlaps, and another for none.
+        # One colour per number of overlaps, and another for none.
         colours = numpy.array(held["/world/boxes colors"][number])
         for count in numpy.unique(overlaps):
             assert len(numpy.unique(colours[overlaps == count])) == 1
@@ -218,7 +218,7 @@ def test_the_recording_read_back(tmp_path: Path) -> None:
         assert len(held["/world/cells centers"][number]) == min(told.occupied, 2000)
         seen = held["/grid/map buffer"][number][0], held["/grid/map format"][number][0]
         picture = numpy.frombuffer(bytes(seen[0]), numpy.uint8).reshape(seen[1]["height"], seen[1]["width"], 3)
-        # Of no more colours than there are numbers, the empty cells', what is around, and the scale.
+        # At most one colour per number, plus empty cells, surroundings and scale.
         kinds = len(numpy.unique(told.occupancy.sum(axis=told.result.plan.sweep_axis)))
         above = picture[: seen[1]["height"] * 3 // 4].reshape(-1, 3)
         assert 1 <= len(numpy.unique(above, axis=0)) <= kinds + 2
@@ -238,7 +238,7 @@ def test_the_recording_read_back(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(browser.PROGRAM is None, reason="no Chromium here")
 def test_the_page_in_a_browser(tmp_path: Path) -> None:
-    """A person should look at the picture, too: THRONG_VIEW_PICTURE names where it is kept."""
+    """Check the picture by eye, too: THRONG_VIEW_PICTURE names the file to keep."""
     pytest.importorskip("rerun")
     file = saved(tmp_path / "few.npy", throng.scene("mixed", 600, frames=3))
     command = [sys.executable, "-m", "throng.view", file, "--serve", "--port", "19390", "--data-port", "19376"]
@@ -252,7 +252,7 @@ def test_the_page_in_a_browser(tmp_path: Path) -> None:
         shown.open(address)
         until = time.monotonic() + 240
         picture = b""
-        # The page without a recording has less than half of that to show.
+        # The page without a recording shows less than half of that.
         while len(picture) < 150000:
             assert time.monotonic() < until, f"only {len(picture)} bytes; {console.read_text()[-3000:]}"
             time.sleep(1)

@@ -1,4 +1,4 @@
-"""Every pair of overlapping boxes among very many moving objects: the broad phase of collision
+"""All pairs of overlapping boxes among very many moving objects: the broad phase of collision
 detection.
 
     >>> import numpy, throng
@@ -6,14 +6,14 @@ detection.
     >>> throng.find_pairs(boxes)
     array([[0, 1]], dtype=uint32)
 
-A box is closed and float32: lower x, y, z, upper x, y, z, in units of your world. Two boxes overlap
-when on every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. find_pairs
-refuses a box with ``lower > upper`` on some axis; with ``inverted='inactive'``, and by default in a
-Finder and a BroadPhase, it is an empty slot that overlaps nothing. A NaN is refused, or makes its box
-inactive with ``nan='inactive'``.
+A box is closed and float32: lower x, y, z, upper x, y, z, in world units. Two boxes overlap when on
+every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. find_pairs refuses a
+box with ``lower > upper`` on some axis; with ``inverted='inactive'``, and by default in a Finder and
+a BroadPhase, it is an empty slot that overlaps nothing. A NaN is refused, or makes its box inactive
+with ``nan='inactive'``.
 
-The pairs are those of the double loop over the floats as given, whatever the algorithm, the number
-of threads and the instruction set; with ``round='exact'`` over float64 as given.
+The pairs are those of the double loop over the given floats, for every algorithm, number of threads
+and instruction set; with ``round='exact'`` over the given float64.
 """
 
 import atexit as _atexit
@@ -71,7 +71,7 @@ if hasattr(_os, "register_at_fork"):
 
 
 def _at_exit() -> None:
-    # A daemon thread is never told to let go of what it has: that is no leak of the module's.
+    # A daemon thread never releases its objects: not a leak of the module.
     if any(thread.daemon for thread in _threading.enumerate()):
         _throng.expect_leaks()
 

@@ -20,13 +20,13 @@ shape_type: numpy.dtype[Any] = numpy.dtype(
         ("point_count", numpy.uint32),
     ]
 )
-"""A shape in its body's frame, grown by a ball of `radius`."""
+"""A shape in its body's frame, extended by a sphere of `radius`."""
 
 Vector = Sequence[float]
 
 
 def box(half_extents: Vector, center: Vector = (0, 0, 0)) -> numpy.void:
-    """A box; half extents may be 0, or infinite: a plane is a box that is infinite along two axes."""
+    """A box; half extents may be 0 or infinite: a plane is a box that is infinite along two axes."""
     half = numbers(half_extents, "half_extents", (3,), infinite=True)
     return _shape((0, _center(center), half, 0, 0, 0))
 
@@ -43,7 +43,7 @@ def capsule(half_length: float, radius: float, center: Vector = (0, 0, 0)) -> nu
 
 
 def convex(first_point: int, point_count: int, radius: float = 0) -> numpy.void:
-    """The hull of points[first_point : first_point + point_count]."""
+    """The convex hull of points[first_point : first_point + point_count]."""
     first, count = whole(first_point, "first_point"), whole(point_count, "point_count")
     return _shape((1, (0, 0, 0), (0, 0, 0), number(radius, "radius", infinite=True), first, count))
 
@@ -67,22 +67,22 @@ def update_boxes(
     margin: float = 0.0,
     threads: int = 0,
 ) -> NDArray[numpy.float32]:
-    """The boxes of bodies: each contains its body for certain, and tightly.
+    """The boxes of bodies; each contains its body, tightly.
 
     position: (n, 3) float32.
-    shapes: shapes as box(), sphere(), capsule() and convex() make them: a list, or an array of
-        shape_type; one a body, one for all, or with `shape` any number.
-    rotation: (n, 4) float32 quaternions x, y, z, w, of length one; None: none is rotated.
-    displacement: (n, 3) float32; a box covers its body's whole straight way along it.
-    shape: (n,) uint32: which of `shapes`.
+    shapes: a list of shapes by box(), sphere(), capsule() and convex(), or an array of shape_type;
+        one per body, one for all, or with `shape` any number.
+    rotation: (n, 4) float32 unit quaternions x, y, z, w; None: no rotation.
+    displacement: (n, 3) float32; a box covers its body's straight path along it.
+    shape: (n,) uint32: index into `shapes`.
     points: (k, 3) float32, of convex shapes.
     margin: added to every radius.
 
-    float64 is copied to float32, if every value is one.
+    float64 is copied to float32, if every value is a float32.
 
     Returns (n, 6) float32: lower x, y, z, upper x, y, z. A transform that is not finite gives a box
-    with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape. Ctrl-C
-    ends a long call soon.
+    with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape.
+    Ctrl-C interrupts a long call.
     """
     array = numpy.ascontiguousarray(shapes)
     if array.size == 0:

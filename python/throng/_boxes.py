@@ -1,4 +1,4 @@
-"""Boxes from what other libraries give: centers and sizes, intervals."""
+"""Boxes in the formats of other libraries: centers and sizes, intervals."""
 
 from typing import Any
 
@@ -10,8 +10,8 @@ def boxes_from_center(center: ArrayLike, size: ArrayLike) -> NDArray[numpy.float
     """Boxes around centers.
 
     center: (n, 3), or (n, 2) for 2-D.
-    size: the full extent on each axis, not half of it: of the same shape, or what NumPy broadcasts to
-        it, as one number for all.
+    size: the full extent on each axis, not half of it; the same shape, or one that broadcasts to it,
+        such as one number.
 
     Returns (n, 6) float32, or (n, 4): center - size / 2 rounded down, center + size / 2 rounded up, so
     that each box contains the exact one. Raises ValueError for a negative size.
@@ -40,12 +40,12 @@ def boxes_from_intervals(
     zmin: ArrayLike | None = None,
     zmax: ArrayLike | None = None,
 ) -> NDArray[numpy.float32]:
-    """Boxes from an interval an axis, as VTK orders bounds: xmin, xmax, ymin, ymax, zmin, zmax.
+    """Boxes from one interval per axis, in VTK's order: xmin, xmax, ymin, ymax, zmin, zmax.
 
-    Each is (n,), or one number for all; without zmin and zmax the boxes are 2-D. Of VTK's rows `b`,
+    Each is (n,), or one number for all; without zmin and zmax the boxes are 2-D. For VTK's rows `b`,
     (n, 6): boxes_from_intervals(*b.T).
 
-    Returns (n, 6) float32, or (n, 4): lower bounds rounded down, upper ones up.
+    Returns (n, 6) float32, or (n, 4): lower bounds rounded down, upper bounds up.
     """
     if (zmin is None) != (zmax is None):
         missing = "zmin" if zmin is None else "zmax"
@@ -76,7 +76,7 @@ def _floats(value: Any, name: str) -> NDArray[numpy.float64]:
 
 
 def _sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """a + b, and what rounding took from it (Knuth's two-sum); 0 of what is infinite."""
+    """a + b and its rounding error (Knuth's two-sum); error 0 where infinite."""
     with numpy.errstate(invalid="ignore", over="ignore"):
         s = a + b
         part = s - a
@@ -85,7 +85,7 @@ def _sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _down(s: Any, error: Any) -> NDArray[numpy.float32]:
-    """The largest float32 that is no more than s + error."""
+    """The largest float32 <= s + error."""
     with numpy.errstate(over="ignore"):
         nearest = s.astype(numpy.float32)
     above = (nearest > s) | ((nearest == s) & (error < 0))

@@ -1,4 +1,4 @@
-"""Arrays of other libraries: the stream that they work on, and results of their kind."""
+"""Arrays of other libraries: their streams, and results of their type."""
 
 import sys
 from typing import Any
@@ -9,7 +9,7 @@ from throng._types import BoxesLike
 
 
 def _library(array: object) -> tuple[str, Any]:
-    """Name and module of the library that an array is of; of a subclass that of its base."""
+    """Name and module of an array's library; for a subclass those of its base."""
     for cls in type(array).__mro__:
         name = cls.__module__.partition(".")[0]
         if name in ("torch", "cupy", "numpy"):
@@ -23,7 +23,7 @@ def _first(boxes: BoxesLike) -> Any:
 
 
 def stream_address(stream: object, boxes: BoxesLike) -> int:
-    """A stream's address; 0: the default stream. None: that which the array's library works on."""
+    """A stream's address; 0: the default stream. None: the current stream of the array's library."""
     if stream is None:
         array = _first(boxes)
         if type(array) is numpy.ndarray:
@@ -51,7 +51,7 @@ def stream_address(stream: object, boxes: BoxesLike) -> int:
 
 
 def like(found: Any, boxes: BoxesLike, result: object) -> Any:
-    """What was found as `result` asks: an array of the library that the boxes are of."""
+    """The pairs as `result` requests: possibly an array of the boxes' library."""
     is_host = isinstance(found, numpy.ndarray)
     if result == "numpy" or (result == "auto" and is_host):
         return found
@@ -65,7 +65,7 @@ def like(found: Any, boxes: BoxesLike, result: object) -> Any:
     if make is not None:
         return make(found)
     if result == "auto":
-        return found  # it speaks DLPack itself
+        return found  # already a DLPack producer
     raise TypeError(
         f"result: found 'same' for boxes in a {type(array).__name__}, and {name} has no "
         "from_dlpack; give 'numpy' or 'auto'"

@@ -80,54 +80,50 @@ def find_pairs(
 ) -> Any:
     """All pairs of overlapping boxes.
 
-    boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in units of your world; or (n, 4)
-        for 2-D: lower x, y, upper x, y; or (n, 2, 3), (n, 2, 2): lower and upper corners; or a tuple
+    boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in world units; or (n, 4) for 2-D:
+        lower x, y, upper x, y; or (n, 2, 3), (n, 2, 2): lower and upper corners; or a tuple
         (lower, upper) of two arrays (n, 3) or (n, 2).
-        NumPy's arrays and whatever speaks DLPack, read where they lie: any strides, so long as rows
-        do not run backwards; read-only is fine. float64 is copied to float32, unless `round` says
-        otherwise. No box may change during the call. Arrays on a GPU (PyTorch, CuPy, JAX) stay
-        there, in a build with CUDA; all arrays of a call in one place, and there nothing is
-        converted.
-    other: a second set of boxes: pairs are then of a box of `boxes` and one of `other`.
-    round: what becomes of float64. None: float32, if every value is one, else ValueError. 'outward':
-        float32, lower corners rounded down, upper ones up. 'exact': it is compared as it is, read
-        where it lies, on the CPU alone, and takes 24 bytes a box more; where one of two sets is
-        float32, that is copied to float64; where both are, they are searched as without it.
+        NumPy or DLPack arrays, read in place: any strides, except negative row strides; may be
+        read-only. float64 is copied to float32, unless `round` says otherwise. The arrays must not
+        change during the call. GPU arrays (PyTorch, CuPy, JAX) stay on the GPU, in a build with CUDA;
+        all arrays of a call must be on one device, and on a GPU no values are converted.
+    other: a second set of boxes: each pair is then a box of `boxes` and one of `other`.
+    round: the handling of float64. None: float32, if every value is one, else ValueError. 'outward':
+        float32, lower corners rounded down, upper corners up. 'exact': compared as float64, read in
+        place, CPU only, 24 more bytes per box; if one of two sets is float32, it is copied to float64;
+        if both are, the option has no effect.
 
-    Filters, one value a box; a pair is reported when every given one allows it. Those of the second
+    Filters, one value per box; a pair is reported if all given filters allow it. Those of the second
     set begin with other_.
     group, mask: uint32; (group a & mask b) and (group b & mask a) must both be nonzero; a missing
         one counts as all ones.
-    owner: int32; equal owners never pair; -1 is nobody's.
-    world: int32; different worlds never pair; -1 meets every world.
+    owner: int32; equal owners never pair; -1: no owner.
+    world: int32 world (environment); different worlds never pair; -1: in every world.
     static: uint8 or bool; two nonzero never pair.
 
-    margin: boxes are compared as lower - margin and upper + margin, rounded outward to the type
-        that is compared; in units of your world, not negative. A margin that is no float32 is
-        rounded up.
+    margin: boxes are compared as lower - margin and upper + margin, rounded outward to the compared
+        type; in world units, not negative. A margin that is not a float32 is rounded up.
     order: 'any' is fastest; 'canonical': sorted by first, then second, the same bytes everywhere.
     algorithm: 'auto', 'all-pairs', 'grid'. The pairs are the same for each.
-    nan: 'refuse' raises ValueError at a box with a NaN; 'inactive': such a box overlaps nothing.
-    inverted: 'refuse' raises ValueError at a box with lower > upper on some axis, and names the likely
-        mistake, as boxes given as center and size (see boxes_from_center, boxes_from_intervals);
+    nan: 'refuse' raises ValueError for a box with a NaN; 'inactive': such a box overlaps nothing.
+    inverted: 'refuse' raises ValueError for a box with lower > upper on some axis, and names the likely
+        mistake, such as boxes given as center and size (see boxes_from_center, boxes_from_intervals);
         'inactive': such a box is an empty slot and overlaps nothing.
-    threads: at most so many; 0: as many as there are processors.
-    backend: 'auto', 'cpu'; 'emulated': what a GPU would run, slowly, for tests.
-    isa: the instruction set; 'auto' takes the widest there is. Of a GPU's arrays neither this nor
-        threads matters.
-    result: 'numpy': an array of NumPy. 'same': of the library that the boxes are of, where they lie,
-        made by its from_dlpack. 'auto': of NumPy for boxes on the CPU, 'same' for those on a GPU.
-    stream: for arrays on a GPU: the CUDA stream to search on, an object of PyTorch, CuPy or
-        cuda.core, or its address; None: that which PyTorch or CuPy works on, else the default one.
-        The pairs are there when this returns, for any stream.
+    threads: maximum number; 0: one per processor.
+    backend: 'auto', 'cpu'; 'emulated': the GPU pipeline on the CPU, slow, for tests.
+    isa: the instruction set; 'auto': the widest available. GPU arrays ignore isa and threads.
+    result: 'numpy': a NumPy array. 'same': an array of the boxes' library, on the same device, made by
+        its from_dlpack. 'auto': 'numpy' for boxes on the CPU, 'same' for those on a GPU.
+    stream: for GPU arrays: the CUDA stream to search on, an object of PyTorch, CuPy or cuda.core, or
+        its address; None: the current stream of PyTorch or CuPy, else the default stream. On return
+        the pairs are complete, for any stream.
 
-    Returns (m, 2) uint32, which owns its memory: of one set first < second, each pair once.
+    Returns (m, 2) uint32, which owns its memory: with one set first < second, each pair once.
 
-    Raises TypeError (no array, wrong type), ValueError (wrong shape, a NaN, a value out of range),
-    MemoryError, RuntimeError. The message names the argument, what it was, and what would do.
+    Raises TypeError (not an array, wrong type), ValueError (wrong shape, a NaN, a value out of range),
+    MemoryError, RuntimeError. The message names the argument, the value found, and the fix.
 
-    Other Python threads run meanwhile. Ctrl-C ends a search on the CPU soon and raises
-    KeyboardInterrupt.
+    Releases the GIL. Ctrl-C interrupts a search on the CPU with KeyboardInterrupt.
     """
     finder = _throng.Finder(
         order, algorithm, backend, nan, inverted, isa, margin, threads, 0, round, True
@@ -145,13 +141,13 @@ def find_pairs(
 
 
 class Finder:
-    """Finds pairs frame after frame, and keeps its memory: a warm one is faster than find_pairs.
+    """Finds pairs repeatedly and keeps its memory: later calls are faster than find_pairs.
 
     The options are those of find_pairs, but `inverted` is 'inactive' by default: boxes with
-    lower > upper are empty slots, which result.inactive counts. And
-    memory_cap: for consume: all memory that the library may take, in bytes; 0: no cap.
+    lower > upper are empty slots, counted by result.inactive. In addition:
+    memory_cap: for consume: limit of all memory of the library, in bytes; 0: no cap.
 
-    One thread at a time; a call during another one raises RuntimeError. It is neither copied nor
+    One thread at a time; a call during another one raises RuntimeError. It cannot be copied or
     pickled.
     """
 
@@ -175,7 +171,7 @@ class Finder:
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
-            "a Finder is neither copied nor pickled: make another, throng.Finder(...) with the same "
+            "a Finder cannot be copied or pickled: make another, throng.Finder(...) with the same "
             "options"
         )
 
@@ -227,10 +223,10 @@ class Finder:
         result: ResultKind = "auto",
         stream: object = None,
     ) -> Any:
-        """All pairs, as find_pairs gives them: (m, 2) uint32, an array of its own for each call.
+        """All pairs, as from find_pairs: (m, 2) uint32, a new array for each call.
 
-        The memory of an array of NumPy's that you let go of serves a later call. `result` tells the
-        rest.
+        The memory of a released NumPy result is reused by a later call. Counts, plan and times are in
+        `result`.
         """
         check_result(result)
         found = self._finder.find(
@@ -260,11 +256,11 @@ class Finder:
         other_world: Array | None = None,
         other_static: Array | None = None,
     ) -> _throng.Result:
-        """Hands the pairs to callback(pairs) in blocks, (k, 2) uint32, and stores no others.
+        """Passes the pairs to callback(pairs) in blocks, (k, 2) uint32, and stores no others.
 
-        The callback runs on a thread of the library's, one call at a time. If what it returns is
-        false, and not None, the search stops; what it raises comes through. A memory_cap that is too small raises MemoryError,
-        which names the bytes needed.
+        The callback runs on a thread of the library, one call at a time. If it returns a false value
+        other than None, the search stops; its exceptions propagate. A memory_cap that is too small raises
+        MemoryError, which names the bytes needed.
         """
         self._finder.consume(
             boxes,
@@ -291,11 +287,11 @@ class Finder:
         other_world: Array | None = None,
         other_static: Array | None = None,
     ) -> _throng.Explanation:
-        """Finds the pairs as find() does, and tells why that costs what it does, and what would make
-        it faster: cells and how full they are, the largest boxes, memory, advice.
+        """Finds the pairs as find() does, and explains the cost: cells and their occupancy, the largest
+        boxes, memory, and advice to make it faster.
 
-        By the CPU alone. Takes some 100 times as long as find() for small sets. ValueError for a
-        Finder with round='exact'.
+        CPU only. About 100 times as long as find() for small sets. ValueError for a Finder with
+        round='exact'.
         """
         return self._finder.explain(
             boxes,
@@ -306,10 +302,10 @@ class Finder:
 
     @property
     def result(self) -> _throng.Result:
-        """What the last call told beside its pairs: counts, plan, times."""
+        """The last call's counts, plan and times."""
         return self._finder.result
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that the library's workspace holds now."""
+        """Bytes of the library's workspace."""
         return self._finder.memory_bytes

@@ -1,4 +1,4 @@
-"""Objects that live: BroadPhase."""
+"""Persistent objects: BroadPhase."""
 
 import copy
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from throng._types import Array, BoxesLike, Hits, Inverted, Isa, Nan
 
 
 class Filter(NamedTuple):
-    """What one object pairs with: a value of each filter."""
+    """The filter values of one object."""
 
     group: int = 0xFFFFFFFF
     mask: int = 0xFFFFFFFF
@@ -23,15 +23,16 @@ class Filter(NamedTuple):
 
 
 class BroadPhase:
-    """Keeps objects from frame to frame, and tells which pairs began and which ended.
+    """Keeps objects from frame to frame, and reports which pairs began and which ended.
 
-    Objects are added, moved and removed, by ids; update() then tells what this did to the pairs. The
-    cost follows the objects that changed. A call that raises has changed nothing; Ctrl-C ends a long
-    update(), find_overlaps() or find_hits() soon, and what changed is told by the next update().
+    Objects are added, moved and removed, by ids; update() then reports the changes of the pairs. The
+    cost depends on the number of changed objects. A call that raises changes nothing; Ctrl-C
+    interrupts a long update(), find_overlaps() or find_hits(), and the next update() reports the
+    changes.
 
-    margin, nan, inverted, threads, isa: as of find_pairs, but `inverted` is 'inactive' by default:
+    margin, nan, inverted, threads, isa: as for find_pairs, but `inverted` is 'inactive' by default:
     boxes with lower > upper are empty slots. One thread at a time; a call during another one raises
-    RuntimeError. Several threads query one at once by a BroadPhaseQuery each.
+    RuntimeError. Several threads may query one at once, each with its own BroadPhaseQuery.
     """
 
     def __init__(
@@ -46,14 +47,14 @@ class BroadPhase:
         self._live = _throng.BroadPhase(margin, nan, inverted, threads, isa)
 
     def copy(self) -> Self:
-        """A snapshot: ids, slots and what the last update told are the same. The module copy makes
-        such, too.
+        """A snapshot with the same ids, slots and results of the last update. copy.copy and copy.deepcopy
+        do the same.
         """
         return self.__copy__()
 
     def __copy__(self) -> Self:
         made = type(self).__new__(type(self))
-        vars(made).update(vars(self))  # what a class derived from this one has
+        vars(made).update(vars(self))  # attributes of a derived class
         made._live = self._live.copy()
         return made
 
@@ -67,8 +68,8 @@ class BroadPhase:
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
-            "a BroadPhase is not pickled: pickle what its objects have, box(id) and filter(id), and "
-            "add that to a new one; within the process copy() makes a snapshot"
+            "a BroadPhase is not pickled: pickle its objects' box(id) and filter(id), and "
+            "add that to a new one; within the process use copy()"
         )
 
     def add(
@@ -83,25 +84,25 @@ class BroadPhase:
     ) -> NDArray[numpy.uint32]:
         """Adds an object for each box; the filters are those of find_pairs.
 
-        Returns their ids, (n,) uint32: 0, 1, 2, ... where none was removed. The id of a removed object
-        is given away again only after an update.
+        Returns their ids, (n,) uint32: 0, 1, 2, ... if none was removed. The id of a removed object is
+        reused only after an update.
         """
         return self._live.add(boxes, (group, mask, owner, world, static))
 
     def remove(self, ids: Array) -> None:
-        """Removes objects. ValueError for an id that is not alive, or twice in the list."""
+        """Removes objects. ValueError for an id that is not alive, or occurs twice."""
         self._live.remove(ids)
 
     def move(self, ids: Array, boxes: BoxesLike) -> None:
-        """Gives objects new boxes, one an id; of several calls before an update the last wins.
+        """Gives objects new boxes, one per id; of several calls before an update the last one counts.
 
-        The list is taken whole or not at all: a box with a NaN refuses it, and ValueError names its
-        place and id; with nan='inactive' it is taken, and overlaps nothing.
+        All or nothing: a box with a NaN raises a ValueError that names its position and id; with
+        nan='inactive' it is accepted, and overlaps nothing.
         """
         self._live.move(ids, boxes)
 
     def move_all(self, boxes: BoxesLike) -> None:
-        """The same for all: boxes[id] for every id below id_limit; it finds out which differ."""
+        """The same for all objects: boxes[id] for every id below id_limit; unchanged boxes are skipped."""
         self._live.move_all(boxes)
 
     def set_filters(
@@ -114,7 +115,7 @@ class BroadPhase:
         world: Array | None = None,
         static: Array | None = None,
     ) -> None:
-        """One value an id; filters that are not given stay as they were."""
+        """One value per id; filters that are not given stay unchanged."""
         self._live.set_filters(ids, (group, mask, owner, world, static))
 
     def shift_origin(self, by: Sequence[float]) -> None:
@@ -131,27 +132,27 @@ class BroadPhase:
 
     @property
     def begun(self) -> NDArray[numpy.uint32]:
-        """(m, 3) uint32, sorted: first < second, which are ids, and the pair's slot.
+        """(m, 3) uint32, sorted: the ids first < second, and the pair's slot.
 
-        The slot is the pair's own for as long as it lives: a place for what you keep of it.
+        The slot is unique to the pair while it exists: an index for per-pair data.
         """
         return self._live.begun()
 
     @property
     def ended(self) -> NDArray[numpy.uint32]:
-        """(m, 3) as begun; these slots are free now: the next update may give them away."""
+        """(m, 3) as begun; these slots are free now: the next update may reuse them."""
         return self._live.ended()
 
     @property
     def pairs(self) -> NDArray[numpy.uint32]:
-        """(m, 3) as begun: all pairs there are since the last update."""
+        """(m, 3) as begun: all pairs as of the last update."""
         return self._live.pairs()
 
     def pairs_of(self, id: int) -> NDArray[numpy.uint32]:
-        """(m, 3) as begun: the pairs of one object since the last update, sorted by the other one.
+        """(m, 3) as begun: the pairs of one object as of the last update, sorted by the other id.
 
-        Empty for an id that has none. It costs what the object's own pairs do; only after an update
-        that found all pairs anew the first calls look through all of them.
+        Empty for an id without pairs. The cost depends on the object's own pairs; only after an update
+        that found all pairs from scratch the first calls scan all of them.
         """
         return self._live.pairs_of(id)
 
@@ -165,9 +166,9 @@ class BroadPhase:
         world: Array | None = None,
         static: Array | None = None,
     ) -> NDArray[numpy.uint32]:
-        """(m, 2) uint32, sorted: the number of a box, and the id of an object that it overlaps.
+        """(m, 2) uint32, sorted: the index of a box, and the id of an object that it overlaps.
 
-        Asks the objects as they were given last. The margin plays no part.
+        Queries the current boxes of the objects, without the margin.
         """
         return self._live.find_overlaps(boxes, (group, mask, owner, world, static))
 
@@ -183,18 +184,17 @@ class BroadPhase:
         world: Array | None = None,
         static: Array | None = None,
     ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
-        """What boxes meet that go straight by `by` in the time from 0 to 1. A ray is a point that
-        does: find_hits((origin, origin), direction).
+        """Ray and shape casts: the objects that boxes hit when they move by `by` from time 0 to 1. A ray
+        is a moving point: find_hits((origin, origin), direction).
 
-        by: (n, 3) float32, one a box, or of 2-D boxes (n, 2), in units of your world; finite, at most
-            3.4e38 a component: a ray without a limit is one that is longer than the scene. float64 is
-            copied, if every value is a float32.
-        which: 'all' objects on the way, or the 'first' that is met; of several at once that of the
-            lowest id.
+        by: (n, 3) float32, one per box, or (n, 2) for 2-D boxes, in world units; finite, at most 3.4e38 per
+            component: for an unlimited ray use one longer than the scene. float64 is copied, if every
+            value is a float32.
+        which: 'all' objects on the way, or the 'first' that is hit; of several at once the lowest id.
 
-        Returns (pairs, times), sorted by pair: (m, 2) uint32, the number of a box and the id of an
-        object that it meets, and (m,) float64, when it first touches it: 0 where it does from the
-        start. Asks the objects as they were given last. The margin plays no part.
+        Returns (pairs, times), sorted by pair: (m, 2) uint32, the index of a box and the id of an object
+        that it hits, and (m,) float64, the time of first contact: 0 if they overlap at the start. Queries
+        the current boxes of the objects, without the margin.
         """
         return self._live.find_hits(boxes, by, which, (group, mask, owner, world, static))
 
@@ -203,15 +203,15 @@ class BroadPhase:
         return self._live.is_alive(id)
 
     def box(self, id: int) -> NDArray[numpy.float32]:
-        """(6,) float32: lower x, y, z, upper x, y, z of an object, as it was given last.
+        """(6,) float32: lower x, y, z, upper x, y, z of an object's current box.
 
         ValueError for an id that is not alive.
         """
         return self._live.box(id)
 
     def filter(self, id: int) -> Filter:
-        """What an object pairs with, as set_filters was given it last; what was never given is as if
-        there were no such filter. ValueError for an id that is not alive.
+        """The current filter values of an object; a filter that was never set has its default.
+        ValueError for an id that is not alive.
         """
         return Filter(*self._live.filter(id))
 
@@ -220,7 +220,7 @@ class BroadPhase:
 
     @property
     def pair_count(self) -> int:
-        """How many pairs live."""
+        """The number of pairs."""
         return self._live.pair_count
 
     @property
@@ -230,18 +230,18 @@ class BroadPhase:
 
     @property
     def slot_limit(self) -> int:
-        """All slots of pairs that live, or ended in the last update, are below this."""
+        """Upper limit (exclusive) of the slots of pairs that exist, or ended in the last update."""
         return self._live.slot_limit
 
 
 class BroadPhaseQuery:
-    """Queries of one thread. Any number of threads may query one BroadPhase at once, each by a
-    BroadPhaseQuery of its own, and other Python threads run meanwhile.
+    """Queries of one thread. Any number of threads may query one BroadPhase at once, each with its
+    own BroadPhaseQuery; calls release the GIL.
 
-    While a query is under way, a call that changes the BroadPhase raises RuntimeError; during such a
-    call queries do. So does a call during another one on the same BroadPhaseQuery.
+    During a query, a call that changes the BroadPhase raises RuntimeError; during such a call,
+    queries do. So does a call during another one on the same BroadPhaseQuery.
 
-    nan, inverted, threads, isa: as of BroadPhase; threads=1 where several threads query at once.
+    nan, inverted, threads, isa: as for BroadPhase; threads=1 if several threads query at once.
     """
 
     def __init__(
@@ -268,7 +268,7 @@ class BroadPhaseQuery:
         world: Array | None = None,
         static: Array | None = None,
     ) -> NDArray[numpy.uint32]:
-        """As BroadPhase.find_overlaps, of the objects of a BroadPhase."""
+        """As BroadPhase.find_overlaps, on the objects of a BroadPhase."""
         return self._query.find_overlaps(
             _live_of(objects), boxes, (group, mask, owner, world, static)
         )
@@ -286,7 +286,7 @@ class BroadPhaseQuery:
         world: Array | None = None,
         static: Array | None = None,
     ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
-        """As BroadPhase.find_hits, of the objects of a BroadPhase."""
+        """As BroadPhase.find_hits, on the objects of a BroadPhase."""
         return self._query.find_hits(
             _live_of(objects), boxes, by, which, (group, mask, owner, world, static)
         )

@@ -1,4 +1,4 @@
-"""Numbers as arguments: taken, or refused with the value as given."""
+"""Numeric arguments: accepted, or refused with the given value."""
 
 import math
 import operator
@@ -8,7 +8,7 @@ LARGEST = 3.4028234663852886e38
 
 
 def number(value: object, name: str, *, infinite: bool = False) -> float:
-    """A number that a float32 can hold; a string is none."""
+    """A number that fits a float32; strings are refused."""
     wanted = f"a number from {-LARGEST:.2g} to {LARGEST:.2g}" + (", or infinite" if infinite else "")
     text = f"{name}: found {value!r:.60}, wanted {wanted}"
     if isinstance(value, (str, bytes, bytearray)):
@@ -25,8 +25,8 @@ def number(value: object, name: str, *, infinite: bool = False) -> float:
 
 
 def whole(value: object, name: str) -> int:
-    """A whole number from 0 to 2**32 - 1."""
-    text = f"{name}: found {value!r:.60}, wanted a whole number from 0 to {2**32 - 1}"
+    """An integer from 0 to 2**32 - 1."""
+    text = f"{name}: found {value!r:.60}, wanted an integer from 0 to {2**32 - 1}"
     try:
         x = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -39,7 +39,7 @@ def whole(value: object, name: str) -> int:
 def numbers(
     value: object, name: str, counts: tuple[int, ...], *, infinite: bool = False
 ) -> list[float]:
-    """So many numbers as one of `counts`."""
+    """A sequence of numbers, as many as one of `counts`."""
     wanted = " or ".join(str(count) for count in counts)
     text = f"{name}: found {value!r:.60}, wanted {wanted} numbers"
     if isinstance(value, (str, bytes, bytearray)):

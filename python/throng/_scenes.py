@@ -1,4 +1,4 @@
-"""Scenes by rule, and files of boxes and pairs."""
+"""Generated scenes, and files of boxes and pairs."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ from throng import _throng
 from throng._types import Array
 
 scene_names: tuple[str, ...] = _throng.scene_names
-"""The scenes that there are."""
+"""The names of the scenes."""
 
 
 def scene(
@@ -22,31 +22,30 @@ def scene(
     seed: int = 1,
     moving: float = 1.0,
 ) -> NDArray[numpy.float32]:
-    """Boxes made by rule: the same bits everywhere.
+    """Generated boxes: the same bits everywhere.
 
-    name: one of scene_names, such as 'uniform', 'pile', 'mixed', 'rods', 'worlds'.
-    density: pairs a box to expect; None: the scene's own.
-    moving: the share of the boxes that move from frame to frame.
+    name: one of scene_names, such as 'uniform', 'pile', 'mixed', 'rods', 'worlds'. density: expected
+    pairs per box; None: the scene's default. moving: the share of the boxes that move between frames.
 
-    Returns (frames, objects, 6) float32; z points up. Raises ValueError for a name or a number that
-    will not do.
+    Returns (frames, objects, 6) float32; z points up. Raises ValueError for an unknown name or an
+    invalid number.
     """
     return _throng.scene(name, objects, frames, density, seed, moving)
 
 
 def scene_worlds(name: str, objects: int) -> NDArray[numpy.int32] | None:
-    """The world of each box of a scene, (objects,) int32; None where it has none."""
+    """The world of each box of a scene, (objects,) int32; None if it has none."""
     return _throng.scene_worlds(name, objects)
 
 
 def load_boxes(
     path: str | os.PathLike[str], round: Literal["outward"] | None = None
 ) -> NDArray[numpy.float32]:
-    """The boxes of a .npy file: (n, 6) float32, or (frames, n, 6) where it has more frames than one.
-    Of 2-D boxes 4 for 6; lower and upper corners as (n, 2, 3) become (n, 6).
+    """The boxes of a .npy file: (n, 6) float32, or (frames, n, 6) for several frames. 2-D boxes have
+    4 for 6; lower and upper corners as (n, 2, 3) become (n, 6).
 
-    Either byte order and Fortran order are taken, and float64 where each value is a float32, or with
-    round='outward'. Raises FileNotFoundError, or ValueError that says what was found in the file.
+    Accepts either byte order, Fortran order, and float64 if each value is a float32, or with
+    round='outward'. Raises FileNotFoundError, or ValueError that describes the file's contents.
     """
     if not os.path.exists(path):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(path))
@@ -54,8 +53,8 @@ def load_boxes(
 
 
 def save_boxes(path: str | os.PathLike[str], boxes: Array) -> None:
-    """Writes boxes, (n, 6), (n, 2, 3) or (frames, n, 6), to a .npy file. It appears under its name when it is
-    whole; what stood there before stays if that fails (OSError).
+    """Writes boxes, (n, 6), (n, 2, 3) or (frames, n, 6), to a .npy file. The file gets its name when
+    complete; on failure (OSError) an older file stays.
     """
     shape: Any = getattr(boxes, "shape", ())
     of_frames = len(shape) == 3 and tuple(shape[1:]) != (2, 3)

@@ -33,7 +33,7 @@ class StageTimes:
     def total_ms(self) -> float: ...
 
 class Plan:
-    """What the planner chose, and why."""
+    """The planner's choice, and the reason."""
 
     @property
     def backend(self) -> str: ...
@@ -48,23 +48,23 @@ class Plan:
         """0, 1 or 2: the axis along which each column is swept."""
     @property
     def columns(self) -> tuple[int, int, int]:
-        """How many columns, or finest cells, along each axis."""
+        """Number of columns, or finest cells, along each axis."""
     @property
     def expected_ns(self) -> float:
-        """What the planner thought it would cost."""
+        """The planner's cost estimate."""
     @property
     def reason(self) -> str:
         """One sentence."""
 
 class Result:
-    """What a search tells beside its pairs."""
+    """Counts, plan and times of a search."""
 
     @property
     def status(self) -> str:
         """'ok', or 'stopped' where a consumer wanted no more."""
     @property
     def found(self) -> int:
-        """Pairs there are."""
+        """Number of pairs found."""
     @property
     def written(self) -> int:
         """Pairs returned, or handed to the consumer."""
@@ -76,21 +76,21 @@ class Result:
         """Candidate pairs compared (each lane of a vector counts)."""
     @property
     def visited(self) -> int:
-        """Cells, columns, records and tree nodes looked into, beside comparisons; 0 of a search on a GPU."""
+        """Cells, columns, records and tree nodes visited, in addition to comparisons; 0 on a GPU."""
     @property
     def plan(self) -> Plan: ...
     @property
     def times(self) -> StageTimes: ...
 
 class SizeClass:
-    """Boxes whose largest extents are alike."""
+    """Boxes of similar largest extent."""
 
     @property
     def least(self) -> float:
-        """Their extent is this or more, in units of your world."""
+        """Lower limit of their extent (inclusive), in world units."""
     @property
     def below(self) -> float:
-        """And less than this; 0: boxes of no extent."""
+        """Upper limit (exclusive); 0: boxes of no extent."""
     @property
     def boxes(self) -> int: ...
     @property
@@ -104,67 +104,67 @@ class LargeBox:
     def index(self) -> int: ...
     @property
     def in_second_set(self) -> bool:
-        """Whether `other` is where it stands."""
+        """Whether it belongs to `other`."""
     @property
     def extent(self) -> float:
-        """The largest of the three, in units of your world."""
+        """The largest of the three, in world units."""
     @property
     def cells(self) -> int:
-        """How many it touches."""
+        """Number of cells that it touches."""
 
 class DenseCell:
     """One of the cells with the most boxes."""
 
     @property
     def bounds(self) -> Bounds:
-        """The outermost cells go on to infinity."""
+        """The outermost cells extend to infinity."""
     @property
     def boxes(self) -> int: ...
 
 class CellClass:
-    """Cells with alike numbers of boxes."""
+    """Cells with similar numbers of boxes."""
 
     @property
     def least(self) -> int:
-        """They have so many boxes or more."""
+        """Lower limit of their number of boxes (inclusive)."""
     @property
     def below(self) -> int:
-        """And fewer than this."""
+        """Upper limit (exclusive)."""
     @property
     def cells(self) -> int: ...
     @property
     def boxes(self) -> int:
-        """In all of them."""
+        """Number of boxes in all of them."""
 
 class Explanation:
     """Why a search costs what it does."""
 
     @property
     def result(self) -> Result:
-        """Of the search that is explained."""
+        """Of the explained search."""
     @property
     def boxes(self) -> int:
         """Of both sets, inactive ones included."""
     @property
     def cells(self) -> int:
-        """Of the grid; 0: there is no one grid for all boxes."""
+        """Of the grid; 0: there is no single grid for all boxes."""
     @property
     def entries(self) -> int:
-        """Boxes in cells: a box is in every cell that it touches."""
+        """Entries of boxes in cells: a box is in every cell that it touches."""
     @property
     def occupied(self) -> int:
         """Cells with a box in them."""
     @property
     def tests_per_pair(self) -> float:
-        """Candidate pairs compared for each found; 0: none was found."""
+        """Candidate pairs compared per pair found; 0: none was found."""
     @property
     def tests_per_box(self) -> float: ...
     @property
     def memory_bytes(self) -> int:
-        """That the Finder holds."""
+        """Held by the Finder."""
     @property
     def size_classes(self) -> list[SizeClass]:
-        """By largest extent, a factor of two from class to class, the smallest first."""
+        """By largest extent, in classes of a factor of two, the smallest first."""
     @property
     def largest(self) -> list[LargeBox]:
         """Up to ten boxes."""
@@ -173,20 +173,21 @@ class Explanation:
         """Up to ten cells."""
     @property
     def cell_classes(self) -> list[CellClass]:
-        """Cells by how many boxes are in them, a factor of two from class to class, the emptiest
-        first; empty cells are in none."""
+        """Cells by number of boxes, in classes of a factor of two, the emptiest first; without empty
+        cells.
+        """
     @property
     def occupancy(self) -> NDArray[numpy.uint32]:
         """Boxes in each cell, by x, y, z; of shape (0, 0, 0) where there are no cells."""
     @property
     def grid(self) -> Bounds:
-        """What the cells divide into equal parts."""
+        """The region that the cells divide into equal parts."""
     @property
     def memory(self) -> dict[str, int]:
-        """What the memory is for, in bytes."""
+        """Memory by purpose, in bytes."""
     @property
     def advice(self) -> list[str]:
-        """What would make it faster, each a sentence with its reason."""
+        """Suggestions to make it faster, each a sentence with its reason."""
 
 class Finder:
     def __init__(

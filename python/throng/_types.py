@@ -1,4 +1,4 @@
-"""What arguments may be, for type checkers."""
+"""Argument types, for type checkers."""
 
 from typing import Any, Literal, Protocol, TypeAlias, TypedDict
 
@@ -16,7 +16,7 @@ Isa: TypeAlias = Literal["auto", "scalar", "sse4", "avx2", "avx512", "neon"]
 
 
 class Array(Protocol):
-    """An array of NumPy, PyTorch, JAX, ...: whatever speaks DLPack."""
+    """An array of NumPy, PyTorch, JAX, ...: any DLPack producer."""
 
     def __dlpack__(self, *args: Any, **kwargs: Any) -> Any: ...
 
@@ -26,7 +26,7 @@ NumpyBoxes: TypeAlias = NDArray[Any] | tuple[NDArray[Any], NDArray[Any]]
 
 
 class FilterArrays(TypedDict, total=False):
-    """One value a box."""
+    """One value per box."""
 
     group: Array | None
     mask: Array | None
@@ -41,7 +41,7 @@ class FilterArrays(TypedDict, total=False):
 
 
 class SearchOptions(FilterArrays, total=False):
-    """What find_pairs takes by keyword."""
+    """Keyword arguments of find_pairs."""
 
     margin: float
     order: Order

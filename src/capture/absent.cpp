@@ -1,4 +1,5 @@
-// A build that writes no captures (THRONG_CAPTURE=OFF): asked for one by option, it says so.
+// In place of log.cpp in a build without captures (THRONG_CAPTURE=OFF): a requested capture is
+// reported as not written.
 #include "capture/log.hpp"
 
 namespace throng::capture {
@@ -11,8 +12,9 @@ void Log::boxes(const Boxes&) noexcept {}
 void Log::sweeps(const Sweep*, std::size_t) noexcept {}
 void Log::answer(Result& r) noexcept {
   if (failed_ && !r.message[0])
-    std::snprintf(r.message, sizeof r.message,
-                  "no capture was written: this build has none; build with THRONG_CAPTURE=ON");
+    std::snprintf(
+        r.message, sizeof r.message,
+        "no capture was written: this build does not support it; build with THRONG_CAPTURE=ON");
   failed_ = false;
 }
 void Log::close() noexcept {}

@@ -12,9 +12,8 @@
 namespace throng::capture {
 namespace {
 
-// A program that runs with rights that its user lacks must not write where that user says. So the
-// variable counts where it can be known that it has none: by secure_getenv, and on Windows, which
-// has no such programs. Elsewhere there is the option alone.
+// A setuid program must not write where its caller's environment says. So the variable is used only
+// where setuid is excluded: via secure_getenv, and on Windows. Elsewhere only the option counts.
 const char* variable() noexcept {
 #if defined(__GLIBC__) && defined(_GNU_SOURCE)
   return secure_getenv("THRONG_CAPTURE");
@@ -25,8 +24,8 @@ const char* variable() noexcept {
 #endif
 }
 
-// Looked up once: to search the environment takes a tenth of what a call of a few boxes does. One
-// that is longer than this is cut here and refused by open().
+// Read once: searching the environment takes a tenth of a call with few boxes. A longer path is
+// truncated here and refused by open().
 struct Folder {
   char path[1024] = {};
   Folder() noexcept {
@@ -45,8 +44,8 @@ const char* folder_of(const Options& options) noexcept {
 void Log::open(const char* folder, const Options& options) noexcept {
   using namespace std::chrono;
   const auto now = duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
-  // Opened exclusively: never a file, nor through a link, that is there already. What another
-  // process or thread was faster with gets the next number.
+  // Exclusive creation: never overwrites an existing file or follows a link. If another process or
+  // thread was faster, the next number is tried.
   for (unsigned attempt = 0; !file_; ++attempt) {
     const int length = std::snprintf(name_, sizeof name_, "%s/throng-%016llx-%03u.capture", folder,
                                      static_cast<unsigned long long>(now), attempt);
@@ -55,7 +54,7 @@ void Log::open(const char* folder, const Options& options) noexcept {
     file_ = std::fopen(name_, "wbx");
     if (file_) break;
     const int error = errno;
-    name_[0] = 0;  // not ours to remove
+    name_[0] = 0;  // not our file, must not be removed
     if (error != EEXIST || attempt == 999) return fail(error);
   }
   sum_ = fold_start;
@@ -160,7 +159,7 @@ void Log::answer(Result& r) noexcept {
   }
   if (!failed_) return;
   failed_ = false;
-  if (r.message[0]) return;  // what went wrong with the call itself is the greater news
+  if (r.message[0]) return;  // the call's own error matters more
   try {
     std::snprintf(r.message, sizeof r.message,
                   "this call succeeded, but its capture was not written: %s; see Options::capture",
@@ -170,8 +169,8 @@ void Log::answer(Result& r) noexcept {
   }
 }
 
-// Each section goes to the system before the call goes on, so that a process that ends leaves what
-// it was given.
+// Each section is flushed before the call continues, so that the input is on disk if the process
+// crashes.
 void Log::section(Tag tag, std::uint32_t number, std::uint64_t bytes) noexcept {
   drain();
   sum_ = fold_start;
@@ -188,7 +187,7 @@ void Log::end_section() noexcept {
 
 void Log::put(const void* bytes, std::size_t count) noexcept {
   if (used_ + count > sizeof buffer_) drain();
-  std::memcpy(buffer_ + used_, bytes, count);  // never more than 16 at once
+  std::memcpy(buffer_ + used_, bytes, count);  // at most 16 bytes per call
   used_ += count;
 }
 void Log::put32(std::uint32_t v) noexcept {
@@ -221,7 +220,7 @@ void Log::close() noexcept {
   file_ = nullptr;
 }
 
-// A file that lacks something in its middle is worth nothing: it goes.
+// A file with a gap is useless: remove it.
 void Log::fail(int error) noexcept {
   close();
   if (name_[0]) std::remove(name_);

@@ -1,5 +1,5 @@
-// Writes calls to a file, for `throng replay`: see throng/capture.hpp. Does nothing until it is
-// opened, and never changes an answer.
+// Writes calls to a file for `throng replay`; format in throng/capture.hpp. Inactive until opened;
+// never changes a result.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace throng::capture {
 
-// Where to: Options::capture, or else THRONG_CAPTURE as it was at the first call of this. Null:
-// nowhere, as nearly always.
+// The target folder: Options::capture, else THRONG_CAPTURE as read at the first call. Null: no
+// capture (the usual case).
 const char* folder_of(const Options& options) noexcept;
 
 class Log {
@@ -32,7 +32,7 @@ class Log {
   void begin(Operation operation, std::uint32_t sets, std::uint64_t capacity = 0,
              std::uint32_t form = 0, const Vec3& by = {}) noexcept;
   void boxes(const Boxes& boxes) noexcept;
-  template <class F>  // number(i) of i from 0 on, as ids
+  template <class F>  // number(i): the value for i in [0, count), e.g. an id
   void list(std::size_t count, const F& number) noexcept {
     if (!file_) return;
     section(Tag::ids, 0, 8 + std::uint64_t{count} * 4);
@@ -44,9 +44,9 @@ class Log {
     list(count, [&](std::size_t i) { return ids[i]; });
   }
   void sweeps(const Sweep* sweeps, std::size_t count) noexcept;
-  // What was told beside the numbers of the Result, until answer().
+  // Sets the checksum of the data returned in addition to the Result, for the next answer().
   void told(std::uint64_t checksum) noexcept { checksum_ = checksum; }
-  // Says in the result, too, where the file could not be written; once.
+  // Writes the result; reports a failed write once, in its message.
   void answer(Result& result) noexcept;
 
  private:
@@ -64,8 +64,8 @@ class Log {
   static constexpr std::size_t name_room = 1024, buffer_room = 512;
   std::FILE* file_ = nullptr;
   std::uint64_t sum_ = 0, checksum_ = 0;
-  bool began_ = false;   // an operation, not answered yet
-  bool failed_ = false;  // not told yet
+  bool began_ = false;   // an operation awaits its answer
+  bool failed_ = false;  // not reported yet
   int error_ = 0;
   std::size_t used_ = 0;
   unsigned char buffer_[buffer_room];

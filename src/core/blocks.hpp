@@ -1,6 +1,6 @@
-// Which blocks of cells boxes have their home in: blocks of 8, 64, 512 and 4,096 cells along each
-// axis. A bit is found by a hash, so it may stand for several; and it stays when boxes go. So it is
-// said of all blocks that hold a home, and of a few that do not.
+// Conservative occupancy bits for blocks of 8, 64, 512 and 4,096 cells along each axis. A block is
+// marked when a box has its owner cell in it. Hashing maps a block to a bit, so several blocks may
+// share one, and removing a box clears nothing: false positives occur, false negatives never.
 #pragma once
 
 #include <algorithm>
@@ -12,23 +12,23 @@
 
 namespace throng::core {
 
-// The bits, which whoever has them clears before the first.
+// A view of the bits. The caller owns the memory and zeroes it before the first add().
 class BlockBits {
  public:
   static constexpr int levels = 4;
-  // A block of a level, from 1 on, is so many cells long.
+  // Cells along one edge of a block of this level, 1 .. levels.
   THRONG_HD static constexpr std::int32_t length(int level) noexcept { return 1 << 3 * level; }
-  // Words of 32 bits for the blocks of so many boxes.
+  // Number of 32-bit words for the blocks of `boxes` boxes.
   static std::size_t words_for(std::size_t boxes) noexcept {
     return std::bit_ceil(std::max<std::size_t>(16 * boxes, 1024)) / 32;
   }
 
   BlockBits() noexcept = default;
-  // As many words as words_for() tells.
+  // `count` is what words_for() returned.
   BlockBits(std::uint32_t* words, std::size_t count) noexcept
       : words_(words), drop_(64 - 5 - std::countr_zero(count)) {}
 
-  // put(word, bits): what is to be set there for a box of this class whose home is this cell.
+  // Calls put(word, bits) for each bit to set for a box of this class with this owner cell.
   template <class Put>
   THRONG_HD void add(const std::int32_t* cell, std::uint32_t size_class,
                      const Put& put) const noexcept {
@@ -38,8 +38,8 @@ class BlockBits {
       put(words_ + bit / 32, 1u << bit % 32);
     }
   }
-  // Whether one of the cells from `lower` to `upper` may be a home, going by blocks of a level; of
-  // many it is said.
+  // Whether one of the cells `lower` .. `upper` may be an owner cell, by the blocks of `level`.
+  // Returns true without a test when the range covers more than `most` blocks.
   THRONG_HD bool any(const std::int32_t* lower, const std::int32_t* upper, std::uint32_t size_class,
                      int level) const noexcept {
     std::int32_t first[3], last[3];

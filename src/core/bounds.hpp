@@ -1,5 +1,5 @@
-// Tests of one and of two boxes on the input numbers, and boxes grown by a margin. These decide;
-// everything else only chooses what is asked. A box here is a Box or a DoubleBox.
+// Exact tests of one and of two boxes on the input numbers, and boxes expanded by a margin. These
+// tests decide; everything else only selects candidates. A box here is a Box or a DoubleBox.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@
 
 #include "core/hd.hpp"
 
-// A compiler that takes for granted that there is no NaN would leave out the look for one.
+// A compiler that assumes no NaN exists would remove the NaN checks.
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error \
@@ -19,8 +19,8 @@
 
 namespace throng::core {
 
-// Closed boxes: touching counts. False where a NaN takes part; -0 equals 0. Says nothing of
-// is_active: an inverted box may "overlap" a large one here.
+// Closed boxes: touching counts. False if any bound is NaN; -0 equals 0. Does not check is_active:
+// an inverted box may "overlap" a large one here.
 template <class AnyBox>
 THRONG_HD constexpr bool overlaps(const AnyBox& a, const AnyBox& b) noexcept {
   return (a.lower.x <= b.upper.x) & (b.lower.x <= a.upper.x) & (a.lower.y <= b.upper.y) &
@@ -39,7 +39,7 @@ THRONG_HD constexpr bool has_nan(const AnyBox& b) noexcept {
          (b.upper.x != b.upper.x) | (b.upper.y != b.upper.y) | (b.upper.z != b.upper.z);
 }
 
-// The next number towards minus infinity. Not for NaN or minus infinity.
+// The next number towards minus infinity. Precondition: x is neither NaN nor minus infinity.
 THRONG_HD constexpr float next_down(float x) noexcept {
   if (x == 0) return -std::numeric_limits<float>::denorm_min();
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
@@ -57,13 +57,14 @@ constexpr double next_down(double x) noexcept {
 // underflows there, and the error is a double). f is the float nearest to s.
 //   f > s: every double between the float below f and f, s among them, is at least one unit of
 //          double from either, and |e| is at most half a unit: the exact value lies strictly
-//          between them, and the float below f is the answer.
-//   f < s: in the same way the exact value lies strictly between f and the float above; f it is.
+//          between them, and the float below f is the result.
+//   f < s: in the same way the exact value lies strictly between f and the float above: f is the
+//          result.
 //   f = s: the sign of e decides.
-// A sum below the smallest float rounds down to minus infinity (f is, or becomes, that), one above
-// the largest to the largest (f is infinity, the float below it is the largest). Where x is
-// infinite s is x and e is NaN, so neither comparison holds and f = x stays; a NaN stays one too.
-// Needs denormals and rounding to nearest, as all of the library's arithmetic does.
+// A sum below the smallest float rounds down to minus infinity (f is, or becomes, that). A sum
+// above the largest rounds to the largest (f is infinity, the float below it is the largest). If x
+// is infinite, s is x and e is NaN, so neither comparison holds and the result is f = x; a NaN
+// stays NaN. Requires denormals and rounding to nearest, as all of the library's arithmetic does.
 THRONG_HD constexpr float subtract_rounded_down(float x, float m) noexcept {
   const double a = static_cast<double>(x);
   const double b = -static_cast<double>(m);
@@ -76,16 +77,16 @@ THRONG_HD constexpr float subtract_rounded_down(float x, float m) noexcept {
   return (wide > s) || (wide == s && e < 0) ? next_down(f) : f;
 }
 
-// The exact value of x + m, rounded up to float: the mirror image, since negating is exact.
+// The exact value of x + m, rounded up to float: the mirror image, since negation is exact.
 THRONG_HD constexpr float add_rounded_up(float x, float m) noexcept {
   return -subtract_rounded_down(-x, m);
 }
 
 // The exact value of x - m, rounded down to double. m finite.
 //
-// s + e = x - m exactly (two-sum; denormals are exact), and s is the nearest double: so the exact
-// value lies below s, within half a unit, if e < 0. A sum below the least double is minus infinity,
-// which is below it; where that or x is infinite, e is NaN and s stays.
+// s + e = x - m exactly (two-sum; denormals are exact), and s is the nearest double. So the exact
+// value lies below s, within half a unit, if and only if e < 0. A sum below the least double is
+// minus infinity, which is below it. If that or x is infinite, e is NaN and s stays.
 constexpr double subtract_rounded_down(double x, double m) noexcept {
   const double s = x - m;
   const double m_part = s - x;
@@ -95,15 +96,15 @@ constexpr double subtract_rounded_down(double x, double m) noexcept {
 }
 
 // lower - margin rounded down, upper + margin rounded up: the smallest float box that contains the
-// exact one. Ask is_active and has_nan of the box as it was given, not of this one: a margin can
-// turn an empty slot into a box. margin finite.
+// exact one. Check is_active and has_nan on the original box, not on this one: a margin can make an
+// empty slot active. margin finite.
 THRONG_HD constexpr Box expand(const Box& b, float margin) noexcept {
   return {{subtract_rounded_down(b.lower.x, margin), subtract_rounded_down(b.lower.y, margin),
            subtract_rounded_down(b.lower.z, margin)},
           {add_rounded_up(b.upper.x, margin), add_rounded_up(b.upper.y, margin),
            add_rounded_up(b.upper.z, margin)}};
 }
-// The smallest box of doubles that does.
+// The smallest DoubleBox that contains the exact one.
 constexpr DoubleBox expand(const DoubleBox& b, float margin) noexcept {
   const double m = static_cast<double>(margin);
   const auto down = [m](double x) { return subtract_rounded_down(x, m); };
@@ -112,9 +113,9 @@ constexpr DoubleBox expand(const DoubleBox& b, float margin) noexcept {
           {up(b.upper.x), up(b.upper.y), up(b.upper.z)}};
 }
 
-// Both corners plus `by`, each rounded to nearest, which keeps their order: an active box stays
-// active. Two corners that were apart can become one: where lower > upper the upper one then goes a
-// step down, so that an inactive box stays inactive. by finite.
+// Both corners plus `by`, each rounded to nearest, which preserves their order: an active box stays
+// active. Rounding can make two different corners equal. If lower > upper, the upper one then moves
+// one step down, so that an inactive box stays inactive. by finite.
 THRONG_HD constexpr void shift_axis(float& lower, float& upper, float by) noexcept {
   const bool inverted = lower > upper;
   lower += by;

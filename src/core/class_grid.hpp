@@ -1,27 +1,28 @@
-// Cells for boxes of several sizes, each box stored once, and why no pair is lost or told twice.
+// A hierarchical grid for boxes of several sizes. Each box is stored once. This comment proves that
+// no pair is lost or reported twice.
 //
 // One function q per axis maps a float to the index of a cell, 0 .. N-1:
 //   q(x) = int(min(max((p(x * unit) - origin) * scale, 0), N - 1)),   unit > 0, scale > 0.
-// p is the identity, or where boxes lie so unevenly that no one length of cells suits them, the
-// place among knots (place_among). Each step is non-decreasing in x for every float but NaN
-// (core/quantise.hpp), so q is. A size
-// class c has larger cells: on axis k, 2^shift of these; its index is q >> shift, non-decreasing
-// too. Call it c(x). A box belongs to the first class in whose grid it spans at most two cells on
-// every axis,
+// p is the identity or, if the boxes are distributed too unevenly for cells of one length, a
+// piecewise linear map through knots (place_among). Each step is non-decreasing in x for every
+// float but NaN (core/quantise.hpp), so q is non-decreasing. A size class c has larger cells: on
+// axis k, 2^shift of the finest; its index is q >> shift, also non-decreasing. Call it c(x). A box
+// belongs to the first class in whose grid it spans at most two cells on every axis,
 //   c(upper) <= c(lower) + 1;
-// the last class has one cell, so every box, infinite ones too, belongs to some. The box is stored
-// in one cell of its class: that of its lower corner, its home.
+// the last class has one cell, so every box, infinite ones included, belongs to a class. The box is
+// stored in one cell of its class, that of its lower corner: its owner cell.
 //
-// Let box a look for the boxes of class c, whatever the class of a, and let b of class c overlap a.
-// On every axis a.lower <= b.upper and b.lower <= a.upper, therefore
+// Let box a, of any class, search the boxes of class c, and let b of class c overlap a. On every
+// axis a.lower <= b.upper and b.lower <= a.upper, therefore
 //   c(a.lower) <= c(b.upper) <= c(b.lower) + 1   and   c(b.lower) <= c(a.upper):
-// the home of b lies in c(a.lower) - 1 .. c(a.upper). That is where a looks, so nothing is lost.
-// Nothing is widened and no rounding is estimated: all of it is monotony and integers. Which map,
-// cells and classes are used is a matter of speed alone.
+// the owner cell of b lies in c(a.lower) - 1 .. c(a.upper). a searches exactly these cells, so no
+// pair is lost. Nothing is widened and no rounding is estimated: the proof uses only monotonicity
+// and integers. The choice of map, cells and classes affects speed alone.
 //
-// Each pair is told once: of two boxes in different classes that of the earlier class looks for the
-// other; in one class, that whose home comes first, in the order z, y, x, and of one home that
-// which is stored first. A box looks into each cell once, and a cell holds a box once.
+// Each pair is reported once. Of two boxes in different classes, the box of the earlier class
+// searches for the other. Within one class, the box whose owner cell comes first in the order z, y,
+// x searches; within one cell, the box stored first. A box visits each cell once, and a cell holds
+// a box once.
 #pragma once
 
 #include <cstdint>
@@ -34,30 +35,31 @@
 namespace throng::core {
 
 constexpr std::uint32_t max_size_classes = 12;
-constexpr std::uint32_t max_class_cells = 1u << 22;  // along an axis: exact as a float
+constexpr std::uint32_t max_class_cells = 1u << 22;  // per axis; exact as a float
 
-// Spans between the knots of an axis: a power of two.
+// Spans between the knots of an axis. A power of two.
 constexpr std::uint32_t knot_spans = 32;
 
 struct SizeClass {
   std::uint32_t shift[3] = {0, 0, 0};
   std::uint32_t cells[3] = {1, 1, 1};
-  std::uint32_t offset = 0;  // of its first cell among those of all classes
+  std::uint32_t offset = 0;  // index of its first cell in the table of all classes
 };
 
-// What a box's flags say of whom it may meet. Boxes of different groups are stored apart.
+// A box's group: the flags that decide which boxes it may pair with. Boxes of different groups are
+// stored separately.
 constexpr std::uint32_t static_bit = 1, everywhere_bit = 2, second_bit = 4;
 
-// What makes equal steps of spans that hold about as many boxes each.
+// A piecewise linear map with spans that hold about as many boxes each.
 struct Knots {
-  float at[knot_spans + 1];  // nowhere decreasing
-  float scale[knot_spans];   // one over the span's length, or 0 where it has none; finite
+  float at[knot_spans + 1];  // non-decreasing
+  float scale[knot_spans];   // 1 / the span's length, or 0 for an empty span; finite
 };
 
-// Where x stands: 0 .. knot_spans. Of two floats the greater one is in the same span, and no less
-// far in it, as the steps below nowhere decrease; or in a later one, whose places are no less than
-// those of the earlier one. What is not a number is 0: of x = at[i], or of all of a span of no
-// length.
+// The mapped position of x, 0 .. knot_spans. Non-decreasing: of two floats the greater lies either
+// in the same span, where no step below decreases, or in a later span, whose positions are no less
+// than those of an earlier one. A NaN `part` becomes 0: it occurs only for x = at[i] or in an empty
+// span.
 THRONG_HD inline float place_among(const Knots& knots, float x) noexcept {
   std::uint32_t span = 0;
   for (std::uint32_t half = knot_spans / 2; half > 0; half /= 2)
@@ -68,20 +70,20 @@ THRONG_HD inline float place_among(const Knots& knots, float x) noexcept {
   return static_cast<float>(span) + part;
 }
 
-// The grids of all classes, laid out in one table of counts. `present`: which group bits occur. A
-// world's cells stand together, one part a group; worlds that share a slot are told apart when a
-// pair is found. Where all cells do not fit, rows are scattered over the table by a hash, and boxes
-// whose home is elsewhere are told apart in the same way.
+// The grids of all classes, laid out in one table of counts. `present`: the group bits that occur.
+// A world's (environment's) cells are contiguous, one part per group. Worlds may share a slot of
+// the table; their boxes are compared by world when a pair is found. If the cells do not fit, rows
+// are hashed into the table, and boxes of other cells are rejected in the same way.
 struct ClassGrid {
   float origin[3] = {0, 0, 0};
   float scale[3] = {1, 1, 1};
   float last[3] = {0, 0, 0};      // index of the last cell, as a float
-  float unit = 1;                 // coordinates are multiplied by it first
-  std::uint32_t among_knots = 0;  // as a word: no byte of the grid is left unwritten
+  float unit = 1;                 // applied to coordinates first
+  std::uint32_t among_knots = 0;  // 32 bits wide: the struct has no padding bytes
   Knots knots[3] = {};
   std::uint32_t class_count = 1;  // the last one has one cell
   std::uint32_t present = 0;
-  std::uint32_t world_cells = 1;  // of all classes of one group
+  std::uint32_t world_cells = 1;  // all classes of one group
   std::uint32_t world_slots = 1;
   std::uint32_t table_cells = 1;
   std::uint32_t hashed = 0;
@@ -90,12 +92,12 @@ struct ClassGrid {
   THRONG_HD bool shares_cells(bool has_worlds) const noexcept { return hashed || has_worlds; }
 };
 
-// Finest cells of a box's two corners.
+// The finest-class cells of a box's two corners.
 struct CellSpan {
   std::int32_t lower[3], upper[3];
 };
 
-// Along an axis, as it is before it is cut into cells.
+// The position along an axis before it is divided into cells.
 THRONG_HD inline float place_of(const ClassGrid& grid, int axis, float x) noexcept {
   const float at = x * grid.unit;
   return grid.among_knots ? place_among(grid.knots[axis], at) : at;
@@ -103,7 +105,7 @@ THRONG_HD inline float place_of(const ClassGrid& grid, int axis, float x) noexce
 THRONG_HD inline std::int32_t cell_of(const ClassGrid& grid, int axis, float x) noexcept {
   return index_of(place_of(grid, axis, x), grid.origin[axis], grid.scale[axis], grid.last[axis]);
 }
-// How many cells are before x, with a fraction; and about where there are so many.
+// The number of cells before x, with a fraction; and its approximate inverse.
 THRONG_HD inline float cells_before(const ClassGrid& grid, int axis, float x) noexcept {
   const float t = (place_of(grid, axis, x) - grid.origin[axis]) * grid.scale[axis];
   return t > 0 ? (t < grid.last[axis] + 1 ? t : grid.last[axis] + 1) : 0;
@@ -137,7 +139,7 @@ THRONG_HD inline std::uint32_t class_of(const ClassGrid& grid, const CellSpan& s
 
 // ---- groups -------------------------------------------------------------------------------------
 
-// The number of a group among those that occur, and back.
+// The index of a group among those that occur, and the inverse.
 THRONG_HD constexpr std::uint32_t pack_group(std::uint32_t present, std::uint32_t bits) noexcept {
   std::uint32_t index = 0, place = 0;
   for (std::uint32_t bit = 1; bit <= second_bit; bit *= 2)
@@ -160,10 +162,10 @@ THRONG_HD constexpr std::uint32_t group_count(std::uint32_t present) noexcept {
 
 enum class Look : std::uint8_t { no, forward, all };
 
-// Whether a box of group `from` and class `own` looks for boxes of group `to` and class `other`. Of
-// any two boxes that may meet, one looks for the other by `all`, or either by `forward`: an
-// everywhere box is found by those of all worlds, whose cells it could not know; else the class
-// decides, and of one class the group.
+// How a box of group `from` and class `own` searches boxes of group `to` and class `other`. Of two
+// boxes that may pair, one searches for the other by `all`, or either by `forward`. A box in every
+// world is found by the boxes of each world, because it cannot enumerate their cells. Otherwise the
+// class decides, and within one class the group.
 THRONG_HD constexpr Look look(std::uint32_t present, std::uint32_t from, std::uint32_t own,
                               std::uint32_t to, std::uint32_t other) noexcept {
   if (from & to & static_bit) return Look::no;
@@ -184,9 +186,10 @@ THRONG_HD constexpr std::uint32_t mix(std::uint32_t h) noexcept {
   return h ^ (h >> 16);
 }
 
-// The cells of one class, group and world. `world` is 0 for everywhere boxes; `group` is packed.
+// The cells of one class, group and world. `world` is 0 for boxes in every world; `group` is
+// packed.
 struct Part {
-  std::uint32_t base;  // dense: where they begin in the table; hashed: a seed
+  std::uint32_t base;  // dense: first cell in the table; hashed: a seed
   std::uint32_t cells_x, cells_y;
 };
 
@@ -205,8 +208,8 @@ THRONG_HD inline std::uint32_t dense_row_start(const Part& part, std::int32_t y,
   return part.base + (slab * part.cells_y + row) * part.cells_x;
 }
 
-// Where a row of cells along x begins. Dense: below table_cells together with every x of the row.
-// Hashed: below table_cells; the table has room for one more row beyond.
+// First cell of a row along x. Dense: the row ends below table_cells. Hashed: the first cell is
+// below table_cells; the table is one row longer.
 THRONG_HD inline std::uint32_t row_start(const ClassGrid& grid, const Part& part, std::int32_t y,
                                          std::int32_t z) noexcept {
   if (!grid.hashed) return dense_row_start(part, y, z);

@@ -1,18 +1,18 @@
-// The candidates of the class planner, and the grid that is chosen. Included by
-// core/class_planner.hpp alone.
+// The candidates of the class planner, and the chosen grid. Included only by
+// core/class_planner.hpp.
 #pragma once
 
 #include "core/class_planner.hpp"
 
 namespace throng::core {
 
-// All candidates are looked after, or the chosen one at the scale that was asked for.
+// Whether this thread works: on all candidates or, at the requested scale, on the chosen one.
 THRONG_HD inline bool ClassPlanner::looked_after(std::uint32_t t, bool chosen,
                                                  const Shared& s) noexcept {
   return t < rows * candidates && (!chosen || t % candidates == s.best);
 }
 
-// Candidate sizes: those of boxes, long and short, and such that cells hold some boxes each.
+// Candidate cell sizes: quantiles of the box extents, and sizes that give cells some boxes each.
 THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint32_t axis,
                                              float scale, const Shared& s) noexcept {
   const std::uint32_t n = s.count, scheme = candidate / sizes, size = candidate % sizes;
@@ -20,8 +20,7 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
               high = s.extent[longest][n - 1 - n / 10];
   const float thin = lesser(s.extent[0][n / 2], lesser(s.extent[1][n / 2], s.extent[2][n / 2]));
   // low, middle, high, thin, 2 low, 4 low, 2 thin, 2 middle, and multiples of the unit. For rods,
-  // in place of 2 thin, just over half of high: what is long is then reached by doubling cells
-  // once.
+  // just over half of high replaces 2 thin: doubling such cells once fits long boxes.
   const bool half = size == 6 && scheme == 1;
   const float of = size >= 8                             ? s.unit
                    : size == 0 || size == 4 || size == 5 ? low
@@ -39,13 +38,13 @@ THRONG_HD inline float ClassPlanner::side_of(std::uint32_t candidate, std::uint3
                                                 : 8.0f;
   const float base = greater(times * of * 1.0001f * scale, shortest);
   if (scheme != 2) return base;
-  // The shape of the typical box.
+  // Proportions of the typical box.
   const float typical = greater(middle, shortest);
   return greater(base * quotient(greater(s.extent[axis][n / 2], typical * 0.01f), typical),
                  shortest);
 }
 
-// The finest cells, along an axis a row; and for how many classes they are doubled.
+// The finest cells, one thread row per axis; the last row counts the classes with doubled cells.
 THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared& s,
                                             const GridLimits& limits) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
@@ -54,8 +53,8 @@ THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared
   const float side = side_of(candidate, row % 3, chosen ? limits.cell_scale : 1, s);
   if (row < 3) {
     float count = s.unbounded[row] ? 1 : quotient(s.length[row], greater(side, shortest));
-    // Rods that lie in layers, all of which one such cell would hold, are parted by a few thin
-    // ones: of two layers 27 comparisons a box in place of 159.
+    // Layers of rods that would all fit in one such cell are divided by a few thin cells: for two
+    // layers 27 comparisons per box instead of 159.
     const float thick = s.extent[row][s.count - 1 - s.count / 10];
     if (candidate / sizes == 1 && count < 2 && 4 * thick < s.length[row])
       count = lesser(8, quotient(s.length[row], 2 * greater(thick, shortest)));
@@ -74,13 +73,13 @@ THRONG_HD inline void ClassPlanner::measure(std::uint32_t t, bool chosen, Shared
   s.used[candidate] = 0;
 }
 
-// Along an axis, of a class.
+// The cells of a class along an axis.
 THRONG_HD inline std::uint32_t ClassPlanner::cells_of(std::uint32_t finest,
                                                       std::uint32_t shift) noexcept {
   return ((finest - 1) >> shift) + 1;
 }
 
-// One or two axes of three: x, y, z, yz, zx, xy.
+// One or two of three axes: x, y, z, yz, zx, xy.
 THRONG_HD constexpr std::uint32_t some_axes(std::uint32_t number) noexcept {
   return number < 3 ? 1u << number : 7u ^ (1u << (number - 3));
 }
@@ -92,13 +91,13 @@ THRONG_HD inline void ClassPlanner::divide(std::uint32_t t, bool chosen, bool an
   const std::uint32_t row = t / candidates;
   THRONG_UNROLL(1)
   for (std::uint32_t c = row; c < max_size_classes; c += rows) divide_class(candidate, c, s);
-  // Rows that have one class only.
+  // Thread rows with only one class.
   if (!anew && row >= rows - 3) measure_side(candidate, row - (rows - 3), s);
 }
 
-// Isotropic: each class has cells twice as large, and eight times beyond the sample's largest
-// boxes, where few are to be expected. For rods: a class for each axis, or two, along which boxes
-// are long. Returns whether it is beyond these.
+// Isotropic: each class doubles the cells, and beyond the sample's largest boxes, where few boxes
+// are expected, multiplies them by eight. For rods: a class for each axis, or two, along which
+// boxes are long. Returns whether c is beyond these.
 THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std::uint32_t c,
                                                    const Shared& s,
                                                    std::uint32_t (&shift)[3]) noexcept {
@@ -106,7 +105,7 @@ THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std:
   const std::uint32_t level = c <= jump ? c : jump + 3 * (c - jump);
   shift[0] = shift[1] = shift[2] = level;
   if (candidate / sizes == 1) {
-    // none, one axis, two, all; then larger ones.
+    // No axis, one, two, all; then larger cells.
     const std::uint32_t axes = c == 0 ? 0 : c <= 6 ? some_axes(c - 1) : 7;
     const std::uint32_t more = c > 7 ? 2 * (c - 7) : 0;
     for (std::uint32_t k = 0; k < 3; ++k) shift[k] = axes >> k & 1 ? jump + more : 0;
@@ -118,12 +117,13 @@ THRONG_HD inline bool ClassPlanner::divide_bounded(std::uint32_t candidate, std:
     single = single && cells == 1;
     crosses = crosses || (s.endless[k] && cells <= 2);
   }
-  // Two cells that way have room for unbounded boxes, which have a finer class.
+  // Two cells on that axis fit unbounded boxes, which have a finer class.
   return single || (crosses && shift[0] > jump);
 }
 
-// After the classes for bounded boxes there is one for each axis, or two, along which boxes were
-// seen to be unbounded: one cell that way, and else as large as the sample's largest boxes.
+// The classes for bounded boxes are followed by one for each axis, or two, along which the sample
+// has unbounded boxes: one cell on these axes, cells as large as the sample's largest boxes on the
+// others.
 THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::uint32_t c,
                                                  Shared& s) noexcept {
   std::uint32_t endless = 0, shift[3];
@@ -150,16 +150,16 @@ THRONG_HD inline void ClassPlanner::divide_class(std::uint32_t candidate, std::u
   }
   std::uint32_t cells[3];
   for (int k = 0; k < 3; ++k) cells[k] = cells_of(s.cells[k][candidate], shift[k]);
-  // The last one has one cell, and none before it.
+  // The last class has one cell, no class before it does.
   single = single || c + 1 == max_size_classes || (cells[0] | cells[1] | cells[2]) == 1;
   s.shift[c][candidate] = single ? one_cell : shift[0] | shift[1] << 8 | shift[2] << 16;
-  // A layer may have 2^44 cells, and all of them 2^66: what no table holds is cut off in time.
+  // A layer may have 2^44 cells, all layers 2^66: sizes beyond any table are clamped first.
   const std::uint64_t layer = std::uint64_t{cells[0]} * cells[1];
   const std::uint64_t all = layer < too_many ? layer * cells[2] : too_many;
   s.late.before[c][candidate] = single ? 1 : all;
 }
 
-// Offsets, and whether the table holds it all.
+// Offsets, and whether the table holds all cells.
 THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool anew, Shared& s,
                                            const GridLimits& limits) noexcept {
   const std::uint32_t candidate = t;
@@ -177,7 +177,7 @@ THRONG_HD inline void ClassPlanner::finish(std::uint32_t t, bool chosen, bool an
   const bool hashed = too_large(sum * group_count(limits.present), s.worlds, limits);
   s.hashed[candidate] = hashed;
   if (anew) return;
-  // y and z too: their numbers must fit a row's hash and offsets.
+  // y and z too: these indices must fit a row's hash and offsets.
   bool too_long = false;
   for (int k = 0; k < 3; ++k) too_long = too_long || s.cells[k][candidate] > limits.row_cells;
   s.cut[candidate] = hashed && too_long;
@@ -196,14 +196,14 @@ THRONG_HD inline void ClassPlanner::measure_side(std::uint32_t candidate, std::u
   s.side[axis][candidate] = quotient(s.length[axis], static_cast<float>(s.cells[axis][candidate]));
 }
 
-// A world's table stands beside those of some others; half of them must find room.
+// Several worlds share the table; at least half of them must fit separately.
 THRONG_HD inline bool ClassPlanner::too_large(std::uint64_t all, float worlds,
                                               const GridLimits& limits) noexcept {
   const float slots = quotient(static_cast<float>(limits.table_cells), static_cast<float>(all));
   return all > limits.table_cells || 2 * slots < worlds;
 }
 
-// Where nothing was seen: one cell.
+// Without a sample: one cell.
 THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
                                           const GridLimits& limits, ClassGrid& grid) noexcept {
   const std::uint32_t best = s.best;
@@ -222,7 +222,7 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
     grid.knots[axis].at[k] = among ? s.knots[axis].at[k] : 0;
     if (k < knot_spans) grid.knots[axis].scale[k] = among ? s.knots[axis].scale[k] : 0;
   }
-  // Those that do not occur, too: the grid is copied as a whole.
+  // Unused classes too: the grid is copied as a whole.
   if (t >= 32 && t < 32 + max_size_classes) {
     const std::uint32_t c = t - 32;
     const bool empty = none || c >= classes;
@@ -242,7 +242,7 @@ THRONG_HD inline void ClassPlanner::write(std::uint32_t t, const Shared& s,
   grid.table_cells = limits.table_cells;
   const std::uint32_t groups = group_count(limits.present);
   grid.hashed = none ? too_large(groups, 1, limits) : s.hashed[best];
-  // A table that is not hashed holds them all, so that 32 bits do; the last class has one.
+  // A table that is not hashed holds all cells, so 32 bits are enough; the last class has one.
   const std::uint32_t cells =
       none ? 1 : static_cast<std::uint32_t>(s.late.before[classes - 1][best]) + 1;
   grid.world_cells = grid.hashed ? 1 : cells;

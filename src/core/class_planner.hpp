@@ -1,11 +1,11 @@
-// Chooses the cells and classes of a class grid from a sample of the boxes. What it chooses makes
-// the search fast or slow, never wrong (core/class_grid.hpp).
+// Chooses the cells and classes of a class grid from a sample of the boxes. The choice affects
+// speed, never correctness (core/class_grid.hpp).
 //
-// Written for one block of threads in phases, with a barrier after each; the host runs the threads
-// of a phase in turn. Only comparisons, integer sums and sums in a fixed order: both choose the
-// same. A frame waits for this one block, so what counts is how long its longest thread takes: work
-// is spread over candidates, classes and sampled boxes, and arrays whose index is computed are
-// shared, for a thread's own would lie in device memory.
+// Written for one thread block in phases, with a barrier after each; the host runs the threads of a
+// phase sequentially. Only comparisons, integer sums and sums in a fixed order: host and device
+// choose the same grid. Every frame waits for this block, so its longest thread sets the cost: work
+// is distributed over candidates, classes and sampled boxes. Dynamically indexed arrays are in
+// shared memory, as thread-local ones would go to device memory.
 #pragma once
 
 #include <bit>
@@ -20,42 +20,43 @@ namespace throng::core {
 
 constexpr std::uint32_t sample_size = 128;
 
-// Some boxes together.
+// Bounds and world statistics of a set of boxes.
 struct Reach {
-  float most[6];            // the corners: lower ends negated, so that the greatest counts of all
-  std::uint32_t worlds;     // the highest world, and one
-  std::uint32_t changes;    // boxes whose next one has another world
+  float most[6];            // the corners; lower ends negated, so that the maximum applies to all
+  std::uint32_t worlds;     // the highest world + 1
+  std::uint32_t changes;    // boxes whose successor has another world
   std::uint32_t looked_at;  // boxes
 };
 
 struct GridSample {
-  float most[6][sample_size];        // of each box, as in Reach
-  std::int32_t worlds[sample_size];  // -2: the box takes no part
+  float most[6][sample_size];        // per box, as in Reach
+  std::int32_t worlds[sample_size];  // -2: the box is excluded
 };
 
-// What a grid must keep to.
+// Limits of a grid.
 struct GridLimits {
   std::uint64_t boxes = 0;
-  std::uint32_t table_cells = 1;  // of all classes, groups and worlds together
+  std::uint32_t table_cells = 1;  // all classes, groups and worlds together
   std::uint32_t row_cells = 1;    // the longest row of a hashed grid
   std::uint32_t present = 0;      // group bits
   bool has_worlds = false;
-  float cell_scale = 1;  // cells so many times as long as the cheapest
+  float cell_scale = 1;  // factor on the cheapest cell length
 };
 
-// Costs in units of one comparison; only their ratios matter. Estimates, to be fitted on a device.
-constexpr float row_cost = 1.5f;        // looking up a row of cells
-constexpr float hash_row_cost = 10.0f;  // scattered over the table
-constexpr float hash_cell_cost = 3.0f;  // strangers met in a cell of a hashed row
+// Costs in units of one comparison; only their ratios matter. Estimates, not yet fitted on a
+// device.
+constexpr float row_cost = 1.5f;        // row lookup
+constexpr float hash_row_cost = 10.0f;  // row lookup in a hashed table
+constexpr float hash_cell_cost = 3.0f;  // boxes of other cells, per cell of a hashed row
 constexpr float hash_compare_cost = 1.5f;
-constexpr float class_cost = 1.0f;    // a class looked into
-constexpr float unused_cost = 1.25f;  // times as much where none of the sample is of the finest
+constexpr float class_cost = 1.0f;    // per class searched
+constexpr float unused_cost = 1.25f;  // factor if no sampled box is of the finest class
 
-// Where the cheapest grid costs so much a box, boxes lie too unevenly for cells of one length, or
-// too dense: it is planned again among knots. Uniform boxes cost 10 to 12, layers 6 to 12, clusters
-// that a hash parts up to 60; two clusters 1,000 of their widths apart 171, and 10,000 7,100. Knots
-// are taken where that halves the cost: of what they are for it is 0.44 and less, of heaps, static
-// ones too, and of rods 0.6 and more, and nothing is gained.
+// If the cheapest grid costs more per box, boxes are too uneven for cells of one length, or too
+// dense: a second plan uses knots. Costs measured: uniform boxes 10 to 12, layers 6 to 12, clusters
+// that a hash separates up to 60; two clusters 1,000 of their widths apart 171, 10,000 widths
+// 7,100. Knots are used if they halve the cost: for the intended scenes the ratio is 0.44 or less;
+// for heaps (static ones too) and rods it is 0.6 or more, and nothing is gained.
 constexpr float dear_cost = 128.0f;
 
 class ClassPlanner {
@@ -64,81 +65,83 @@ class ClassPlanner {
   static constexpr std::uint32_t parts = threads / sample_size;
   static constexpr std::uint32_t sizes = 16, schemes = 3, candidates = sizes * schemes;
 
-  // What is told of a box: extents, the longest of them, the centre.
+  // Values per box: three extents, their maximum, the centre.
   static constexpr int values = 7, longest = 3, centres = 4;
 
-  // Of 32 boxes of the sample to 63, and to a multiple of at_once.
+  // 32 .. 63 boxes of the sample, rounded up to a multiple of at_once.
   static constexpr std::uint32_t most_looks = 72;
 
-  // Until it is known how the boxes lie.
+  // Scratch until the distribution of the boxes is known.
   struct Early {
-    GridSample loaded;          // as looked up
-    Reach reaches[threads];     // of all that a thread has seen, many more than the sample
-    Reach range[64], fewer[8];  // of eight of these; and of eight of those
-    std::uint32_t order[sample_size], active[16];  // active boxes before one of eight; in all eight
-    std::uint32_t near[2][256];       // pairs by the exponent of their distance; of one world
-    std::uint32_t within[2][256];     // the same, up to there
-    std::uint32_t near_eight[2][32];  // of eight exponents together
-    std::uint32_t least[2];           // the least exponent within which there are some
+    GridSample loaded;          // as loaded
+    Reach reaches[threads];     // of all boxes of a thread, many more than the sample
+    Reach range[64], fewer[8];  // of 8 of these; of 8 of those
+    std::uint32_t order[sample_size], active[16];  // active boxes before each within its 8; in all
+                                                   // 8
+    std::uint32_t near[2][256];       // pairs by exponent of their distance; same for one world
+    std::uint32_t within[2][256];     // prefix sums of these
+    std::uint32_t near_eight[2][32];  // of 8 exponents together
+    std::uint32_t least[2];           // the least exponent with some pairs
   };
-  // From there on. What there is of each candidate stands side by side.
+  // Scratch after that. The candidates' values are adjacent.
   struct Late {
-    std::uint64_t before[max_size_classes][candidates];  // cells of a class; then of those before
-    alignas(4) std::uint8_t fit[candidates][76];  // the class of each box looked at; an odd number
-                                                  // of words, so that they lie in all banks
-    std::uint8_t used[max_size_classes][candidates];  // classes with boxes; and of these:
+    std::uint64_t before[max_size_classes][candidates];  // cells of a class; then of the classes
+                                                         // before
+    alignas(4) std::uint8_t fit[candidates][76];  // the class of each sampled box; an odd number of
+                                                  // words per row avoids bank conflicts
+    std::uint8_t used[max_size_classes][candidates];  // classes with boxes; per such class:
     float share[max_size_classes][candidates];
     float across[max_size_classes][3][candidates];  // mean extents, in finest cells
-    float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // of each two of them
+    float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // per pair of classes
   };
   struct Shared {
-    std::int32_t world[sample_size];               // of the active ones alone
-    std::uint32_t count;                           // of those
-    Reach range;                                   // of all that was seen
-    alignas(16) float value[values][sample_size];  // beyond `count`: more than any
-    float extent[4][sample_size];                  // sorted, per axis; the longest
+    std::int32_t world[sample_size];               // active boxes only
+    std::uint32_t count;                           // active boxes
+    Reach range;                                   // of all boxes seen
+    alignas(16) float value[values][sample_size];  // beyond `count`: greater than any
+    float extent[4][sample_size];                  // sorted, per axis; then their maximum
     float centre[3][sample_size];                  // sorted
-    float scale;                                   // neighbours of a box for each of its pairs
-    float low[3], length[3];                       // the range that holds nearly all boxes
-    bool unbounded[3];                             // most boxes are, along that axis: one cell does
-    bool endless[3];                               // some boxes are, and most are not
-    bool among_knots;    // planned again: what is known of boxes is of their places there
-    bool again, beaten;  // to be planned again; the grid that was written before is better
+    float scale;                                   // neighbours per box for each pair
+    float low[3], length[3];                       // range of nearly all boxes
+    bool unbounded[3];                             // most boxes are, along that axis: one cell
+    bool endless[3];                               // some boxes are, most are not
+    bool among_knots;    // second plan: box values are positions among knots
+    bool again, beaten;  // a second plan follows; the first grid is better
     float straight_cost;
     Knots knots[3];
-    float unit;                     // at this distance a box has one neighbour
-    std::uint32_t which;            // `near` of all worlds, or of one
+    float unit;                     // distance with one neighbour per box
+    std::uint32_t which;            // index of `near`: all worlds, or one
     std::uint32_t base;             // the least exponent that the sample resolves
-    float base_pairs, shrink;       // pairs within it; what is left of them at half of it
+    float base_pairs, shrink;       // pairs within it; factor per halving
     float neighbours[256];          // within 2^(e+1)
-    float worlds, most_neighbours;  // about how many
-    // The candidates.
-    std::uint32_t cells[3][candidates];  // the finest
-    float side[3][candidates];           // of these
-    std::uint32_t jump[candidates];      // classes that are twice as large as the one before
-    std::uint32_t shift[max_size_classes][candidates];        // of the axes, eight bits each
-    std::uint32_t class_count[candidates], used[candidates];  // a bit a class
-    bool hashed[candidates], cut[candidates];  // cut: rows were too long, to be laid out anew
+    float worlds, most_neighbours;  // estimates
+    // Per candidate:
+    std::uint32_t cells[3][candidates];                 // finest cells
+    float side[3][candidates];                          // their length
+    std::uint32_t jump[candidates];                     // classes twice as large as the one before
+    std::uint32_t shift[max_size_classes][candidates];  // 8 bits per axis
+    std::uint32_t class_count[candidates], used[candidates];  // bit mask of classes
+    bool hashed[candidates], cut[candidates];  // cut: rows were too long; laid out again
     bool some_cut;
     alignas(16) float cost[candidates];
     std::uint32_t best;
-    std::uint32_t look_step, looks;         // the boxes for which they are priced
-    float a_look;                           // the share of one of these
-    alignas(16) float seen[3][most_looks];  // their extents, no longer than the range
+    std::uint32_t look_step, looks;         // the sampled boxes that are priced
+    float a_look;                           // 1 / looks
+    alignas(16) float seen[3][most_looks];  // their extents, at most the range
     union {
       Early early;
       Late late;
     };
   };
 
-  // All phases in their order. `each` has one done by all threads, of which each does `phase(t)`,
-  // and waits for them. `early.loaded` and `early.reaches` are in place.
+  // Runs all phases. `each(phase)` calls phase(t) on all threads, then waits for them.
+  // `early.loaded` and `early.reaches` are filled by the caller.
   template <class Each>
   THRONG_HD static void run(Shared& s, const GridLimits& limits, ClassGrid& grid,
                             const Each& each) noexcept {
     each([&](std::uint32_t t) { gather(t, s, limits); });
     each([&](std::uint32_t t) { compact(t, s, limits); });
-    // Code that runs once takes longer to be loaded than to run, so there is one copy of it.
+    // Loops share one copy of the code: loading code that runs once takes longer than running it.
     bool chosen = false;
     THRONG_UNROLL(1)
     for (;;) {
@@ -168,8 +171,7 @@ class ClassPlanner {
           each([&](std::uint32_t t) { choose(t, s); });
           each([&](std::uint32_t t) { judge(t, s); });
           if (s.beaten) break;
-          // Candidates are compared at a scale of 1: else a size would be chosen that undoes the
-          // scale.
+          // Candidates are compared at scale 1: otherwise the choice of size would undo the scale.
           chosen = limits.cell_scale != 1;
           if (chosen) continue;
         }
@@ -184,7 +186,7 @@ class ClassPlanner {
     }
   }
 
-  // What a thread has seen.
+  // A thread's Reach.
   THRONG_HD static Reach nothing() noexcept {
     return {{-most, -most, -most, -most, -most, -most}, 0, 0, 0};
   }
@@ -203,11 +205,11 @@ class ClassPlanner {
   }
 
  private:
-  // Coordinates are planned in this unit, so that they are no denormals down to 1e-41: distances
-  // are told apart by their exponents. Beyond `most`, 8e31 as given, all are alike, so that sums of
-  // 72 lengths stay finite; no length counts as less than `shortest`, so that 1 over it does.
+  // Unit of planned coordinates: 1e-41 and above are not denormal, as distances are compared by
+  // exponent. Values beyond `most` (8e31 in input units) are equal, so that sums of 72 lengths stay
+  // finite; lengths are at least `shortest`, so that reciprocals do.
   static constexpr float given_unit = 0x1p12f, most = 0x1p118f, shortest = 0x1p-120f;
-  static constexpr float any_extent = 0x1p120f;  // more than any
+  static constexpr float any_extent = 0x1p120f;  // greater than any extent
 
   THRONG_HD static float cut(float given) noexcept {
     const float x = given * given_unit;
@@ -218,13 +220,13 @@ class ClassPlanner {
   THRONG_HD static float extent_of(const GridSample& s, std::uint32_t j, int k) noexcept {
     return s.most[3 + k][j] + s.most[k][j];
   }
-  // A division is about as long as ten other operations.
+  // A division costs about ten other operations.
   THRONG_HD THRONG_OUTLINE static float quotient(float a, float b) noexcept { return a / b; }
   THRONG_HD static float power_of_two(std::uint32_t exponent) noexcept {
     return std::bit_cast<float>(exponent << 23);
   }
 
-  // Four values at once.
+  // Four values per load.
   struct Four {
     float value[4];
   };
@@ -236,7 +238,7 @@ class ClassPlanner {
     return {{at[0], at[1], at[2], at[3]}};
 #endif
   }
-  // Four bytes, the first the lowest.
+  // Four bytes, little-endian.
   THRONG_HD static std::uint32_t load_bytes(const std::uint8_t* at) noexcept {
 #if defined(__CUDA_ARCH__)
     return *reinterpret_cast<const std::uint32_t*>(at);
@@ -254,7 +256,7 @@ class ClassPlanner {
 #endif
   }
 
-  // How the boxes lie: core/class_sample-inl.hpp.
+  // The distribution of the boxes: core/class_sample-inl.hpp.
   THRONG_HD static void join_member(std::uint32_t member, const Reach* from, std::uint32_t step,
                                     Reach& to) noexcept;
   THRONG_HD static bool takes_part(const Early& e, std::uint32_t j) noexcept;
@@ -274,11 +276,11 @@ class ClassPlanner {
   THRONG_HD static void place(std::uint32_t t, Shared& s) noexcept;
   THRONG_HD static void place_longest(std::uint32_t t, Shared& s) noexcept;
 
-  // What candidates look like: core/class_planner-inl.hpp.
-  static constexpr std::uint32_t rows = threads / candidates;  // of threads, one a candidate
+  // The candidates: core/class_planner-inl.hpp.
+  static constexpr std::uint32_t rows = threads / candidates;  // rows of threads, one thread per
+                                                               // candidate
   static constexpr std::uint64_t too_many = std::uint64_t{1} << 40;
-  static constexpr std::uint32_t one_cell =
-      22 << 16 | 22 << 8 | 22;  // the shifts of the last class
+  static constexpr std::uint32_t one_cell = 22 << 16 | 22 << 8 | 22;  // shifts of the last class
   THRONG_HD static bool looked_after(std::uint32_t t, bool chosen, const Shared& s) noexcept;
   THRONG_HD static float side_of(std::uint32_t candidate, std::uint32_t axis, float scale,
                                  const Shared& s) noexcept;
@@ -298,8 +300,7 @@ class ClassPlanner {
   THRONG_HD static void write(std::uint32_t t, const Shared& s, const GridLimits& limits,
                               ClassGrid& grid) noexcept;
 
-  // What a box is expected to cost, rows looked up and candidates compared:
-  // core/class_price-inl.hpp.
+  // Expected cost per box, rows looked up and candidates compared: core/class_price-inl.hpp.
   static constexpr std::uint32_t at_once = 8;
   THRONG_HD static float neighbours(const Shared& s, float radius) noexcept;
   THRONG_HD static void fit(std::uint32_t t, Shared& s) noexcept;

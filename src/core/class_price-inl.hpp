@@ -1,7 +1,7 @@
-// What a box is expected to cost in each candidate of the class planner. Included by
-// core/class_planner.hpp alone.
+// Expected cost per box of each candidate of the class planner. Included only by
+// core/class_planner.hpp.
 //
-// A thread looks after one candidate, and a row of threads after all.
+// A thread processes one candidate, a row of threads all of them.
 #pragma once
 
 #include "core/class_planner.hpp"
@@ -9,13 +9,12 @@
 #if defined(__CUDA_ARCH__)
 #define THRONG_SET(bits, value) atomicOr(&(bits), value)
 #else
-#define THRONG_SET(bits, value) (bits) |= (value)  // the host runs a phase's threads in turn
+#define THRONG_SET(bits, value) (bits) |= (value)  // host threads run sequentially
 #endif
 
 namespace throng::core {
 
-// The classes of some boxes of the sample: of each the first that it fits. A thread takes its boxes
-// from class to class together.
+// The class of each priced box: the first that it fits. A thread processes several boxes together.
 THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
@@ -28,7 +27,7 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   }
   const std::uint32_t last = s.class_count[candidate] - 1, step = s.look_step, count = s.looks;
   std::uint32_t used = 0;
-  // Those beyond the last, up to as many as are averaged at once, are of no class.
+  // Entries beyond the last box, up to a multiple of at_once, have no class.
   THRONG_UNROLL(1)
   for (std::uint32_t first = row; first < count + at_once - 1; first += together * rows) {
     float e[together][3];
@@ -44,7 +43,7 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
     for (std::uint32_t k = 0; k < last && more; ++k) {
       const std::uint32_t shifts = s.shift[k][candidate];
       float bound[3];
-      // One cell has room for any.
+      // One cell fits any box.
       for (int axis = 0; axis < 3; ++axis) {
         const std::uint32_t shift = shifts >> 8 * axis & 0xff;
         bound[axis] = cells_of(cells[axis], shift) == 1 ? any_extent : side[axis] * times(shift);
@@ -70,19 +69,19 @@ THRONG_HD inline void ClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
   if (used != 0) THRONG_SET(s.used[candidate], used);
 }
 
-// The share and the mean extents of each class that has boxes; these are numbered.
+// The share and mean extents of each class that has boxes, numbered consecutively.
 THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t candidate = t % candidates, row = t / candidates;
   if (row >= rows) return;
   const std::uint32_t used = s.used[candidate], count = s.looks;
-  // Axes of classes: along each the share is found anew.
+  // One item per class and axis; each computes the share again.
   THRONG_UNROLL(1)
   for (std::uint32_t item = row; item < 3 * max_size_classes; item += rows) {
     const std::uint32_t c = item / 3, k = item % 3;
     if (!(used >> c & 1)) continue;
     float share = 0, sum = 0;
     std::uint32_t first = 0;
-    // Adding nothing instead of a branch: the loads of some boxes are under way together.
+    // Adding 0 instead of a branch overlaps the loads of several boxes.
     THRONG_UNROLL(1)
     do {
       THRONG_UNROLL(at_once / 4)
@@ -106,8 +105,9 @@ THRONG_HD inline void ClassPlanner::average(std::uint32_t t, Shared& s) noexcept
   }
 }
 
-// How many other boxes of its world have their centre within `radius` of a box's, along every axis.
-// Counts of exponent e are of distances below 2^(e+1): at `radius` between those of e-1 and of e.
+// The number of other boxes of the same world with their centre within `radius` along every axis.
+// Counts of exponent e are of distances below 2^(e+1): `radius` is interpolated between those of
+// e-1 and of e.
 THRONG_HD inline float ClassPlanner::neighbours(const Shared& s, float radius) noexcept {
   const auto bits = std::bit_cast<std::uint32_t>(radius);
   const std::uint32_t exponent = bits >> 23;
@@ -117,7 +117,7 @@ THRONG_HD inline float ClassPlanner::neighbours(const Shared& s, float radius) n
   return below + (above - below) * part;
 }
 
-// What boxes of one class cost that look for those of another, or of their own.
+// Cost of boxes of one class that search another class, or their own.
 THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint32_t from,
                                               std::uint32_t to, const Shared& s,
                                               const GridLimits& limits) noexcept {
@@ -126,7 +126,7 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
   const float boxes = static_cast<float>(limits.boxes);
   const bool hashed = s.hashed[candidate];
   float width[3] = {}, narrow = 0, looked_up = 1, cells = 1;
-  // One axis after the other; the widths move up, as an index that is computed would need memory.
+  // Axis by axis; the widths shift up, as a computed index would need memory.
   THRONG_UNROLL(1)
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t shift = shifts >> 8 * k & 0xff;
@@ -135,7 +135,7 @@ THRONG_HD inline float ClassPlanner::price_of(std::uint32_t candidate, std::uint
     const float across = lesser(extent * power_of_two(127 - shift) + 2, static_cast<float>(there));
     if (k > 0) looked_up *= across;
     cells *= across;
-    // Unbounded boxes are all in one place along that axis.
+    // Unbounded boxes share one place along that axis.
     const float wide =
         s.unbounded[k] ? 0 : lesser(s.side[k][candidate] * (extent + 2 * cell), s.length[k]);
     narrow = wide > 0 && (narrow == 0 || wide < narrow) ? wide : narrow;
@@ -175,15 +175,15 @@ THRONG_HD inline void ClassPlanner::add_up(std::uint32_t candidate, Shared& s) n
   float sum = 0;
   THRONG_UNROLL(2)
   for (std::uint32_t k = 0; k < used * (used + 1) / 2; ++k) sum += s.late.cost[k][candidate];
-  // Where no box of the sample is of the finest class, or of rods the finest seven, some of all
-  // boxes are by chance, and every look goes there, too: what a coarser candidate has, of which
-  // these are the same cells, costs less.
+  // If no sampled box is of the finest class (for rods, of the finest seven), some boxes still are
+  // by chance, and every search visits that class too: a coarser candidate, which has the same
+  // cells without it, costs less.
   const std::uint32_t finest = candidate / sizes == 1 ? 0x7f : 1;
   if (!(s.used[candidate] & finest)) sum *= unused_cost;
   s.cost[candidate] = sum;
 }
 
-// The first of the cheapest, by the bits of the costs, whose order is the same.
+// The first of the cheapest. Cost bits have the order of the costs.
 THRONG_HD inline void ClassPlanner::choose(std::uint32_t t, Shared& s) noexcept {
 #if defined(__CUDA_ARCH__)
   static_assert(candidates > 32 && candidates <= 64);

@@ -1,4 +1,4 @@
-// How the boxes of the sample lie. Included by core/class_planner.hpp alone.
+// The distribution of the sample's boxes. Included only by core/class_planner.hpp.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 #if defined(__CUDA_ARCH__)
 #define THRONG_ADD(counter, value) atomicAdd(&(counter), value)
 #else
-#define THRONG_ADD(counter, value) (counter) += (value)  // the host runs a phase's threads in turn
+#define THRONG_ADD(counter, value) (counter) += (value)  // host threads run sequentially
 #endif
 
 namespace throng::core {
 
-// One of the nine members of eight reaches.
+// Reduces one of the nine members of eight reaches.
 THRONG_HD inline void ClassPlanner::join_member(std::uint32_t member, const Reach* from,
                                                 std::uint32_t step, Reach& to) noexcept {
   if (member < 6) {
@@ -41,7 +41,7 @@ THRONG_HD inline bool ClassPlanner::takes_part(const Early& e, std::uint32_t j) 
   return e.loaded.worlds[j] != -2;
 }
 
-// The parts of the range, the numbers of active boxes, and zeros.
+// Partial ranges, active box counts per eight, and cleared counters.
 THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
                                            const GridLimits& limits) noexcept {
   Early& e = s.early;
@@ -62,7 +62,7 @@ THRONG_HD inline void ClassPlanner::gather(std::uint32_t t, Shared& s,
   if (t < 2) e.least[t] = 254;
 }
 
-// The active boxes together, in their order, and what is told of each; the others behind them.
+// Compacts the active boxes, in order, with their values; the others follow.
 THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
   Early& e = s.early;
@@ -77,14 +77,14 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   const bool active = takes_part(e, own);
   const std::uint32_t to = active ? before : all + (own - before);
   constexpr float beyond = 0x1p127f;
-  // Adding zero leaves one zero of two, so that equal values have no difference with a sign.
+  // Adding 0 turns -0 into +0, so that equal values differ by +0.
   if (t < sample_size) {
     if (active) s.world[to] = e.loaded.worlds[own];
     float extent = 0;
     THRONG_UNROLL(1)
     for (int k = 0; k < 3; ++k) {
       const float along = extent_of(e.loaded, own, k);
-      extent = greater(extent, along < most ? along : 0);  // cells cannot part unbounded ones
+      extent = greater(extent, along < most ? along : 0);  // cells cannot separate unbounded boxes
     }
     s.value[longest][to] = active ? extent + 0.0f : beyond;
     if (t == 0) {
@@ -100,8 +100,7 @@ THRONG_HD inline void ClassPlanner::compact(std::uint32_t t, Shared& s,
   if (t < 8 * (limits.has_worlds ? 9 : 6)) join_member(t / 8, e.range + t % 8, 8, e.fewer[t % 8]);
 }
 
-// A warp sorts one of the values: a thread has four that stand together, and those whose places
-// differ in one bit are exchanged if they stand in the wrong order (a bitonic sort).
+// A warp sorts one of the values with a bitonic sort: a thread holds four adjacent elements.
 THRONG_HD inline void ClassPlanner::sort(std::uint32_t t, Shared& s) noexcept {
   static_assert(32 * values <= threads / 2);
   const std::uint32_t k = t / 32;
@@ -118,7 +117,7 @@ THRONG_HD inline void ClassPlanner::sort(std::uint32_t t, Shared& s) noexcept {
   };
   THRONG_UNROLL(7)
   for (std::uint32_t size = 2; size <= sample_size; size *= 2) {
-    // Half of all runs of `size` rise, and half fall.
+    // Half of all runs of `size` rise, half fall.
     THRONG_UNROLL(5)
     for (std::uint32_t far = size / 8; far > 0; far /= 2) {
       const bool low = ((lane & far) == 0) == ((4 * lane & size) == 0);
@@ -146,11 +145,11 @@ THRONG_HD inline void ClassPlanner::sort(std::uint32_t t, Shared& s) noexcept {
 #endif
 }
 
-// How near the boxes are to each other: each looks at those that follow, up to half of all, with
-// the first after the last.
+// Counts pairs by distance: each box is compared with its successors, cyclically, up to half of
+// all.
 THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
-  // Others sort meanwhile.
+  // The other threads sort.
   constexpr std::uint32_t apart = threads / 2 / sample_size;
   const std::uint32_t n = s.count, own = t % sample_size;
   if (t < threads / 2 || own >= n) return;
@@ -166,7 +165,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
     for (std::uint32_t q = 0; q < together; ++q) {
       const std::uint32_t after = first + q * apart;
       at[q] = own + after < n ? own + after : own + after - n;
-      // Without signs, so that they compare as integers do.
+      // Absolute values, whose bits compare as integers.
       distance[q] = 0;
       for (int k = 0; k < 3; ++k) {
         const float along = s.value[centres + k][at[q]] - centre[k];
@@ -177,7 +176,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
     THRONG_UNROLL(together)
     for (std::uint32_t q = 0; q < together; ++q) {
       const std::uint32_t after = first + q * apart;
-      // Of two half a circle apart the other one has looked.
+      // Two boxes half a cycle apart are compared once.
       if (after > n / 2 || (2 * after == n && own >= after)) continue;
       THRONG_ADD(s.early.near[0][distance[q] >> 23], 1u);
       if (!limits.has_worlds) continue;
@@ -187,7 +186,7 @@ THRONG_HD inline void ClassPlanner::pair_up(std::uint32_t t, Shared& s,
   }
 }
 
-// How many pairs lie within a distance: counted up to there from the first of eight exponents.
+// Pairs within a distance: prefix sums within groups of eight exponents.
 THRONG_HD inline void ClassPlanner::add_within(std::uint32_t t, Shared& s,
                                                const GridLimits& limits) noexcept {
   Early& e = s.early;
@@ -203,7 +202,7 @@ THRONG_HD inline void ClassPlanner::add_within(std::uint32_t t, Shared& s,
   e.near_eight[which][eight] = sum;
 }
 
-// The first threads: the range of an axis. All: how many pairs lie within a distance.
+// The first threads: the range of an axis. All: pairs within a distance.
 THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
                                               const GridLimits& limits) noexcept {
   const std::uint32_t n = s.count;
@@ -225,32 +224,32 @@ THRONG_HD inline void ClassPlanner::summarise(std::uint32_t t, Shared& s,
   s.unbounded[t] = !(s.extent[t][n / 2] < most);
   s.endless[t] = !s.unbounded[t] && (s.range.most[t] >= most || s.range.most[t + 3] >= most);
   float low = -s.range.most[t], high = s.range.most[t + 3];
-  // Without the few that stretch it; these are clamped into the outermost cells.
+  // Excludes the few boxes that stretch it; these are clamped into the outermost cells.
   const float inner_low = s.centre[t][n / 20], inner_high = s.centre[t][n - 1 - n / 20];
-  // Boxes without end are no measure of it, and where they are most there is one cell.
+  // Unbounded boxes are excluded; if most boxes are unbounded there is one cell.
   std::uint32_t large = n - 1 - n / 10;
   THRONG_UNROLL(1)
   while (large > n / 2 && !(s.extent[t][large] < most)) --large;
   const float slack = 0.5f * (inner_high - inner_low) + s.extent[t][large];
   low = greater(low, inner_low - slack);
   high = lesser(high, inner_high + slack);
-  // And with what even many samples miss of the ends.
+  // Plus a margin for ends that even many samples miss.
   const float missed = n < limits.boxes ? (high - low) * (1.0f / 512) : 0.0f;
   s.low[t] = low - missed;
   s.length[t] = greater(high - low + 2 * missed, shortest);
 }
 
-// How the boxes crowd: one thread tells how many there are, another how they thin out.
+// The density of the boxes: one thread computes the scale, another how it falls at small distances.
 THRONG_HD inline void ClassPlanner::resolve(std::uint32_t t, Shared& s,
                                             const GridLimits& limits) noexcept {
   if (t != 0 && t != 32) return;
   const Early& e = s.early;
   const float same_world = static_cast<float>(e.within[1][255]);
-  // Where the sample has few pairs of one world, those of all worlds tell how boxes lie.
+  // If the sample has few pairs of one world, all worlds together give the distribution.
   const bool enough = same_world >= 32;
   const std::uint32_t which = enough ? 1 : 0;
   if (t == 32) {
-    // Below the least distance that the sample resolves, growth is carried on.
+    // Below the least distance that the sample resolves, the growth rate is extrapolated.
     s.base = e.least[which];
     const auto sum = static_cast<float>(e.within[which][s.base]);
     s.base_pairs = sum;
@@ -263,7 +262,7 @@ THRONG_HD inline void ClassPlanner::resolve(std::uint32_t t, Shared& s,
   const float boxes = static_cast<float>(limits.boxes);
   s.worlds = 1;
   if (limits.has_worlds) {
-    // Worlds are numbered without gaps, mostly, or their boxes stand together.
+    // Worlds are mostly numbered without gaps, or their boxes are contiguous.
     const float numbered = static_cast<float>(s.range.worlds);
     const float apart =
         quotient(static_cast<float>(s.range.changes), static_cast<float>(s.range.looked_at)) *
@@ -282,7 +281,7 @@ THRONG_HD inline float ClassPlanner::base_neighbours(const Shared& s) noexcept {
   return s.base_pairs > 0 ? s.scale * s.base_pairs : 1;
 }
 
-// How many other boxes of its world have their centre within 2^(exponent+1) of a box's, along every
+// The number of other boxes of the same world with their centre within 2^(exponent+1) along every
 // axis.
 THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
                                                        std::uint32_t exponent) noexcept {
@@ -293,7 +292,7 @@ THRONG_HD inline float ClassPlanner::neighbours_within(const Shared& s,
   return count;
 }
 
-// For all distances, and where there is one; and the extents of the boxes that are looked at.
+// Neighbours for all distances, the unit distance, and the extents of the priced boxes.
 THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept {
   if (t == 257) s.a_look = quotient(1, static_cast<float>(s.looks));
   if (t >= 320) {
@@ -313,7 +312,7 @@ THRONG_HD inline void ClassPlanner::spread(std::uint32_t t, Shared& s) noexcept 
     for (; reach > 1 && exponent > 1; --exponent) reach *= s.shrink;
     exponent = exponent > 0 ? exponent : 1;
   }
-  // One thread goes on until there is one.
+  // One thread continues until there is one neighbour.
   THRONG_UNROLL(1)
   for (;; ++exponent) {
     const float count = neighbours_within(s, t < 256 ? exponent : exponent - 1);
@@ -334,7 +333,7 @@ THRONG_HD inline void ClassPlanner::judge(std::uint32_t t, Shared& s) noexcept {
   s.straight_cost = cost;
 }
 
-// Knots such that about as many boxes of the sample have their centres in each span.
+// Places knots such that each span holds about as many centres of the sample.
 THRONG_HD inline void ClassPlanner::tie_knots(std::uint32_t t, Shared& s) noexcept {
   constexpr std::uint32_t all = knot_spans + 1;
   if (t >= 3 * all) return;
@@ -353,7 +352,7 @@ THRONG_HD inline void ClassPlanner::measure_spans(std::uint32_t t, Shared& s) no
   const float span = knots.at[k + 1] - knots.at[k];
   knots.scale[k] = span > 0 ? lesser(quotient(1, span), 0x1p126f) : 0;
 }
-// The sample by its places.
+// Replaces the sample's coordinates by positions among knots.
 THRONG_HD inline void ClassPlanner::place(std::uint32_t t, Shared& s) noexcept {
   const std::uint32_t own = t % sample_size, axis = t / sample_size;
   if (axis > 2 || own >= s.count) return;

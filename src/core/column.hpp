@@ -1,4 +1,4 @@
-// A caller's strided array in plain pointers, read alike by a host and a device thread.
+// A caller's strided array as plain pointers, readable by host and device threads.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace throng::core {
 
-// Values `stride` bytes apart; null: absent.
+// Values `stride` bytes apart. data == nullptr: the array is absent.
 template <class T>
 struct Column {
   const char* data = nullptr;

@@ -1,4 +1,4 @@
-// What lets the host and a device compile the same function.
+// Macros that let host and device compile the same function.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -7,14 +7,14 @@
 #define THRONG_HD
 #endif
 
-// Before a function: a device has one copy of it, which is called.
+// Before a function: device code calls one copy of it instead of inlining it.
 #if defined(__CUDACC__)
 #define THRONG_OUTLINE __noinline__
 #else
 #define THRONG_OUTLINE
 #endif
 
-// Before a loop: so many turns at once on a device, so that their loads are under way together.
+// Before a loop: unrolls `turns` iterations on a device, so that their loads overlap.
 #if defined(__CUDA_ARCH__)
 #define THRONG_PRAGMA(text) _Pragma(#text)
 #define THRONG_UNROLL(turns) THRONG_PRAGMA(unroll turns)

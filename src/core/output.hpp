@@ -1,4 +1,4 @@
-// Memory for pairs, between the hall and a backend: as given, or growing.
+// Destination for pairs, passed from the API layer to a backend: fixed or growable.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@ namespace throng::core {
 struct Output {
   Pair* data = nullptr;
   std::size_t capacity = 0;
-  // Room for `count` pairs, contents lost; null where there is no memory. Null itself: does not
-  // grow.
+  // Returns memory for `count` pairs (earlier contents are lost), or null if allocation fails. A
+  // null function pointer: fixed capacity.
   Pair* (*grow)(void* context, std::size_t count) = nullptr;
   void* context = nullptr;
 };

@@ -12,8 +12,9 @@ constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    
                                            80,  96,  112, 128, 160, 192,  224,  256,  320,  384,
                                            448, 512, 640, 768, 896, 1024, 1536, 2048, 3072, 4096};
 
-// Columns have numbers of 32 bits: a plan has 2^17 at most, sections times parts, as price() and
-// the loops over sections see to. A position along an axis, columns * 32768 - 1 at most, fits 31.
+// Column indices are 32-bit: a plan has at most 2^17 columns, sections times parts, which price()
+// and the loops over sections ensure. A position along an axis, columns * 32768 - 1 at most, fits
+// 31 bits.
 static_assert(std::uint64_t{max_columns_per_axis} * words_per_column <= 0x7fffffffu);
 Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   Quantiser map;
@@ -22,7 +23,7 @@ Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
     const double wanted = columns[k] * double{words_per_column} / std::max(length, least_length);
     map.by_bits[k] = s.by_bits[k];
     map.centre[k] = s.centre[k];
-    // A length is at least the last place of its ends, so these stay below 2^26 if it becomes 1.
+    // A length is at least one ulp of its ends, so these stay below 2^26 if it becomes 1.
     if (length > FLT_MAX / 2 || (wanted > FLT_MAX / 2 && length > 0))
       map.factor[k] = std::ldexp(1.0f, std::clamp(-std::ilogb(length), -126, 127));
     map.plain = map.plain && map.factor[k] == 1 && !s.by_bits[k];
@@ -48,11 +49,11 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       (forced == Algorithm::automatic && s.target_count <= all_pairs_limit)) {
     best.all_pairs = true;
     best.expected_ns = 0.5 * n * work * brute_ns;
-    best.reason = forced == Algorithm::all_pairs ? "brute force was asked for"
-                                                 : "so few boxes that brute force is fastest";
+    best.reason = forced == Algorithm::all_pairs ? "brute force was requested"
+                                                 : "few boxes: brute force is fastest";
     return best;
   }
-  // Along an axis without extent all boxes meet: it is neither swept nor cut.
+  // Along an axis of zero range all boxes overlap: it is neither swept nor divided.
   double length[3], extents[3], layers[3];
   for (int k = 0; k < 3; ++k) {
     const double range = double{s.upper[k]} - double{s.lower[k]};
@@ -61,8 +62,8 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     layers[k] = 1 / std::max(s.within[k], 1e-9);
   }
   const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
-  // Columns swept along x, as far as their number does not matter. `window`: the share of a
-  // column's boxes that begin within one of them.
+  // The costs of sweeping along x that do not depend on the number of columns. `window`: the
+  // fraction of a column's boxes that begin within one of them.
   struct Sweep {
     std::uint32_t x;
     double share_x, share_y, share_z, share_yz, window, word_parts, most_parts;
@@ -81,27 +82,27 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       const double filled = s.filled_slabs(x, static_cast<std::uint32_t>(slabs));
       sweep.window = std::min(1.0, s.beyond_all / (s.beyond_across[x] * filled));
     }
-    // Long columns are cut, where their boxes are short enough for that: to stay in the cache, and
-    // for an extent to be some words long, as equal words cost a look at the floats.
+    // Long columns are divided if their boxes are short enough: to stay in the cache, and to make
+    // an extent some quantization steps long, as each tie reads the floats.
     sweep.word_parts = std::ceil(extent_words / (words_per_column * std::max(sweep.share_x, 1e-9)));
     sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
     return sweep;
   };
-  // A box crosses as many of the cy - 1 boundaries as its extent's share of the range.
+  // A box crosses a fraction of the cy - 1 boundaries: its extent's fraction of the range.
   const auto replicas_of = [](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double y = cy - 1, z = cz - 1;
     return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
   };
-  // What no plan of so many columns or more costs less than.
+  // A lower bound of the cost of every plan with at least this many columns.
   const double least_record_ns = record_ns + sweep_cost(0);
   const auto least = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double replicas = replicas_of(sweep, cy, cz);
     return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
            empty_ns * cy * cz;
   };
-  // Of the columns across x those that have boxes, as two boxes share one by that chance: along an
-  // axis no more than there are layers; where boxes are a little crowded, but spread over all
-  // columns, they have so many more neighbours.
+  // Of the columns across x, the number that hold boxes, derived from the probability that two
+  // boxes share one. Without clustering, at most the number of layers per axis; boxes slightly
+  // clustered, but in all columns, have correspondingly more neighbours.
   const auto with_boxes = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     if (!s.crowded) {
       const double y = std::min(layers[(sweep.x + 1) % 3], static_cast<double>(cy));
@@ -144,11 +145,11 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     best_columns[(x + 1) % 3] = cy;
     best_columns[(x + 2) % 3] = cz;
   };
-  // Whether columns may be so many along an axis that is not swept.
+  // Whether an axis that is not swept may have `count` columns.
   const auto may_cut = [&](std::uint32_t axis, std::uint32_t count) {
     return count == 1 || extents[axis] < length[axis];
   };
-  // Every second number along each axis, and then those around the cheapest.
+  // Every second number along each axis first, then those around the cheapest.
   constexpr std::uint32_t numbers = sizeof column_counts / sizeof *column_counts;
   std::uint32_t best_y = 0, best_z = 0;
   for (std::uint32_t x = 0; x < 3; ++x) {
@@ -181,8 +182,8 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     }
   }
   if (cell_scale != 1) {
-    // Finer cells keep to what binds every plan, and a box to a few columns: as near to the scale
-    // that is asked for as that allows.
+    // Finer cells respect the limits of every plan and the limit of columns per box: the result is
+    // the nearest scale to the requested one within them.
     const std::uint32_t x = best.sweep_axis, y = (x + 1) % 3, z = (x + 2) % 3;
     const std::uint32_t planned[2] = {best_columns[y], best_columns[z]};
     const auto scaled = [&](std::uint32_t count, std::uint32_t axis, double scale) {
@@ -191,7 +192,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
           std::clamp(std::round(count / scale), 1.0, double{max_columns_per_axis}));
     };
     for (double scale = double{cell_scale};; scale *= 1.125) {
-      if (cell_scale < 1 && scale >= 1) break;  // the plan stands as it is
+      if (cell_scale < 1 && scale >= 1) break;  // keeps the plan
       const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
       const Price p = price(along(x), cy, cz);
       const bool few =
@@ -203,7 +204,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   }
   best.crowded = s.crowded;
   best.map = make_map(s, best_columns);
-  best.reason = forced == Algorithm::grid ? "the grid was asked for"
+  best.reason = forced == Algorithm::grid ? "the grid was requested"
                 : best.map.column_count() == 1
                     ? "few or wide boxes: one column, swept along its longest axis"
                     : "columns wide enough that few boxes span two, narrow enough that sweep "

@@ -1,4 +1,4 @@
-// The planner: what is known of the boxes in, an algorithm and its grid out. Pure functions.
+// The planner: statistics of the boxes in, an algorithm and its grid out. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -12,47 +12,49 @@
 namespace throng::core {
 
 constexpr std::uint32_t max_sample = 512;
-// A range that is shorter counts as so long: below the least float, as boxes may be that small.
+// Shorter ranges count as this long. Below the least float, as boxes may be that small.
 constexpr double least_length = 1e-44;
 
-// What a sample tells of all boxes.
+// Statistics of all boxes, estimated from a sample.
 struct Stats {
-  std::uint64_t query_count = 0;  // boxes that look for partners: all, or those that are not static
-  std::uint64_t target_count = 0;  // boxes among which they look
-  // Along which axes all below is of positions by bits (core/quantise.hpp), around a centre, and
-  // not of the coordinates.
+  std::uint64_t query_count = 0;   // searching boxes: all, or those that are not static
+  std::uint64_t target_count = 0;  // boxes that are searched
+  // Axes for which the values below are positions by bits (core/quantise.hpp) around a centre,
+  // instead of coordinates.
   bool by_bits[3] = {false, false, false};
   float centre[3] = {0, 0, 0};
-  float lower[3] = {0, 0, 0};  // where nearly all boxes lie; outliers are left out
+  float lower[3] = {0, 0, 0};  // range of nearly all boxes; outliers are excluded
   float upper[3] = {0, 0, 0};
-  double extent[3] = {0, 0, 0};   // mean extent along each axis, cut to that range
+  double extent[3] = {0, 0, 0};   // mean extent along each axis, clipped to that range
   double product[3] = {0, 0, 0};  // mean product of the extents along the two other axes
-  // How many times more neighbours a box has than if all were spread evenly over the range.
+  // Density: neighbours per box, relative to boxes spread evenly over the range.
   double crowding = 1;
 
-  // Where boxes are crowded, it matters along which axes. Of 2^r slabs along an axis, how many
-  // there would be if all had as many boxes, for two boxes to share one by the same chance; and how
-  // many times greater the chance is that two share cells across an axis, or of all three, than
-  // these make it by themselves.
+  // If boxes are clustered, the density depends on the axes. `effective_slabs`: of 2^r slabs along
+  // an axis, the number of equally full slabs that gives the same probability that two boxes share
+  // one.
+  // `*_correlation`: how many times greater the probability is that two boxes share a cell across
+  // an axis, or of all three axes, than the product of the axes' own probabilities.
   bool crowded = false;
   static constexpr int halvings = 8;
   double filled[3][halvings] = {};
   double beyond_across[3] = {1, 1, 1}, beyond_all = 1;
-  // Where they are not: the share of boxes that begins within one of them along an axis beyond what
-  // their extents explain, if that is at least as much again, as in layers; else 0.
+  // If boxes are not clustered: the fraction of boxes that begin within another box along an axis,
+  // minus the fraction that their extents explain, if that at least doubles it, as in layers; else
+  // 0.
   double within[3] = {0, 0, 0};
 
-  // The same of any number of slabs.
+  // The same for any number of slabs.
   double filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept;
 };
 
-// Measures `count` <= max_sample active boxes.
+// Computes the statistics of `count` <= max_sample active boxes.
 Stats measure(const Box* sample, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept;
 
-// What it costs to compare a box with a window of so many, in ns that fit those below: of two ways
-// to do it, one that begins cheaply and one whose comparisons are cheap, the cheaper. Windows of
-// less than `least_window` cost as much as that.
+// The cost of comparing a box with a window of `window` boxes, in the ns of the constants below:
+// the cheaper of two methods, one with a cheap start, one with cheap comparisons. Windows below
+// `least_window` cost as much as that.
 struct SweepCost {
   double least_window;
   double start_ns, box_ns;
@@ -68,42 +70,42 @@ struct GridPlan {
   bool all_pairs = false;
   std::uint32_t sweep_axis = 0;
   Quantiser map;
-  std::uint32_t worlds = 1;  // each has columns of its own, as many as the map, in order of worlds
-  double replicas = 1;       // columns that a box is expected to be entered in
-  bool crowded = false;      // boxes lie closer than spread evenly
-  double expected_ns = 0;    // of one thread
+  std::uint32_t worlds = 1;  // each has its own `map` columns, in order of worlds
+  double replicas = 1;       // expected columns per box
+  bool crowded = false;      // boxes are denser than an even spread
+  double expected_ns = 0;    // on one thread
   const char* reason = "";
 
   std::uint32_t column_count() const noexcept { return map.column_count() * worlds; }
 };
 
-// `sweep_cost`: what the kernels' comparisons cost. `forced`: automatic, all_pairs or grid.
-// `cell_scale`: columns so many times as wide as the cheapest, across the axis of the sweep.
+// `sweep_cost`: cost of the kernels' comparisons. `forced`: automatic, all_pairs or grid.
+// `cell_scale`: factor on the width of the cheapest columns, across the sweep axis.
 GridPlan plan(const Stats& stats, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept;
 
-// Below so many boxes brute force is faster than a grid. Measured by throng bench.
+// Up to this many boxes brute force is faster than a grid. Measured by throng bench.
 constexpr std::uint64_t all_pairs_limit = 112;
 
-// What a plan costs, in ns, fitted to runs over many grids on AVX-512 server cores; only the ratios
-// matter. Binning a box; entering it in one more column; sorting a record of a column; each column
-// that has boxes, and each that has none. Comparing is the kernels' SweepCost.
+// Costs in ns, fitted to runs over many grids on AVX-512 server cores; only the ratios matter. Per
+// box binned; per additional column of a box; per record sorted in a column; per column with boxes,
+// and per column without. Comparisons are the kernels' SweepCost.
 constexpr double box_ns = 3.0;
 constexpr double replica_ns = 5;
 constexpr double record_ns = 6.0;
 constexpr double column_ns = 150.0;
 constexpr double empty_ns = 15.0;
-// A comparison of brute force.
+// Per comparison of brute force.
 constexpr double brute_ns = 0.25;
-// A column of more records than this leaves the second level of cache, and each costs so much more.
+// A column of more records exceeds the L2 cache, and each record costs this much more.
 constexpr double cached_records = 16384;
 constexpr double uncached_ns = 40.0;
-// A longer column is cut along its sweep axis into parts of about so many records.
+// A longer column is divided along its sweep axis into parts of about this many records.
 constexpr double part_records = 4096;
-// And into as many that the mean extent is about so many words.
+// It is also divided until the mean extent is about this many quantization steps.
 constexpr double extent_words = 32;
-// Columns scaled down by the caller stay so wide that a box is entered in so many at most: for
-// large boxes in small columns no memory would do.
+// Columns scaled down by the caller stay wide enough to limit the columns per box: large boxes in
+// small columns would exhaust any memory.
 constexpr double most_scaled_replicas = 16;
 
 }  // namespace throng::core

@@ -1,4 +1,4 @@
-// What a sample tells of all boxes.
+// Estimates the statistics of all boxes from a sample.
 #include <algorithm>
 #include <bit>
 #include <cfloat>
@@ -14,7 +14,7 @@ float clamp_finite(float x) noexcept {
   return x < -FLT_MAX ? -FLT_MAX : (x > FLT_MAX ? FLT_MAX : x);
 }
 
-// A box of the sample. All axes go through each loop together, as one alone would wait for its
+// A box of the sample. Each loop processes all axes together, as one axis alone would wait for its
 // own sums.
 struct Corners {
   float lower[3], upper[3];
@@ -29,12 +29,12 @@ Corners corners_of(const Box& b) noexcept {
 
 struct Range {
   double lower[3], upper[3];
-  bool skewed[3] = {false, false, false};  // half of the boxes begin in a small part of it
+  bool skewed[3] = {false, false, false};  // half of the boxes begin in a small part of the range
 };
 
-// All but a few boxes that stretch [low, high] far beyond the rest. Whether half of the boxes begin
-// in a small part of that, and not all in one place; where centres are not apart that is not looked
-// at.
+// Shrinks [low, high] to exclude a few boxes far beyond the rest. Returns whether half of the boxes
+// begin in a small part of the range, but not all at one place; this is checked only if centres
+// differ (`apart`).
 bool trim(const Corners* sample, std::uint32_t count, int k, bool apart, double& low,
           double& high) noexcept {
   float lowers[max_sample] = {}, uppers[max_sample] = {};
@@ -58,7 +58,7 @@ bool trim(const Corners* sample, std::uint32_t count, int k, bool apart, double&
   return half > 0 && 16 * half < high - low;
 }
 
-// The range that holds all of the sample, unless a few boxes stretch it far beyond the rest.
+// The range of the sample, excluding a few boxes that stretch it far beyond the rest.
 Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   float low[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, high[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
   double mean[3] = {0, 0, 0}, deviation[3] = {0, 0, 0};
@@ -84,8 +84,8 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
   return range;
 }
 
-// The share of pairs of the sample that slabs along an axis do not separate: of so many slabs of
-// equal length between two positions, some slab holds a part of both boxes.
+// The fraction of the sample's pairs that slabs along an axis do not separate: some slab, of equal
+// slabs between two positions, holds a part of both boxes.
 template <class Position>
 double not_apart(const Corners* sample, std::uint32_t count, int k, double low, double high,
                  const Position& position) noexcept {
@@ -108,9 +108,9 @@ double not_apart(const Corners* sample, std::uint32_t count, int k, double low, 
   return 1 - apart / (0.5 * count * (count - 1.0));
 }
 
-// Positions along an axis become bits where their slabs separate many more boxes than slabs of
-// the range do: around 0, or else the least coordinate or the middle one. Where all are denormals,
-// too, or nearly so, which processors are slow to multiply. Whether they did.
+// Switches an axis to positions by bits if their slabs separate many more boxes than slabs of the
+// range do. The centre is 0, the least coordinate or the middle one. Also if all coordinates are
+// denormal or nearly so, as processors multiply these slowly. Returns whether it switched.
 bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, Stats& s) noexcept {
   constexpr double many = 4;
   constexpr double tiny = 8 * double{FLT_MIN};
@@ -144,8 +144,7 @@ bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, 
   return take;
 }
 
-// Where the boxes of a sample lie: the number of a cell along each axis, of 2^finest all along the
-// range.
+// The cells of the sample's boxes: indices along each axis, of 2^finest cells over the range.
 constexpr int finest = Stats::halvings - 1;
 struct Places {
   std::uint32_t count;
@@ -163,19 +162,18 @@ struct Places {
   }
 };
 
-// The chance that two of `count` boxes share something, where `same` pairs of them do. Two
-// different boxes: a box counted with itself would make small samples look crowded. What chance may
-// have brought is left out.
+// The probability that two of `count` boxes share something, if `same` pairs do. Pairs of two
+// different boxes: a box counted with itself would make small samples look clustered. Two standard
+// deviations are subtracted.
 double chance_of(double same, std::uint32_t count) noexcept {
   return (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
 }
 
-// The chance that two boxes of the sample share a cell, where 2^halvings[k] of them lie along an
-// axis.
+// The probability that two boxes of the sample share a cell, with 2^halvings[k] cells along axis k.
 double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept {
-  // By the low bits of a cell's number, or the next slot that is free.
+  // A hash table: low bits of a cell's index, linear probing.
   constexpr unsigned slots = 2 * max_sample;
-  std::uint32_t cell[slots];  // its number, and one more
+  std::uint32_t cell[slots];  // index + 1; 0: free
   std::uint16_t boxes[slots];
   std::fill(cell, cell + slots, 0u);
   const auto of = [&](int k, std::uint32_t i) {
@@ -193,7 +191,7 @@ double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept 
   return chance_of(static_cast<double>(same), places.count);
 }
 
-// Of an axis by itself: see Stats::filled.
+// Of one axis alone: see Stats::filled.
 void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvings]) noexcept {
   std::uint32_t boxes[1 << finest] = {};
   for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
@@ -209,13 +207,13 @@ void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvi
   }
 }
 
-// How many times more neighbours a box has than if all were spread evenly. Where cells of an eighth
-// of the range are crowded, smaller ones may be more so.
+// Measures the density relative to an even spread. If cells of an eighth of the range are
+// clustered, smaller ones may be more so.
 constexpr double crowded_from = 2;
 void measure_crowding(const Places& places, const Range& range, Stats& s) noexcept {
   if (places.count < 128) return;
-  // Where boxes are about as large as the range all are neighbours, wherever their centres lie:
-  // that axis is one cell.
+  // If boxes are about as large as the range, all are neighbours wherever their centres lie: that
+  // axis is one cell.
   struct Cells {
     int halvings[3];
     double chance, crowding;
@@ -258,7 +256,7 @@ void measure_crowding(const Places& places, const Range& range, Stats& s) noexce
   }
 }
 
-// Of a few boxes with all of the sample: see Stats::within.
+// Compares a few boxes with the whole sample: see Stats::within.
 void measure_windows(const Corners* sample, std::uint32_t count, const Range& range,
                      Stats& s) noexcept {
   constexpr std::uint32_t looks = 8;
@@ -291,7 +289,7 @@ double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexce
   const double* const of = filled[axis];
   const unsigned r = static_cast<unsigned>(std::bit_width(std::max(slabs, 1u))) - 1;
   const double whole = std::uint32_t{1} << r;
-  if (r >= finest) {  // as from the last but one to the last
+  if (r >= finest) {  // extrapolates the last ratio
     const double rise = std::clamp(std::log2(of[finest] / of[finest - 1]), 0.0, 1.0);
     return of[finest] * std::pow(slabs / double{1 << finest}, rise);
   }
@@ -307,7 +305,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   Corners sample[max_sample];
   for (std::uint32_t i = 0; i < count; ++i) sample[i] = corners_of(boxes[i]);
   Range range;
-  for (bool taken = true; taken;) {  // a range of other positions is another one
+  for (bool taken = true; taken;) {  // the range changes with the positions
     range = trimmed_range(sample, count);
     taken = false;
     for (int k = 0; k < 3; ++k) taken |= !s.by_bits[k] && take_bits(sample, count, k, range, s);

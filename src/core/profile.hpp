@@ -1,5 +1,5 @@
-// Ranges that a profiler shows on its timeline: Tracy's, or NVTX for Nsight Systems. A build has
-// none unless THRONG_PROFILER asks for one (CMake), and then a range is no code at all.
+// Ranges for a profiler's timeline: Tracy, or NVTX for Nsight Systems. They compile to nothing
+// unless the CMake option THRONG_PROFILER selects one.
 #pragma once
 
 #if defined(THRONG_PROFILER_NVTX)
@@ -9,7 +9,7 @@ struct ProfilerDomain {
   static constexpr const char* name = "throng";
 };
 }  // namespace throng::core
-// From here to the end of the scope. The name is a string literal.
+// Lasts until the end of the scope. The name is a string literal.
 #define THRONG_RANGE(name) \
   const nvtx3::scoped_range_in<throng::core::ProfilerDomain> throng_range(name)
 #elif defined(THRONG_PROFILER_TRACY)

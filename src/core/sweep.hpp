@@ -1,4 +1,4 @@
-// A box on its way: when it touches another one, and where it is meanwhile.
+// Swept boxes: the time of contact with another box, and bounds of the path.
 #pragma once
 
 #include <cmath>
@@ -14,12 +14,12 @@ namespace throng::core {
 
 THRONG_HD constexpr bool is_finite(double x) noexcept { return x - x == 0; }
 
-// Whether it may be asked: no NaN, and it does not go infinitely far.
+// A valid query: no NaN and a finite displacement.
 THRONG_HD constexpr bool is_sound(const Sweep& s) noexcept {
   return is_finite(s.by.x) && is_finite(s.by.y) && is_finite(s.by.z) && !has_nan(s.box);
 }
 
-// Where they begin, with filters of theirs.
+// The boxes at the start of the sweeps, with the given filters.
 inline Boxes boxes_of(const Sweep* sweeps, std::size_t count, const Filters& filters) noexcept {
   Boxes boxes(sweeps ? &sweeps->box : nullptr, count, sizeof(Sweep));
   boxes.filters = filters;
@@ -35,9 +35,9 @@ THRONG_HD inline void axes_of(const Sweep& s, SweepAxis (&axes)[3]) noexcept {
   axes[2] = {s.box.lower.z, s.box.upper.z, s.by.z};
 }
 
-// When a moving box touches another one: from `enter` to `leave`, if enter <= leave. Divisions and
-// differences of floats in doubles neither overflow nor make a NaN, but where an infinite bound
-// meets an infinite one: those are at the same place from the start.
+// The time interval in which a moving box touches another: `enter` .. `leave`, if enter <= leave.
+// Divisions and differences of floats in doubles neither overflow nor produce NaN, except where two
+// infinite bounds meet: those boxes touch from the start on that axis.
 struct Touch {
   double enter, leave;
 };
@@ -56,21 +56,20 @@ THRONG_HD inline Touch touch(const Sweep& sweep, const Box& b) noexcept {
     const double at_lower = (double{lower[k]} - double{axes[k].upper}) / by;
     const double at_upper = (double{upper[k]} - double{axes[k].lower}) / by;
     const double first = by < 0 ? at_upper : at_lower, last = by < 0 ? at_lower : at_upper;
-    if (first > t.enter) t.enter = first;  // a NaN is no bound
+    if (first > t.enter) t.enter = first;  // false for a NaN
     if (last < t.leave) t.leave = last;
   }
   return t;
 }
 
-// Boxes that hold where a sweep is from one time to another, both in 0 .. 1, and reach a little
-// further, by more than arithmetic may have rounded: whatever touch() says is met between the two
-// overlaps this box.
+// Conservative bounds of a sweep between two times in 0 .. 1. Every contact that touch() reports in
+// the interval overlaps this box: the slack exceeds the rounding errors.
 //
-// Until time `end` touch() is off by some 2^-51 of the numbers that meet in it: the bounds, and how
-// far the sweep has come by then, |by| * end. A bound is put 2^-40 of their sum further out. So a
-// sweep that is far longer than its way through the objects is held as closely as a short one. And
-// a bound is off by 2^-24 of itself, or 2^-150, as it becomes a float, for which it is put out by
-// 2^-22 of itself and 2^-140. What holds until a time holds until any earlier one.
+// Until time `end` touch() errs by about 2^-51 of its operands: the bounds, and the distance
+// covered by then, |by| * end. Each bound moves outward by 2^-40 of their sum. So a sweep far
+// longer than the scene is bounded as tightly as a short one. Conversion to float errs by 2^-24 of
+// the bound, or 2^-150; the bound moves outward by 2^-22 of itself and 2^-140. A bound that holds
+// until some time holds until any earlier time.
 class Cover {
  public:
   Cover() noexcept = default;
@@ -92,8 +91,7 @@ class Cover {
     }
     return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
   }
-  // Along an axis: its bounds at the start, not for floats, as they hold until `end`, and how far
-  // it goes until time 1.
+  // Along an axis: the start bounds in doubles, with slack valid until `end`; and the displacement.
   THRONG_HD double lower(int k, double end) const noexcept {
     return lower_[k] - slack(lower_[k], by_[k] * end);
   }
@@ -108,7 +106,7 @@ class Cover {
   }
   THRONG_HD static float below(double x) noexcept {
     const double out = x - fabs(x) * 0x1p-22 - 0x1p-140;
-    return static_cast<float>(out < x ? out : x);  // an infinite one stays
+    return static_cast<float>(out < x ? out : x);  // an infinity stays
   }
 
   double lower_[3] = {}, upper_[3] = {}, by_[3] = {};

@@ -1,4 +1,4 @@
-// One body, one call: what a thread does, on the host and on a device. Plain pointers only.
+// The box of one body per call, for host and device threads. Plain pointers only.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@
 
 namespace throng::core {
 
-// What may be wrong with a body's shape.
+// Possible faults of a body's shape.
 enum class ShapeFault : std::uint32_t { none, index, kind, radius, half_extents, points };
 
-// Written so that a NaN is a fault. The sum of two 32-bit numbers needs the wider type.
+// The comparisons make a NaN a fault. The sum of two 32-bit numbers needs the wider type.
 THRONG_HD constexpr ShapeFault fault_of(const Shape& s, std::uint64_t point_count) noexcept {
   if (!(s.radius >= 0)) return ShapeFault::radius;
   if (s.kind == ShapeKind::box) {
@@ -29,8 +29,8 @@ THRONG_HD constexpr ShapeFault fault_of(const Shape& s, std::uint64_t point_coun
                                                                      : ShapeFault::points;
 }
 
-// The points of a convex shape along one axis, from the position; `far` at least every |v|. The
-// comparisons drop a NaN, but not the weight, and with it both ends are NaN.
+// The range of a convex shape's points along one axis, relative to the position; `far` is at least
+// every |v|. The comparisons drop a NaN, but `weight` keeps it, and then both ends are NaN.
 struct PointRange {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
@@ -44,12 +44,12 @@ struct PointRange {
                                     double own) const noexcept {
     const double weight =
         magnitude(m.x) * far.x + magnitude(m.y) * far.y + magnitude(m.z) * far.z + r + m.t * own;
-    // Which 0 is the least of +0 and -0 is up to the processor; 0 + low is +0 in either case.
+    // A processor may choose either of +0 and -0 as the minimum; 0 + low is +0 in both cases.
     return {(0.0 + low) - r, high + r, weight};
   }
 };
 
-// The greater magnitude, or NaN once there was one.
+// The greater magnitude, or NaN if either argument is NaN.
 THRONG_HD constexpr double farther(double far, double x) noexcept {
   const double a = magnitude(x);
   return a > far || a != a ? a : far;
@@ -63,7 +63,7 @@ struct UpdateBoxes {
   Column<Shape> shapes;
   Column<Vec3> points;
   std::uint64_t shape_count = 0, point_count = 0;
-  bool one_shape = false;  // without `shape`: one for all, else body i has shape i
+  bool one_shape = false;  // without `shape`: one shape for all bodies, else body i has shape i
   float margin = 0;
   char* out = nullptr;
   std::size_t out_stride = sizeof(Box);
@@ -78,13 +78,13 @@ struct UpdateBoxes {
     const std::uint64_t index = shape_index(i);
     return index < shape_count ? fault_of(shapes[index], point_count) : ShapeFault::index;
   }
-  // Exact enough: see the proof, of which this is step 3.
+  // Step 3 of the proof in world_box.hpp bounds its error.
   THRONG_HD double radius_of(const Shape& s) const noexcept {
     return static_cast<double>(s.radius) + static_cast<double>(margin);
   }
 
-  // Writes box i. Touches no memory that the sizes above do not cover: a body with a fault gets a
-  // box of NaN, and the fault is told.
+  // Writes box i and returns its fault; a faulty body gets a box of NaN. Reads no memory outside
+  // the sizes above.
   THRONG_HD ShapeFault operator()(std::size_t i) const noexcept {
     const ShapeFault wrong = fault(i);
     if (wrong != ShapeFault::none) {

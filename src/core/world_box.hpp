@@ -1,44 +1,46 @@
-// From a shape and a transform to the box around it: rounded outward, and tight.
+// The box around a transformed shape: rounded outward, and tight.
 //
-// What is bounded, along one axis i, in real arithmetic. R is the matrix of the quaternion as given
-// (throng/update_boxes.hpp), p the position, d the displacement, r the radius with the margin:
+// The exact interval along one axis i, in real arithmetic. R is the matrix of the quaternion as
+// given (throng/update_boxes.hpp), p the position, d the displacement, r the radius with the
+// margin:
 //   box     p + [0, 1] d + sum_j R_ij c_j  +-  (sum_j |R_ij| h_j + r)
 //   convex  p + [0, 1] d + [min, max] over the points v of sum_j R_ij v_j  +-  r
 //
-// All is computed in doubles, then E is taken off or added. Let u = 2^-53. Rounding to nearest errs
-// by at most u times the magnitude of the result, for nothing over- or underflows: inputs are
-// finite floats, whose products are 0 or in 2^-298 .. 2^256; infinite sizes are replaced by 2^600;
-// so every magnitude is 0 or in 2^-500 .. 2^900.
+// All is computed in doubles, then the bound E is subtracted or added. Let u = 2^-53. Rounding to
+// nearest errs by at most u times the magnitude of the result, as nothing overflows or underflows:
+// inputs are finite floats, whose products are 0 or in 2^-298 .. 2^256; infinite sizes are replaced
+// by 2^600; so every magnitude is 0 or in 2^-500 .. 2^900.
 //
 // (1) x * 2y and the like are exact: 48 bits. An entry off the diagonal is one sum of two of them
 //     and errs by u |m|. One on the diagonal, 1 - t, errs by u |m| + u t.
 // (2) P = fl(m_ij c_j) errs by u |P|, by (1 + u) u |P| more for the entry, and on the diagonal by
 //     u t |c_i| more. So do fl(m_ij v_j) and H = fl(|m_ij| h_j).
 // (3) r, the sum of radius and margin, errs by u r.
-// (4) Let S = |p| + |d| + sum |P| + sum H + r. Each sum on the way to an end is at most
-//     S (1 + 10u) in magnitude and errs by u times that. There are eight before E is applied: two
-//     for the P, three for H and r, one to join the two, p + d, and one to add that. The last, that
-//     of E itself, errs by at most u (S + E)(1 + 10u).
+// (4) Let S = |p| + |d| + sum |P| + sum H + r. Each partial sum is at most S (1 + 10u) in magnitude
+//     and errs by u times that. There are eight before E is applied: two for the P, three for H
+//     and r, one to join the two, p + d, and one to add that. The last, that of E itself, errs by
+//     at most u (S + E)(1 + 10u).
 //
-// Together (2 + 1 + 9) u S + u T + u E, where T is t (|c_i| + h_i), and terms in u^2 that another
-// u S covers many times over. For a convex shape put for P the products |m_ij| V_j, where V_j is
-// the greatest |v_j| of all points, and V_i for |c_i|: they bound each point's error, and so that
-// of the least and of the greatest. M is S + T as computed, at least (1 - 20u)(S + T), and E = 16 u
-// M is more than the 13 u S + u T + u E needed: the interval contains the exact one. It lies within
-// 32 u M = 2^-48 M of it. Then its ends are rounded outward to floats.
+// Together (2 + 1 + 9) u S + u T + u E, where T is t (|c_i| + h_i), and terms in u^2, far below
+// another u S. For a convex shape P is the products |m_ij| V_j, where V_j is the greatest |v_j| of
+// all points, and V_i replaces |c_i|: they bound each point's error, and so that of the minimum and
+// the maximum. M is S + T as computed, at least (1 - 20u)(S + T), and E = 16 u M exceeds the 13 u S
+// + u T + u E needed: the interval contains the exact one, and lies within 32 u M = 2^-48 M of it.
+// Then its ends are rounded outward to floats.
 //
-// Infinite sizes: a zero entry of R adds nothing to E, so a plane turned about its normal stays
-// one. Any other entry times 2^600 is beyond all floats. Where 1 - t is 0 only by rounding, T is.
+// Infinite sizes: a zero entry of R adds nothing to E, so a plane rotated about its normal stays a
+// plane. Any other entry times 2^600 exceeds all floats. If 1 - t is 0 only by rounding, T is
+// large.
 //
-// Why doubles. In float32 the error would be 2^-20 of S, a dozen steps of the result where terms
-// cancel, and the bound would need cases for products that underflow and for 1e30. In doubles the
-// result is the tightest float or the next, without a case. The price is some 140 instructions on
-// doubles a body, against 52 bytes moved: both take about as long where doubles run at half the
-// rate of floats (data-centre GPUs); at 1/64 (other GPUs) the doubles take four times as long, some
-// 0.2 ns a body, in the smallest stage of all.
+// Why doubles. In float32 the error would be 2^-20 of S, a dozen ulps of the result under
+// cancellation, and the bound would need cases for underflow and for 1e30. In doubles the result is
+// the tightest float or the next, without special cases. The cost is some 140 double operations per
+// body, against 52 bytes moved: both take about as long where doubles run at half the rate of
+// floats (data-centre GPUs). At 1/64 (other GPUs) the doubles take four times as long, some 0.2 ns
+// per body, in the shortest stage of all.
 //
-// Only + - *, comparisons and conversions, in an order that is fixed: with contraction off, host
-// and device compute the same bits (but for the bits of a NaN).
+// The code uses only + - *, comparisons and conversions, in a fixed order: with contraction off,
+// host and device compute the same bits (except the payload of a NaN).
 #pragma once
 
 #include <bit>
@@ -50,12 +52,12 @@
 
 namespace throng::core {
 
-// std::abs, which is not constexpr; a comparison instead would cost a device three operations.
+// A constexpr std::abs. A comparison instead would take a device three operations.
 THRONG_HD constexpr double magnitude(double x) noexcept {
   return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & ~(std::uint64_t{1} << 63));
 }
 
-// Stands for infinity: any float times it is beyond all floats or 0, and never NaN.
+// Replaces infinity: any float times it exceeds all floats or is 0, and never NaN.
 constexpr double unbounded = 0x1p600;
 THRONG_HD constexpr double bounded(double x) noexcept { return x > unbounded ? unbounded : x; }
 
@@ -66,7 +68,7 @@ THRONG_HD constexpr Vector widen(const Vec3& v) noexcept {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
-// A row of R, and what was subtracted from 1 on the diagonal.
+// A row of R; t is the value subtracted from 1 on the diagonal.
 struct Row {
   double x, y, z, t;
 };
@@ -87,7 +89,7 @@ THRONG_HD constexpr Rotation rotation_of(const Quaternion& q) noexcept {
           {xz - wy, yz + wx, 1 - tz, tz}};
 }
 
-// A shape along one world axis, seen from the position; `weight` is its part of M.
+// The extent of a shape along one world axis, relative to the position; `weight` is its part of M.
 struct Extent {
   double low, high, weight;
 };
@@ -95,7 +97,7 @@ struct Extents {
   Extent x, y, z;
 };
 
-// own: |c_i| + h_i of the axis itself.
+// own: |c_i| + h_i of this axis.
 THRONG_HD constexpr Extent extent_of(const Row& m, const Vector& c, const Vector& h, double r,
                                      double own) noexcept {
   const double px = m.x * c.x, py = m.y * c.y, pz = m.z * c.z;
@@ -104,13 +106,13 @@ THRONG_HD constexpr Extent extent_of(const Row& m, const Vector& c, const Vector
   const double weight = reach + (magnitude(px) + magnitude(py) + magnitude(pz)) + m.t * own;
   return {middle - reach, middle + reach, weight};
 }
-// The same of R = 1, where the rest is 0.
+// The same for R = 1: the other terms are 0.
 THRONG_HD constexpr Extent extent_of(double c, double h, double r) noexcept {
   const double reach = h + r;
   return {c - reach, c + reach, reach + magnitude(c)};
 }
 
-// A box shape rounded by `radius`, which has the margin in it.
+// A box shape rounded by `radius`, which includes the margin.
 THRONG_HD constexpr Extents extents_of(const Quaternion& rotation, const Vec3& center,
                                        const Vec3& half_extents, double radius) noexcept {
   const Rotation m = rotation_of(rotation);
@@ -132,9 +134,9 @@ THRONG_HD constexpr Extents extents_of(const Vec3& center, const Vec3& half_exte
 struct Ends {
   float lower, upper;
 };
-// The greatest float <= x and the least >= x; NaN stays. f is the nearest: where it is on the wrong
-// side, one step of its bits, read as an integer, leads to its neighbour: one less is a smaller
-// magnitude. f has the sign of x, so that a 0 on the wrong side steps away from 0, not across it;
+// The greatest float <= x and the least >= x; NaN stays. f is the nearest float. If it is on the
+// wrong side, one step of its bits as an integer reaches its neighbour: one less is a smaller
+// magnitude. f has the sign of x, so a 0 on the wrong side steps away from 0, not across it;
 // infinity on the wrong side, beyond the largest float, steps back to that.
 THRONG_HD constexpr std::int32_t step_of(std::int32_t bits) noexcept { return bits < 0 ? -1 : 1; }
 THRONG_HD constexpr float rounded_down(double x) noexcept {
@@ -148,7 +150,7 @@ THRONG_HD constexpr float rounded_up(double x) noexcept {
   return std::bit_cast<float>(bits + (static_cast<double>(f) < x ? step_of(bits) : 0));
 }
 
-// M - M is 0, or NaN where anything was not finite: then both ends are NaN.
+// M - M is 0, or NaN if any input was not finite: then both ends are NaN.
 THRONG_HD constexpr Ends ends(double low, double high, double m) noexcept {
   const double e = m * 0x1p-49 + (m - m);
   return {rounded_down(low - e), rounded_up(high + e)};

@@ -11,7 +11,7 @@ namespace throng::cpu {
 
 void FloatSpace::load(const Search& search, const Side& side, bool is_targets, BinReport& report) {
   count_ = side.count;
-  // Readable a tile beyond the last box.
+  // Readable one tile beyond the last box.
   row_ = (std::size_t{count_} + 2 * tile_boxes - 1) / tile_boxes * tile_boxes;
   float* floats = floats_.room(6 * row_);
   std::uint32_t* ids = ids_.room(row_);
@@ -58,11 +58,11 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   const FloatSpace& targets = team[0]->target_floats;
   const std::uint64_t rows = problem.queries.count ? queries.tile_count() : 0;
   const std::uint64_t columns = problem.targets.count ? targets.tile_count() : 0;
-  // Tile pairs with the diagonal are the strict upper triangle of one row more: (r, c + 1).
+  // Tile pairs including the diagonal are the strict upper triangle of one more row: (r, c + 1).
   const std::uint64_t triangle = problem.self ? rows * (rows + 1) / 2 : 0;
   const std::uint64_t work = triangle + rows * columns;
-  // Each of the two is below 2^32 squared over a tile squared, so there are turns for their sum. A
-  // tile's number fits 32 bits, as a box's does.
+  // Each term is below 2^32 squared over a tile squared, so the sum fits 64 bits. A tile index fits
+  // 32 bits, as a box index does.
   constexpr std::uint64_t boxes = FloatSpace::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
   team[0]->visited += box_count(problem);

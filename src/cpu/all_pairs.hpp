@@ -9,7 +9,7 @@ namespace throng::cpu {
 
 class Worker;
 
-// Boxes of one side as floats, one array a coordinate. Inactive ones are all NaN: they meet
+// Boxes of one subset as floats, one array per coordinate. Inactive ones are all NaN: they overlap
 // nothing.
 class FloatSpace {
  public:
@@ -33,7 +33,7 @@ class FloatSpace {
 
 // Reads the boxes of a problem into the float spaces of team[0].
 void load_all_pairs(Search&, const Problem&, Worker* const* team, BinReport&);
-// Finds the pairs of what was loaded.
+// Finds the pairs of the loaded boxes.
 void find_all_pairs(Search&, const Problem&, Worker* const* team, unsigned task_count);
 
 }  // namespace throng::cpu

@@ -7,7 +7,7 @@
 namespace throng::cpu {
 namespace {
 
-// Boxes of all sets, spread over all, off any regular stride that their order may have.
+// Boxes sampled over all sets, with jitter against regular strides in their order.
 struct Sample {
   struct Place {
     bool second;
@@ -38,11 +38,11 @@ std::int32_t world_of(const Search& search, bool second, std::uint32_t id) noexc
   return (second ? search.b : search.a)->filters.world[id];
 }
 
-// Those of a sample that are of one world each, sorted by it.
+// Sampled boxes with one world (environment) each, sorted by world.
 struct ByWorld {
   struct One {
     std::int32_t world;
-    std::uint32_t at;  // in the sample
+    std::uint32_t at;  // index in the sample
   };
   std::uint32_t count = 0;
   One one[core::max_sample];
@@ -52,12 +52,12 @@ struct ByWorld {
       one[count] = {world_of(search, sample.place[i].second, sample.place[i].id), i};
       count += one[count].world != -1;
     }
-    // Not a stable sort, which would allocate.
+    // Not std::stable_sort, which would allocate.
     std::sort(one, one + count, [](const One& x, const One& y) {
       return x.world != y.world ? x.world < y.world : x.at < y.at;
     });
   }
-  // The chance that two boxes are of one world: how much of all boxes the world of a box has.
+  // The probability that two boxes have the same world: a box's world's share of all boxes.
   double same() const noexcept {
     double pairs = 0;
     for (std::uint32_t i = 1, run = 0; i < count; ++i) {
@@ -68,7 +68,7 @@ struct ByWorld {
   }
 };
 
-// How far some boxes lie apart, on average.
+// Mean distance of pairs of boxes.
 struct Distance {
   double sum[3] = {}, count = 0;
   void add(const Box& x, const Box& y) noexcept {
@@ -79,8 +79,9 @@ struct Distance {
   }
 };
 
-// Whether boxes of one world lie about as far apart as any two. Else worlds have places of their
-// own, and their columns would be mostly empty. By what is in the sample, and behind it in memory.
+// Whether boxes of one world are about as far apart as any two boxes. If not, worlds occupy
+// different places, and columns per world would be mostly empty. Uses the sample and the boxes that
+// follow each in memory.
 bool in_one_place(const Search& search, const Sample& sample, const ByWorld& worlds) noexcept {
   constexpr double least_share = 0.25;
   Distance own, any;
@@ -102,9 +103,9 @@ bool in_one_place(const Search& search, const Sample& sample, const ByWorld& wor
   return true;
 }
 
-// The plan of several worlds that lie in one place: each has columns of its own. False where that
-// is no good: worlds of other places, too many of them, or too many boxes that are of all worlds,
-// which every column is shown.
+// Plans columns per world, for worlds in one place. Returns false if that does not pay: the worlds
+// are in different places, or there are too many, or too many boxes are in all worlds, as every
+// column has to process these.
 bool plan_worlds(const Search& search, const Kinds& kinds, core::GridPlan& plan) {
   const std::uint64_t boxes = box_count(search);
   const std::uint64_t worlds = static_cast<std::uint64_t>(kinds.greatest_world()) + 1;
@@ -117,24 +118,24 @@ bool plan_worlds(const Search& search, const Kinds& kinds, core::GridPlan& plan)
   Box box[core::max_sample];
   for (std::uint32_t i = 0; i < by_world.count; ++i) box[i] = sample.box[by_world.one[i].at];
   const core::Stats stats = core::measure(box, by_world.count, each, each);
-  // Wider columns where there would be too many.
+  // Wider columns if there would be too many.
   for (float wider = 1; wider <= 4; wider *= 2) {
     plan =
         core::plan(stats, search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
     if (plan.map.column_count() * worlds > most_columns) continue;
     plan.worlds = static_cast<std::uint32_t>(worlds);
     plan.expected_ns /= share;
-    plan.reason = "worlds in one place, each with columns of its own";
-    return plan.column_count() <= boxes / 4 + 64;  // each takes some memory
+    plan.reason = "worlds in one place, with columns per world";
+    return plan.column_count() <= boxes / 4 + 64;  // each column takes memory
   }
   return false;
 }
 
-// Whether static boxes are better made problems of their own than searched with all others and not
-// told of. Of what is expected of all boxes, two that are static have the share that comes of their
-// cost alone and that of those that move alone, the roots of which add up where both are mixed.
-// Without them the rest costs about 1.3 times as much, and sorting boxes and more grids some 25 ns
-// a box.
+// Whether to solve static boxes as separate problems, instead of searching them with the others and
+// discarding their pairs. Of the cost expected for all boxes, static pairs take the share given by
+// the cost of static boxes alone and of moving boxes alone, whose square roots add up for a
+// mixture. A separate search costs about 1.3 times the rest, plus some 25 ns per box for sorting
+// and more grids.
 bool static_better_apart(const Search& search, const Kinds& kinds, const core::GridPlan& all) {
   if (kinds.all_static()) return true;
   constexpr double dearer = 1.3, apart_ns = 25, enter_ns = 5;
@@ -148,7 +149,7 @@ bool static_better_apart(const Search& search, const Kinds& kinds, const core::G
     const bool is_static = kinds.is_static(sample.place[i].second, sample.place[i].id);
     of_kind[is_static][taken[is_static]++] = sample.box[i];
   }
-  // What it costs to compare the boxes of each, beyond entering them into a grid.
+  // The comparison cost of each group, without the cost of binning.
   double comparing[2];
   for (const unsigned k : {0, 1}) {
     const std::uint64_t count = boxes * taken[k] / std::max(sample.count, 1u);
@@ -172,9 +173,9 @@ bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, u
   }
   kinds.read(search, task_count);
   if (search.over()) return true;
-  // Worlds: each with columns of its own; or all together, where that costs little, as it does
-  // where they lie apart; or each a problem of its own.
-  constexpr double little_ns = 25;  // a box
+  // Worlds: columns per world; or all together if that is cheap, as it is if the worlds are in
+  // different places; or one problem per world.
+  constexpr double little_ns = 25;  // per box
   bool one = !kinds.several_worlds() || forced != Algorithm::all_pairs;
   bool in_columns = false;
   if (one) plan = make_plan(search, whole, forced);

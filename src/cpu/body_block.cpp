@@ -1,7 +1,8 @@
-// The block of bodies, compiled once an instruction set: plain C++ that the compiler turns into
-// vectors. No instruction set changes a bit, as none contracts or reorders (-ffp-contract=off).
+// The kernel for a block of bodies, compiled once per instruction set: plain C++ that the compiler
+// vectorizes. All instruction sets give the same bits, as none contracts or reorders
+// (-ffp-contract=off).
 #if defined(THRONG_HIGHWAY)
-// Built: SSE4, AVX2, AVX-512, as the kernels of pairs are. On ARM vectors are in the baseline.
+// Built: SSE4, AVX2, AVX-512, as for the pair kernels. On ARM the baseline includes vectors.
 #define HWY_DISABLED_TARGETS                                                                     \
   ((1LL << 12) | (1LL << 7) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
    (1LL << 26) | (1LL << 27))
@@ -22,7 +23,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 
-// All that is called must be inlined, or it would not be compiled for this instruction set.
+// All callees must be inlined, or they would not be compiled for this instruction set.
 template <bool rotated, bool displaced>
 #if defined(__GNUC__)
 [[gnu::flatten]]
@@ -69,7 +70,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace throng::cpu {
 
-// An instruction set that was not built for here, as the plain one, takes the baseline.
+// The scalar one and any that was not built use the baseline.
 PlaceBlock find_place_block(Isa isa, bool rotated, bool displaced) noexcept {
 #if defined(THRONG_HIGHWAY)
 #if HWY_TARGETS & HWY_AVX3

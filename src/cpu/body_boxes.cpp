@@ -7,8 +7,8 @@
 namespace throng::cpu {
 namespace {
 
-// What a task takes at a time: enough that taking costs nothing, little enough that convex bodies
-// in one place do not keep one task busy. A multiple of the block.
+// Bodies per chunk: large enough to make taking one free, small enough that a cluster of convex
+// bodies does not keep one task busy. A multiple of the block.
 constexpr std::size_t chunk = 1024;
 
 void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept {
@@ -17,7 +17,7 @@ void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept
   to[2][lane] = v.z;
 }
 
-// What one task keeps: the block, and what of it stays from one to the next.
+// A task's state: the block, and the part of it that stays valid between blocks.
 class Task {
  public:
   Task(const core::UpdateBoxes& job, PlaceBlock place, PlaceBlock unrotated) noexcept
@@ -32,8 +32,8 @@ class Task {
     for (std::size_t k = 0; k < BodyBlock::size; ++k) put_shape(k, s);
   }
 
-  // Bodies first .. first + count - 1, count <= BodyBlock::size. Those that are no boxes, or
-  // faulty, are left to the form that takes one at a time.
+  // Processes bodies first .. first + count - 1, count <= BodyBlock::size. Bodies that are no
+  // boxes, or faulty, take the scalar path.
   void run(std::size_t first, std::size_t count) noexcept {
     if (alone_) {
       for (std::size_t i = first; i < first + count; ++i) run_alone(i);
@@ -81,8 +81,8 @@ class Task {
     return job_.fault(i) == core::ShapeFault::none &&
            job_.shapes[job_.shape_index(i)].kind == ShapeKind::box;
   }
-  // A ball stays itself when it is turned, to the bit: each product of the matrix with 0 is 0 where
-  // the matrix is finite, which it is for every finite quaternion. Infinity - infinity is no 0.
+  // Rotation leaves a sphere unchanged to the bit: each product of the matrix with 0 is 0 for a
+  // finite matrix, which every finite quaternion gives. x - x is not 0 for an infinity.
   bool rotations_finite(std::size_t first, std::size_t count) const noexcept {
     float none = 0;
     for (std::size_t k = first; k < first + count; ++k) {
@@ -103,13 +103,13 @@ class Task {
 
   const core::UpdateBoxes& job_;
   PlaceBlock place_, unrotated_;
-  bool ball_ = false;    // one shape for all, which no rotation changes
-  bool shared_ = false;  // one shape for all, and it is in the block
-  bool alone_ = false;   // one shape for all, and it is none for the block
+  bool ball_ = false;    // one shared shape, invariant under rotation
+  bool shared_ = false;  // one shared shape, already in the block
+  bool alone_ = false;   // one shared shape, not a block shape
   BodyReport report_;
   BodyBlock block_{};
 };
-static_assert(BodyBlock::size == 64, "a bit a body");
+static_assert(BodyBlock::size == 64, "one bit per body");
 static_assert(chunk % BodyBlock::size == 0);
 
 }  // namespace
@@ -140,7 +140,7 @@ BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa
   try {
     run_tasks(executor, tasks, body);
   } catch (...) {
-    // An executor that could not start what it was given: what is left is the caller's.
+    // The executor failed to start the tasks: the caller processes the rest.
     run_tasks(executor, 1, body);
   }
   return {invalid ? first.load() : 0, invalid};

@@ -1,4 +1,4 @@
-// Boxes of bodies on the CPU: blocks of bodies as vectors, shared out among threads.
+// Boxes of bodies on the CPU: vectorized blocks of bodies, distributed over threads.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@ struct BodyReport {
   std::uint64_t first_invalid = 0, invalid_count = 0;
 };
 
-// Box by box what `job` says, of bodies 0 .. count-1, by so many tasks; by the very same
-// arithmetic. An instruction set that is not here does as well as another: the bits are the same.
-// Once `stop` is true some boxes stay as they were.
+// Computes the boxes of `job` for bodies 0 .. count-1 on up to `tasks` tasks. The arithmetic is
+// that of core::UpdateBoxes, so every instruction set gives the same bits, and an unavailable one
+// falls back to another. Once `stop` is true some boxes stay unwritten.
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
                         const Executor& executor, unsigned tasks, Stop& stop) noexcept;
 
-// A block of bodies with box shapes, an array a coordinate.
+// A block of bodies with box shapes, one array per coordinate.
 struct BodyBlock {
   static constexpr std::size_t size = 64;
   alignas(64) float position[3][size];
@@ -32,7 +32,7 @@ struct BodyBlock {
   alignas(64) float radius[size];
   alignas(64) float lower[3][size], upper[3][size];
 };
-// Fills in lower and upper of the whole block.
+// Writes lower and upper of the whole block.
 using PlaceBlock = void (*)(BodyBlock&, float margin);
 PlaceBlock find_place_block(Isa, bool rotated, bool displaced) noexcept;
 

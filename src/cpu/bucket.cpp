@@ -1,6 +1,6 @@
-// Three ways to sort a bucket in a core's second level of cache: as lists, where a first has many
-// seconds; by its keys' leading bits, which leaves short runs to be put right; or, whatever the
-// pairs, by all digits of its keys from the last up, in half the room where they fit 32 bits.
+// Three ways to sort a bucket in a core's L2 cache: as lists, if a first has many seconds; by the
+// leading bits of the keys, which leaves short runs to sort; or, for any pairs, by LSD radix sort,
+// in half the space if keys fit 32 bits.
 #include "cpu/bucket.hpp"
 
 #include <algorithm>
@@ -17,14 +17,14 @@ namespace throng::cpu {
 namespace {
 
 constexpr unsigned most_digit_bits = 11;
-constexpr unsigned most_passes = 6;     // of 64 bits
-constexpr std::size_t list_pairs = 16;  // that a first has on average where lists pay
-// A run costs as many steps as it has keys. With twice as many at most it is no faster.
+constexpr unsigned most_passes = 6;     // for 64 bits
+constexpr std::size_t list_pairs = 16;  // mean seconds per first from which lists are faster
+// A run takes as many steps as it has keys. With twice this limit it is no faster.
 constexpr std::uint32_t most_run_keys = 48;
 constexpr unsigned most_run_bits = 13;
 constexpr std::size_t few_pairs = 48;
 
-// Makes of a pair the last bits of its first, then its second.
+// Key of a pair: the low bits of its first, then its second.
 template <class Key>
 auto key_maker(const Bucket& bucket) noexcept {
   const auto first_mask = static_cast<std::uint32_t>((std::uint64_t{1} << bucket.first_bits) - 1);
@@ -36,7 +36,7 @@ bool fits_32_bits(const Bucket& bucket) noexcept {
   return bucket.key_bits() <= 32 && bucket.second_bits < 32;
 }
 
-// How many digits: passes cost what moving a key does, counters what a few do.
+// Number of digits. A pass costs one move per key; a counter costs a fraction of one.
 unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
   unsigned best = 0;
   double least = 0;
@@ -53,8 +53,8 @@ unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
   return best;
 }
 
-// a and b have room for as many keys as there are pairs. `a` may be null, then the keys go to and
-// fro between b and the pairs' own room.
+// a and b have space for one key per pair. If `a` is null, the keys alternate between b and the
+// memory of the pairs.
 template <class Key>
 void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   Pair* const pairs = bucket.pairs;
@@ -69,7 +69,7 @@ void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   const std::size_t digits = std::size_t{1} << digit;
   const Key mask = static_cast<Key>(digits - 1);
 
-  // All counts in one go: of several counters at once none waits for itself.
+  // Counts all digits in one pass: independent counters do not wait for each other.
   std::uint32_t counts[most_passes << most_digit_bits];
   std::memset(counts, 0, passes * digits * sizeof *counts);
   const auto count_keys = [&](auto pass_count) {
@@ -117,8 +117,8 @@ void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   }
 }
 
-// Neighbours often have the same first, where each waits for the one before it to be counted: so
-// pairs are gone through from four beginnings at once.
+// Adjacent pairs often have the same first, which makes each increment wait for the last one. So
+// four positions are processed at once.
 template <class F>
 void each_pair(const Bucket& bucket, const F& f) {
   const Pair* const pairs = bucket.pairs;
@@ -129,7 +129,7 @@ void each_pair(const Bucket& bucket, const F& f) {
   for (std::size_t i = 4 * quarter; i < bucket.count; ++i) f(pairs[i]);
 }
 
-// False, and nothing is done, where digits would cost less, or there is too little room.
+// Returns false without effect if digits cost less or there is too little space.
 bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
                    std::size_t room_count) {
   const std::size_t firsts = std::size_t{1} << bucket.first_bits;
@@ -142,7 +142,7 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
   const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
   each_pair(bucket, [&](Pair p) { ++ends[p.first & first_mask]; });
   std::uint32_t sum = 0;
-  for (std::size_t f = 0; f < firsts; ++f) {  // becomes the middle of the list's place
+  for (std::size_t f = 0; f < firsts; ++f) {  // middle of the list's space
     const std::uint32_t count = ends[f];
     ends[f] = sum + count;
     sum += 2 * count;
@@ -154,18 +154,18 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
   return true;
 }
 
-// One pass by as many leading bits of the keys as leave about one or two keys a digit. False, and
-// nothing is done, where some digit has many.
+// One pass by as many leading bits as leave about one or two keys per digit. Returns false without
+// effect if some digit has many keys.
 bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room) {
   const Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   if (!kernels.sort_runs || count <= few_pairs || !fits_32_bits(bucket)) return false;
-  static_assert(few_pairs >= run_padding);  // `room` is for twice as many keys as there are pairs
+  static_assert(few_pairs >= run_padding);  // `room` holds two keys per pair
   const unsigned bits = std::min(
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
   const std::size_t digits = std::size_t{1} << bits;
-  if (count > most_run_keys * digits) return false;  // so that counts fit 32 bits, too
+  if (count > most_run_keys * digits) return false;  // counts fit 32 bits, too
   const auto key_of = key_maker<std::uint32_t>(bucket);
   std::uint32_t at[std::size_t{1} << most_run_bits];
   std::memset(at, 0, digits * sizeof *at);

@@ -1,4 +1,4 @@
-// A bucket of the canonical order's sort: pairs whose firsts agree but in their last bits.
+// A bucket of the sort into canonical order: pairs whose firsts differ only in the low bits.
 #pragma once
 
 #include <cstddef>
@@ -13,18 +13,18 @@ namespace throng::cpu {
 struct Bucket {
   Pair* pairs;
   std::size_t count;
-  unsigned first_bits;        // the last bits of first, which differ
-  std::uint32_t first_above;  // the others, which do not
+  unsigned first_bits;        // low bits of first, which differ
+  std::uint32_t first_above;  // the high bits, equal for all
   unsigned second_bits;
 
   unsigned key_bits() const noexcept { return first_bits + second_bits; }
-  // Numbers of 64 bits that sorting it takes room for. Half of them do, but it may be slower.
+  // 64-bit words of scratch space. Half is enough, but may be slower.
   static constexpr std::size_t room_for(std::size_t count) noexcept { return 2 * count; }
 };
 
-// By first, then second, in place.
+// Sorts by first, then second, in place.
 void sort_bucket(const Kernels&, const Bucket&, std::uint64_t* room, std::size_t room_count);
-// The same by digits, whatever the pairs.
+// Same result, always by radix sort.
 void sort_by_digits(const Bucket&, std::uint64_t* room, std::size_t room_count);
 
 }  // namespace throng::cpu

@@ -1,18 +1,18 @@
-// Each column's strips swept.
+// Sweeps the strips of each column.
 //
-// Every two boxes of a column whose words overlap are compared once. In a strip, i before j:
-// bucket(i) <= bucket(j), so if they overlap, bucket(lower j) <= bucket(upper i), and the window of
-// i, which goes on while that holds, includes j; j's own window begins after j. Of two strips the
-// box of the lower bucket asks, and of equal buckets the query (cross()). A wide box asks all of a
-// strip that begins before it ends, in each column that it touches, where the home rule picks one;
-// two wide boxes meet in no column and are compared by brute force. Worlds that have columns of
-// their own share none. A box of all worlds is wide in each of them, and of those columns another
-// box has the ones of its own world, so that the two have one home, too.
+// Every two boxes of a column whose quantized ranges overlap are compared once. In a strip, i
+// before j: bucket(i) <= bucket(j), so if they overlap, bucket(lower j) <= bucket(upper i), and the
+// window of i, which lasts while that holds, includes j; the window of j begins after j. Of two
+// strips, the box of the lower bucket searches, and of equal buckets the query (cross()). A wide
+// box is compared with all of a strip that begins before it ends, in each column that it touches;
+// the owner-cell rule selects one. Two wide boxes share no column and are compared by brute force.
+// Worlds with columns of their own share none. A box in every world is wide in each world's
+// columns, and any other box has columns of one world only, so that the two have one owner cell.
 //
-// Two sets may lie in one strip, whose boxes meet as those of one set do; such as are of one set
-// have a bit in common, as those have that are at home elsewhere, and are not told of. And where
-// one set has few boxes in a column, those of the other that are far from all of these are left out
-// (thin_out()).
+// Two sets may share a strip, whose boxes are compared like those of one set. Boxes of the same set
+// have a reject bit in common, as have boxes with another owner cell, and their pairs are not
+// reported. If one set has few boxes in a column, boxes of the other that are far from all of these
+// are left out (thin_out()).
 #include "cpu/column.hpp"
 
 #include <algorithm>
@@ -23,15 +23,15 @@
 namespace throng::cpu {
 namespace {
 
-// A strip of two sets is swept where neither has so many times more boxes than the other, and few
-// lie in a window: those of a set are compared with one another, too.
+// A strip of two sets is used unless one set has far more boxes or windows are long: boxes of one
+// set are compared with each other too.
 constexpr std::uint32_t most_uneven = 32;
 constexpr double longest_mixed_window = 64;
-constexpr std::uint64_t most_mixed = 65536;  // boxes, as room is reserved for them twice
-constexpr std::uint32_t most_passed = 31;  // columns that are not looked at, where none was of use
+constexpr std::uint64_t most_mixed = 65536;  // boxes; space is reserved twice
+constexpr std::uint32_t most_passed = 31;    // columns skipped after failures
 
-// How many places behind the first of some boxes in a row the last of their windows ends; the mean
-// of some samples.
+// The mean window length, from samples: for boxes in a row, the distance from the first box to the
+// end of the last window.
 double mean_window(const Strip& strip) {
   constexpr std::uint32_t samples = 32, in_a_row = 16;
   const std::uint32_t step = std::max(in_a_row, strip.count / samples);
@@ -46,7 +46,7 @@ double mean_window(const Strip& strip) {
 
 }  // namespace
 
-// In pieces, so that who stops a search of very many boxes in one column is heard soon.
+// In pieces, so that cancellation is noticed promptly in a column of very many boxes.
 void ColumnSearch::sweep(Sweep args) {
   constexpr std::uint32_t comparisons = 1u << 26;
   const std::uint32_t pieces = comparisons / (args.targets->count + 1) / sweep_piece;
@@ -61,9 +61,9 @@ void ColumnSearch::sweep(Sweep args) {
   }
 }
 
-// Each query against the targets of its own bucket (or the next, where the own one was met from the
-// other side) and on. So of two boxes of different sides the one of the lower bucket asks, and of
-// two of one bucket the query of the first call.
+// Compares each query with the targets of its own bucket (or the next, if the opposite call covered
+// its own) and later. So of two boxes of different subsets the one of the lower bucket searches,
+// and of two in one bucket the query of the first call.
 void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucket,
                          Orientation orientation) {
   std::uint32_t* starts = level_.starts.room(from.count + strip_padding);
@@ -74,7 +74,7 @@ void ColumnSearch::cross(const Strip& from, const Strip& to, bool skip_own_bucke
   sweep({&from, &to, starts, orientation});
 }
 
-// The wide boxes of a side that touch this column, against all its targets.
+// Compares the wide boxes of a subset that touch this column with all its targets.
 void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& targets,
                               Orientation orientation) {
   const std::uint32_t wide_count = space_.wide_count_[side];
@@ -112,11 +112,11 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   sweep({&strip, &targets, starts, orientation});
 }
 
-// Two sets as one strip: boxes of one side have a bit in common, and are not told of. False, and
-// nothing is told, where the sides are to be compared with each other.
+// Two sets as one strip: boxes of one set share a reject bit and are not reported. Returns false,
+// with no pair reported, if the sets are to be compared strip against strip.
 bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const Raw> sides) {
   const auto [least, most] = std::minmax(sides[0].records, sides[1].records);
-  // Without vectors what is compared within a set costs more than it saves.
+  // Without vectors, comparisons within a set cost more than they save.
   if (least < most / most_uneven || search_.kernels->isa == Isa::scalar) return false;
   if (passed_ < pass_by_) {
     ++passed_;
@@ -143,25 +143,26 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   const bool has_targets = problem_.targets.count != 0;
   Raw sides[2] = {collect(column, 0), has_targets ? collect(column, 1) : Raw{0, 0, 0}};
   worker_.visited += std::uint64_t{sides[0].records} + sides[1].records;
-  // Who is there to meet whom: of two sides often one alone. Wide boxes are in no column.
+  // Skips columns without a possible pair: often only one set is present. Wide boxes are in no
+  // column.
   const bool queries = sides[0].records != 0, targets = sides[1].records != 0;
   const bool any_query = queries || space_.wide_count_[0] != 0;
   const bool any_target = targets || space_.wide_count_[1] != 0;
   if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
   const std::uint64_t both = std::uint64_t{sides[0].records} + sides[1].records;
   if (problem_.raised_by != 0 && both <= most_mixed) {
-    // Which way columns go depends on those before: each has room for either.
+    // The method for a column depends on earlier columns: reserve space for either.
     for (StripSpace* space : {&level_.query_strip, &level_.target_strip})
       space->reserve(static_cast<std::uint32_t>(both), words_of_kinds() != nullptr);
     level_.starts.room(both + strip_padding);
     if (sweep_mixed(column, sides)) return;
   }
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
-    // A wide box of the few may meet any.
+    // A wide box of the smaller set may overlap any.
     Raw &one = sides[few], &other = sides[1 - few];
     if (space_.wide_count_[few] == 0 && one.records < other.records / most_uneven) {
       other = thin_out(other, one);
-      break;  // what is left may be fewer still: there is room for one side's
+      break;  // stop here: there is space to thin out one set only
     }
   }
   Part parts[2] = {{{sides, 1}, 0, level_.query_strip}, {{sides + 1, 1}, 1, level_.target_strip}};

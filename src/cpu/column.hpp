@@ -1,5 +1,5 @@
-// The search of one column of a grid: its boxes made strips (strips.cpp), which are swept
-// (column.cpp).
+// The search of one column of a grid: its boxes are arranged as strips (strips.cpp), which are
+// swept (column.cpp).
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace throng::cpu {
 
-// Counts of a column fit 32 bits: a side's box is entered into a column once at most, so a side has
-// max_box_count records there at most, and what is read beyond them, too, has a number. Of both
-// sides together that need not be so: nothing adds them up in 32 bits unless labels are raised.
+// Counts of a column fit 32 bits: each box of a subset is in a column at most once, so there are at
+// most max_box_count records, and padding indices fit, too. Both subsets together may exceed 32
+// bits: the sum is only formed if labels are offset.
 static_assert(max_box_count + strip_padding + 63 <= 0xffffffffu);
 
-// Where the bits stand that tell the sets of a strip of two: above those of the column itself, as
-// no grid lies within.
+// The bits that mark the set of a box in a mixed strip: above those of the column, as no nested
+// grid is used.
 constexpr unsigned side_bit = 3;
 static_assert(side_bit + 2 <= Kinds::first_bit);
 
-// One worker's way through columns.
+// One worker's search through columns.
 class ColumnSearch {
  public:
   ColumnSearch(Search& search, const Problem& problem, const core::GridPlan& plan, GridSpace& space,
@@ -34,11 +34,11 @@ class ColumnSearch {
         level_(worker.level(depth)),
         depth_(depth) {}
 
-  // `next`: which will be run after it, or LookAhead::no_column.
+  // `next`: the column after it, to prefetch, or LookAhead::no_column.
   void run(std::uint32_t column, std::uint32_t next);
 
  private:
-  // A column's boxes of one side, as they lie.
+  // A column's boxes of one subset, as stored.
   struct Raw {
     std::uint32_t first_segment, segment_count, records;
   };
@@ -47,7 +47,7 @@ class ColumnSearch {
     return {level_.segments.data() + raw.first_segment, raw.segment_count};
   }
   Raw thin_out(const Raw& many, const Raw& few);
-  // A strip to be, of the boxes of one side or of both.
+  // A strip under construction, of one subset or of both.
   struct Part {
     std::span<const Raw> raw;
     unsigned side;
@@ -71,11 +71,11 @@ class ColumnSearch {
   void cross(const Strip& from, const Strip& to, bool skip_own_bucket, Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
 
-  // Those that words tell of.
+  // The filter classes, if the records' bits can represent them.
   const Kinds* words_of_kinds() const {
     return search_.kinds && search_.kinds->words_tell() ? search_.kinds : nullptr;
   }
-  // Of raised labels the lesser one is a query's.
+  // With offset labels the lesser one is a query's.
   Orientation forward() const {
     return problem_.raised_by ? Orientation::unordered : search_.forward();
   }
@@ -90,8 +90,9 @@ class ColumnSearch {
   Worker& worker_;
   Level& level_;
   unsigned depth_;
-  bool mixed_ = false;                      // the strip that is swept has boxes of both sides
-  std::uint32_t pass_by_ = 0, passed_ = 0;  // columns before that is tried again, and so far
+  bool mixed_ = false;                      // the current strip has boxes of both sets
+  std::uint32_t pass_by_ = 0, passed_ = 0;  // columns to skip before the next attempt, and skipped
+                                            // so far
   LookAhead ahead_;
 };
 

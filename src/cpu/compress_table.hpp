@@ -1,4 +1,4 @@
-// Which lanes a byte of bits names: for instruction sets that cannot compress a vector themselves.
+// Lane indices for each byte mask: for instruction sets without a compress instruction.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 namespace throng::cpu {
 
 struct CompressTable {
-  std::uint8_t lanes[256][8] = {};  // the positions of the set bits in order, then zeros
+  std::uint8_t lanes[256][8] = {};  // positions of the set bits in order, then zeros
   constexpr CompressTable() {
     for (unsigned bits = 0; bits < 256; ++bits) {
       unsigned count = 0;

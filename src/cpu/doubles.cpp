@@ -7,9 +7,9 @@
 namespace throng::cpu {
 namespace {
 
-constexpr std::size_t most_samples = 64;  // of a set
+constexpr std::size_t most_samples = 64;  // per set
 
-// Coordinates of some boxes, as far as they are finite.
+// Finite coordinates of sampled boxes.
 struct Sample {
   std::size_t count = 0;
   double value[2 * most_samples] = {};
@@ -33,7 +33,7 @@ double origin_of(const Doubles& doubles, int axis) noexcept {
   std::sort(sample.value, sample.value + sample.count);
   const double middle = sample.value[sample.count / 2];
   const double spread = sample.value[sample.count * 3 / 4] - sample.value[sample.count / 4];
-  // Near 0 coordinates stay as they are: those that are floats lose nothing.
+  // Near 0 the origin is 0: coordinates that are floats stay exact.
   constexpr double far = 4;
   return std::fabs(middle) > far * spread ? middle : 0;
 }
@@ -45,14 +45,14 @@ Box rounded(const DoubleBox& box, const DoubleVec3& o) noexcept {
            static_cast<float>(box.upper.z - o.z)}};
 }
 
-// Of boxes begin .. end - 1; box(i) gives them.
+// Rounds boxes begin .. end - 1 of box(i).
 template <class BoxAt>
 void stand_for(const BoxAt& box, const DoubleVec3& origin, float margin, std::size_t begin,
                std::size_t end, Box* out) noexcept {
   for (std::size_t i = begin; i < end; ++i) {
     const DoubleBox given = box(i);
     out[i] = rounded(margin != 0 ? core::expand(given, margin) : given, origin);
-    // A box can be inverted by less than floats tell, or a margin can turn it around.
+    // A box may be inverted by less than float resolution, or turned around by a margin.
     if (!core::is_active(given) && !core::has_nan(given)) [[unlikely]]
       out[i] = {{1, 1, 1}, {0, 0, 0}};
   }

@@ -1,12 +1,12 @@
-// Boxes of doubles: floats stand for them in a search, and where two of these are equal, which
-// tells nothing, the doubles decide.
+// Boxes of doubles: the search uses rounded floats; on equal floats, which decide nothing, the
+// doubles decide.
 //
-// A coordinate x is stood for by f(x) = float(x - origin), the same origin for all, both steps
-// rounded to nearest. Both are non-decreasing, and so is f. So if f(x) < f(y) then x < y, and if
-// f(x) > f(y) then x > y: what floats tell apart, doubles tell in the same way. The words of a
-// grid are a non-decreasing map of floats (core/quantise.hpp), so the same holds of words: equal
-// ones alone are looked at, and nothing else in a search knows of doubles. Boxes that overlap as
-// doubles overlap as floats, so none is lost where floats choose what is asked: a column, a range.
+// A coordinate x is represented by f(x) = float(x - origin), the same origin for all, both steps
+// rounded to nearest. Both are non-decreasing, and so is f. So f(x) < f(y) implies x < y, and f(x)
+// > f(y) implies x > y: the floats order what they distinguish as the doubles do. Quantized
+// coordinates are a non-decreasing map of floats (core/quantise.hpp), so the same holds for them:
+// only ties are decided by doubles, and no other part of a search uses doubles. Boxes that overlap
+// as doubles overlap as floats, so no candidate is lost.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,8 @@
 namespace throng::cpu {
 
 struct Doubles {
-  const DoubleBoxes* a = nullptr;  // pair.first is of a, pair.second of b
-  const DoubleBoxes* b = nullptr;  // a itself where there is one set
+  const DoubleBoxes* a = nullptr;  // set of pair.first; b is that of pair.second
+  const DoubleBoxes* b = nullptr;  // equal to a if there is one set
   float margin = 0;
 
   bool is_flat() const noexcept { return a->is_flat() && b->is_flat(); }
@@ -46,12 +46,12 @@ struct Doubles {
   }
 };
 
-// Where floats are to be finest: where most boxes are, if that is far from 0 for how they are
-// spread, else 0. Any origin is right.
+// The origin: the point of finest float resolution. The median of the boxes if that is far from 0
+// relative to their spread, else 0. Any origin is correct.
 DoubleVec3 choose_origin(const Doubles& doubles) noexcept;
 
-// Writes the float box that stands for each box of `boxes`, grown by the margin. One with a NaN has
-// a NaN, an inactive one stays so: it is asked of the doubles.
+// Writes the float box for each box of `boxes`, expanded by the margin. NaN and inactive boxes stay
+// NaN and inactive, as decided on the doubles.
 void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
                const Executor& executor, unsigned tasks, Box* out);
 

@@ -1,4 +1,4 @@
-// What each of several tasks has for itself, kept between calls.
+// Per-task objects, kept between calls.
 #pragma once
 
 #include "cpu/memory.hpp"
@@ -16,17 +16,17 @@ class EachTask {
   EachTask(const EachTask&) = delete;
   EachTask& operator=(const EachTask&) = delete;
 
-  // Makes those of the first `count` tasks that there are none of yet.
+  // Creates the missing objects of the first `count` tasks.
   T* const* make(unsigned count) {
     for (unsigned t = 0; t < count; ++t) {
       if (!all_[t]) all_[t] = memory_->create<T>(*memory_);
     }
     return all_;
   }
-  // Which has been made.
+  // Precondition: created by make().
   T& operator[](unsigned task) const noexcept { return *all_[task]; }
-  // Whatever room one of the first `count` has, all get: what comes to which task differs from call
-  // to call. The first gathers it.
+  // Grows all of the first `count` objects to the largest capacity of any, as tasks get different
+  // work in each call. The first collects the maximum.
   void match(unsigned count) {
     for (unsigned t = 1; t < count; ++t) all_[0]->match(*all_[t]);
     for (unsigned t = 1; t < count; ++t) all_[t]->match(*all_[0]);
@@ -37,8 +37,8 @@ class EachTask {
   T* all_[max_workers] = {};
 };
 
-// Runs body(task) for each of several tasks, of which memory may run out for any: throws NoMemory
-// once all have ended.
+// Runs body(task) for several tasks. If memory runs out in any, throws NoMemory after all have
+// ended.
 template <class F>
 void run_tasks_or_throw(const Executor& executor, unsigned tasks, const F& body) {
   std::atomic<std::size_t> failed{0};

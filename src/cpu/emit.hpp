@@ -1,4 +1,4 @@
-// Where a kernel leaves the pairs that it finds.
+// The output interface of kernels: cursors for the pairs that they find.
 #pragma once
 
 #include <algorithm>
@@ -9,17 +9,17 @@
 
 namespace throng::cpu {
 
-// A kernel may write up to `slack` pairs beyond a cursor before it looks at the limit again.
+// A kernel may write up to `emit_slack` pairs beyond a cursor before it checks the limit again.
 constexpr std::size_t emit_slack = 64;
 
-// How the ids of a query and of a target become a pair: `unordered`, the lesser is first, and the
-// other less Emit::second_base, which ids of a second set have been raised by, second.
+// How the ids of a query and a target form a pair. `unordered`: the lesser is first;
+// Emit::second_base, the offset of the second set's ids, is subtracted from the other.
 enum class Orientation : std::uint8_t { unordered, query_first, target_first };
 
 struct Emit {
-  Pair* cursor = nullptr;        // sure pairs
+  Pair* cursor = nullptr;        // confirmed pairs
   Pair* limit = nullptr;         // cursor > limit: call flush
-  Pair* maybe_cursor = nullptr;  // pairs that the floats must decide
+  Pair* maybe_cursor = nullptr;  // quantization ties: the floats decide
   Pair* maybe_limit = nullptr;
   void (*flush)(Emit*) = nullptr;
   void (*flush_maybe)(Emit*) = nullptr;
@@ -32,7 +32,7 @@ inline Pair make_pair(Orientation orientation, std::uint32_t query, std::uint32_
                       std::uint32_t second_base = 0) noexcept {
   if (orientation == Orientation::query_first) return {query, target};
   if (orientation == Orientation::target_first) return {target, query};
-  // Of std::min and std::max together GCC makes a branch, which is guessed wrong every other time.
+  // GCC compiles std::min plus std::max to a branch, which is mispredicted half the time.
   const std::uint32_t least = std::min(query, target);
   return {least, (query ^ target ^ least) - second_base};
 }

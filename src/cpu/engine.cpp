@@ -11,9 +11,9 @@
 namespace throng::cpu {
 namespace {
 
-// Below so many boxes a second thread costs more than it gains. Measured by throng bench.
+// Below this many boxes a second thread costs more than it gains. Measured by throng bench.
 constexpr std::uint64_t threads_pay_from = 6000;
-// Of a partition, a problem of fewer boxes is one worker's; larger ones are the whole team's.
+// Problems of a partition with fewer boxes are solved by one worker; larger ones by the whole team.
 constexpr std::uint64_t team_pays_from = 65536;
 
 }  // namespace
@@ -31,7 +31,7 @@ Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noex
       ordered_(memory_),
       workers_(memory_) {}
 
-// Makes the float boxes that are searched for those of doubles.
+// Computes the float boxes that replace boxes of doubles in the search.
 void Engine::round(Call& call) {
   THRONG_RANGE("round");
   Search& search = call.search;
@@ -47,12 +47,12 @@ void Engine::round(Call& call) {
   fill(*doubles.a, out, call.rounded[0]);
   if (search.two_sets) fill(*doubles.b, out + of_a, call.rounded[1]);
   search.doubles = &doubles;
-  search.margin = 0;  // they have it
+  search.margin = 0;  // already applied
   search.flat = doubles.is_flat();
   call.result.times.bin_ms = call.clock.lap();
 }
 
-// Everything before the first pair: the split, the plan, the binning, the check for NaN.
+// All steps before the first pair: partition, plan, binning, NaN check.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
   Search& search = call.search;
@@ -76,7 +76,7 @@ void Engine::prepare(Call& call) {
     r.times.plan_ms = call.clock.lap();
     r.plan.algorithm =
         call.options.algorithm == Algorithm::all_pairs ? Algorithm::all_pairs : Algorithm::grid;
-    r.plan.reason = "one problem a world, static boxes apart, each planned for itself";
+    r.plan.reason = "one problem per world, static boxes separate, a plan for each";
   } else {
     r.times.plan_ms = call.clock.lap();
     r.plan.algorithm = call.plan.all_pairs ? Algorithm::all_pairs : Algorithm::grid;
@@ -156,8 +156,8 @@ void Engine::solve_partition(Call& call) {
   }
 }
 
-// Before the first pair, so that they need not be found twice, once to be counted. Without memory
-// for a guess it is done by the count.
+// Estimates and allocates output memory first, which saves a counting pass. If that allocation
+// fails, the count decides.
 void Engine::guess_room(Call& call, Output& output) {
   const std::uint64_t most = 8 * box_count(call.search);
   std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(most, few_pairs));
@@ -251,12 +251,12 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
     r.status = search.status();
     r.bytes_needed = search.bytes();
     if (r.status == Status::memory_cap_too_small) {
-      // Where what was thought to be enough was not, twice as much: a caller comes to an end.
+      // If the estimate was not enough, doubles the cap, so that a caller's retries end.
       const std::size_t cap = options.memory_cap_bytes, enough = enough_bytes(call);
       r.bytes_needed = std::max(search.bytes(), cap < enough ? enough : 2 * cap);
     }
     r.found = 0;
-    // What a consumer was handed before memory ran short it has.
+    // Pairs that a consumer received before memory ran out count as written.
     if (!consumer || r.status == Status::stopped) r.written = 0;
   }
   r.times.total_ms = total.lap();

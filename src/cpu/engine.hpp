@@ -17,16 +17,16 @@
 
 namespace throng::cpu {
 
-// So many pairs are few, whatever there are of boxes: half a MiB.
+// A small number of pairs for any number of boxes: half a MiB.
 constexpr std::size_t few_pairs = std::size_t{1} << 16;
 
-// Room to ask for where there is some for `capacity` pairs and `count` are wanted: a few more, so
-// that frames that differ by little do not each ask anew; where they did ask, more. What is not
-// written takes no memory yet.
+// Capacity to allocate when `capacity` pairs fit and `count` are needed: some spare, so that frames
+// that differ little do not each reallocate; more spare after a first allocation. Untouched memory
+// costs nothing.
 constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexcept {
   return count + count / (capacity == 0 ? 64 : 8) + 512;
 }
-// Of an Output that grows in a buffer: null where there is no memory.
+// Output::grow for a Buffer: null if allocation fails.
 inline Pair* room_for_pairs(void* buffer, std::size_t count) noexcept {
   auto& room = *static_cast<Buffer<Pair>*>(buffer);
   try {
@@ -46,7 +46,7 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  // The arguments are valid (see the hall). b null: one set. `output` or `consumer` is null.
+  // Arguments are validated by the API layer. b null: one set. `output` or `consumer` is null.
   Result find(const Boxes& a, const Boxes* b, const Options&, Output* output,
               const Consumer* consumer);
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
@@ -54,13 +54,13 @@ class Engine {
 
   Memory& memory() noexcept { return memory_; }
   Buffer<Pair>& pairs() noexcept { return pairs_; }
-  // The plan of the last call's one grid; null where there was none: brute force, or worlds by
-  // themselves.
+  // The plan of the last call's single grid; null if there was none: brute force, or one problem
+  // per world.
   const core::GridPlan* whole_plan() const noexcept {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
   const GridSpace& grid() const noexcept { return grid_; }
-  // tell(what, bytes) of each part of what is held.
+  // Calls tell(what, bytes) for each part of the held memory.
   template <class Tell>
   void tell_memory(const Tell& tell) const {
     const std::size_t cells = grid_.held(), sorting = sorter_.held();
@@ -68,9 +68,9 @@ class Engine {
     tell("boxes in cells", cells);
     tell("pairs", pairs);
     tell("sorting pairs", sorting);
-    tell("threads' own scratch, and the rest", memory_.held() - cells - sorting - pairs);
+    tell("per-thread scratch and other", memory_.held() - cells - sorting - pairs);
   }
-  // After a call with status nan_box: whether first_invalid is of the second set.
+  // After a call with status nan_box: whether first_invalid refers to the second set.
   bool nan_in_second_set() const noexcept { return nan_in_b_; }
 
  private:
@@ -90,7 +90,7 @@ class Engine {
   std::size_t enough_bytes(const Call&) const noexcept;
 
   Memory memory_;
-  Buffer<Box> rounded_;  // what stands for doubles
+  Buffer<Box> rounded_;  // float boxes in place of doubles
   Kinds kinds_;
   GridSpace grid_;
   Partition partition_;

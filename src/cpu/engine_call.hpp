@@ -1,4 +1,4 @@
-// What the parts of one call to an Engine share.
+// State shared by the parts of one call to an Engine.
 #pragma once
 
 #include <chrono>
@@ -31,7 +31,7 @@ struct Engine::Call {
   const Options& options;
   Clock clock;
   Doubles doubles;
-  Boxes rounded[2];  // what stands for them
+  Boxes rounded[2];  // float boxes in place of doubles
   Search search;
   Problem whole;
   core::GridPlan plan;

@@ -1,4 +1,4 @@
-// The canonical order, and pairs to a consumer under a cap on memory.
+// Canonical (sorted) order, and pairs to a consumer under a memory cap.
 #include <algorithm>
 #include <bit>
 
@@ -7,14 +7,14 @@
 namespace throng::cpu {
 namespace {
 
-// The canonical order in bounded memory: at least so many pairs at a time.
+// Sorted output in bounded memory: minimum pairs per block.
 constexpr std::size_t least_in_order = 4096;
-// And no more than so many.
+// And the maximum.
 constexpr std::size_t usual_in_order = std::size_t{1} << 22;
 
 }  // namespace
 
-// Found into memory of our own, then sorted into the caller's, which is untouched if too small.
+// Finds into internal memory, then sorts into the caller's, which stays untouched if too small.
 void Engine::find_in_order(Call& call, Output& output) {
   Output own{unordered_.data(), unordered_.capacity(), room_for_pairs, &unordered_};
   find_into(call, own);
@@ -46,7 +46,7 @@ void Engine::consume(Call& call, const Consumer& consumer) {
   if (!call.search.failed() && sink.stopped()) call.result.status = Status::stopped;
 }
 
-// The canonical order in bounded memory: ranges of it that fit, each found and sorted by itself.
+// Sorted output in bounded memory: key ranges that fit, each found and sorted separately.
 void Engine::consume_in_order(Call& call, const Consumer& consumer) {
   const std::uint64_t last = call.search.a->empty() ? 0 : call.search.a->size() - 1;
   const unsigned key_bits = 32 + static_cast<unsigned>(std::bit_width(last));
@@ -56,9 +56,9 @@ void Engine::consume_in_order(Call& call, const Consumer& consumer) {
   if (!go_on) call.result.status = Status::stopped;
 }
 
-// Under a cap, once all pairs were found and what that takes is held: what is left of it becomes
-// room for pairs, as each room of them is one more search. Tasks may yet come to need as much
-// scratch as any has, and sorting a little more than is known here.
+// Under a cap, after a pass over all pairs: gives the unused part of the cap to pair buffers, as
+// each buffer-full takes another search. Reserves for other tasks the scratch of the largest, and
+// for sorting a little more than is known here.
 void Engine::widen_rooms(const Call& call) {
   const std::size_t cap = memory_.cap();
   const std::size_t rooms = unordered_.bytes() + ordered_.bytes();
@@ -78,14 +78,13 @@ void Engine::widen_rooms(const Call& call) {
   ordered_.room(count, true);
 }
 
-// Delivers all pairs whose key lies in [begin, begin + slices * 2^slice_bits).
+// Delivers all pairs with a key in [begin, begin + slices * 2^slice_bits).
 void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t begin,
                            unsigned slice_bits, bool& go_on) {
   if (unordered_.capacity() == 0 || ordered_.capacity() == 0) {
     std::size_t count = usual_in_order;
     if (const std::size_t cap = memory_.cap()) {
-      // What the cap leaves beyond what is needed in any case, for finding, sorting, and its
-      // scratch.
+      // The rest of the cap after the fixed needs, for finding, sorting and its scratch.
       const std::size_t enough = enough_bytes(call);
       const std::size_t spare = cap > enough ? cap - enough : 0;
       count = std::min(usual_in_order,
@@ -108,7 +107,7 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
     RangeSink sink(begin, slice_bits, unordered_.data(), room);
     pass(call, sink);
     if (call.search.failed()) return;
-    if (call.result.found == 0) call.result.found = sink.found();  // the first pass sees all
+    if (call.result.found == 0) call.result.found = sink.found();  // the first pass finds all
     if (sink.found() <= room) return deliver(static_cast<std::size_t>(sink.found()));
     for (std::size_t s = 0; s < RangeSink::slices; ++s) counts[s] = sink.in_slice(s);
   }
@@ -118,7 +117,8 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
     std::uint64_t sum = counts[s];
     const std::uint64_t at = begin + (std::uint64_t{s} << slice_bits);
     if (sum > room) {
-      // 2^0 keys hold one pair each, so a slice with more pairs than fit can be cut further.
+      // A slice of 2^0 keys holds at most one pair, so a larger slice that does not fit can be
+      // divided.
       const unsigned finer = slice_bits > 12 ? slice_bits - 12 : 0;
       consume_range(call, consumer, at, finer, go_on);
       ++s;
@@ -136,8 +136,8 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
   }
 }
 
-// A cap under which this call will not fail: all that is held, and room for the largest column of a
-// grid, generously.
+// A cap under which this call does not fail: all held memory, and a generous bound for the largest
+// column of a grid.
 std::size_t Engine::enough_bytes(const Call& call) const noexcept {
   const std::uint64_t boxes = box_count(call.search);
   const double records =
@@ -146,7 +146,8 @@ std::size_t Engine::enough_bytes(const Call& call) const noexcept {
   const double columns = call.plan.column_count();
   const double column = std::min(records, 8 * records / columns + 4096);
   const double tasks = call.tasks;
-  // A column's boxes: records in order, words, doubled words, buckets, ids; see StripSpace.
+  // A column's boxes: ordered records, quantized coordinates, bit columns, buckets, ids; see
+  // StripSpace.
   constexpr double bytes_a_record = 1.125 * (16 + 12 + 24 + 16);
   const double fixed = tasks * (sizeof(Worker) + sizeof(Level) + 65536) + sizeof(Engine);
   const double chains = columns * tasks * (2 * sizeof(std::uintptr_t) + 2 * 4096);

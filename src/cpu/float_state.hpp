@@ -1,4 +1,4 @@
-// The floating-point state that the library computes in: round to nearest, denormals kept.
+// The floating-point state of the library: round to nearest, denormals kept.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace throng::cpu {
 
-// Sets the state for its lifetime and gives the caller's back. One on every thread that works.
+// RAII: sets the state and restores the caller's. One on every working thread.
 class FloatState {
  public:
 #if defined(__SSE__) || defined(_M_X64)

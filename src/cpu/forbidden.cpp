@@ -5,7 +5,7 @@
 namespace throng::cpu {
 namespace {
 
-// f(second, id) for all boxes of a problem.
+// Calls f(second, id) for all boxes of a problem.
 template <class F>
 void each_box(const Problem& problem, const F& f) {
   for (const bool second : {false, true}) {
@@ -36,8 +36,7 @@ std::uint64_t Forbidden::count_all(const Problem& problem) {
   return count_[0] + count_[1];
 }
 
-// The majority vote of Boyer and Moore: whoever more than half of all boxes have as their owner is
-// left at the end.
+// Boyer-Moore majority vote: an owner of more than half of the boxes remains at the end.
 void Forbidden::find_owner(const Problem& problem) {
   std::uint64_t votes = 0;
   each_box(problem, [&](bool second, std::uint32_t id) {
@@ -47,8 +46,8 @@ void Forbidden::find_owner(const Problem& problem) {
   });
 }
 
-// The kind of the most boxes, of those of which no two may pair, and then the next one that may
-// pair with none of these, until there is none.
+// Greedy: the most frequent class whose own boxes may not pair, then the next one that may pair
+// with none of the selected, until there is none.
 void Forbidden::find_kinds(const Problem& problem) {
   std::uint64_t boxes[Kinds::most] = {};
   each_box(problem, [&](bool second, std::uint32_t id) { ++boxes[search_.kinds->of(second)[id]]; });

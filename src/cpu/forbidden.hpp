@@ -1,5 +1,5 @@
-// Boxes of one place of which filters let no two pair: where they are many, they are not compared
-// with one another.
+// Boxes in one place of which no two may pair by the filters: if there are many, they are not
+// compared with each other.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 
 namespace throng::cpu {
 
-// The boxes of one owner, or of some kinds: no two of them may pair.
+// The boxes of one owner, or of some filter classes: no two of them may pair.
 class Forbidden {
  public:
-  // Of the boxes of a problem of which they are most, if they are more than half of them.
+  // Selects the largest such subset, if it is more than half of the problem's boxes.
   Forbidden(const Search& search, const Problem& problem);
 
-  // `second`: a target.
+  // `second`: the box is a target.
   bool has(bool second, std::uint32_t id) const noexcept {
     if (kinds_ != 0) return kinds_ >> search_.kinds->of(second)[id] & 1;
     return owner_ != -1 && (second ? search_.b : search_.a)->filters.owner[id] == owner_;
   }
-  // How many of the queries and of the targets.
+  // Number of such queries or targets.
   std::uint64_t count(bool second) const noexcept { return count_[second]; }
 
  private:
@@ -29,7 +29,7 @@ class Forbidden {
 
   const Search& search_;
   std::int32_t owner_ = -1;
-  std::uint32_t kinds_ = 0;  // a bit each
+  std::uint32_t kinds_ = 0;  // one bit per class
   std::uint64_t count_[2] = {0, 0};
 };
 

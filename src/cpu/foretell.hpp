@@ -1,5 +1,5 @@
-// How many pairs there will be, before they are found: from a few of the parts that are searched
-// one by one, which are the columns of a grid, or worlds.
+// Estimates the number of pairs before the search, by sampling independent parts: the columns of a
+// grid, or worlds.
 #pragma once
 
 #include <algorithm>
@@ -11,15 +11,15 @@
 
 namespace throng::cpu {
 
-// One part in so many is searched, these at least and at most.
+// The sample is one in `one_in` parts, clamped to these limits.
 constexpr std::uint32_t one_in = 16, least_drawn = 4, most_drawn = 24;
-// So many standard errors are added to what is expected, if they are so small a part of it.
+// Standard errors added to the estimate, and their largest accepted fraction of it.
 constexpr double standard_errors = 3, close_enough = 0.125;
 
-// As many pairs as there will be, or somewhat more; 0 where that cannot be said closely. size(i):
-// of part i, in boxes; find(i) searches it. Parts are drawn at even distances of their boxes, so
-// that one is the more likely to be drawn the more it has, and the mean of the pairs a box is that
-// of all. The worker's room for pairs begins anew.
+// Returns the expected number of pairs plus a margin, or 0 if the estimate is not close enough.
+// size(i): boxes of part i; find(i) searches it. Parts are drawn at equal distances in their
+// cumulated sizes, so that the probability of a part is proportional to its size, and the mean of
+// pairs per box is unbiased. Resets the worker's output.
 template <class Size, class Find>
 std::size_t foretell(Search& search, Worker& worker, std::uint32_t parts, const Size& size,
                      const Find& find) {

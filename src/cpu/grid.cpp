@@ -11,15 +11,15 @@
 namespace throng::cpu {
 namespace {
 
-// A box in more columns than this is kept apart and swept over each of them; see column.cpp.
+// A box in more columns than this is stored separately and swept over each of them; see column.cpp.
 constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
-// A task's buffers, of all columns.
+// A task's write buffers for all columns.
 constexpr std::size_t bin_buffer_bytes = std::size_t{1} << 20;
-// Room for a tile's places, read on to the end of a vector.
+// Space for a tile's places, read to the end of a vector.
 constexpr std::uint32_t place_room = bin_tile + 16;
 
-// Where the columns of each box's world begin; those of all worlds are left to the caller.
+// The first column of each box's world; boxes in every world take the slow path.
 void places_of(const Strided<std::int32_t>& worlds, std::size_t begin, std::uint32_t count,
                std::uint32_t columns, std::uint32_t* places) noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -116,14 +116,14 @@ std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
     const std::size_t at = used.fetch_add(block_batch, std::memory_order_relaxed);
     if (at < each) return pool_begin_ + (r * each + at) * block_bytes_;
   }
-  // Goes on counting, so that the next attempt gets all it needs; what it writes is lost.
+  // Continues counting, so that the next attempt allocates enough; these writes are discarded.
   regions_[task].used.fetch_add(block_batch, std::memory_order_relaxed);
   pool_short_.store(true, std::memory_order_relaxed);
   return 0;
 }
 
-// How long buffers are, in bits: the longer, the less often one is full, which no processor
-// guesses; but those of all columns are to stay in the second level of cache. 0: there are none.
+// log2 of the bytes per buffer. Longer buffers are full less often, which is an unpredictable
+// branch; but those of all columns have to stay in the L2 cache. 0: no buffers.
 unsigned GridSpace::choose_buffers(const Search& search, double records) const noexcept {
   constexpr unsigned least = 6, most = 8;
   if (search.kernels->isa == Isa::scalar || search.memory->cap()) return 0;
@@ -140,7 +140,7 @@ void GridSpace::prepare(const Search& search, const core::GridPlan& plan, std::s
   tasks_ = task_count;
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
   const double per_chain = records / (static_cast<double>(columns_) * task_count);
-  // About four blocks a chain: the last of each is half empty.
+  // About four blocks per chain: the last of each is half empty.
   block_bytes_ = 32768;
   const double chain_bytes = per_chain * sizeof(Record);
   const std::uintptr_t least_bytes = plan.worlds == 1 ? 512 : (chain_bytes < 128 ? 64 : 128);
@@ -163,8 +163,7 @@ void GridSpace::prepare(const Search& search, const core::GridPlan& plan, std::s
 
 void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan& plan,
                     Worker* const* team, unsigned task_count, BinReport& report) {
-  // Under a cap that is near the first attempt only counts, so that no byte is asked for beyond
-  // what is needed.
+  // Under a tight cap the first attempt only counts, so that no byte beyond the need is allocated.
   std::size_t expected = std::size_t{problem.queries.count} + problem.targets.count;
   const double foretold = static_cast<double>(expected) * plan.replicas * sizeof(Record);
   if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * foretold)
@@ -196,7 +195,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
       report = total;
       return;
     }
-    // More replicas than the sample foretold. The number of blocks asked for is known now.
+    // More replicas than estimated. The number of blocks needed is known now.
     const std::size_t wanted = used_blocks_ + std::size_t{block_batch} * task_count;
     expected = static_cast<std::size_t>(static_cast<double>(wanted) *
                                         static_cast<double>(block_bytes_ / sizeof(Record)) /
@@ -224,8 +223,8 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   if (buffer_bits_ != 0) task.buffers = worker.bin_buffers.room(bin_buffer_bytes, true);
 
   const Boxes& boxes = *side.boxes;
-  // The kernels read whole groups and a little beyond: where boxes lie apart, and up to the last
-  // ones, which are copied out.
+  // The kernels read whole groups and slightly beyond. Strides below a box and the last boxes are
+  // copied out.
   const bool apart = boxes.stride_bytes() >= sizeof(Box);
   const char* packed = apart && !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
   const std::size_t safe = boxes.size() == 0 ? 0 : (boxes.size() - 1) / bin_group * bin_group;
@@ -234,7 +233,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   alignas(64) float tile[bin_tile * 6 + 1];
   alignas(64) std::uint32_t places[place_room] = {};
   task.place = plan.worlds > 1 ? places : nullptr;
-  // A share ends with a tile, unless it is the last; a tile ends before what is copied out.
+  // A chunk ends with a tile, unless it is the last; a tile ends before the copied boxes.
   std::size_t begin, end;
   while (!search.over() && shares.take(t, begin, end)) {
     for (std::uint32_t at = static_cast<std::uint32_t>(begin), count = 0; at < end; at += count) {
@@ -252,7 +251,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
         Box box = boxes[id];
         if (search.margin != 0 && core::is_active(box)) box = core::expand(box, search.margin);
         if (flat) {
-          // Any two overlap there; words that differ spare the floats.
+          // All boxes overlap in z; different quantized coordinates avoid the float test.
           box.lower.z = box.lower.z - 1;
           box.upper.z = box.upper.z + 1;
         }
@@ -269,7 +268,7 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   }
 }
 
-// The last records of a column go to their place.
+// Writes the last records of a column to its block.
 inline void GridSpace::empty_buffer(const BinTask& task, std::uint32_t column) {
   const std::uintptr_t end = task.tail[column];
   if (end == 0) return;
@@ -277,16 +276,16 @@ inline void GridSpace::empty_buffer(const BinTask& task, std::uint32_t column) {
   std::memcpy(reinterpret_cast<void*>(end - bytes), task.buffer(column), bytes);
 }
 
-// A record in two words, so that its parts are changed in registers: narrow stores would hold up
-// the wide load that follows.
+// A record as two 64-bit words, to modify it in registers: narrow stores would block store
+// forwarding to the wide load that follows.
 struct RecordWords {
   std::uint64_t low, high;  // lower 0, 1, 2, upper 0; upper 1, 2, id
   explicit RecordWords(const Record& r) { std::memcpy(this, &r, sizeof r); }
-  // The box begins in an earlier column along the axis.
+  // The box begins in an earlier column on the axis.
   void begins_before(int axis, bool before) {
     low &= ~(std::uint64_t{before ? 0xffffu : 0u} << (16 * axis));
   }
-  // The box ends in a later column along the axis.
+  // The box ends in a later column on the axis.
   void ends_after(int axis, bool after) {
     const std::uint64_t ones = after ? core::top_word : 0u;
     low |= axis == 0 ? ones << 48 : 0;

@@ -15,20 +15,20 @@ namespace throng::cpu {
 
 struct RecordWords;
 
-// The memory of one grid, kept from call to call.
+// The memory of one grid, kept between calls.
 class GridSpace {
  public:
   explicit GridSpace(Memory& memory) noexcept;
 
-  // Enters all boxes of a problem into columns, on `task_count` tasks of the team.
-  // Fails through the search where memory does.
+  // Bins all boxes of a problem, on `task_count` tasks of the team. Reports allocation failure
+  // through the search.
   void bin(Search&, const Problem&, const core::GridPlan&, Worker* const* team, unsigned task_count,
            BinReport&);
-  // Finds the pairs of all columns, and those of boxes that span too many.
+  // Finds the pairs of all columns, and those of wide boxes.
   void find(Search&, const Problem&, const core::GridPlan&, Worker* const* team,
             unsigned task_count, unsigned depth);
 
-  // How many pairs find() will tell; see foretell.hpp.
+  // Estimates the number of pairs of find(); see foretell.hpp.
   std::size_t foretell(Search&, const Problem&, const core::GridPlan&, Worker&);
 
   void match(const GridSpace& other);
@@ -37,7 +37,7 @@ class GridSpace {
            wide_[0].bytes() + wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
            wide_labels_[0].bytes() + wide_labels_[1].bytes();
   }
-  // Records that the last binning asked room for, or more.
+  // An upper bound of the records of the last binning.
   std::size_t record_bound() const noexcept {
     return used_blocks_ * (block_bytes_ / sizeof(Record));
   }
@@ -46,15 +46,16 @@ class GridSpace {
   friend class ColumnSearch;
   friend class GridLook;
   friend class LookAhead;
-  struct Block {              // a block's first 16 bytes
-    std::uintptr_t previous;  // address of the column's block before this, or 0
-    std::uint64_t before;     // records in all blocks before this
+  struct Block {              // header: a block's first 16 bytes
+    std::uintptr_t previous;  // address of the column's previous block, or 0
+    std::uint64_t before;     // records in all previous blocks
   };
-  // A task's part of the pool, so that it writes from call to call where it has written.
+  // A task's part of the pool, so that it reuses its own memory in each call.
   struct alignas(64) Region {
     std::atomic<std::size_t> used{0};
   };
-  // Some blocks in a row, of the task's own part first; 0 where the pool is short.
+  // Takes block_batch contiguous blocks, from the task's own region first; 0 if the pool is
+  // exhausted.
   std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const Search&, const core::GridPlan&, std::size_t boxes, unsigned task_count);
@@ -74,11 +75,11 @@ class GridSpace {
   std::uint64_t count_records();
   std::span<const std::uint32_t> densest_first();
   void find_wide(Search&, const Problem&, Worker&);
-  // The block that a chain's tail lies in; not of a chain that has none.
+  // The block of a chain's tail. The chain is not empty.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
     return (tail - 1) & ~(block_bytes_ - 1);
   }
-  // f(segment) for each block of a chain, the last first.
+  // Calls f(segment) for each block of a chain, the last first.
   template <class F>
   void each_segment(std::uintptr_t tail, F&& f) const {
     std::uintptr_t block = tail ? block_of(tail) : 0;
@@ -93,7 +94,7 @@ class GridSpace {
       end = block + block_bytes_;
     }
   }
-  // f(record) for all of the first side that are in a column.
+  // Calls f(record) for all records of the first subset in a column.
   template <class F>
   void each_record(std::uint32_t column, F&& f) const {
     for (unsigned t = 0; t < tasks_; ++t) {
@@ -109,37 +110,37 @@ class GridSpace {
   unsigned buffer_bits_ = 0;  // see choose_buffers()
   std::uintptr_t pool_begin_ = 0;
   std::size_t pool_blocks_ = 0;
-  std::size_t used_blocks_ = 0;  // that were asked for, had there been so many
+  std::size_t used_blocks_ = 0;  // requested, including failed requests
   std::atomic<bool> pool_short_{false};
   Buffer<char> pool_;
   Buffer<Region> regions_;
   Buffer<std::uintptr_t> tails_;
-  Buffer<std::uint32_t> order_, sizes_;  // sizes_: records of each column, once counted
+  Buffer<std::uint32_t> order_, sizes_;  // sizes_: records per column, once counted
   Buffer<Spanning> wide_[2];
   Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
-  std::uint32_t raised_by_[2] = {0, 0};  // what labels of a side were, see Problem
+  std::uint32_t raised_by_[2] = {0, 0};  // offset of a subset's labels, see Problem
   std::mutex wide_mutex_;
 };
 
-// A worker's scratch at one depth.
+// A worker's scratch memory at one recursion depth.
 struct Level {
   explicit Level(Memory& memory) noexcept;
   void match(const Level& other);
 
   StripSpace query_strip, target_strip, wide_strip;
   Buffer<Record> clipped;   // of wide_strip
-  Buffer<Record> near_few;  // of a column where one side has few boxes, the other's that are near
+  Buffer<Record> near_few;  // if one subset has few boxes in a column: the other's boxes near them
   Buffer<Segment> segments;
   std::uint32_t segment_count = 0;
   Buffer<std::uint32_t> starts;
-  // Of a problem that this worker solves alone: a column, or a world.
+  // For a problem that this worker solves alone: a column, or a world.
   GridSpace space;
   Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
   Buffer<std::uint16_t> before;
 };
 
-// Of so many boxes a plan is made.
+// Number of boxes sampled for a plan.
 constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
   return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : core::max_sample);
 }

@@ -1,4 +1,4 @@
-// Finding: a grid's columns by turns, and what is in none of them.
+// Finding: the columns of a grid, then pairs of wide boxes, which are in no column.
 #include <algorithm>
 
 #include "cpu/all_pairs.hpp"
@@ -14,8 +14,8 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   std::span<const std::uint32_t> order;
   if (task_count > 1 && columns_ > task_count) order = densest_first();
   const bool even = order.empty();
-  // Long columns first, whoever comes, each of whom takes the next before it goes through this one,
-  // so that it knows what to ask ahead for; else to each task its own.
+  // If columns differ in size, the largest are taken first by any task, each taking the next before
+  // it runs the current one, to prefetch it; otherwise each task has its own range.
   Ranges ranges(even ? columns_ : order.size(), even ? task_count : 1);
   const auto column_at = [&](std::uint64_t i) {
     const auto at = static_cast<std::uint32_t>(i);
@@ -47,7 +47,7 @@ std::size_t GridSpace::foretell(Search& search, const Problem& problem, const co
       [&](std::uint32_t c) { columns.run(c, LookAhead::no_column); });
 }
 
-// Records of each column, and of all.
+// Counts the records of each column; returns the total.
 std::uint64_t GridSpace::count_records() {
   std::uint32_t* sizes = sizes_.room(columns_);
   std::uint64_t total = 0;
@@ -65,8 +65,8 @@ std::uint64_t GridSpace::count_records() {
   return total;
 }
 
-// Long columns first, so that none is left for the end, and none that is empty. Where all are alike
-// none: as they lie.
+// The non-empty columns by decreasing size, so that no large one is left for the end. Empty result
+// if sizes are similar: keep their order.
 std::span<const std::uint32_t> GridSpace::densest_first() {
   const std::uint64_t total = count_records();
   const std::uint32_t* sizes = sizes_.data();
@@ -83,7 +83,7 @@ std::span<const std::uint32_t> GridSpace::densest_first() {
   return {order, count};
 }
 
-// Pairs of two wide boxes: those that no column saw.
+// Pairs of two wide boxes: no column contains these.
 void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker) {
   if ((wide_count_[0] | wide_count_[1]) == 0) return;
   for (unsigned side = 0; side < 2; ++side) {

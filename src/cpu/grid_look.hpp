@@ -1,8 +1,9 @@
-// A grid's columns once its pairs are found, asked for the boxes around a region: they stay as they
-// were binned until the next search.
+// Region queries on the columns of a grid after its search: the records stay as binned until the
+// next search.
 //
-// Why no box is lost: a region and a box that overlap share a column on every axis, and in each
-// column that both touch neither's lower word is above the other's upper one (core/quantise.hpp).
+// Why no box is missed: a region and a box that overlap share a column on every axis, and in each
+// column that both touch, neither's quantized lower end is above the other's upper end
+// (core/quantise.hpp).
 #pragma once
 
 #include <algorithm>
@@ -17,21 +18,20 @@ namespace throng::cpu {
 
 class GridLook {
  public:
-  // Of the grid's last search, which was of one set without worlds of their own, by this plan.
+  // The grid of the last search, with its plan. That search had one set and no columns per world.
   GridLook(const GridSpace& space, const core::GridPlan& plan) noexcept
       : space_(space), plan_(plan) {}
 
-  // f(id) for every box that overlaps the region, which is a box; for some others; and for some
-  // several times. What f throws comes through. Returns how many columns and records were looked
-  // at.
+  // Calls f(id) for every box that overlaps the region, and for some others; some ids are repeated.
+  // Exceptions of f propagate. Returns the number of columns and records visited.
   template <class F>
   std::uint64_t each(const Box& region, F&& f) const;
 
-  // How many columns a region touches.
+  // The number of columns that a region touches.
   std::uint64_t columns_in(const Box& region) const noexcept;
-  // How many columns lie between two points along the axis along which they are furthest apart.
+  // The number of columns between two points, maximum over the axes.
   std::uint32_t columns_between(const Vec3& a, const Vec3& b) const noexcept;
-  // What each() takes where a region touches so many columns, in ns; only ratios matter.
+  // The cost of each() for a region of `columns` columns, in ns; only ratios matter.
   double cost(std::uint64_t columns) const noexcept {
     return record_ns * space_.wide_count_[0] +
            static_cast<double>(columns) * (column_ns + record_ns * records_a_column());
@@ -42,13 +42,13 @@ class GridLook {
   double records_a_column() const noexcept {
     return static_cast<double>(space_.record_bound()) / space_.columns_;
   }
-  // The quantised ends of a region.
+  // The quantized ends of a region.
   struct Ends {
     std::int32_t lower[3], upper[3];
   };
   Ends ends_of(const Box& region) const noexcept;
 
-  // Which records of a column a region may overlap.
+  // Tests which records of a column may overlap a region.
   class Words {
    public:
     Words(const Ends& ends, const std::int32_t (&column)[3]) noexcept;
@@ -68,8 +68,8 @@ class GridLook {
 
 #if defined(THRONG_SSE2)
 
-// Upper words and the region's lower ones with all bits turned, so that one comparison asks of all
-// six whether it is above what it may be at most.
+// The records' upper and the region's lower ends with all bits inverted, so that one comparison
+// tests all six against their maximum.
 inline GridLook::Words::Words(const Ends& ends, const std::int32_t (&column)[3]) noexcept {
   std::int16_t turned[8] = {0, 0, 0, -1, -1, -1, 0, 0}, most[8] = {};
   for (int k = 0; k < 3; ++k) {

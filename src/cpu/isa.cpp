@@ -1,4 +1,4 @@
-// Which instruction set a call uses.
+// Chooses the instruction set of a call: the caller's, that of THRONG_ISA, or the widest.
 #include <cstdlib>
 #include <cstring>
 

@@ -1,4 +1,4 @@
-// The inner loops, one set of them an instruction set, behind one table.
+// The inner loops: one table of functions per instruction set.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@
 
 namespace throng::cpu {
 
-// A box in a column: the words of its ends there, and its index. See core/quantise.hpp.
+// A box in a column: its quantized coordinates there, and its index. See core/quantise.hpp.
 struct Record {
   std::uint16_t lower[3], upper[3];
   std::uint32_t id;
 };
 static_assert(sizeof(Record) == 16);
 
-// A box that touches too many columns for a record in each: the quantised ends of its three axes.
+// A box that touches too many columns for one record in each: its quantized bounds on three axes.
 struct Spanning {
   std::int32_t lower[3];
   std::int32_t upper[3];
@@ -27,26 +27,26 @@ struct Spanning {
   std::uint32_t place;  // as in BinTarget
 };
 
-// What binning finds out of a box, in one number: its column, of the lower corner, in the low bits;
-// above, two bits for each axis, which tell whether the upper corner lies in the same column (0),
-// one further (1), or beyond that (2). What is no box at all (not lower <= upper) has a 2, too.
+// The result of binning one box, packed in 32 bits. Low bits: the column of the lower corner.
+// Above, two bits per axis: the upper corner lies in the same column (0), the next one (1), or
+// further (2). An invalid box (not lower <= upper) also has a 2.
 constexpr std::uint32_t column_bits = 18;
 constexpr std::uint32_t most_columns = 1u << column_bits;
 constexpr std::uint32_t beyond_next = 0b101010u << column_bits;
 
 constexpr std::uint32_t bin_tile = 256;
-// Boxes are read in groups of so many, the last one whole, and a float beyond.
+// Boxes are read in groups of this size. Reads go to the end of the last group, plus one float.
 constexpr std::uint32_t bin_group = 4;
 
-// Where the records of one task go: per column a chain of blocks. A tail is the address of the next
-// free record; one that is a multiple of the block's size (null too) asks for a new block.
+// The destination of one task's records: a chain of blocks per column. A tail is the address of the
+// next free record; a tail that is a multiple of the block size (null included) needs a new block.
 struct BinTarget {
   std::uintptr_t* tail = nullptr;
   std::uintptr_t block_mask = 0;  // block size - 1
   std::uintptr_t (*next_block)(BinTarget*,
                                std::uint32_t column) = nullptr;  // address of its first record
 
-  // Where the column's next record goes.
+  // Address of the column's next record.
   std::uintptr_t room(std::uint32_t column) {
     const std::uintptr_t at = tail[column];
     if ((at & block_mask) != 0) [[likely]]
@@ -54,9 +54,9 @@ struct BinTarget {
     return next_block(this, column);
   }
 
-  // Where given, a column's last records wait in a buffer of its own, 1 << buffer_bits bytes, and
-  // go to their place in memory together once it is full: written past the caches, which have no
-  // room for what is read again only after all else was written. A block is a multiple of a buffer.
+  // Optional write-combining: each column has a buffer of 1 << buffer_bits bytes, which goes to its
+  // block with streaming stores once it is full. Without it the records would evict cached data,
+  // although they are read only after all binning is done. A block is a multiple of a buffer.
   char* buffers = nullptr;
   unsigned buffer_bits = 0;
 
@@ -65,43 +65,44 @@ struct BinTarget {
     return buffers + (std::size_t{column} << buffer_bits);
   }
 
-  // Of each box of a tile, added to its column's number: where its world's columns begin; or
-  // beyond_next, and it is left to the caller. Null: 0. Readable as boxes are, a vector's worth.
+  // Per box of a tile, added to its column number: the first column of its world; or beyond_next,
+  // and the box is left to the caller. Null: all 0. Must be readable for full vectors, as the boxes
+  // are.
   const std::uint32_t* place = nullptr;
 
-  // Of the last tile.
+  // Of the last tile:
   std::uint32_t odd_count = 0;
   std::uint32_t odd[bin_tile];  // positions of the boxes that were not entered
-  // Lower words of the box's first column, upper words of its last.
+  // Lower coordinates in the box's first column, upper coordinates in its last.
   alignas(64) Record whole[bin_tile];
-  alignas(64) std::uint32_t number[bin_tile];  // see above
+  alignas(64) std::uint32_t number[bin_tile];  // as packed by column_bits
 };
 
-// A column's boxes in order of their sweep axis' lower words, up to the width of a bucket; one
-// array a word, axis 0 being the sweep axis. The arrays are readable `strip_padding` beyond
-// `count`, where no box matches.
+// A column's boxes as structure of arrays, ordered by their lower coordinate on the sweep axis to
+// the precision of a bucket. Axis 0 is the sweep axis. The arrays are readable for `strip_padding`
+// entries after `count`; no padding entry matches.
 constexpr std::uint32_t strip_padding = 128;
 constexpr std::uint32_t record_padding = 32;
 struct Strip {
   std::uint32_t count = 0;
-  std::uint32_t shift = 0;  // bucket = (word >> shift) - first_bucket
+  std::uint32_t shift = 0;  // bucket = (coordinate >> shift) - first_bucket
   std::uint32_t first_bucket = 0, bucket_count = 0;
   std::int16_t* lower[3] = {};
   std::int16_t* upper[3] = {};
-  // Two boxes that have a bit in common, one's as a query and the other's as a target, are not told
-  // of: a bit for each axis, that the box begins in an earlier column, and those of Kinds. Of a
-  // query both words are the same array where there are no kinds.
+  // A pair is rejected if the query's `asks` and the target's `begins` share a bit. One bit per
+  // axis: the box starts in an earlier column. Further bits: filter classes (see Kinds). Without
+  // filter classes both pointers name the same array.
   std::int16_t* begins = nullptr;
   std::int16_t* asks = nullptr;
   std::uint32_t* id = nullptr;
-  // The same boxes as records, their axes as in space; `record_padding` more are readable.
+  // The same boxes as records, with axes in spatial order; readable for `record_padding` more.
   const Record* const* record = nullptr;
   std::uint32_t axis = 0;  // the sweep axis in space
   const std::uint32_t* bucket_end = nullptr;
-  // Along the sweep axis each box is at least as long as a bucket is wide: so of two of the strip
-  // none ends before another begins that lies before it in the order.
+  // Every box is at least one bucket long on the sweep axis. Then no box of the strip ends before a
+  // later one starts, so one of the two comparisons on that axis is not needed.
   bool long_boxes = false;
-  bool framed = false;  // `id`, `begins` and `asks` tell more than the records; see Frame and Kinds
+  bool framed = false;  // `id`, `begins` and `asks` differ from the records; see Frame and Kinds
 
   std::uint32_t bucket_of(int word) const noexcept {
     return (static_cast<std::uint32_t>(word) >> shift) - first_bucket;
@@ -111,42 +112,42 @@ struct Strip {
 struct Sweep {
   const Strip* queries = nullptr;
   const Strip* targets = nullptr;
-  const std::uint32_t* start = nullptr;  // the first target of each query; null: the one after it
+  const std::uint32_t* start = nullptr;  // first target of each query; null: the next box
   Orientation orientation = Orientation::unordered;
-  std::uint32_t begin = 0, end = ~0u;  // of the queries: multiples of sweep_piece, or the last
+  std::uint32_t begin = 0, end = ~0u;  // queries; multiples of sweep_piece, or the last
 };
 constexpr std::uint32_t sweep_piece = 256;
 
-// Boxes as floats, one array a coordinate, readable 16 beyond `count`. An inactive box is all NaN.
+// Boxes as floats, one array per coordinate, readable for 16 more. Inactive boxes are all NaN.
 struct Tile {
   const float* corner[6];
   const std::uint32_t* id;
   std::uint32_t count;
 };
 
-// The seconds of the pairs of one first, and where the pairs go: the latter half of that place may
-// be where the seconds are.
+// The pairs of one `first`: their `second` values, and the destination of the pairs. `seconds` may
+// be the latter half of that destination.
 struct PairList {
   const std::uint32_t* seconds = nullptr;
   Pair* to = nullptr;
   std::uint32_t count = 0;
   std::uint32_t first = 0;
 };
-// Lists that are sorted side by side.
+// Lists sorted side by side in vector lanes.
 constexpr std::uint32_t sorted_lists = 16;
 
-// Pairs as numbers of 32 bits: the last bits of first, then those of second. They are in order but
-// for runs of at most `longest`, none of which has a key that belongs into another.
+// Pairs as 32-bit keys: the low bits of first, then those of second. The keys are sorted except
+// within runs of at most `longest`; no key belongs in another run.
 struct KeyRuns {
-  std::uint32_t* keys;  // writable for run_padding beyond
+  std::uint32_t* keys;  // writable for run_padding more
   std::size_t count;
   std::uint32_t longest;
-  std::uint32_t first_above;  // the other bits of first
+  std::uint32_t first_above;  // the remaining high bits of first
   unsigned second_bits;       // below 32
 };
 constexpr std::size_t run_padding = 16;
 
-// The filters of some boxes, side by side; absent ones hold what says nothing.
+// The filter values of a tile of boxes, as arrays. Absent filters hold neutral values.
 constexpr std::uint32_t filter_tile = 256;
 struct FilterTile {
   const std::uint32_t *group, *mask;
@@ -159,12 +160,12 @@ struct Combination {
 };
 constexpr std::uint8_t unknown_kind = 0xff;
 
-// Which worlds some boxes have. World -1, that of all, is the greatest number without a sign and
-// the least with one, so that neither end is it while there is any other.
+// The range of worlds of some boxes. World -1 (meets every world) is the greatest unsigned and the
+// least signed value, so it is neither end of the range if there is any other.
 struct WorldRange {
   std::uint32_t least = 0xffffffffu;
   std::int32_t greatest = -1;
-  std::uint64_t of_all = 0;  // boxes
+  std::uint64_t of_all = 0;  // boxes in world -1
 
   bool several() const noexcept { return static_cast<std::int32_t>(least) < greatest; }
   void add(const WorldRange& other) noexcept {
@@ -177,41 +178,42 @@ struct WorldRange {
 struct Kernels {
   Isa isa;
   core::SweepCost sweep_cost;
-  // Enters `count` <= bin_tile boxes, `stride` bytes apart, into the columns that they touch, and
-  // lists those that it leaves to the caller: boxes that are none, those that touch three or more
-  // columns along an axis, and in the plain form all that touch more than one. Reads on to the end
-  // of the last bin_group, and a float beyond. ids null: first_id, first_id + 1, ...
+  // Bins `count` <= bin_tile boxes, `stride` bytes apart: appends one record per column that a box
+  // touches. Lists the boxes that it leaves to the caller: invalid boxes, and those that touch
+  // three or more columns on an axis; the scalar kernel leaves all that touch more than one. Reads
+  // to the end of the last bin_group, plus one float. ids null: first_id, first_id + 1, ...
   void (*bin)(const core::Quantiser&, const char* boxes, std::size_t stride,
               const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget&);
-  // The least and greatest lower word of `axis` among records; taken into *least and *most.
+  // Merges the least and greatest lower coordinate on `axis` into *least and *most.
   void (*word_range)(const Record*, std::uint32_t count, std::uint32_t axis, std::uint32_t* least,
                      std::uint32_t* most);
   // Fills a strip's arrays from its records.
   void (*transpose)(Strip&);
   void (*sweep)(const Sweep&, Emit&);
-  // Which of the known combinations (below unknown_kind) each box of a tile has, the last where
-  // several are alike, or unknown_kind; false where one has that.
+  // Sets kinds[i] to the index of the known combination (below unknown_kind) that box i has, the
+  // last if several are equal; else to unknown_kind. Returns false if any box is unknown.
   bool (*match_kinds)(const FilterTile&, const Combination* known, std::uint32_t known_count,
                       std::uint8_t* kinds);
-  // Adds the worlds of `count` <= filter_tile boxes, readable as a whole tile of the same worlds.
+  // Merges the worlds of `count` <= filter_tile boxes. All filter_tile values must be readable and
+  // taken from these boxes.
   void (*read_worlds)(const std::int32_t* worlds, std::uint32_t count, WorldRange&);
-  // Every box of `queries` against every box of `targets`; of one tile with itself each pair once.
+  // Tests every query against every target; within one tile each pair once.
   void (*all_pairs)(const Tile& queries, const Tile& targets, bool same, Orientation, Emit&);
-  // Sorts each of `sorted_lists` lists by its seconds; the longest has `rows` pairs at most, a
-  // multiple of 8, and `room` is for as many rows of a number a list. Null, as the next, where
-  // vectors are too short for that to pay.
+  // Sorts each of `sorted_lists` lists by its seconds. `rows` is the longest list's length rounded
+  // up to a multiple of 8; `room` is scratch for rows * sorted_lists values. Like sort_runs, null
+  // where vectors are too short for it to pay.
   void (*sort_lists)(const PairList* lists, std::uint32_t rows, std::uint32_t* room);
-  // Sorts keys, and writes the pairs that they stand for.
+  // Sorts the keys and writes the pairs that they encode.
   void (*sort_runs)(const KeyRuns&, Pair* to);
 };
 
-// The table of an instruction set, or null where this build or processor has it not.
-// automatic: what THRONG_ISA names, else the widest.
+// The table of an instruction set; null if this build or processor lacks it. automatic: the one
+// that THRONG_ISA names, else the widest.
 const Kernels* find_kernels(Isa) noexcept;
 
 extern const Kernels scalar_kernels;
 
-// The widest sets that the compiler and this processor have; null where absent.
+// The same for vector instruction sets only; null where absent.
 const Kernels* simd_kernels(Isa) noexcept;
 
 }  // namespace throng::cpu

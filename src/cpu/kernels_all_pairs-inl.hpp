@@ -1,4 +1,4 @@
-// Brute force over vectors. Included once an instruction set.
+// Brute force over vectors. Included once per instruction set.
 #if defined(THRONG_KERNELS_ALL_PAIRS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_ALL_PAIRS_INL
 #undef THRONG_KERNELS_ALL_PAIRS_INL

@@ -1,4 +1,4 @@
-// Binning over vectors. Included once an instruction set.
+// Binning over vectors. Included once per instruction set.
 #if defined(THRONG_KERNELS_BIN_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_BIN_INL
 #undef THRONG_KERNELS_BIN_INL
@@ -21,8 +21,8 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// One corner of each of a vector's worth of boxes, a block of 128 bits each; the fourth lane is
-// whatever follows in memory.
+// One corner of each box, one box per 128-bit block. The fourth lane holds whatever follows in
+// memory.
 template <class D>
 HWY_INLINE hn::Vec<D> load_corners(D d, const char* corner, std::size_t stride) {
   if constexpr (hn::MaxLanes(D()) == 4) {
@@ -34,13 +34,13 @@ HWY_INLINE hn::Vec<D> load_corners(D d, const char* corner, std::size_t stride) 
   }
 }
 
-// The lower and the upper corners of a vector's worth of boxes.
+// The lower and upper corners of one vector of boxes.
 template <class D>
 HWY_INLINE void load_boxes(D d, const char* boxes, std::size_t stride, hn::Vec<D>& lower,
                            hn::Vec<D>& upper) {
 #if HWY_TARGET == HWY_AVX3_DL
   if (stride == 24) {
-    // Four boxes are 24 floats: two loads, and each corner picked from both.
+    // Four boxes are 24 floats: two loads and two permutes.
     const __m512 a = _mm512_loadu_ps(boxes), b = _mm512_loadu_ps(boxes + 32);
     const __m512i pick_lower =
         _mm512_setr_epi32(0, 1, 2, 3, 6, 7, 8, 9, 12, 13, 14, 15, 26, 27, 28, 29);
@@ -55,7 +55,7 @@ HWY_INLINE void load_boxes(D d, const char* boxes, std::size_t stride, hn::Vec<D
   upper = load_corners(d, boxes + 12, stride);
 }
 
-// Truncation. What comes is within 0 .. 2^27, so that none of the care for other values is needed.
+// Truncates. The input is within 0 .. 2^27, so no out-of-range handling is needed.
 template <class D>
 HWY_INLINE hn::Vec<D> to_index(D d, hn::VFromD<hn::RebindToFloat<D>> x) {
 #if HWY_TARGET == HWY_AVX3_DL
@@ -69,7 +69,7 @@ HWY_INLINE hn::Vec<D> to_index(D d, hn::VFromD<hn::RebindToFloat<D>> x) {
 #endif
 }
 
-// `four` repeated in each block.
+// Repeats `four` in each block.
 template <class D, class T>
 HWY_INLINE hn::Vec<D> in_each_block(D d, const T* four) {
   return hn::LoadDup128(d, four);
@@ -83,8 +83,9 @@ HWY_INLINE void store_record(std::uintptr_t to, Words record) {
   hn::StoreU(record, hn::FixedTag<std::uint16_t, 8>(), reinterpret_cast<std::uint16_t*>(to));
 }
 
-// What a record is in the columns that a box touches, by the axes along which it begins in an
-// earlier column or ends in a later one: there the lower word is 0, the upper one the greatest.
+// Masks that turn a box's record into that of one of its columns, indexed by axes (a bit each):
+// where it starts in an earlier column the lower coordinate is 0, where it ends in a later one the
+// upper is the maximum.
 struct WordMasks {
   alignas(16) std::uint16_t lower[8][8] = {};
   alignas(16) std::uint16_t upper[8][8] = {};
@@ -103,8 +104,8 @@ HWY_INLINE Words words_of(const std::uint16_t (&mask)[8]) {
   return hn::Load(hn::FixedTag<std::uint16_t, 8>(), mask);
 }
 
-// The axes along which a box touches a second column, a bit each, of a number's upper bits; 0 where
-// it goes beyond that along any.
+// From a number's span bits: the axes on which the box touches a second column, a bit each; 0 if it
+// goes beyond that on any axis.
 struct SecondColumns {
   std::uint8_t axes[64] = {};
   constexpr SecondColumns() {
@@ -117,8 +118,8 @@ struct SecondColumns {
 };
 inline constexpr SecondColumns second_columns;
 
-// Of a box that touches a second column along some axes, the other 1, 3 or 7 columns that it is
-// entered in: each by the axes along which that is the second one, and, above, the others of these.
+// For a box that touches a second column on some axes: the 1, 3 or 7 further columns. Low bits: the
+// axes on which the copy is in the second column; above, the remaining ones of these axes.
 struct Copies {
   alignas(16) std::uint16_t of[8][8] = {};
   std::uint8_t count[8] = {};
@@ -131,7 +132,7 @@ struct Copies {
 };
 inline constexpr Copies copies;
 
-// A column's full buffer, if there is one, goes to its place. Where its next record goes.
+// Streams the column's full buffer, if any, to its block. Returns the address of the next record.
 HWY_NOINLINE std::uintptr_t next_buffer(BinTarget& out, std::uint32_t column) {
   const hn::ScalableTag<std::uint8_t> d;
   if (const std::uintptr_t end = out.tail[column]) {
@@ -144,7 +145,7 @@ HWY_NOINLINE std::uintptr_t next_buffer(BinTarget& out, std::uint32_t column) {
   return out.room(column);
 }
 
-// Writes a column's next record, and tells where that is; what follows it is the caller's to say.
+// Writes the column's next record and returns its address. The caller updates the tail.
 template <bool buffered>
 HWY_INLINE std::uintptr_t put(BinTarget& out, std::uint32_t column, Words record) {
   if constexpr (!buffered) {
@@ -160,14 +161,14 @@ HWY_INLINE std::uintptr_t put(BinTarget& out, std::uint32_t column, Words record
   }
 }
 
-// Enters boxes that touch a second column along some axes into the others. All copies are listed
-// before the first is made, so that there is no branch to guess wrong for each box.
+// Copies the boxes that touch a second column on some axes into their other columns. All copies are
+// listed first, which avoids one mispredicted branch per box.
 template <bool buffered>
 HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* several,
                           std::uint32_t count, BinTarget& out) {
   const hn::FixedTag<std::uint16_t, 8> d;
   std::uint16_t list[bin_tile * 7 + 1];
-  static_assert(bin_tile <= 1024);  // a number of 10 bits, above 6 that tell which copy
+  static_assert(bin_tile <= 1024);  // 10 bits for the box, 6 for the copy
   std::uint32_t listed = 0, odd = 0;
   for (std::uint32_t s = 0; s < count; ++s) {
     const std::uint32_t i = several[s];
@@ -196,22 +197,22 @@ HWY_NOINLINE void copy_on(const core::Quantiser& map, const std::uint32_t* sever
 template <std::uint32_t bits>
 using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 
-// Boxes are asked for so far ahead, and a column's next line once the first of its four records is
-// there; sooner, it may be gone again by then. docs/experiments.md tells what both are worth.
+// Boxes are prefetched this far ahead; a column's next line once the first of its four records is
+// written, as an earlier prefetch may be evicted again. Gains: docs/experiments.md.
 constexpr std::size_t ahead_bytes = 3072;
 constexpr std::size_t records_ahead = 3;
 
-// Every box is copied to where its first column's next record goes; one that is left to the caller
-// stays invisible there.
+// Copies every box to its first column's next record. For a box that is left to the caller the tail
+// does not move, so the copy is overwritten.
 template <bool buffered>
 HWY_INLINE void enter(const core::Quantiser& map, const std::uint32_t* several,
                       std::uint32_t several_count, std::uint32_t count, BinTarget& out) {
   std::uintptr_t* const tails = out.tail;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t number = out.number[i];
-    // Not so in a buffer, where it might be the first after a full one that has gone.
+    // A buffer cannot hold such a copy: it may be the first after a flush.
     if (buffered && (number & beyond_next) != 0) continue;
-    // Of any box the low bits are a column of the grid: no branch to guess wrong.
+    // The low bits are a valid column for any box, so no branch is needed.
     const std::uint32_t column = number & (most_columns - 1);
     const auto& raised = word_masks.upper[second_columns.axes[number >> column_bits]];
     const std::uintptr_t tail =
@@ -222,8 +223,8 @@ HWY_INLINE void enter(const core::Quantiser& map, const std::uint32_t* several,
   copy_on<buffered>(map, several, several_count, out);
 }
 
-// The positions of core::quantise; `by_bits`: of which lanes they are bits. No denormal is
-// multiplied in vain, which may take 150 cycles: so the fourth lane of a corner is one of these.
+// The positions of core::quantise; `by_bits` selects the lanes whose position is their bits.
+// Denormals are not multiplied (up to 150 cycles each), so by_bits includes the unused fourth lane.
 template <class V, class M>
 HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
   const hn::DFromV<V> df;
@@ -234,7 +235,7 @@ HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
                         hn::Mul(hn::IfThenZeroElse(by_bits, x), factor));
 }
 
-// `plain`: as the map says.
+// `plain`: Quantiser::plain.
 template <bool plain>
 HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::size_t stride,
                          const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
@@ -245,12 +246,12 @@ HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::siz
   const hn::Repartition<std::uint8_t, decltype(df)> db;
   const hn::Repartition<std::uint16_t, decltype(df)> dw;
   const hn::Repartition<std::uint64_t, decltype(df)> d64;
-  // Boxes a vector of corners, and vectors at once: as many boxes as a vector has numbers.
+  // Boxes per vector of corners; and boxes per step, one per 32-bit lane.
   constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(df)) / 4;
   constexpr std::uint32_t at_once = 4 * group;
   static_assert(bin_group % group == 0 && bin_tile % at_once == 0);
   constexpr std::uint32_t chunk = 64;
-  const std::size_t step = std::max<std::size_t>(stride, 64);  // each line, or each box
+  const std::size_t step = std::max<std::size_t>(stride, 64);  // one per line, or per box
 
   const auto origin = in_each_block(df, map.origin);
   const auto scale = in_each_block(df, map.scale);
@@ -269,9 +270,9 @@ HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::siz
   const auto column_part = hn::Set(du, 0xffffu), two = hn::Set(du, 2), three = hn::Set(du, 3);
   const auto no_box = hn::Set(du, 0x80000000u);
   const auto low_part = hn::Set(dw, core::top_word);
-  // Ids in the fourth lane of each block.
+  // Ids go in the fourth lane of each block.
   const auto position = hn::Iota(du, 0);
-  // Interleaving leaves the boxes of each block together.
+  // Interleaving keeps the boxes of each block adjacent; this permutation restores their order.
   alignas(64) std::uint32_t lanes[at_once];
   for (std::uint32_t k = 0; k < at_once; ++k) lanes[k] = k % group * 4 + k / group;
   const auto in_order = hn::SetTableIndices(du, lanes);
@@ -282,7 +283,7 @@ HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::siz
       hn::IfThenElseZero(is_fourth, hn::Add(hn::Set(du, first_id), hn::ShiftRight<2>(position)));
   const auto id_step = hn::IfThenElseZero(is_fourth, hn::Set(du, group));
 
-  // The column of an axis' lower end in the low bits, how far the upper end lies from it above.
+  // On one axis: column of the lower end (low bits) and distance of the upper end's column (above).
   const auto along = [&](auto both, auto stride_of, auto shift) HWY_ATTR {
     const auto first = hn::And(both, column_part);
     const auto span = hn::Sub(hn::ShiftRight<16>(both), first);
@@ -290,8 +291,8 @@ HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::siz
                    hn::ShiftLeft<decltype(shift)::value>(hn::Min(span, two)));
   };
 
-  // Two short loops, as few instructions of one long one would be under way at once: of each box
-  // its record, and of each axis the columns of both ends, 16 bits each; and then its number.
+  // Two short loops keep more instructions in flight than one long loop. First: records, and the
+  // columns of both ends on each axis, 16 bits each. Second: the packed numbers.
   alignas(64) std::uint32_t ends[chunk][4];
   std::uint32_t several[bin_tile + at_once], several_count = 0;
   auto place = position;
@@ -342,7 +343,7 @@ HWY_NOINLINE void bin_by(const core::Quantiser& map, const char* boxes, std::siz
         number = hn::Or(hn::Add(number, hn::And(world, low)), hn::AndNot(low, world));
       }
       hn::StoreU(number, du, out.number + i);
-      // Listed without a branch; the last vector may have places beyond.
+      // Branch-free list; the last vector may extend past `count`.
       std::uint32_t bits = bits_of(du, hn::Gt(number, hn::Set(du, most_columns - 1)));
       if (count - i < at_once) bits &= (1u << (count - i)) - 1;
       hn::StoreU(compress(place, bits), du, several + several_count);

@@ -1,4 +1,5 @@
-// One box against a vector of boxes, by their words. Included once an instruction set.
+// The overlap test of one box against a vector of boxes, on quantized coordinates. Included once
+// per instruction set.
 #if defined(THRONG_KERNELS_COMPARE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_COMPARE_INL
 #undef THRONG_KERNELS_COMPARE_INL
@@ -19,11 +20,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::uint32_t word_lanes = static_cast<std::uint32_t>(hn::MaxLanes(D16()));
 
-// Queries are taken in blocks, so that the lists of a block stay in the first level of cache.
+// Queries are processed in blocks, so that a block's lists stay in the L1 cache.
 constexpr std::uint32_t query_block = 256;
 
-// A box as a query: each word twice, so that one 32-bit load spreads it over a vector. Axis 0 here
-// is the sweep axis.
+// A box as a query: each coordinate twice, so that one 32-bit load broadcasts it. Axis 0 is the
+// sweep axis.
 struct Query {
   std::uint32_t upper0, lower1, upper1, lower2;
   std::uint32_t upper2, lower0, id, asks;
@@ -34,7 +35,7 @@ HWY_INLINE V16 spread(const std::uint32_t& doubled) {
   return hn::BitCast(D16(), hn::Set(hn::Repartition<std::uint32_t, D16>(), doubled));
 }
 
-// The words of a vector of targets.
+// The coordinates of a vector of targets.
 struct Targets {
   V16 lower0, upper0, lower1, upper1, lower2, upper2, begins;
   HWY_INLINE Targets(const Strip& s, std::size_t k)
@@ -47,13 +48,13 @@ struct Targets {
         begins(hn::LoadU(D16(), s.begins + k)) {}
 };
 
-// Where the window of a query, by its place in the block, goes on.
+// The rest of a query's window: the query's index in its block, and the next target.
 struct Window {
   std::uint32_t query, at;
 };
 
 #if HWY_TARGET != HWY_AVX3_DL
-// The words of a, then those of b, as bytes of the same sign; zero stays zero. `d` names bytes.
+// Packs a, then b, to bytes of the same sign; zero stays zero. `d` is the byte tag.
 template <class D, class V>
 HWY_INLINE hn::Vec<D> narrow(D d, V a, V b) {
 #if HWY_TARGET == HWY_AVX2
@@ -66,20 +67,20 @@ HWY_INLINE hn::Vec<D> narrow(D d, V a, V b) {
 }
 #endif
 
-// The targets that overlap the query by their words and have this column for a home with it, a bit
-// each. `tie` names the ones among them of which a word equals the
-// query's. `ordered`: that no target ends before the query begins along the sweep axis is known.
+// Returns a bit per target that overlaps the query by quantized coordinates and has this column as
+// the pair's owner cell. `tie` is the subset with an equal coordinate. `ordered`: no target ends
+// before the query starts on the sweep axis.
 //
-// Beyond the last target every upper word is -1, and nothing is met there: a lower word less -1 is
-// above 0, or it is 32768 and becomes -32768; so either `below` is above 0, or it is -32768 and
-// stays that when its sign is changed. No other difference leaves the signed 16 bits.
+// Padding never matches: its upper coordinates are -1. A lower coordinate minus -1 is above 0, so
+// `below` is above 0; or it is 32768, which wraps to -32768 and stays so when negated. No other
+// difference leaves the range of int16.
 template <bool ordered>
 HWY_INLINE std::uint32_t compare(const Query& q, const Targets& t, std::uint32_t& tie) {
   const D16 d;
   const V16 zero = hn::Zero(d);
-  const V16 above = hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0),  //
-                                    hn::Sub(spread(q.upper1), t.lower1)),
-                            hn::Sub(spread(q.upper2), t.lower2));
+  const V16 above =
+      hn::Min(hn::Min(hn::Sub(spread(q.upper0), t.lower0), hn::Sub(spread(q.upper1), t.lower1)),
+              hn::Sub(spread(q.upper2), t.lower2));
   V16 below = hn::Max(hn::Sub(spread(q.lower1), t.upper1), hn::Sub(spread(q.lower2), t.upper2));
   if constexpr (!ordered) below = hn::Max(below, hn::Sub(spread(q.lower0), t.upper0));
   const V16 least = hn::Min(above, hn::Sub(zero, below));

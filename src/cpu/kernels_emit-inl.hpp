@@ -1,4 +1,4 @@
-// Masks, compaction and the writing of pairs over vectors. Included once an instruction set.
+// Masks, compaction and pair output over vectors. Included once per instruction set.
 #if defined(THRONG_KERNELS_EMIT_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_EMIT_INL
 #undef THRONG_KERNELS_EMIT_INL
@@ -32,7 +32,7 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
   (void)d;
   return static_cast<std::uint32_t>(mask.raw);
 #else
-  // Read back as wide as it was written: a wider load would wait for the store to leave the core.
+  // Reads the same width that was written: a wider load would miss store forwarding.
   constexpr std::size_t lanes = hn::MaxLanes(D());
   using Bits = std::conditional_t<lanes <= 8, std::uint8_t,
                                   std::conditional_t<lanes <= 16, std::uint16_t, std::uint32_t> >;
@@ -42,12 +42,12 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 #endif
 }
 
-// The lanes that `bits` names, in order, then others.
+// Moves the lanes of `bits` to the front, in order; the rest is unspecified.
 HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 #if HWY_TARGET == HWY_AVX3_DL
   return hn::Compress(v, hn::Mask<D32>{static_cast<__mmask16>(bits)});
 #else
-  // Highway's own keeps its table in the function, which GCC copies to the stack at each call.
+  // Highway's version keeps its table in the function, and GCC copies that to the stack per call.
   const D32 d;
   const hn::Rebind<std::uint8_t, D32> bytes;
   const auto index = hn::PromoteTo(d, hn::LoadU(bytes, compress_table.lanes[bits & 0xff]));
@@ -55,11 +55,12 @@ HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 #endif
 }
 
-// first 0, second 0, first 1, second 1, ... of the first `count` lanes, and maybe more.
+// Stores first 0, second 0, first 1, second 1, ... of at least `count` lanes.
 HWY_INLINE void store_interleaved(V32 first, V32 second, int count, std::uint32_t* to) {
   const D32 d;
 #if HWY_TARGET == HWY_AVX3_DL
-  // One shuffle a store; by 128-bit blocks it takes three, and shuffles are what is short here.
+  // One shuffle per store; 128-bit interleaving takes three, and the shuffle port is the
+  // bottleneck.
   const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
   const __m512i high =
       _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
@@ -73,7 +74,7 @@ HWY_INLINE void store_interleaved(V32 first, V32 second, int count, std::uint32_
 #endif
 }
 
-// Pairs of queries and targets, lane by lane: the first `count`, and maybe more.
+// Stores at least `count` pairs, lane by lane.
 template <Orientation orientation>
 HWY_INLINE void store_pairs(V32 query, V32 target, V32 second_base, int count, Pair* out) {
   std::uint32_t* to = reinterpret_cast<std::uint32_t*>(out);
@@ -87,10 +88,11 @@ HWY_INLINE void store_pairs(V32 query, V32 target, V32 second_base, int count, P
   }
 }
 
-// Which pairs: those that are sure, or those that the floats must decide.
+// Confirmed pairs, or quantization ties that the floats decide.
 enum class Sure : bool { no, yes };
 
-// Writes pairs where there is room, and hands on what is full. Nobody else writes meanwhile.
+// Writes pairs at the output cursor and flushes at the limit. It must be the only writer of that
+// cursor while it exists.
 template <Orientation orientation, Sure sure = Sure::yes>
 class PairWriter {
  public:
@@ -116,7 +118,7 @@ class PairWriter {
   }
 
  private:
-  // Room is asked for so far ahead, a line for each line: see docs/experiments.md.
+  // Output lines are prefetched this far ahead: see docs/experiments.md.
   static constexpr std::size_t ahead_bytes = 4096;
 
   Pair*& end() const { return sure == Sure::yes ? out_.cursor : out_.maybe_cursor; }
@@ -129,7 +131,7 @@ class PairWriter {
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
-// The places of the set bits in order, up to sixteen at a time: take(places, how many).
+// Calls take(positions, count) for the set bits in order, up to sixteen at a time.
 template <class Take>
 HWY_INLINE void each_place(std::uint64_t bits, Take&& take) {
   const hn::Repartition<std::uint8_t, D32> d8;
@@ -146,15 +148,15 @@ HWY_INLINE void each_place(std::uint64_t bits, Take&& take) {
 }
 #endif
 
-// Queries and targets that met: the first query in the low half and the first target in the high
-// half; and a bit for each two of those that were compared.
+// Matches: the first query index (low half) and first target index (high half), and a bit per
+// tested pair.
 struct Hits {
   static constexpr std::size_t room = 256;
   std::uint64_t place[room + 1], met[room + 1];
   std::size_t count = 0;
 
-  // Without a branch: what is empty is overwritten. A loop counts in `end`, a variable of its own,
-  // as what is written here might else be thought to change the count.
+  // Branch-free: an empty entry is overwritten. Loops keep the count in a local `end`, because the
+  // compiler must assume that these stores may change the member.
   HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits, std::size_t& end) {
     place[end] = query | target << 32;
     met[end] = bits;
@@ -167,9 +169,9 @@ struct Hits {
   std::size_t target(std::size_t h) const { return place[h] >> 32; }
 };
 
-// The pairs of all hits. With AVX-512 ids_at(query, target) has the ids of those that were compared
-// in registers, from which (places, queries, targets) picks; else ids_at(query, target, first bit,
-// bits, queries, targets) compresses them.
+// Writes the pairs of all hits. With AVX-512, ids_at(query, target) loads the ids of the tested
+// boxes into registers and returns a function that picks from them by (positions, queries,
+// targets); elsewhere ids_at(query, target, first bit, bits, queries, targets) compresses them.
 template <Orientation orientation, Sure sure, class IdsAt>
 HWY_INLINE void write_pairs(Hits& hits, Emit& out, IdsAt&& ids_at) {
   PairWriter<orientation, sure> pairs(out);
@@ -183,7 +185,7 @@ HWY_INLINE void write_pairs(Hits& hits, Emit& out, IdsAt&& ids_at) {
     });
   }
 #else
-  // Of each a vector of ids; what that leaves waits for the next round.
+  // One vector of ids per hit and round; the remaining bits go to the next round.
   constexpr unsigned id_lanes = hn::MaxLanes(D32());
   constexpr std::uint64_t group = (std::uint64_t{1} << id_lanes) - 1;
   for (std::size_t count = hits.count, rest = 0; count != 0; count = rest) {

@@ -1,4 +1,4 @@
-// Which combination of filters each box has. Included once an instruction set.
+// Filter classes: which combination of filters each box has. Included once per instruction set.
 #if defined(THRONG_KERNELS_KINDS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_KINDS_INL
 #undef THRONG_KERNELS_KINDS_INL

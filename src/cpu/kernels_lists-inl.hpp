@@ -1,5 +1,4 @@
-// Sorting lists of pairs side by side, a list a column of vectors. Included once an instruction
-// set.
+// Sorts lists of pairs side by side, one list per vector lane. Included once per instruction set.
 #if defined(THRONG_KERNELS_LISTS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_LISTS_INL
 #undef THRONG_KERNELS_LISTS_INL
@@ -24,7 +23,7 @@ HWY_INLINE void order(V& a, V& b) {
   a = least;
 }
 
-// Eight rows of a number a column.
+// Sorting network over eight rows, per lane.
 template <class V>
 HWY_INLINE void sort_eight(V* v) {
   order(v[0], v[1]), order(v[2], v[3]), order(v[4], v[5]), order(v[6], v[7]);
@@ -36,7 +35,7 @@ HWY_INLINE void sort_eight(V* v) {
   order(v[3], v[4]);
 }
 
-// Some columns, side by side in one vector a row.
+// Columns of a row-major array, one per lane.
 class Columns {
   static constexpr hn::CappedTag<std::uint32_t, sorted_lists> d{};
   using V = hn::Vec<hn::CappedTag<std::uint32_t, sorted_lists>>;
@@ -45,8 +44,8 @@ class Columns {
   static constexpr std::uint32_t width = static_cast<std::uint32_t>(hn::MaxLanes(d));
   HWY_INLINE Columns(std::uint32_t* first, std::uint32_t rows) : first_(first), rows_(rows) {}
 
-  // Batcher's bitonic network. Rows beyond the last count as greater than all: what is compared
-  // with them stays. Two steps at a time go through registers, and the last three.
+  // Batcher's bitonic network. Rows past the end count as the maximum, so comparing with them is a
+  // no-op. Steps are fused in registers: two at a time, and the last three.
   HWY_INLINE void sort() const {
     each_eight([](V* v) HWY_ATTR { sort_eight(v); });
     for (std::uint32_t sorted = 8; sorted < rows_; sorted *= 2) {
@@ -77,8 +76,8 @@ class Columns {
       for (std::uint32_t i = 0; i < 8; ++i) hn::StoreU(v[i], d, row(r + i));
     }
   }
-  // Of each block of 2 * apart rows, from row `begin` on, the first half's with the second's: in
-  // turn, or mirrored, the first with the last.
+  // For each block of 2 * apart rows from row `begin` on: compares the first half with the second,
+  // in the same order, or mirrored (first with last).
   template <bool mirrored>
   HWY_INLINE void step(std::uint32_t apart, std::uint32_t begin) const {
     for (std::uint32_t b = begin + apart; b < rows_; b += 2 * apart) {
@@ -92,7 +91,7 @@ class Columns {
       }
     }
   }
-  // The steps of `apart` and of half of it.
+  // The steps of distance `apart` and `apart` / 2, fused.
   template <bool mirrored>
   HWY_INLINE void two_steps(std::uint32_t apart) const {
     const std::uint32_t half = apart / 2;
@@ -123,8 +122,8 @@ class Columns {
   std::uint32_t rows_;
 };
 
-// Eight rows of eight lists: the seconds in vectors, one a list or one a row.
-template <std::uint32_t width>  // pairs a vector
+// An 8 x 8 tile of eight lists' seconds in registers: one vector per list or per row.
+template <std::uint32_t width>  // pairs per vector
 class EightByEight {
   static constexpr hn::CappedTag<std::uint32_t, 8> d{};
   static constexpr hn::CappedTag<std::uint64_t, width> d_pair{};
@@ -132,7 +131,7 @@ class EightByEight {
   using V = hn::Vec<hn::CappedTag<std::uint32_t, 8>>;
 
  public:
-  // From row `begin` on. Rows that a list has not count as greater than all.
+  // Loads from row `begin` on. Rows past a list's end are the maximum.
   HWY_INLINE void load_lists(const PairList* lists, std::uint32_t begin) {
     for (std::uint32_t i = 0; i < 8; ++i) v_[i] = seconds(lists[i], begin);
     transpose();
@@ -163,7 +162,7 @@ class EightByEight {
     const auto first = hn::Set(d_pair, std::uint64_t{list.first});
     const auto store_pairs = [&](auto seconds, std::uint32_t at) HWY_ATTR {
       const auto pairs = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(d_pair, seconds)), first);
-      if (width == 4 && left >= at + 4)  // where a store by a mask is dear
+      if (width == 4 && left >= at + 4)  // masked stores are slow there
         hn::StoreU(pairs, d_pair, to + at);
       else if (left > at)
         hn::BlendedStore(pairs, hn::FirstN(d_pair, std::min(left - at, width)), d_pair, to + at);
@@ -199,7 +198,7 @@ class EightByEight {
   V v_[8];
 };
 
-// For vectors of eight numbers or more.
+// Needs vectors of eight values or more.
 template <std::uint32_t pairs_a_vector>
 void sort_lists(const PairList* lists, std::uint32_t rows, std::uint32_t* room) {
   EightByEight<pairs_a_vector> block;

@@ -1,6 +1,5 @@
-// The sweep of a strip over itself where windows are long: a row of queries against two targets
-// after the other two, whose words are spread over a vector as they are loaded. Included once an
-// instruction set.
+// The sweep of a strip against itself where windows are long: a row of queries stays in registers,
+// and two targets at a time are broadcast against it. Included once per instruction set.
 #if defined(THRONG_KERNELS_ROWS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_ROWS_INL
 #undef THRONG_KERNELS_ROWS_INL
@@ -22,26 +21,26 @@ namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::uint32_t row_queries = word_lanes / 2;
-constexpr std::uint32_t row_steps = 4;  // vectors that are compared before the next branch,
-constexpr std::uint32_t row_targets = 2 * row_steps;  // of so many targets
-// Whether this can pay: of vectors of eight words it does not.
+constexpr std::uint32_t row_steps = 4;                // vectors per branch,
+constexpr std::uint32_t row_targets = 2 * row_steps;  // that is, targets per branch
+// It does not pay with vectors of eight coordinates.
 constexpr bool has_rows = word_lanes > 8;
-// Where the last window of a vector of queries ends so many places behind the first of them, or
-// more, rows are faster than queries side by side (kernels_sides-inl.hpp): of these, half of the
-// comparisons of the first row_queries targets are of no use.
+// Broadcast is faster than the diagonal sweep (kernels_sides-inl.hpp) if the last window of a
+// vector of queries ends at least this far after its first query. It wastes half of the comparisons
+// of the first row_queries targets.
 constexpr std::uint32_t rows_pay_from = word_lanes + 20;
-// See core::plan. Fitted to runs over all scenes of the benchmark, as is the number above.
+// See core::plan. Fitted, like the number above, to runs over all scenes of the benchmark.
 constexpr core::SweepCost sweep_cost =
     has_rows ? core::SweepCost{5, 0.5, 0.16, 4, 0.08} : core::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
-// v0, v0, v1, v1, ... `wide` names unsigned numbers of twice the bits.
+// Returns v0, v0, v1, v1, ... `wide` is the unsigned tag of twice the width.
 template <class D, class T>
 HWY_INLINE hn::Vec<D> each_twice(D wide, const T* values) {
   const hn::Rebind<T, D> half;
   const auto once = hn::PromoteTo(wide, hn::LoadU(half, values));
   return hn::Or(once, hn::ShiftLeft<8 * sizeof(T)>(once));
 }
-// v0, v1, v0, v1, ...
+// Returns v0, v1, v0, v1, ...
 template <class D, class T>
 HWY_INLINE hn::Vec<D> two_by_turns(D wide, const T* values) {
   hn::TFromD<D> both;
@@ -50,9 +49,9 @@ HWY_INLINE hn::Vec<D> two_by_turns(D wide, const T* values) {
   return hn::Set(wide, both);
 }
 
-// Half as many queries as a vector has words, each word twice, as two targets come at once. With as
-// many queries as words twice as many comparisons with the first targets would be of no use; and to
-// spread 32 bits takes a load, to spread 16 of them some processors a shuffle, too.
+// Half as many queries as lanes, each coordinate twice, because targets come in twos. With one
+// query per lane the first targets would waste twice as many comparisons; and a 32-bit broadcast is
+// one load, a 16-bit one on some processors a load and a shuffle.
 struct Row {
   V16 upper0, upper1, upper2, lower0, lower1, lower2, asks;
   HWY_INLINE Row(const Strip& s, std::size_t i)
@@ -72,7 +71,7 @@ struct Row {
     return hn::BitCast(D16(), two_by_turns(DTwo(), words));
   }
 
-  // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
+  // The least coordinate difference, as in compare(): 0 is a tie, below 0 is no overlap.
   template <bool ordered>
   HWY_INLINE V16 least(const Strip& s, std::size_t t) const {
     V16 x = hn::Min(hn::Sub(upper0, two(s.lower[0] + t)), hn::Sub(upper1, two(s.lower[1] + t)));
@@ -83,14 +82,14 @@ struct Row {
   }
 };
 
-// Makes a difference negative for the queries that do not lie before their target: from `words` +
-// `most` less twice the place of the first of two targets behind the first query.
+// Masks the pairs whose query does not precede the target, by making their difference negative.
+// Load from `words` + `most` - 2 * (first target - first query).
 struct NotBefore {
   static constexpr std::uint32_t most = 2 * (row_queries + row_targets);
   std::int16_t words[most + word_lanes] = {};
   constexpr NotBefore() {
     for (std::uint32_t k = most; k < most + word_lanes; ++k) words[k] = -32767;
-    words[most + 1] = 0;  // the first of two lies before the second
+    words[most + 1] = 0;  // the first of two precedes the second
   }
 };
 inline constexpr NotBefore not_before;
@@ -100,13 +99,13 @@ class RowByRow {
  public:
   RowByRow(const Strip& strip, Emit& out) : strip_(strip), out_(out) {}
 
-  // Whether the queries from `begin` on, before `end`, are better taken so.
+  // Whether the queries [begin, end) are faster by this sweep.
   bool pay(std::uint32_t begin, std::uint32_t end) const;
-  // The row of queries from `i` on. Where few of it go on for long, what is left of their windows
-  // is added to `rest`, where `left` are, each by its place from `block` on.
+  // Sweeps the row of queries from `i` on. If only few have long windows, their rests are appended
+  // to `rest`, relative to `block`; `left` is the length of that list.
   template <bool ordered>
   void run(std::uint32_t i, std::uint32_t block, Window* rest, std::uint32_t& left);
-  // The pairs of all hits, and of all ties.
+  // Writes the pairs of all hits and of all ties.
   void write() {
     write<Sure::yes>(hits_);
     if (HWY_UNLIKELY(ties_.count != 0)) write<Sure::no>(ties_);
@@ -114,8 +113,8 @@ class RowByRow {
   std::uint64_t vectors() const { return vectors_; }
 
  private:
-  // After so many targets it is asked whether a share of the queries go on, as one alone is
-  // compared with a vector of targets in the time that a row takes for six or eight.
+  // After this many targets the row continues only if one in `least_share` of its queries does: a
+  // single query takes as long per vector of targets as a row takes for six or eight targets.
   static constexpr std::uint32_t patience = 32, least_share = 4;
 
   std::uint32_t end_of(std::int16_t upper) const {
@@ -146,8 +145,8 @@ bool RowByRow<orientation>::pay(std::uint32_t begin, std::uint32_t end) const {
   return sum >= rows_pay_from * count;
 }
 
-// Equal words: the pairs that the floats must decide. The differences come in registers: an array
-// of them would be stored at each step, tied or not.
+// Collects ties for the floats to decide. The differences come in registers; an array of them would
+// be stored at every step, with or without ties.
 template <Orientation orientation>
 HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, std::size_t i,
                                                std::size_t t) {
@@ -167,7 +166,7 @@ HWY_NOINLINE void RowByRow<orientation>::defer(V16 l0, V16 l1, V16 l2, V16 l3, s
   if (ties_.count >= Hits::room - 1) write<Sure::no>(ties_);
 }
 
-// `corner`: of these targets some are queries of the row.
+// `corner`: some of these targets are queries of the row.
 template <Orientation orientation>
 template <bool ordered, bool corner>
 HWY_INLINE void RowByRow<orientation>::compare(const Strip& s, const Row& queries, std::size_t i,
@@ -218,7 +217,8 @@ template <bool ordered>
 HWY_NOINLINE void RowByRow<orientation>::run(std::uint32_t i, std::uint32_t block, Window* rest,
                                              std::uint32_t& left) {
   const D16 d;
-  const Strip s = strip_;  // of our own: what is written might else be thought to change it
+  const Strip s = strip_;  // a local copy: the compiler must assume that the stores may change the
+                           // member
   const Row queries(s, i);
   const std::uint32_t stop = end_of(hn::GetLane(hn::MaxOfLanes(d, queries.upper0)));
   std::uint32_t t = i + 1;
@@ -249,11 +249,12 @@ HWY_NOINLINE void RowByRow<orientation>::write(Hits& hits) {
   const std::uint32_t* HWY_RESTRICT ids = strip_.id;
 #if HWY_TARGET == HWY_AVX3_DL
   const __m512i second_bit = _mm512_set1_epi32(2);
-  constexpr int choose = 0xe4;  // of the first where the third has a bit, else of the second
+  constexpr int choose = 0xe4;  // bits of the first operand where the third is set, else of the
+                                // second
   write_pairs<orientation, sure>(hits, out_, [&](std::size_t first, std::size_t at) HWY_ATTR {
     const V32 of = hn::LoadU(d, ids + first), four = hn::LoadDup128(d, ids + at);
     return [=](V32 place, V32& query, V32& target) HWY_ATTR {
-      // The lowest and the highest bit of a place are its target, what lies above does not matter.
+      // A place's lowest and highest bit are its target; the bits above do not matter.
       const __m512i step =
           _mm512_ternarylogic_epi32(hn::ShiftRight<4>(place).raw, place.raw, second_bit, choose);
       query = V32{_mm512_permutexvar_epi32(hn::ShiftRight<1>(place).raw, of.raw)};

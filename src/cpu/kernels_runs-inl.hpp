@@ -1,4 +1,4 @@
-// Sorting keys that are in order but for short runs. Included once an instruction set.
+// Sorts keys that are sorted except for short runs. Included once per instruction set.
 #if defined(THRONG_KERNELS_RUNS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_RUNS_INL
 #undef THRONG_KERNELS_RUNS_INL
@@ -18,8 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Odd-even transposition: each step compares every key with a neighbour, the next one and the one
-// before it by turns. A run is in order after as many steps as it has keys.
+// Odd-even transposition sort: each step compares every key with a neighbour, alternately the next
+// and the previous. A run is sorted after as many steps as it has keys.
 HWY_INLINE void transpose_neighbours(std::uint32_t* keys, std::size_t count, std::uint32_t steps) {
   constexpr hn::CappedTag<std::uint32_t, run_padding> d{};
   for (std::uint32_t step = 0; step < steps; ++step) {
@@ -31,10 +31,10 @@ HWY_INLINE void transpose_neighbours(std::uint32_t* keys, std::size_t count, std
   }
 }
 
-// For vectors of four pairs or more.
+// Needs vectors of four pairs or more.
 template <std::uint32_t pairs_a_vector>
 void sort_runs(const KeyRuns& runs, Pair* to) {
-  // What is compared with the greatest number there is stays.
+  // The padding is the maximum, so comparing with it is a no-op.
   std::fill_n(runs.keys + runs.count, run_padding, ~std::uint32_t{0});
   if (runs.longest > 1) transpose_neighbours(runs.keys, runs.count, runs.longest);
   constexpr hn::CappedTag<std::uint64_t, pairs_a_vector> d{};

@@ -1,4 +1,4 @@
-// The plain form of the kernels: what the vector forms must equal.
+// The scalar kernels: the reference implementation that the vector kernels must equal.
 #include <algorithm>
 #include <cstring>
 

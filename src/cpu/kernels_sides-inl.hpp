@@ -1,9 +1,8 @@
-// The sweep of a strip over itself: queries side by side, each against the target so many places
-// behind it. Included once an instruction set.
+// The sweep of a strip against itself along diagonals: a vector of queries i, i + 1, ... against
+// targets i + k, i + k + 1, ... for k = 1, 2, ... Included once per instruction set.
 //
-// No word is spread over a vector, and a window may end at any place. Vectors have 16 words at
-// most: with more they would wait for the longest of more windows, and most loads would cross a
-// cache line.
+// Needs no broadcasts, and a window may end at any target. Vectors have at most 16 coordinates:
+// wider ones would wait for the longest of more windows, and most loads would cross a cache line.
 #if defined(THRONG_KERNELS_SIDES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SIDES_INL
 #undef THRONG_KERNELS_SIDES_INL
@@ -25,7 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using DSide = hn::CappedTag<std::int16_t, 16>;
 using VSide = hn::Vec<DSide>;
 constexpr std::uint32_t side_lanes = static_cast<std::uint32_t>(hn::MaxLanes(DSide()));
-constexpr std::size_t side_steps = 4;  // targets that are compared before the next branch
+constexpr std::size_t side_steps = 4;  // targets per branch
 
 struct Sides {
   VSide upper0, upper1, upper2, lower0, lower1, lower2, asks;
@@ -38,7 +37,7 @@ struct Sides {
         lower2(hn::LoadU(DSide(), s.lower[2] + i)),
         asks(hn::LoadU(DSide(), s.asks + i)) {}
 
-  // The least difference of words, as compare() has it: 0 is a tie, and what is below is no pair.
+  // The least coordinate difference, as in compare(): 0 is a tie, below 0 is no overlap.
   template <bool ordered>
   HWY_INLINE VSide least(const Strip& s, std::size_t t) const {
     const DSide d;
@@ -50,7 +49,7 @@ struct Sides {
     if constexpr (!ordered) y = hn::Min(y, hn::Sub(hn::LoadU(d, s.upper[0] + t), lower0));
     return hn::Min(x, y);
   }
-  // That the pair is not told of here: another column is its home, or it is forbidden.
+  // Pairs that this column must not report: another one is the owner cell, or a filter forbids it.
   HWY_INLINE hn::Mask<DSide> elsewhere(const Strip& s, std::size_t t) const {
     const DSide d;
     return hn::Gt(hn::And(asks, hn::LoadU(d, s.begins + t)), hn::Zero(d));
@@ -58,8 +57,8 @@ struct Sides {
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
-// The pairs that queries make with `side_steps` targets from `t` on, a bit for each step and query.
-// `ties`: that some may be tied. Ties of pairs at home elsewhere may count, too.
+// Returns the overlaps of the queries with `side_steps` targets from `t` on, a bit per step and
+// query. `ties`: some pairs may be ties; it may count ties that another cell owns.
 template <bool ordered>
 HWY_INLINE std::uint64_t compare_sides(const Sides& q, const Strip& s, std::size_t t, bool& ties) {
   const DSide d;
@@ -102,12 +101,11 @@ class SideBySide {
  public:
   SideBySide(const Strip& strip, Emit& out) : strip_(strip), out_(out) {}
 
-  // The queries from `begin` on, before `end`. Where few of those side by side go on for long, what
-  // is left of their windows is listed in `rest`, each by its place from `begin` on; `left` tells
-  // how many.
+  // Sweeps the queries [begin, end). If only few of a vector have long windows, their rests are
+  // appended to `rest`, relative to `begin`; `left` is the length of that list.
   template <bool ordered>
   void run(std::uint32_t begin, std::uint32_t end, Window* rest, std::uint32_t& left);
-  // The pairs of all hits, and of all ties.
+  // Writes the pairs of all hits and of all ties.
   void write() {
     write<Sure::yes>(hits_);
     if (HWY_UNLIKELY(ties_.count != 0)) write<Sure::no>(ties_);
@@ -115,7 +113,7 @@ class SideBySide {
   std::uint64_t vectors() const { return vectors_; }
 
  private:
-  // Queries go on together while that takes at most so many steps for each of them that does.
+  // Queries continue together while that takes at most this many steps per query that continues.
   static constexpr std::size_t patience = 32;
 
   template <bool ordered>
@@ -129,8 +127,8 @@ class SideBySide {
   Hits hits_, ties_;
 };
 
-// Equal words: the pairs that the floats must decide. The differences are found again: an array of
-// them would be stored at each step, tied or not.
+// Collects ties for the floats to decide. Recomputes the differences; an array of them would be
+// stored at every step, with or without ties.
 template <Orientation orientation>
 template <bool ordered>
 HWY_NOINLINE void SideBySide<orientation>::defer(std::size_t first, std::size_t at) {

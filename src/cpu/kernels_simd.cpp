@@ -1,12 +1,12 @@
-// The kernels over vectors, compiled once an instruction set by Highway.
+// The vector kernels, compiled by Highway once per instruction set.
 //
-// Words have 15 bits, so that the difference of two is a signed 16-bit number: the least of a
-// pair's six differences tells whether they overlap, are apart, or are tied.
+// Quantized coordinates have 15 bits, so the difference of two fits int16. The sign of a pair's
+// least difference says whether the boxes overlap, are separate, or tie.
 #if defined(THRONG_HIGHWAY)
 
-// Built: SSE4, AVX2, AVX-512 as Ice Lake and Zen 4 have it (it compresses bytes; what came before
-// is served by AVX2), NEON. Off, by bit, as old releases do not name them all: SSSE3, other AVX-512
-// sets, SVE.
+// Built: SSE4, AVX2, AVX-512 (as of Ice Lake and Zen 4, which compress bytes; earlier AVX-512
+// processors use AVX2), NEON. Disabled by bit, as old releases do not name them all: SSSE3, other
+// AVX-512 sets, SVE.
 #define HWY_WANT_AVX3_DL
 #define HWY_DISABLED_TARGETS                                                                     \
   ((1LL << 12) | (1LL << 8) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
@@ -41,7 +41,7 @@ const Kernels& kernels() {
   static const Kernels table = [] {
     Kernels all{isa,         sweep_cost,  bin,       word_range, transpose, sweep,
                 match_kinds, read_worlds, all_pairs, nullptr,    nullptr};
-    // Of fewer than four pairs a vector digits are faster.
+    // With fewer than four pairs per vector the radix sort is faster.
     if constexpr (pairs_a_vector >= 4) {
       all.sort_lists = sort_lists<pairs_a_vector>;
       all.sort_runs = sort_runs<pairs_a_vector>;
@@ -61,8 +61,8 @@ namespace throng::cpu {
 #if HWY_ARCH_X86
 namespace {
 
-// Which of the targets this processor and its operating system have. GCC and clang know without
-// Highway's library, so that of Highway the headers alone are needed where a program runs.
+// The targets that the processor and operating system support. Uses compiler builtins, so that
+// linking needs only Highway's headers.
 long long supported_targets() noexcept {
 #if defined(__GNUC__)
   const bool sse4 = __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("pclmul") &&
@@ -87,7 +87,7 @@ long long supported_targets() noexcept {
 
 const Kernels* simd_kernels(Isa isa) noexcept {
 #if HWY_ARCH_X86
-  // Asked once: the instruction that tells is slow, in a virtual machine by some microseconds.
+  // Cached: CPUID takes microseconds in a virtual machine.
   static const long long supported = supported_targets();
   const auto has = [](long long target) { return (supported & target) != 0; };
 #if HWY_TARGETS & HWY_AVX3_DL

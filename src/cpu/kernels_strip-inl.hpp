@@ -1,4 +1,4 @@
-// A strip's records turned into arrays of words. Included once an instruction set.
+// Transposes a strip's records into arrays of coordinates. Included once per instruction set.
 #if defined(THRONG_KERNELS_STRIP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_STRIP_INL
 #undef THRONG_KERNELS_STRIP_INL
@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The least and greatest lower word of `axis`: of whole vectors of records at once.
+// See Kernels::word_range.
 inline void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
                        std::uint32_t* least, std::uint32_t* most) {
   const hn::ScalableTag<std::uint16_t> d;
@@ -48,7 +48,7 @@ inline void word_range(const Record* records, std::uint32_t count, std::uint32_t
   *most = high;
 }
 
-// A vector of records: in block b of 128 bits the record b * step.
+// A vector of records: 128-bit block b holds record b * step.
 template <std::size_t step, class D>
 HWY_INLINE hn::Vec<D> load_records(D d, const Record* const* r) {
   using T = hn::TFromD<D>;
@@ -74,7 +74,7 @@ inline void transpose(Strip& strip) {
     const auto v = [&](std::uint32_t k) HWY_ATTR { return load_records<8>(d, r + k); };
     const auto v0 = v(0), v1 = v(1), v2 = v(2), v3 = v(3), v4 = v(4), v5 = v(5), v6 = v(6),
                v7 = v(7);
-    // Three rounds of interleaving transpose 8 x 8 words in each block.
+    // Three rounds of interleaving transpose 8 x 8 values in each block.
     const auto a0 = hn::InterleaveLower(d, v0, v4), a1 = hn::InterleaveLower(d, v1, v5),
                a2 = hn::InterleaveLower(d, v2, v6), a3 = hn::InterleaveLower(d, v3, v7),
                a4 = hn::InterleaveUpper(d, v0, v4), a5 = hn::InterleaveUpper(d, v1, v5),

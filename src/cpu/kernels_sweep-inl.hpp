@@ -1,7 +1,7 @@
-// The sweep over vectors. Of a strip over itself queries go side by side (kernels_sides-inl.hpp),
-// or row by row where windows are long (kernels_rows-inl.hpp); those whose windows are far longer
-// than their neighbours', and those of another strip, go alone, each against vectors of targets.
-// Included once an instruction set.
+// The sweep over vectors. A strip against itself: along diagonals (kernels_sides-inl.hpp), or by
+// broadcast where windows are long (kernels_rows-inl.hpp). Queries with far longer windows than
+// their neighbours, and queries of another strip, go one by one against vectors of targets.
+// Included once per instruction set.
 #if defined(THRONG_KERNELS_SWEEP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SWEEP_INL
 #undef THRONG_KERNELS_SWEEP_INL
@@ -38,7 +38,7 @@ class StripSweep {
  public:
   StripSweep(const Strip& queries, const Strip& targets, Emit& out);
 
-  // `start`: null where a strip is swept over itself.
+  // args.start: null where a strip is swept against itself.
   template <bool ordered>
   void run(const Sweep& args);
   std::uint64_t comparisons() const {
@@ -63,16 +63,16 @@ class StripSweep {
   WindowHits hits_;
   SideBySide<orientation> sides_;
   RowByRow<orientation> rows_;
-  Window windows_[query_block + 8];  // those that go on
+  Window windows_[query_block + 8];  // those not finished
   std::uint32_t count_ = 0;
-  Query query_[query_block + 8];  // some more are written and read, and not used
+  Query query_[query_block + 8];  // padding is written and read, but not used
 };
 
 template <Orientation orientation>
 StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, Emit& out)
     : queries_(queries), targets_(targets), out_(out), sides_(queries, out), rows_(queries, out) {}
 
-// Of a record the bytes of a query, by the sweep axis.
+// Shuffle masks from a record's bytes to a query's, per sweep axis.
 struct QueryBytes {
   alignas(16) std::uint8_t of[3][32] = {};
   constexpr QueryBytes() {
@@ -89,7 +89,7 @@ struct QueryBytes {
 };
 inline constexpr QueryBytes query_bytes;
 
-// Blocks of 128 bits: low 0, high 0, low 1, high 1, ...
+// Stores 128-bit blocks: low 0, high 0, low 1, high 1, ...
 template <class V>
 HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
   const hn::DFromV<V> d;
@@ -107,8 +107,8 @@ HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
 #endif
 }
 
-// The queries whose windows are open, which are in order, and those that share a vector of records
-// with them: made of these by a shuffle of bytes for each half.
+// Makes the queries of the open windows (in order), and of the others in the same vector of
+// records, from records: one byte shuffle per half.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::take() {
   const hn::ScalableTag<std::uint8_t> d;
@@ -128,7 +128,7 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
     taken = q + group;
     const auto records = load_records<1>(d, queries_.record + begin_ + q);
     const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
-    // A bit for each lower word of 0, added up and put into both halves of the last word.
+    // One bit per lower coordinate of 0, summed and stored in both halves of the last value.
     const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));
     const auto sum = hn::SumsOf8(hn::BitCast(d, hn::IfThenElseZero(zero, axis_bits)));
     const auto high = hn::Or(hn::TableLookupBytesOr0(records, second),
@@ -145,7 +145,7 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
   }
 }
 
-// Equal words: the pairs that the floats must decide.
+// Collects ties for the floats to decide.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::defer(const Query& query, std::uint32_t at,
                                                  std::uint32_t bits) {
@@ -157,7 +157,7 @@ HWY_NOINLINE void StripSweep<orientation>::defer(const Query& query, std::uint32
   if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
 }
 
-// Those that have any target from their start on.
+// Opens the windows that have any target from their start on.
 template <Orientation orientation>
 void StripSweep<orientation>::open_at(const std::uint32_t* start) {
   const int bucket_start = -(1 << targets_.shift);
@@ -170,7 +170,8 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
   count_ = count;
 }
 
-// Of a strip over itself: some queries together, as long as that pays.
+// A strip against itself: sweeps queries together where that pays, and opens the windows that
+// remain.
 template <Orientation orientation>
 template <bool ordered>
 void StripSweep<orientation>::open_together() {
@@ -185,7 +186,7 @@ void StripSweep<orientation>::open_together() {
   }
 }
 
-// One vector further for each window that goes on.
+// Advances each open window by one vector.
 template <Orientation orientation>
 template <bool ordered>
 HWY_NOINLINE void StripSweep<orientation>::next_windows() {
@@ -203,11 +204,11 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
       defer(query, place.at, tie);
       bits &= ~tie;
     }
-    // Without a branch: what is empty is overwritten.
+    // Branch-free: an empty entry is overwritten.
     hits_.place[hit] = place;
     hits_.mask[hit] = bits;
     hit += bits != 0;
-    // Beyond the last target lies a word that no other is above: the count decides too.
+    // The padding's lower coordinate is the maximum, so the count must decide too.
     const std::uint32_t next = place.at + word_lanes;
     windows_[going] = {place.query, next};
     going += static_cast<std::uint32_t>(next < t.count) &
@@ -218,7 +219,7 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
   hits_.count = hit;
 }
 
-// The pairs of all hits.
+// Writes the pairs of all hits.
 template <Orientation orientation>
 HWY_NOINLINE void StripSweep<orientation>::write() {
   const D32 d;
@@ -234,7 +235,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
     });
   }
 #else
-  // Of each a vector of ids from its first target on; what that leaves waits for the next round.
+  // One vector of ids per hit and round; the remaining bits go to the next round.
   for (std::size_t count = hits_.count, rest = 0; count != 0; count = rest) {
     rest = 0;
     for (std::size_t h = 0; h < count; ++h) {

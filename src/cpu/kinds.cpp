@@ -8,7 +8,7 @@
 namespace throng::cpu {
 namespace {
 
-// What absent filters say of a tile's boxes.
+// Neutral values of absent filters.
 struct Absent {
   std::uint32_t ones[filter_tile] = {};
   std::uint8_t zeros[filter_tile] = {};
@@ -16,8 +16,8 @@ struct Absent {
 };
 constexpr Absent of_absent;
 
-// The values of a tile's boxes side by side: the filter's own where a whole tile of them lies so,
-// else in `room`, the last repeated.
+// A tile's values as an array: the filter's own memory if a full tile is contiguous, else a copy in
+// `room`, padded with the last value.
 template <class T>
 const T* side_by_side(const Strided<T>& filter, std::size_t begin, std::size_t count,
                       const T* absent, T* room) noexcept {
@@ -30,9 +30,9 @@ const T* side_by_side(const Strided<T>& filter, std::size_t begin, std::size_t c
 
 }  // namespace
 
-// What one task knows of all boxes by now, and room for a tile's filters.
+// One task's copy of the known combinations, and scratch for a tile's filters.
 struct Kinds::Task {
-  bool grouped = true;  // as it was at the beginning of this reading of all
+  bool grouped = true;  // the value of grouped() when this pass started
   std::uint32_t known_count = 0;
   Combination known[most] = {};
   WorldRange worlds;
@@ -41,7 +41,8 @@ struct Kinds::Task {
   alignas(64) std::uint8_t is_static[filter_tile];
 };
 
-// The tile's combinations that are new, and those that other tasks have met. Too many: none counts.
+// Adds the tile's new combinations and takes those that other tasks found. If there are too many,
+// clears grouped_.
 void Kinds::learn(const FilterTile& tile, const std::uint8_t* kinds, Task& task) noexcept {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (std::size_t i = 0; i < filter_tile; ++i) {
@@ -78,7 +79,7 @@ void Kinds::read_tile(const Search& search, const Filters& f, std::size_t begin,
     learn(tile, kinds + begin, task);
 }
 
-// False where there turned out to be too many combinations.
+// Returns false if there are too many combinations.
 bool Kinds::read_all(Search& search, unsigned task_count) {
   const bool grouped = this->grouped();
   known_count_ = 0;
@@ -134,8 +135,8 @@ void Kinds::settle(bool static_apart) noexcept {
     forbid_ = forbid_ || row != 0;
   }
 
-  // A target's bit says which kinds it pairs with, where not with all; a query has the bits of all
-  // with which it does not pair.
+  // A target's bit names the set of classes that it must not pair with, if any. A query has the
+  // bits of all sets that contain its class.
   std::uint16_t rows[bit_count];
   unsigned row_count = 0;
   bool fit = true;
@@ -148,7 +149,7 @@ void Kinds::settle(bool static_apart) noexcept {
     if (row == row_count) rows[row_count++] = forbidden_[k];
     as_target_[k] = static_cast<std::uint16_t>(1u << (first_bit + row));
   }
-  // Else of static alone.
+  // Fallback: static alone.
   if (!fit) {
     for (std::uint32_t k = 0; k < known_count_; ++k)
       as_target_[k] = both_static(known_[k], known_[k]) ? 1u << first_bit : 0;

@@ -1,4 +1,4 @@
-// What static, group and mask say of two boxes, as bits that a sweep compares.
+// Static, group and mask as bits that the sweep compares.
 #pragma once
 
 #include <atomic>
@@ -15,14 +15,14 @@ namespace throng::cpu {
 
 struct Search;
 
-// A box's kind is which combination of static, group and mask it has. Scenes have a handful of
-// combinations, however many boxes they have. So what two boxes' filters say is looked up by their
-// kinds; and where kinds behave in a few ways only, it is one AND of two words, a box's where it is
-// the query and the other's where it is the target, which a sweep does anyway (see Strip).
+// A box's filter class is its combination of static, group and mask. Scenes have a handful of
+// classes, whatever their number of boxes, so whether two boxes may pair is a table lookup by
+// class. If the classes form only a few distinct sets, it is one AND of two bit masks, one for the
+// box as query and one for it as target, which the sweep does anyway (see Strip).
 class Kinds {
  public:
   static constexpr std::uint32_t most = 16;
-  // The bits of those words that are the kinds'.
+  // The bits of those masks that hold filter classes.
   static constexpr unsigned first_bit = 9, bit_count = 6;
 
   explicit Kinds(Memory& memory) noexcept
@@ -31,35 +31,35 @@ class Kinds {
   static bool needed(const Boxes& boxes) noexcept {
     return tell_kinds(boxes.filters) || boxes.filters.world;
   }
-  // Reads the filters of the search's set, or sets.
+  // Reads the filters of the search's set or sets.
   void read(Search&, unsigned task_count);
-  // Whether there are boxes of two worlds, those of all worlds aside, that could meet; the greatest
-  // number of a world; and how many boxes are of all.
+  // Whether boxes of different worlds (other than -1) could meet; the greatest world; and the
+  // number of boxes in world -1.
   bool several_worlds() const noexcept { return several_worlds_; }
   std::int32_t greatest_world() const noexcept { return worlds_.greatest; }
   std::uint64_t everywhere() const noexcept { return worlds_.of_all; }
-  // Whether there are static boxes, and none but these.
+  // Whether some boxes are static; whether all are.
   bool some_static() const noexcept { return some_static_; }
   bool all_static() const noexcept { return all_static_; }
   bool is_static(bool second, std::uint32_t id) const noexcept {
     return known_[of(second)[id]].is_static != 0;
   }
-  // Says what may pair with what. `static_apart`: two static boxes are not compared anyway.
+  // Computes which classes may pair. `static_apart`: two static boxes are never compared anyway.
   void settle(bool static_apart) noexcept;
 
-  // Whether anything is forbidden at all; whether the words below tell some of it, and all of it.
+  // Whether any pair is forbidden; whether the masks below cover some of that, and all of it.
   bool forbid() const noexcept { return forbid_; }
   bool words_tell() const noexcept { return words_tell_; }
   bool words_tell_all() const noexcept { return words_tell_all_; }
-  // The words of a kind: they have a bit in common where the two may not pair.
+  // Masks per class: two share a bit if their pair is forbidden.
   const std::uint16_t* as_query() const noexcept { return as_query_; }
   const std::uint16_t* as_target() const noexcept { return as_target_; }
-  // The kinds with which one may not pair, a bit each.
+  // The classes that `kind` must not pair with, a bit each.
   std::uint32_t forbidden(std::uint32_t kind) const noexcept { return forbidden_[kind]; }
-  // By id, of the first set or the second.
+  // Classes by id, of the first or second set.
   const std::uint8_t* of(bool second) const noexcept { return of_[second && two_sets_].data(); }
 
-  // Says of a pair whether static allows it, and group and mask, where kinds tell these.
+  // Whether static, group and mask (as far as classes cover them) allow a pair.
   struct Allowed {
     const std::uint8_t *first, *second;
     const std::uint16_t* forbidden;
@@ -68,7 +68,7 @@ class Kinds {
     }
   };
   Allowed allowed() const noexcept { return {of(false), of(true), forbidden_}; }
-  // Else there are too many combinations, and kinds tell static alone.
+  // False: there are too many combinations, and classes cover static only.
   bool grouped() const noexcept { return grouped_.load(std::memory_order_relaxed); }
 
  private:
@@ -85,10 +85,10 @@ class Kinds {
   bool forbid_ = false, words_tell_ = false, words_tell_all_ = false;
   WorldRange worlds_;
   std::atomic<bool> grouped_ = true;
-  std::mutex mutex_;  // of what tasks find out
+  std::mutex mutex_;  // guards what tasks share
   std::uint32_t known_count_ = 0;
   Combination known_[most] = {};
-  std::uint16_t forbidden_[most] = {};  // of a kind those that it may not pair with, a bit each
+  std::uint16_t forbidden_[most] = {};  // per class, a bit per class that it must not pair with
   std::uint16_t as_query_[most] = {}, as_target_[most] = {};
 };
 

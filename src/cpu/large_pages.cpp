@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t page_bytes = std::size_t{2} << 20;
 
 class LargePages final : public std::pmr::memory_resource {
-  // The alignment of a block depends on its size alone, which deallocate is told, too.
+  // A block's alignment depends on its size, which deallocate receives too.
   static std::align_val_t alignment_of(std::size_t bytes, std::size_t alignment) {
     return std::align_val_t{bytes >= page_bytes && alignment < page_bytes ? page_bytes : alignment};
   }
@@ -56,7 +56,7 @@ std::pmr::memory_resource* large_pages() noexcept {
 
 void want_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t bytes) noexcept {
 #ifdef __linux__
-  // Of whole pages alone, so that no block takes more than was asked for.
+  // Whole pages only, so that no block uses more memory than requested.
   const auto begin = reinterpret_cast<std::uintptr_t>(block);
   const std::uintptr_t first = (begin + page_bytes - 1) / page_bytes * page_bytes;
   const std::uintptr_t end = (begin + bytes) / page_bytes * page_bytes;

@@ -1,13 +1,13 @@
-// Memory of a Finder whose caller names no resource.
+// The default memory resource of a Finder.
 #pragma once
 
 #include <memory_resource>
 
 namespace throng::cpu {
 
-// As new and delete, but that blocks ask for large pages where they have whole ones. Such as live
-// for one search are often those of the search before, and cost nothing then; so they are taken as
-// they come, and not made to begin with a large page as by large_pages().
+// Like new and delete, with madvise for large pages on the whole ones that a block contains. Unlike
+// large_pages() it does not align blocks to large pages: blocks that live for one call are often
+// reused from the last call as they are, at no cost.
 std::pmr::memory_resource* large_blocks() noexcept;
 
 }  // namespace throng::cpu

@@ -1,4 +1,4 @@
-// Lists of about the same length are sorted side by side; a long one by its digits.
+// Lists of similar length are sorted side by side; a long one by radix sort.
 #include "cpu/lists.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ Lists::Lists(const std::uint32_t* seconds, Pair* to, std::size_t count, const st
       ends_(ends),
       first_above_(first_above),
       second_bits_(second_bits),
-      // So that room for all rows is room for as many numbers of 64 bits as there are pairs.
+      // Scratch for all rows then never exceeds one 64-bit value per pair.
       most_rows_(static_cast<std::uint32_t>(std::min<std::size_t>(most_rows, count / 64 * 8))) {}
 
 std::size_t Lists::room_for(std::size_t longest) const noexcept {
@@ -31,7 +31,7 @@ std::size_t Lists::room_for(std::size_t longest) const noexcept {
   return std::max(rows * sorted_lists / 2, std::min(longest, scratch_pairs));
 }
 
-// How many eights of rows; the last for a long one.
+// The length in rows of eight, rounded up; the last class is for long lists.
 std::uint32_t Lists::class_of(std::uint32_t count) const noexcept {
   return count <= most_rows_ ? (count + 7) / 8 : classes - 1;
 }
@@ -50,15 +50,15 @@ void Lists::sort(const Kernels& kernels, std::size_t begin, std::size_t end, std
   for (std::uint32_t f = 0; f < firsts; ++f) {
     ranked[class_end[class_of(count_of(f))]++] = static_cast<std::uint16_t>(f);
   }
-  // Where a class ends, now, the next begins.
+  // After the scatter, class_end[c] is where class c + 1 starts.
   const std::uint32_t long_ones = class_end[classes - 2];
-  // The latter half of the list's place.
+  // The latter half of the list's destination.
   const auto seconds_of = [&](std::uint32_t f) { return seconds_ + 2 * starts[f] + count_of(f); };
   const auto first_of = [&](std::uint32_t f) {
     return first_above_ + static_cast<std::uint32_t>(begin) + f;
   };
-  // Lists lie anywhere: they are asked for some groups ahead, and again while the group before
-  // theirs is sorted.
+  // Lists are scattered in memory: they are prefetched some groups ahead, and again while the
+  // previous group is sorted.
   const auto ask = [&](std::uint32_t at) {
     for (std::uint32_t i = at; i < std::min(at + sorted_lists, long_ones); ++i) {
       const std::uint32_t f = ranked[i];

@@ -1,6 +1,5 @@
-// A column's records asked for while the column before it is sorted, a line for each line: they
-// were written long ago, and a column that begins with waiting for memory waits for most of its
-// time.
+// Prefetches a column's records while the column before it is sorted, line by line. They were
+// written long ago; without prefetching, a column spends most of its time waiting for memory.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +11,7 @@ namespace throng::cpu {
 
 class LookAhead {
  public:
-  // The records of the first side that lie in this column, those entered last first; with
-  // `no_column` none.
+  // Starts with this column's records of the first side, latest first; with `no_column`, with none.
   static constexpr std::uint32_t no_column = 0xffffffffu;
   void aim(const GridSpace& space, std::uint32_t column) noexcept {
     space_ = &space;
@@ -23,7 +21,7 @@ class LookAhead {
     block_ = line_ = end_ = 0;
   }
 
-  // Asks for the next line.
+  // Prefetches the next line.
   void step() noexcept {
     if (left_ == 0 || (line_ >= end_ && !enter_block())) return;
     prefetch_to_read(reinterpret_cast<const void*>(line_));
@@ -35,11 +33,11 @@ class LookAhead {
  private:
   static constexpr std::uintptr_t line_bytes = records_a_step * sizeof(Record);
   static_assert(line_bytes == 64);
-  // The second level of cache has more to hold.
+  // The L2 cache must hold other data, too.
   static constexpr std::uint32_t most_lines = 2048;
 
-  // The next block of the chain, which the first line of this one tells, and that has been asked
-  // for; or the last of the next task's.
+  // Moves to the previous block of the chain (its address is in the first line of this block, which
+  // has been prefetched), or to the last block of the next task's chain.
   bool enter_block() noexcept {
     block_ = block_ ? reinterpret_cast<const GridSpace::Block*>(block_)->previous : 0;
     end_ = block_ + space_->block_bytes_;

@@ -7,7 +7,7 @@ namespace throng::cpu {
 void* Memory::take(std::size_t bytes, std::size_t alignment) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (cap_ != 0 && (bytes > cap_ || held_ > cap_ - bytes)) {
-    // Their sum, or the largest number where it has none.
+    // Saturating sum.
     throw CapExceeded{bytes > static_cast<std::size_t>(-1) - held_ ? static_cast<std::size_t>(-1)
                                                                    : held_ + bytes};
   }

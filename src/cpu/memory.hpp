@@ -1,4 +1,4 @@
-// Memory that is counted, capped, and taken from the caller's resource alone.
+// Memory that is counted, capped, and taken only from the caller's resource.
 #pragma once
 
 #include <atomic>
@@ -11,19 +11,19 @@
 
 namespace throng::cpu {
 
-// Thrown inside the library only; the hall turns them into a Status.
+// Thrown inside the library only; the API layer turns them into a Status.
 struct NoMemory {
-  std::size_t bytes;  // asked for in vain
+  std::size_t bytes;  // size of the failed request
 };
 struct CapExceeded {
   std::size_t bytes_needed;  // the cap that would have let this request through
 };
 
-// Counts what is held and serialises calls to the upstream resource, which need not be
-// synchronised. A resource that returns null instead of throwing is taken at its word.
+// Counts what is held and serialises calls to the upstream resource, which need not be thread-safe.
+// An upstream that returns null instead of throwing is treated as out of memory.
 class Memory {
  public:
-  // `already_held`: bytes of whoever owns this, which count too.
+  // `already_held`: bytes of the owning object, which count too.
   Memory(std::pmr::memory_resource* upstream, std::size_t already_held) noexcept
       : upstream_(upstream), held_(already_held) {}
 
@@ -48,11 +48,11 @@ class Memory {
  private:
   std::pmr::memory_resource* upstream_;
   std::mutex mutex_;
-  std::atomic<std::size_t> held_;  // changed by one thread at a time, and read by any
+  std::atomic<std::size_t> held_;  // written under the mutex, read by any thread
   std::size_t cap_ = 0;
 };
 
-// An array of plain values that keeps its room; its contents are lost when it grows.
+// An array of trivial values that keeps its capacity. Growing discards its contents.
 template <class T>
 class Buffer {
  public:
@@ -61,8 +61,8 @@ class Buffer {
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
 
-  // Room for `count` values, 64-byte aligned. Exact where `exact`, else with an eighth to spare, so
-  // that frames of slowly changing size do not each ask anew.
+  // Ensures capacity for `count` values, 64-byte aligned. Unless `exact`, adds an eighth, so that
+  // frames of slowly growing size do not each reallocate.
   T* room(std::size_t count, bool exact = false) {
     if (count > capacity_) {
       release();
@@ -84,7 +84,7 @@ class Buffer {
     }
     return data_;
   }
-  // As much room as another has.
+  // Grows to the capacity of `other`.
   void match(const Buffer& other) {
     if (other.capacity_ > capacity_) room(other.capacity_, true);
   }
@@ -93,7 +93,7 @@ class Buffer {
     data_ = nullptr;
     capacity_ = 0;
   }
-  // Of the same memory.
+  // Both must use the same Memory.
   void swap(Buffer& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(capacity_, other.capacity_);
@@ -104,10 +104,10 @@ class Buffer {
   std::size_t bytes() const noexcept { return capacity_ * value_bytes; }
 
  private:
-  // NOLINTNEXTLINE(bugprone-sizeof-expression): of a pointer, where that is what it holds
+  // NOLINTNEXTLINE(bugprone-sizeof-expression): T may be a pointer
   static constexpr std::size_t value_bytes = sizeof(T);
-  // A count of pairs may be as high as 2^64 - 2^33: their bytes have no number then, and there is
-  // no such memory. `want` is wrapped if it is below what it was made from.
+  // A count of pairs may be up to 2^64 - 2^33; their bytes then overflow, and no such memory
+  // exists. `want` has wrapped if it is below `count`.
   static std::size_t bytes_of(std::size_t want, std::size_t count) {
     constexpr std::size_t most = static_cast<std::size_t>(-1) / value_bytes;
     if (want < count || want > most) throw NoMemory{static_cast<std::size_t>(-1)};

@@ -1,5 +1,5 @@
-// Two ways: where firsts have many seconds, a list for each first; else buckets of some firsts
-// each, which are sorted one by one.
+// Two methods: if each first has many seconds, one list per first; else buckets of several firsts,
+// sorted one by one.
 #include "cpu/order.hpp"
 
 #include <algorithm>
@@ -17,21 +17,20 @@
 namespace throng::cpu {
 namespace {
 
-constexpr std::size_t bucket_pairs = 4096;  // aimed at
+constexpr std::size_t bucket_pairs = 4096;  // target size
 constexpr std::size_t one_bucket_pairs = 16384;
-constexpr unsigned most_split_bits = 12;  // beyond, the split itself runs out of cache
-// A line that the split writes is asked for so many pairs ahead: a core's stores wait for one
-// another's lines, and took twice as long.
+constexpr unsigned most_split_bits = 12;  // more would exceed the cache during the split
+// Destination lines are prefetched this many pairs ahead. Without it stores wait for each other's
+// lines and take twice as long.
 constexpr std::size_t ahead = 12;
-constexpr std::size_t a_line = 64 / sizeof(std::uint32_t);  // of seconds
-// How many pairs a first must have on average for lists to pay. Those of short lists lie anywhere,
-// several lists in a line: so these pay only where one task has all, its cache holds a line of each
-// list, and one bucket would not do.
+constexpr std::size_t a_line = 64 / sizeof(std::uint32_t);  // seconds per cache line
+// Average pairs per first from which lists pay. Short lists share cache lines, so they pay only if
+// one task has all of them, its cache holds a line per list, and one bucket would not do.
 constexpr std::size_t long_list_pairs = 64, short_list_pairs = 4;
 constexpr std::uint64_t lists_in_cache = 1u << 15;
 constexpr std::size_t most_chunks = 256;  // of firsts, whose counters are summed
-// Parts of the pairs that tasks count and split by turns, so that whoever starts late does fewer: a
-// few a task, unless tasks are many.
+// Number of parts that tasks claim dynamically for counting and splitting: a few per task, so that
+// a task that starts late does fewer; one per task if tasks are many.
 constexpr unsigned part_count(unsigned tasks) noexcept {
   return tasks == 1 ? 1 : std::max(tasks, std::min(4 * tasks, 64u));
 }
@@ -40,7 +39,7 @@ unsigned bits_of(std::uint64_t count) noexcept {
   return count < 2 ? 0 : static_cast<unsigned>(std::bit_width(count - 1));
 }
 
-// Takes each pair to the next place of its bucket, that of the leading bits of `first`.
+// Moves each pair to the next place of its bucket, selected by the leading bits of `first`.
 void deal(const Pair* begin, const Pair* end, unsigned shift, std::uint64_t* next,
           Pair* to) noexcept {
   for (const Pair* p = begin; p != end; ++p) {
@@ -76,7 +75,7 @@ void PairSorter::sort(const Kernels& kernels, const Executor& executor, unsigned
     sort_as_buckets(job);
 }
 
-// One pass takes each pair to those of its first.
+// One pass scatters each pair to the list of its first.
 void PairSorter::sort_as_lists(const Job& job) {
   const auto firsts = static_cast<std::size_t>(job.first_count);
   const auto parts = static_cast<unsigned>(std::min<std::size_t>(job.tasks, job.count / firsts));
@@ -88,7 +87,8 @@ void PairSorter::sort_as_lists(const Job& job) {
   run_by_turns(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint32_t* const mine = counters + p * firsts;
     std::memset(mine, 0, firsts * sizeof *mine);
-    // From two places at once: neighbours often have the same first, and each waits for the other.
+    // Two streams: neighbours often have the same first, and each increment would wait for the
+    // other.
     const std::size_t begin = part(p), half = (part(p + 1) - begin) / 2;
     for (std::size_t i = begin; i < begin + half; ++i) {
       prefetch_to_stream(from + i + pairs_ahead);
@@ -99,8 +99,8 @@ void PairSorter::sort_as_lists(const Job& job) {
     for (std::size_t i = begin + 2 * half; i < part(p + 1); ++i) ++mine[from[i].first];
   });
 
-  // Each counter becomes where the seconds of its part and first go: the latter half of where the
-  // pairs will be.
+  // Turns each counter into the destination of its part's seconds: the latter half of the list's
+  // place in the output.
   const std::size_t chunks = job.tasks == 1 ? 1 : std::min<std::size_t>(4 * job.tasks, most_chunks);
   const auto chunk = [&](std::size_t c) { return part_begin(firsts, chunks, c); };
   std::uint32_t before[most_chunks + 1], longest[most_chunks];
@@ -140,7 +140,7 @@ void PairSorter::sort_as_lists(const Job& job) {
                     bits_of(job.second_count));
   const std::size_t room = lists.room_for(*std::max_element(longest, longest + chunks));
   std::uint64_t* const scratch = scratch_.room(room * job.tasks);
-  // Alike lists are found among many, but each task should have some turns.
+  // More lists at once give better groups of similar length, but each task should get some chunks.
   const std::size_t turns = 1 + std::size_t{4} * (job.tasks - 1);
   const std::size_t step =
       std::clamp<std::size_t>(firsts / turns / sorted_lists, 1, Lists::most / sorted_lists) *
@@ -150,14 +150,14 @@ void PairSorter::sort_as_lists(const Job& job) {
   });
 }
 
-// One pass by the leading bits of `first` splits the pairs into buckets, which are sorted one by
-// one.
+// One pass splits the pairs into buckets by the leading bits of `first`; the buckets are sorted one
+// by one.
 void PairSorter::sort_as_buckets(const Job& job) {
   const std::size_t count = job.count;
   Pair *const from = job.from, *const to = job.to;
   const unsigned first_bits = bits_of(job.first_count), second_bits = bits_of(job.second_count);
   const unsigned all_bits = first_bits + second_bits;
-  // Enough buckets, and enough bits taken off for the rest to fit 32 where that can be.
+  // Enough buckets; and if possible enough bits removed for the rest to fit 32.
   unsigned split_bits = count <= one_bucket_pairs ? 0 : bits_of(count / bucket_pairs + 1);
   if (all_bits > 32 && all_bits <= 32 + most_split_bits && count > 4096) {
     split_bits = std::max(split_bits, all_bits - 32);

@@ -1,4 +1,4 @@
-// The canonical order: a radix sort of pairs.
+// Sorted order: a radix sort of pairs.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@ class PairSorter {
  public:
   explicit PairSorter(Memory& memory) noexcept : histograms_(memory), scratch_(memory) {}
 
-  // Sorts the `count` pairs of `from` by first, then second, into `to`; `from` is spoilt.
-  // Every first is below first_count, every second below second_count.
+  // Sorts the `count` pairs of `from` by first, then second, into `to`; overwrites `from`. Every
+  // first is below first_count, every second below second_count.
   void sort(const Kernels& kernels, const Executor& executor, unsigned task_count, Pair* from,
             Pair* to, std::size_t count, std::uint64_t first_count, std::uint64_t second_count);
   std::size_t held() const noexcept { return histograms_.bytes() + scratch_.bytes(); }
-  // At least what sorting so many pairs takes beside them.
+  // Lower bound on the scratch bytes for sorting `count` pairs.
   static std::size_t bytes_for(std::size_t count, unsigned task_count) noexcept;
 
  private:
@@ -37,7 +37,7 @@ class PairSorter {
   void sort_as_buckets(const Job&);
 
   Buffer<std::uint64_t> histograms_;
-  Buffer<std::uint64_t> scratch_;  // of every task
+  Buffer<std::uint64_t> scratch_;  // of all tasks
 };
 
 }  // namespace throng::cpu

@@ -1,4 +1,4 @@
-// Boxes as they lie in memory, their six floats together: looked at by vectors of four.
+// Tests on packed boxes (six contiguous floats) in memory, with vectors of four.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ inline __m128 floats(const char* at) noexcept {
 inline __m128i words(const char* at) noexcept {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at));
 }
-// The fourth lane is of no meaning.
+// The fourth lane is unspecified.
 inline __m128 upper(const char* box) noexcept {
   const __m128 v = floats(box + 2 * sizeof(float));
   return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 3, 2, 1));
@@ -34,7 +34,7 @@ inline Box box(const char* at) noexcept {
 #endif
 }  // namespace packed
 
-// core::overlaps().
+// As core::overlaps().
 inline bool overlap_in_memory(const char* a, const char* b) noexcept {
 #if defined(THRONG_SSE2)
   return packed::all_three(_mm_and_ps(_mm_cmple_ps(packed::floats(a), packed::upper(b)),
@@ -44,7 +44,7 @@ inline bool overlap_in_memory(const char* a, const char* b) noexcept {
 #endif
 }
 
-// core::is_active().
+// As core::is_active().
 inline bool active_in_memory(const char* box) noexcept {
 #if defined(THRONG_SSE2)
   return packed::all_three(_mm_cmple_ps(packed::floats(box), packed::upper(box)));
@@ -53,7 +53,7 @@ inline bool active_in_memory(const char* box) noexcept {
 #endif
 }
 
-// By bits.
+// Compares bits.
 inline bool same_in_memory(const char* a, const char* b) noexcept {
 #if defined(THRONG_SSE2)
   const __m128i low = _mm_cmpeq_epi32(packed::words(a), packed::words(b));
@@ -64,7 +64,7 @@ inline bool same_in_memory(const char* a, const char* b) noexcept {
 #endif
 }
 
-// Whether one of `count` boxes, `stride` bytes apart, has a NaN.
+// Whether any of `count` boxes, `stride` bytes apart, has a NaN.
 inline bool nan_in_memory(const char* boxes, std::size_t count, std::size_t stride) noexcept {
 #if defined(THRONG_SSE2)
   __m128 any = _mm_setzero_ps();

@@ -17,10 +17,10 @@ bool static_of(const Boxes& boxes, std::uint32_t i) noexcept {
 
 }  // namespace
 
-// slots holds (static, world + 1, id) in one number each, sorted: by counting where worlds are
-// numbered densely, by comparison where they are not.
+// Sorts ids by (static, world + 1, id): by counting if worlds are numbered densely, else by
+// comparison.
 void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport& report) {
-  static_assert(max_box_count + 1 <= 0xffffffffu, "n + 1 below has a number");
+  static_assert(max_box_count + 1 <= 0xffffffffu, "n + 1 fits 32 bits");
   const auto n = static_cast<std::uint32_t>(boxes.size());
   out.boxes = &boxes;
   std::int32_t most = -1;
@@ -72,7 +72,7 @@ void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport&
       if (core::is_active(boxes[i])) ids[at[slot_of(i)]++] = i;
     }
   } else {
-    // Slots below 2^33 and ids below 2^32 do not share a number: sort ids by slot, then by id.
+    // Slots below 2^33 and ids below 2^32 do not fit one 64-bit key: sort ids by slot, then by id.
     for (std::uint32_t i = 0; i < n; ++i) {
       const Box box = boxes[i];
       if (core::is_active(box))
@@ -91,7 +91,7 @@ void Partition::sort(const Boxes& boxes, bool is_second, Sorted& out, BinReport&
       add_run(slot, begin, end - begin);
     }
   }
-  // Boxes of every world lie right before those of one, also where there are none of either.
+  // Boxes of world -1 lie directly before those of single worlds, also where either set is empty.
   for (auto& kind : out.kinds) {
     if (kind.everywhere.count == 0) kind.everywhere.begin = kind.begin;
     if (kind.count == 0) kind.begin = kind.everywhere.begin + kind.everywhere.count;

@@ -1,5 +1,5 @@
-// Worlds and static boxes where these are better kept apart (apart.hpp): one problem becomes
-// several, none of which compares what never pairs.
+// Splits a problem by world and static where that is cheaper (apart.hpp): none of the parts
+// compares boxes that never pair.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,26 @@ class Partition {
  public:
   explicit Partition(Memory& memory) noexcept : a_(memory), b_(memory), problems_(memory) {}
 
-  // Splits the boxes of the search's set (or sets) by static and by world; counts the inactive
+  // Splits the boxes of the search's set (or sets) by static and by world. Counts the inactive
   // ones, which are in no problem.
   void split(const Search& search, BinReport& report);
 
   std::uint32_t problem_count() const noexcept { return problem_count_; }
   const Problem& problem(std::uint32_t i) const noexcept { return problems_[i]; }
 
-  // How many pairs all problems have; see foretell.hpp.
+  // Estimates the pairs of all problems; see foretell.hpp.
   std::size_t foretell(Search& search, Algorithm algorithm, Worker& worker) const;
 
  private:
   // Ids of active boxes: the movers by world, then the static ones by world; -1 is the first world.
   struct Sorted {
     explicit Sorted(Memory& memory) noexcept : ids(memory), runs(memory), slots(memory) {}
-    struct Run {  // the boxes of one world that move, or that are static
+    struct Run {  // the moving or the static boxes of one world
       std::int32_t world;
       std::uint32_t begin, count;
     };
-    // Runs of one kind from `first` on, of worlds >= 0; those of -1 apart.
+    // The runs of moving or static boxes from `first_run` on, of worlds >= 0; that of world -1
+    // separate.
     struct Kind {
       Run everywhere{-1, 0, 0};
       std::uint32_t first_run = 0, run_count = 0;
@@ -54,7 +55,7 @@ class Partition {
   };
   static void sort(const Boxes&, bool is_second, Sorted&, BinReport&);
   void add(const Side& queries, const Side& targets, bool self);
-  // Runs of the same world in two kinds: self pairs of the first where asked, and cross pairs.
+  // Pairs up runs of the same world: self pairs of `a` if `self`, and cross pairs.
   void same_worlds(const Sorted& a, unsigned kind_a, const Sorted& b, unsigned kind_b, bool self);
   void one_set();
   void two_sets();

@@ -9,24 +9,25 @@
 namespace throng::cpu {
 namespace {
 
-// Below this many boxes, or where sweeping costs so little a box, no finer grid is thought of: it
-// gathers its boxes from all over memory. So does brute force.
+// Minimum numbers of boxes and cost per box of a finer grid, and of brute force: both gather boxes
+// from scattered memory.
 constexpr std::uint32_t least_boxes = 1024, least_boxes_brute = 128;
 constexpr double least_sweep_ns = 20;
-// Brute force is taken where it costs at most this share of the sweep.
+// Brute force must cost at most this share of the sweep.
 constexpr double brute_worthwhile = 0.1;
-// A pair of equal words, which the floats decide.
+// Cost of one tie, which the floats decide.
 constexpr double tie_ns = 10;
-// A finer grid must promise to cost at most this share of the sweep.
+// A finer grid must cost at most this share of the sweep.
 constexpr double worthwhile = 0.6;
-// Copies multiply from grid to grid: boxes too large for their column stay in one. Where much is
-// gained there may be more of them.
+// Copies multiply from level to level: boxes larger than their column stay in one. More are allowed
+// where the gain is large.
 constexpr double most_replicas = 2, most_replicas_ever = 4, very_worthwhile = 0.25;
 
-// Boxes of which no two may pair are left out where they make so much of all comparisons.
+// Boxes of which no two may pair are separated if they make up at least this share of all
+// comparisons.
 constexpr double worth_leaving_out = 0.25;
 
-// One grid within the other. Where words tell of kinds, too, they have bits for one grid less.
+// Maximum nesting depth. Filter classes use the bits of one level.
 unsigned most_grids(const Search& search) {
   constexpr unsigned with_kinds = Worker::max_depth - 1;
   static_assert(3 * Worker::max_depth < 16 && 3 * with_kinds <= Kinds::first_bit &&
@@ -34,8 +35,7 @@ unsigned most_grids(const Search& search) {
   return search.kinds && search.kinds->words_tell() ? with_kinds : Worker::max_depth;
 }
 
-// Of the boxes of a window, [begin, end), those whose words tie with the query's, estimated from
-// some of them.
+// Estimates the boxes of a window [begin, end) that tie with the query, from a sample.
 double ties_in(const Strip& from, std::uint32_t query, const Strip& to, std::uint32_t begin,
                std::uint32_t end) {
   constexpr std::uint32_t most_looks = 16;
@@ -53,7 +53,7 @@ double ties_in(const Strip& from, std::uint32_t query, const Strip& to, std::uin
   return looks == 0 ? 0 : static_cast<double>(size) * ties / looks;
 }
 
-// What it takes to sweep the targets for one of the queries, estimated from some of them.
+// Estimates the cost of sweeping the targets for one query, from a sample of queries.
 double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& to) {
   if (from.count == 0 || to.count == 0) return 0;
   constexpr std::uint32_t samples = 32;
@@ -71,8 +71,7 @@ double sweep_ns_of(const core::SweepCost& cost, const Strip& from, const Strip& 
   return cost(windows / count) + tie_ns * ties / count;
 }
 
-// Labels the boxes of a strip from `first` on, as the inner search will know them. `raised_by`: see
-// Problem.
+// Labels a strip's boxes from `first` on, for the inner search. `raised_by`: see Problem.
 void label(const Strip& strip, std::uint32_t raised_by, std::uint32_t first, Level& inner) {
   for (std::uint32_t i = 0; i < strip.count; ++i) {
     inner.ids[first + i] = strip.id[i] - raised_by;
@@ -80,8 +79,8 @@ void label(const Strip& strip, std::uint32_t raised_by, std::uint32_t first, Lev
   }
 }
 
-// Where the boxes of a strip begin: three bits a grid, to which an inner one adds its own as the
-// lowest; those of kinds come anew.
+// Passes on on which axes a strip's boxes start in an earlier column: three bits per level; an
+// inner level adds its own as the lowest. The bits of filter classes are set again there.
 void tell_begins(const Search& search, const Strip& strip, std::uint32_t first, unsigned inner_bits,
                  Level& inner) {
   constexpr int all = (1 << 3 * Worker::max_depth) - 1, with_kinds = (1 << Kinds::first_bit) - 1;
@@ -92,7 +91,7 @@ void tell_begins(const Search& search, const Strip& strip, std::uint32_t first, 
   }
 }
 
-// The boxes of a side with those that are forbidden last; how many others there are.
+// Moves the forbidden boxes of a side to the end; returns the number of others.
 std::uint32_t move_last(Level& inner, std::uint32_t first, std::uint32_t count,
                         const Forbidden& forbidden, bool second) {
   std::uint32_t at = first, end = first + count;
@@ -108,8 +107,8 @@ std::uint32_t move_last(Level& inner, std::uint32_t first, std::uint32_t count,
   return at - first;
 }
 
-// Solves a part of a column without comparing boxes of which no two may pair; labels
-// change. False where there are too few, and nothing was done.
+// Solves part of a column without comparing boxes of which no two may pair; changes labels. Returns
+// false, and does nothing, if there are too few of these.
 bool leave_out(Search& search, const Problem& part, Worker& worker, unsigned depth) {
   if (!search.owners && !search.kinds) return false;
   const Forbidden forbidden(search, part);
@@ -124,8 +123,8 @@ bool leave_out(Search& search, const Problem& part, Worker& worker, unsigned dep
   const auto side = [&](const Boxes* boxes, std::uint32_t first, std::uint32_t count) {
     return Side{boxes, inner.ids.data() + first, count, inner.labels.data() + first};
   };
-  // The others with all, and then those left out with the other targets. Where queries are compared
-  // among themselves, targets are of the same set.
+  // First the others with all, then the separated ones with the other targets. Where queries are
+  // compared among themselves, targets are of the same set.
   const Boxes* const of_queries = part.queries.boxes;
   const Boxes* const of_targets = part.self ? of_queries : part.targets.boxes;
   const std::uint32_t from = part.self ? a : of_a;
@@ -144,7 +143,7 @@ bool leave_out(Search& search, const Problem& part, Worker& worker, unsigned dep
 
 bool refine(Search& search, const Problem& problem, Worker& worker, const Strip& a, const Strip& b,
             unsigned depth) {
-  // Of two sides there may be more than labels of 32 bits can tell apart: then they are swept.
+  // Two sides may have more boxes than 32-bit labels: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
   if (boxes < least_boxes_brute || boxes > max_box_count) return false;
   const core::SweepCost& cost = search.kernels->sweep_cost;
@@ -152,7 +151,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   if (problem.self) sweep_ns += a.count * sweep_ns_of(cost, a, a);
   sweep_ns += a.count * sweep_ns_of(cost, a, b) + b.count * sweep_ns_of(cost, b, a);
   if (sweep_ns < static_cast<double>(boxes) * least_sweep_ns) return false;
-  // Words that are mostly tied, which a finer grid would tell apart, or nothing does.
+  // If coordinates are mostly ties, a finer grid separates them, or nothing does.
   const bool may_refine = boxes >= least_boxes && depth + 1 < most_grids(search);
   const double of_a = a.count, of_b = b.count;
   const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;

@@ -1,4 +1,4 @@
-// A column that a sweep would be slow in is searched by a grid of its own.
+// Searches a column with a grid of its own where a sweep would be slow.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,8 @@
 
 namespace throng::cpu {
 
-// Solves what a column holds (strips a and b, of the queries and the targets) by a finer grid,
-// where that promises to be much faster than sweeping; false where it does not, and nothing was
-// done.
+// Solves a column's strips a (queries) and b (targets) by a finer grid if that should be much
+// faster than sweeping. Else returns false and does nothing.
 bool refine(Search&, const Problem&, Worker&, const Strip& a, const Strip& b, unsigned depth);
 
 }  // namespace throng::cpu

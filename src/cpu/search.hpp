@@ -1,4 +1,4 @@
-// One call's search: what is asked, who works on it, and what went wrong.
+// The state of one call's search: its input, its workers' shared data, its failure.
 #pragma once
 
 #include <atomic>
@@ -19,8 +19,8 @@
 
 namespace throng::cpu {
 
-// Some boxes of a view: all, or those of a list of ids. A grid knows a box by its label, which is
-// its id where no labels are given.
+// Some boxes of a view: all, or a list of ids. A grid identifies a box by its label; without
+// labels, by its id.
 struct Side {
   const Boxes* boxes = nullptr;
   const std::uint32_t* ids = nullptr;  // null: 0 .. count-1
@@ -31,35 +31,35 @@ struct Side {
   std::uint32_t label(std::uint32_t i) const noexcept { return labels ? labels[i] : id(i); }
 };
 
-// Stands for a column of a coarser grid within which a search runs, its boxes labelled 0, 1, ... It
-// reports a pair only if that column is the pair's home, as another column may hold both boxes too:
-// on each axis not both begin before it (core/quantise.hpp).
+// The column of a coarser grid inside which a search runs, with boxes labelled 0, 1, ... A pair is
+// reported only if that column is its owner cell (the one cell that reports the pair; others may
+// hold both boxes too): on no axis do both boxes start in an earlier column (core/quantise.hpp).
 struct Frame {
   const std::uint32_t* ids = nullptr;  // by label
   const std::uint16_t* before =
-      nullptr;  // by label: a bit an axis, of this column and those around
+      nullptr;  // by label: a bit per axis, of this column and the enclosing ones
 };
 
-// Pairs of `queries` among themselves where `self`, and of queries with targets.
+// Finds the pairs of queries with targets and, if `self`, of queries among themselves.
 struct Problem {
   Side queries, targets;
   bool self = true;
   const Frame* frame = nullptr;
-  // A grid raises the labels of targets by this; where it is not 0, no two boxes have the same.
+  // Offset that a grid adds to the labels of targets; if not 0, all labels are distinct.
   std::uint32_t raised_by = 0;
 };
 inline std::uint64_t box_count(const Problem& p) noexcept {
   return std::uint64_t{p.queries.count} + p.targets.count;
 }
 
-// The boxes that take no part.
+// Counts of the boxes that take no part.
 struct BinReport {
   std::uint64_t inactive = 0;  // lower > upper, or NaN
   std::uint64_t nan_count = 0;
-  std::uint64_t first_nan = ~std::uint64_t{0};  // the least index; of the queries, then the targets
+  std::uint64_t first_nan = ~std::uint64_t{0};  // the least index; queries come before targets
   bool nan_in_targets = false;
 
-  // In any order: a task that is through with its own boxes helps with earlier ones.
+  // Independent of the order of calls: a finished task helps with earlier boxes.
   void add_inactive(std::uint64_t id, bool nan, bool is_target) noexcept {
     BinReport one;
     one.inactive = 1;
@@ -70,7 +70,7 @@ struct BinReport {
     }
     add(one);
   }
-  // Of two parts of the same boxes.
+  // Merges two parts of the same boxes.
   void add(const BinReport& other) noexcept {
     const bool earlier = other.nan_in_targets != nan_in_targets ? !other.nan_in_targets
                                                                 : other.first_nan < first_nan;
@@ -83,22 +83,22 @@ struct BinReport {
   }
 };
 
-// Records of so many bytes leave the last level of cache before they are read again: see BinTarget.
+// From this many bytes on, records leave the last-level cache before they are read: see BinTarget.
 constexpr std::size_t usual_stream_from = std::size_t{64} << 20;
 
-// What all workers of a call share.
+// Shared by all workers of a call.
 struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
-  const Boxes* b = nullptr;  // a itself where there is one set
+  const Boxes* b = nullptr;  // equals a if there is one set
   bool two_sets = false;
-  const Doubles* doubles = nullptr;  // what a and b stand for, if they do
+  const Doubles* doubles = nullptr;  // the exact boxes that a and b approximate, if any
   std::uint32_t second_base = 0;     // see Emit
   float margin = 0;
   float cell_scale = 1;
   bool flat = false;             // all boxes are 2-D
-  const Kinds* kinds = nullptr;  // where static, group and mask forbid anything
+  const Kinds* kinds = nullptr;  // set if static, group or mask forbid anything
   bool owners = false;           // two boxes may have the same owner
-  // Boxes of two worlds may be compared: two that span too many columns, or any two.
+  // Boxes of different worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;
   const Kernels* kernels = nullptr;
   std::size_t stream_from = usual_stream_from;
@@ -107,7 +107,7 @@ struct Search {
   Sink* sink = nullptr;
   const std::atomic<bool>* stop = nullptr;
 
-  // The box as it is compared: grown by the margin.
+  // The box as it is compared: expanded by the margin.
   Box box(const Boxes& view, std::uint32_t id) const noexcept {
     const Box box = view[id];
     return margin != 0 ? core::expand(box, margin) : box;
@@ -119,7 +119,7 @@ struct Search {
     return two_sets ? Orientation::target_first : Orientation::unordered;
   }
 
-  // The first failure of any worker; the others stop at their next look.
+  // Records the first failure of any worker; the others stop at their next check.
   void fail(Status status, std::size_t bytes) noexcept {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (status_ != Status::ok) return;
@@ -135,7 +135,7 @@ struct Search {
   Status status() const noexcept { return status_; }
   std::size_t bytes() const noexcept { return bytes_; }
 
-  // Runs `body`, turning what the library throws into a failure.
+  // Runs `body`; turns the library's exceptions into a failure.
   template <class F>
   void guarded(F&& body) {
     try {

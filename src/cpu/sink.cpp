@@ -39,7 +39,7 @@ void BufferSink::close() noexcept {
             [](const Room& a, const Room& b) { return a.begin < b.begin; });
   Pair* const end = out_ + written();
   std::uint64_t last = std::min<std::uint64_t>(next_, end_);
-  std::size_t behind = room_count_;  // rooms from here on lie behind `last`
+  std::size_t behind = room_count_;  // rooms from here on lie after `last`
   const auto place = [this](const Pair* p) { return static_cast<std::uint64_t>(p - out_); };
   for (std::size_t r = 0; r < room_count_ && rooms_[r].begin < end; ++r) {
     for (Pair* to = rooms_[r].begin; to < std::min(rooms_[r].end, end); ++to) {

@@ -1,4 +1,4 @@
-// Where pairs end up: a buffer, a consumer, or one range of the canonical order.
+// Pair destinations: a buffer, a consumer, or one range of the sorted order.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace throng::cpu {
 
-// Room in the output, [begin, end).
+// A free range of the output, [begin, end).
 struct Room {
   Pair* begin;
   Pair* end;
@@ -26,53 +26,52 @@ struct Room {
 class Sink {
  public:
   virtual ~Sink() = default;
-  // Takes `count` pairs, from any thread.
+  // Receives `count` pairs, from any thread.
   virtual void take(const Pair* pairs, std::size_t count) = 0;
-  // Room to be written without a copy, from any thread. `room` is the end of what the caller has:
-  // it grows where what follows is free, else it becomes room elsewhere. False where there is none;
-  // pairs are to be taken then.
+  // Extends a range for writing in place, from any thread. On input it is the rest of the caller's
+  // range: it grows if the space after it is free, else it becomes another range. Returns false if
+  // there is none; the caller then uses take().
   virtual bool extend(Room&) { return false; }
-  // Room that stays empty. One thread at a time.
+  // Returns a range that stays empty. One thread at a time.
   virtual void leave(Room) noexcept {}
-  // True where nobody wants more.
+  // True if no more pairs are wanted.
   virtual bool stopped() const noexcept { return false; }
 };
 
-// Counts always, writes while there is room. Workers write into pieces of the output; what they
-// leave empty is filled from the end by close(). As the output may then be full before all of its
-// pieces are, it goes on in some room of the sink's own, the spill.
+// Counts all pairs, writes those that fit. Workers write into ranges of the output; close() fills
+// what they leave empty with pairs from the end. The output may fill up before all its ranges do,
+// so it continues in a spill buffer.
 class BufferSink final : public Sink {
  public:
-  // So much room a spill needs: what workers leave empty at most. One alone fills what it has.
+  // Size of the spill buffer: at most what workers leave empty. A single worker fills its range.
   static constexpr std::size_t spill_for(unsigned workers, std::size_t capacity) noexcept {
     return workers == 1 ? 0 : std::min<std::size_t>(capacity, workers * most_empty);
   }
 
-  // The rooms are filled by leave().
+  // leave() fills rooms_.
   // cppcheck-suppress uninitMemberVar
   BufferSink(Pair* out, std::size_t capacity, Pair* spill, std::size_t spill_capacity) noexcept
       : out_(out), capacity_(capacity), spill_(spill), end_(capacity + spill_capacity) {}
   void take(const Pair* pairs, std::size_t count) override;
   bool extend(Room& room) override;
   void leave(Room room) noexcept override;
-  // To be called once, when all pairs are there: the first written() of the output are pairs then.
+  // Call once, after all pairs are found; then the first written() entries of the output are pairs.
   void close() noexcept;
   std::uint64_t found() const noexcept { return next_ - empty_; }
   std::uint64_t written() const noexcept { return found() < capacity_ ? found() : capacity_; }
 
  private:
   static constexpr std::size_t most_rooms = 2 * max_workers;
-  // A piece of the output: large enough that few are asked for, and less where little is left, so
-  // that no worker sits on what another needs.
+  // Size of a range: large, for few requests; smaller near the end, so that no worker holds what
+  // another needs.
   static constexpr std::uint64_t most_pairs = 4096, least_pairs = 512;
-  // Of a worker: a room that grew when it was full but for its slack, and a gap of as much.
+  // Per worker: a range that grew when it was full but for its slack, and a gap of the same size.
   static constexpr std::uint64_t most_empty = most_pairs + 2 * emit_slack;
   // Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
-  // one set fewer; so there are less than 2^64 - 2^33. next_ counts beside them what was left
-  // empty.
+  // one set fewer; so there are less than 2^64 - 2^33. next_ also counts the entries left empty.
   static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - max_workers * most_empty);
 
-  // Of the output and what it goes on in.
+  // Entry i of the output, which continues in the spill.
   Pair& at(std::uint64_t i) const noexcept {
     return i < capacity_ ? out_[i] : spill_[i - capacity_];
   }
@@ -81,20 +80,20 @@ class BufferSink final : public Sink {
   std::uint64_t capacity_;
   Pair* spill_;
   std::uint64_t end_;                   // of the spill
-  std::atomic<std::uint64_t> next_{0};  // what lies before is given away
+  std::atomic<std::uint64_t> next_{0};  // everything before it is assigned
   std::uint64_t empty_ = 0;
   std::size_t room_count_ = 0;
   Room rooms_[most_rooms];
 };
 
-// Hands blocks on as they come.
+// Passes blocks of pairs to the consumer as they come.
 class ConsumerSink final : public Sink {
  public:
   ConsumerSink(const Consumer& consumer, bool concurrent) noexcept
       : consumer_(consumer), concurrent_(concurrent) {}
   void take(const Pair* pairs, std::size_t count) override;
   bool stopped() const noexcept override { return stopped_.load(std::memory_order_relaxed); }
-  // Throws what the consumer threw.
+  // Rethrows the consumer's exception.
   void finish();
   std::uint64_t found() const noexcept { return found_.load(std::memory_order_relaxed); }
   std::uint64_t delivered() const noexcept { return delivered_.load(std::memory_order_relaxed); }

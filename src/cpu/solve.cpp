@@ -1,4 +1,4 @@
-// From a problem to a plan, and a problem solved by one worker.
+// Makes a problem's plan from a sample, and solves a problem on one worker.
 #include <algorithm>
 
 #include "cpu/grid.hpp"
@@ -7,14 +7,14 @@
 namespace throng::cpu {
 namespace {
 
-// Spreads the sample over all boxes, off any regular stride that their order may have. They lie
-// apart, so all are asked for before the first is read.
+// Samples boxes evenly, with jitter against regular patterns in their order. They are scattered, so
+// all are prefetched before the first is read.
 std::uint32_t sample_side(const Search& search, const Side& side, std::uint32_t wanted, Box* out) {
   const std::uint32_t count = std::min(wanted, side.count);
   if (count == 0) return 0;
   const Boxes& boxes = *side.boxes;
   const char* const packed = boxes.packed_data();
-  // As far apart as this, in 2^-32; where all are taken the jitter is 0.
+  // Sampling distance in units of 2^-32; the jitter is 0 if all boxes are taken.
   const std::uint64_t step = (std::uint64_t{side.count} << 32) / count;
   const std::uint64_t gap = step >> 32;
   std::uint32_t ids[core::max_sample];
@@ -61,7 +61,7 @@ core::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm
 void solve_alone(Search& search, const Problem& problem, const core::GridPlan& plan, Worker& worker,
                  unsigned depth) {
   Worker* const team[] = {&worker};
-  BinReport ignored;  // whoever made the lists has reported it
+  BinReport ignored;  // reported when the lists were made
   if (plan.all_pairs) {
     load_all_pairs(search, problem, team, ignored);
     find_all_pairs(search, problem, team, 1);

@@ -1,4 +1,4 @@
-// The vectors of four that every x86-64 processor has, where it is one: THRONG_SSE2.
+// THRONG_SSE2: vectors of four, which every x86-64 processor has.
 #pragma once
 
 #if defined(__SSE2__) || defined(_M_X64)
@@ -8,7 +8,7 @@
 
 namespace throng::cpu {
 
-// What was written past the caches is seen before what is written from now on.
+// Makes streaming stores visible before any later store.
 inline void streams_done() noexcept {
 #if defined(THRONG_SSE2)
   _mm_sfence();

@@ -1,5 +1,5 @@
-// Whether a call is to stop. Once a task has seen that, all do, and the call is told so, even if
-// its caller takes it back meanwhile: what broke off must not pass for whole.
+// Cancellation of a call. Once a task has seen the request all tasks do, and the call reports it,
+// even if the caller withdraws it meanwhile: a partial result must not pass for a complete one.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,7 @@ class Stop {
  public:
   explicit Stop(const std::atomic<bool>* asked) noexcept : asked_(asked) {}
 
-  // From any task.
+  // Callable from any task.
   bool operator()() noexcept {
     if (!asked_ || !asked_->load(std::memory_order_relaxed)) return seen();
     seen_.store(true, std::memory_order_relaxed);

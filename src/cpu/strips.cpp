@@ -1,4 +1,4 @@
-// A column's boxes made strips: sorted along the sweep axis by counting, and turned into arrays.
+// Builds strips from a column's boxes: a counting sort along the sweep axis, then arrays.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -8,7 +8,7 @@
 namespace throng::cpu {
 namespace {
 
-// What follows the last record: as long as can be along each axis.
+// Follows the last record; of maximal extent on each axis.
 constexpr Record no_record{{0, 0, 0}, {core::top_word, core::top_word, core::top_word}, 0};
 
 }  // namespace
@@ -21,7 +21,8 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
     if (tail == 0) continue;
     const auto* block = reinterpret_cast<const GridSpace::Block*>(space_.block_of(tail));
     const std::size_t blocks = block->before / (space_.block_bytes_ / sizeof(Record) - 1) + 1;
-    // Tasks share the boxes out anew each time, and leave a column up to a block each more or less.
+    // Each binning divides the boxes among tasks differently, so a column's blocks may vary by one
+    // per task.
     level_.segments.grow(segments + blocks + space_.tasks_, segments);
     space_.each_segment(tail, [&](const Segment& segment) {
       level_.segments[segments++] = segment;
@@ -32,9 +33,9 @@ ColumnSearch::Raw ColumnSearch::collect(std::uint32_t column, unsigned side) {
   return {first, segments - first, records};
 }
 
-// Of many boxes those that reach a stretch of the sweep axis that some of a few reach, too: two
-// that overlap have a word in common there, so a stretch. They are copied, in order. Where some
-// tell that most would be, all as they lie.
+// Reduces the larger side to the boxes near the smaller side's. The sweep axis is divided into
+// stretches; two boxes that overlap share a coordinate, so a stretch. Keeps the order, and copies.
+// Returns `many` as it is if a sample suggests that most boxes would stay.
 ColumnSearch::Raw ColumnSearch::thin_out(const Raw& many, const Raw& few) {
   constexpr unsigned stretch_bits = 6;
   constexpr std::uint32_t stretches = (core::top_word >> stretch_bits) + 1, told_by = 64;
@@ -70,7 +71,7 @@ ColumnSearch::Raw ColumnSearch::thin_out(const Raw& many, const Raw& few) {
   return {at, 1, count};
 }
 
-// The words at which boxes begin.
+// The range of the boxes' lower coordinates.
 ColumnSearch::Range ColumnSearch::words(std::span<const Part> parts) const {
   Range range{core::top_word, 0};
   for (const Part& part : parts) {
@@ -84,7 +85,7 @@ ColumnSearch::Range ColumnSearch::words(std::span<const Part> parts) const {
   return range;
 }
 
-// About one or two boxes a bucket, were they spread evenly.
+// Chooses about as many buckets as the larger strip has boxes.
 void ColumnSearch::set_buckets(Range words, std::uint32_t wanted, Strip& strip) const {
   std::uint32_t shift = 0;
   while ((words.most >> shift) - (words.least >> shift) >= wanted) ++shift;
@@ -93,8 +94,8 @@ void ColumnSearch::set_buckets(Range words, std::uint32_t wanted, Strip& strip) 
   strip.bucket_count = (words.most >> shift) - (words.least >> shift) + 1;
 }
 
-// f(record) for each of a segment. A column is gone through twice, and each time half of the lines
-// of the next one are asked for, as few can be under way at once.
+// Calls f(record) for each of a segment. A column is read twice; each pass prefetches half of the
+// lines of the next column, as the core has few outstanding prefetches.
 template <class F>
 void ColumnSearch::each_record(const Segment& segment, const F& f) {
   constexpr std::uint32_t a_step = 2 * LookAhead::records_a_step;
@@ -107,7 +108,7 @@ void ColumnSearch::each_record(const Segment& segment, const F& f) {
   for (; r != last; ++r) f(*r);
 }
 
-// How many boxes begin in each bucket; of each box, how many that were counted before it.
+// Counts the boxes per bucket; a box's rank is the number counted before it.
 void ColumnSearch::count(Part& part) {
   const std::uint32_t axis = plan_.sweep_axis;
   const std::uint32_t shift = part.strip.shift, first_bucket = part.strip.first_bucket;
@@ -130,7 +131,7 @@ void ColumnSearch::count(Part& part) {
   }
 }
 
-// Whether half of the buckets or more lie before or behind all boxes.
+// Whether all boxes lie in at most half of the range of buckets.
 bool ColumnSearch::crowded(std::span<const Part> parts) const {
   const auto taken = [&](std::uint32_t k) {
     return std::any_of(parts.begin(), parts.end(),
@@ -143,8 +144,8 @@ bool ColumnSearch::crowded(std::span<const Part> parts) const {
   return 2 * (end - first) <= bucket_count;
 }
 
-// The boxes in order of their buckets. Where each goes is known from its rank alone, so that none
-// waits for the one before it to have gone there.
+// Orders the boxes by bucket. Each destination depends on the rank alone, so no store waits for the
+// one before it.
 void ColumnSearch::arrange(Part& part) {
   Strip& strip = part.strip;
   const std::uint32_t axis = plan_.sweep_axis;
@@ -169,9 +170,8 @@ void ColumnSearch::arrange(Part& part) {
   fill(strip, part.side, part.room);
 }
 
-// Counting sorts into the same buckets. Over all words that there are, and where boxes have few of
-// these, over those: which a plan of crowded boxes expects, and what else comes to light in
-// counting.
+// Counting sort of all parts into the same buckets, over the full coordinate range. If the plan
+// expects clustered boxes, or counting finds them clustered, over the range that they use.
 void ColumnSearch::sort(std::span<Part> parts) {
   std::uint32_t wanted = 1;
   for (Part& part : parts) {
@@ -189,8 +189,8 @@ void ColumnSearch::sort(std::span<Part> parts) {
   for (Part& part : parts) arrange(part);
 }
 
-// A strip's arrays from its records; within a frame the boxes' own ids, and what the frame knows of
-// where they begin; and what their kinds forbid.
+// Fills a strip's arrays from its records. In a nested search maps labels to ids and adds the
+// parent's reject bits; adds those of filter classes.
 void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
   const Kinds* const kinds = words_of_kinds();
   room.lay_out(strip, kinds != nullptr);
@@ -204,7 +204,8 @@ void ColumnSearch::fill(Strip& strip, unsigned side, StripSpace& room) const {
       strip.begins[i] = static_cast<std::int16_t>(strip.begins[i] | problem_.frame->before[label]);
     }
   }
-  const Strip s = strip;  // of our own: what is written might else be thought to change it
+  const Strip s = strip;  // a local copy: the compiler must assume that the stores may change the
+                          // original
   const std::uint32_t base = problem_.raised_by;
   if (mixed_) {
     for (std::uint32_t i = 0; i < s.count; ++i)

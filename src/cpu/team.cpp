@@ -10,8 +10,8 @@
 namespace throng::cpu {
 namespace {
 
-// Waits a little, and less eagerly the longer it has lasted: what others wait for is soon done, or
-// it takes so long that the core should be somebody else's.
+// Back-off: spins, yields, then sleeps. Most waits are short; a long one should give up
+// the core.
 class Wait {
  public:
   void operator()() noexcept {

@@ -1,6 +1,6 @@
-// The threads of one call: the executor is asked for them once, before there is work for all, and
-// those who come stay until the call is over. So a thread wakes while the call still plans, and no
-// phase waits for one anew.
+// The threads of one call. The executor is called once, before there is work for all tasks, and its
+// threads stay until the call is over. So threads wake up while the call still plans, and no phase
+// starts threads again.
 #pragma once
 
 #include <atomic>
@@ -14,8 +14,8 @@ namespace throng::cpu {
 
 class Team {
  public:
-  // Runs body(executor) on some thread of `outer`, of which each further task helps wherever the
-  // body runs tasks on the executor that it is given. What the body throws comes through.
+  // Runs body(executor) on one thread of `outer`. The other tasks help whenever the body runs tasks
+  // on the executor passed to it. Rethrows the body's exception.
   template <class F>
   static void lead(const Executor& outer, unsigned tasks, const F& body) {
     if (tasks <= 1) return body(outer);
@@ -35,7 +35,7 @@ class Team {
   }
 
  private:
-  // Tasks that whoever is there takes by turns. Lives while `inside_` is not 0.
+  // Tasks claimed dynamically by the threads present. Stays valid while `inside_` is not 0.
   struct Phase {
     unsigned count;
     void (*task)(void*, unsigned);
@@ -51,10 +51,10 @@ class Team {
 
   Executor executor_;
   std::atomic<bool> led_{false};
-  // How many phases there have been, or `over`; the one that is open; and how many helpers are in:
-  // two lines, as the leader writes one and helpers the other. A helper counts itself in before it
-  // looks for the phase, and the leader closes the phase before it looks whether any is in: so one
-  // of the two sees the other.
+  // The number of phases so far, or `over`; the open phase; and the number of helpers inside: on
+  // two cache lines, as the leader writes the first and helpers the second. A helper increments
+  // `inside_` before it reads `phase_`, and the leader clears `phase_` before it reads `inside_`,
+  // so at least one of them sees the other.
   alignas(64) std::atomic<unsigned> opened_{0};
   std::atomic<Phase*> phase_{nullptr};
   alignas(64) std::atomic<unsigned> inside_{0};

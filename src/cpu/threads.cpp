@@ -22,10 +22,10 @@ unsigned hardware_threads() noexcept {
   return n > 0 ? static_cast<unsigned>(n) : 1u;
 }
 void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-  // Whoever is called takes the next task. So where oneTBB throws, for want of memory or of
-  // threads, the caller does what is left, and each is done once. Tasks themselves throw nothing.
-  // Isolated: a consumer that waits for tasks of its own is not given one of this search, which
-  // may not return before the consumer does.
+  // Each invocation takes the next task. If oneTBB throws (no memory, no threads) the caller runs
+  // what is left, and each task runs once. Tasks never throw. Isolated: a consumer that waits for
+  // tasks of its own must not run a task of this search, which may block until that consumer
+  // returns.
   std::atomic<unsigned> next{0};
   const auto take = [&] {
     const unsigned i = next.fetch_add(1, std::memory_order_relaxed);
@@ -46,7 +46,7 @@ unsigned hardware_threads() noexcept {
   return n > 0 ? n : 1u;
 }
 void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-  // The caller takes the last task; where a thread cannot be started the caller does its work too.
+  // The caller runs the last task, and those whose thread cannot be started.
   std::vector<std::thread> threads;
   unsigned next = 0;
   try {

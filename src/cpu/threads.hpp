@@ -1,4 +1,4 @@
-// The one seam to threads.
+// The only interface to threads.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 
 namespace throng::cpu {
 
-// oneTBB, or std::thread where the build says so. Starts nothing before its first use.
+// oneTBB, or std::thread if the build says so. Starts nothing before its first use.
 const Executor& default_executor() noexcept;
 
-// As many tasks as a search has at most.
+// Maximum number of tasks of a search.
 constexpr unsigned max_workers = 256;
 
-// Whose threads these options are for, and how many of them: 1 to max_workers.
+// The executor of these options, and the number of tasks, 1 to max_workers.
 template <class AnyOptions>
 const Executor& executor_of(const AnyOptions& options) noexcept {
   return options.executor ? *options.executor : default_executor();
@@ -27,8 +27,8 @@ unsigned threads_of(const AnyOptions& options) noexcept {
   return std::clamp(wanted, 1u, max_workers);
 }
 
-// Runs body(index) for index 0 .. count-1 on the executor, each in the library's float state;
-// a single one on the caller's thread. The body must not throw.
+// Runs body(index) for index 0 .. count-1 on the executor, each in the library's float state; a
+// single one on the caller's thread. The body must not throw.
 void run_tasks(const Executor& executor, unsigned count,
                void (*body)(void* context, unsigned index), void* context);
 
@@ -39,12 +39,12 @@ void run_tasks(const Executor& executor, unsigned count, F& body) {
       &body);
 }
 
-// The indices 0 .. count-1, which tasks take by turns.
+// Indices 0 .. count-1, claimed dynamically.
 class Turns {
  public:
-  // The count and a task each more must fit 64 bits.
+  // count + number of tasks must fit 64 bits.
   explicit Turns(std::uint64_t count) noexcept : count_(count) {}
-  // The next one, of this task alone; false where none is left.
+  // Claims the next index; false if none is left.
   bool take(std::uint64_t& index) noexcept {
     index = next_.fetch_add(1, std::memory_order_relaxed);
     return index < count_;
@@ -55,15 +55,15 @@ class Turns {
   std::atomic<std::uint64_t> next_{0};
 };
 
-// Where the p-th of `parts` nearly equal parts of 0 .. count-1 begins.
+// Start of the p-th of `parts` nearly equal parts of 0 .. count-1.
 constexpr std::uint64_t part_begin(std::uint64_t count, std::uint64_t parts,
                                    std::uint64_t p) noexcept {
   return count / parts * p + std::min(p, count % parts);
 }
 
-// The indices 0 .. count-1 in as many ranges as there are tasks: each task takes those of its own
-// by turns, and then what others have left of theirs. So what an index stands for stays in the
-// cache of one core from call to call, and who starts late holds nobody up.
+// Indices 0 .. count-1 in one range per task: a task claims its own range's, then steals from other
+// ranges. So the data of an index stays in one core's cache from call to call, and a late task
+// delays no other.
 class Ranges {
  public:
   Ranges(std::uint64_t count, unsigned tasks) noexcept
@@ -73,18 +73,18 @@ class Ranges {
       place_[p].end = part_begin(count, places_, p + 1);
     }
   }
-  // The next one, of this task alone; false where none is left.
+  // Claims the next index; false if none is left.
   bool take(unsigned task, std::uint64_t& index) noexcept {
     for (unsigned k = 0; k < places_; ++k) {
       Place& place = place_[(task + k) % places_];
-      // `next` passes the end by one a task: it cannot come around.
+      // `next` passes the end by at most one per task: it cannot wrap.
       if (place.next.load(std::memory_order_relaxed) >= place.end) continue;
       index = place.next.fetch_add(1, std::memory_order_relaxed);
       if (index < place.end) return true;
     }
     return false;
   }
-  // Which one this task would take, were it to take one now; false where others must be asked.
+  // The index that take() would return from the task's own range; false if it is used up.
   bool peek(unsigned task, std::uint64_t& index) const noexcept {
     const Place& place = place_[task % places_];
     index = place.next.load(std::memory_order_relaxed);
@@ -101,7 +101,7 @@ class Ranges {
   Place place_[most_places];
 };
 
-// Runs body(index, task) for index 0 .. count-1, each once, of their own range first.
+// Runs body(index, task) for index 0 .. count-1, each once; tasks steal from each other.
 template <class F>
 void run_by_turns(const Executor& executor, unsigned tasks, std::size_t count, const F& body) {
   Ranges ranges(count, tasks);
@@ -111,9 +111,9 @@ void run_by_turns(const Executor& executor, unsigned tasks, std::size_t count, c
   run_tasks(executor, tasks, take);
 }
 
-// Ranges of 0 .. count-1 that tasks take by turns, so that one that starts late, or has a slower
-// core, holds nobody up: some sixteen for each. All but the last are as long, a multiple of `step`,
-// and not above most_steps * step.
+// Chunks of 0 .. count-1 that tasks claim dynamically, some sixteen per task, so that a late task
+// or a slower core delays no other. All but the last have the same size, a multiple of `step`, at
+// most most_steps * step.
 class Shares {
  public:
   Shares(std::size_t count, unsigned tasks, std::size_t step) noexcept
@@ -121,7 +121,7 @@ class Shares {
         size_(step * std::clamp(count / (std::max<std::size_t>(tasks, 1) * 16) / step,
                                 std::size_t{1}, most_steps)),
         ranges_(count / size_ + (count % size_ != 0), tasks) {}
-  // The next one, of this task alone; false where none is left.
+  // Claims the next chunk; false if none is left.
   bool take(unsigned task, std::size_t& begin, std::size_t& end) noexcept {
     std::uint64_t share;
     if (!ranges_.take(task, share)) return false;

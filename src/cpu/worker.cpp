@@ -85,14 +85,14 @@ void Worker::begin(Search& search) {
   take_from(Source::words, nullptr);
 }
 
-// Pairs are staged from now on.
+// From now on pairs are staged.
 void Worker::stage() noexcept {
   direct_ = false;
   cursor = sure_.data();
   limit = cursor + staging_pairs;
 }
 
-// From now on pairs go straight to where they belong, as long as there is room.
+// From now on pairs go directly to the output, while it has space.
 void Worker::go_straight() {
   if (room_.size() < emit_slack) {
     Room next = room_;
@@ -140,10 +140,10 @@ void Worker::finish() {
   search_->sink->leave(gap_);
 }
 
-// The output room is full but for its last slack: that is filled with the last pairs of the next.
+// The output range is full but for its slack. Fills the gap with the last pairs of this range.
 void Worker::next_room() {
   if (gap_.size() != 0) {
-    const std::size_t size = gap_.size();  // a room holds more
+    const std::size_t size = gap_.size();  // a range holds more
     cursor -= size;
     std::memcpy(gap_.begin, cursor, size * sizeof(Pair));
     gap_ = Room{};
@@ -171,7 +171,7 @@ void Worker::flush_sure(Emit* emit) {
   if (count) w.search_->sink->take(pairs, count);
 }
 
-// Equal words: the numbers given decide. They lie anywhere in memory, so they are asked for ahead.
+// Decides ties by the input floats. They are scattered in memory, so they are prefetched.
 void Worker::flush_unsure(Emit* emit) {
   Worker& w = *static_cast<Worker*>(emit);
   const Search& s = *w.search_;
@@ -211,7 +211,7 @@ void Worker::flush_unsure(Emit* emit) {
   }
 }
 
-// From labels to ids; pairs whose home is another column are dropped.
+// Maps labels to ids; drops pairs that another column owns.
 std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
   const std::uint32_t* ids = frame_->ids;
   const std::uint16_t* before = frame_->before;
@@ -227,8 +227,8 @@ std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
 
 namespace {
 
-// Moves the pairs that are allowed to the front; how many they are. Without a branch: nobody can
-// guess what filters say.
+// Moves the allowed pairs to the front and returns their number. Branch-free: filter results are
+// unpredictable.
 template <class Allowed>
 std::size_t keep(Pair* pairs, std::size_t count, const Allowed& allowed) noexcept {
   std::size_t kept = 0;

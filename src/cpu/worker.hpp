@@ -1,4 +1,4 @@
-// A worker: one task's staging room for pairs, and its scratch.
+// A worker: one task's staging buffers for pairs, and its scratch.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace throng::cpu {
 
-// Arrays of one column's boxes; see Strip.
+// Storage of a Strip's arrays.
 class StripSpace {
  public:
   explicit StripSpace(Memory& memory) noexcept
       : order(memory), ranks(memory), words(memory), ids(memory), buckets(memory) {}
-  // Points the arrays of `strip` at room for strip.count boxes; with_kinds: what a box asks as a
-  // query is not what it tells as a target.
+  // Points the arrays of `strip` at storage for strip.count boxes. with_kinds: query and target
+  // bits differ.
   void lay_out(Strip& strip, bool with_kinds);
-  // Room for so many boxes, whatever is made of them.
+  // Reserves for `count` boxes.
   void reserve(std::uint32_t count, bool with_kinds);
   void match(const StripSpace& other);
 
@@ -33,7 +33,7 @@ struct Segment {
   std::uint32_t count;
 };
 
-// Staging rooms are small enough to stay in the first two levels of cache.
+// Staging buffers fit the L1 and L2 caches.
 constexpr std::size_t staging_pairs = 2048;
 constexpr std::size_t staging_maybe = 1024;
 
@@ -43,9 +43,9 @@ class GridSpace;
 // One task's part of a binning.
 struct BinTask : BinTarget {
   GridSpace* space = nullptr;
-  unsigned task = 0;                           // its number
+  unsigned task = 0;                           // its index
   std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
-  std::uintptr_t dummy = 0;                    // where records go to die once the pool is short
+  std::uintptr_t dummy = 0;                    // target of records once the pool is exhausted
 };
 
 class Worker : public Emit {
@@ -56,19 +56,19 @@ class Worker : public Emit {
   Worker& operator=(const Worker&) = delete;
 
   void begin(Search& search);
-  // Decides and hands on everything staged.
+  // Decides all ties and passes on everything staged.
   void drain();
-  // At the end: gives back what room of the output it has left, too.
+  // At the end: also returns what is left of its output range.
   void finish();
-  // Whose pairs come from now on, until told otherwise: those of a search by words; or of brute
-  // force, which knows of no kinds, no worlds and no doubles, and tells the labels of a frame.
+  // The source of the pairs that follow: a sweep; or brute force, which ignores filter classes,
+  // worlds and doubles, and reports labels of a frame.
   void by_words() { switch_to(Source::words, nullptr); }
   void by_brute_force(const Frame* frame) { switch_to(Source::brute_force, frame); }
-  // Scratch of the grid at a depth: 0 is the whole problem's, 1 one of its columns' or worlds', ...
+  // Scratch of the grid at a depth: 0 is the full problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
   Level& level(unsigned depth);
-  // As much room as another worker has: which columns a worker gets differs from call to call, and
-  // a warm Finder must not need more for it.
+  // Reserves what `other` has: which columns a worker gets differs from call to call, and a warmed
+  // Finder must not allocate for that.
   void match(const Worker& other);
 
   BinTask bin;
@@ -93,10 +93,10 @@ class Worker : public Emit {
   const Frame* frame_ = nullptr;
   Level* levels_[max_depth + 1] = {};  // the last for brute force in the innermost grid
   Buffer<Pair> sure_, unsure_;
-  // Where pairs go straight into the output: the room that is being written, and one before it
-  // whose end was too short to be written safely. Else pairs are staged.
+  // Direct output: the range being written, and an earlier one whose rest was too short to write
+  // safely. Otherwise pairs are staged.
   bool direct_ = false;
-  // Of the pairs that are staged.
+  // Filters to apply to staged pairs.
   bool ask_kinds_ = false, ask_worlds_ = false, ask_doubles_ = false;
   Room room_{}, gap_{};
 };

@@ -1,4 +1,4 @@
-// In place of the backend, in a build without a CUDA compiler.
+// Stub of the backend for builds without a CUDA compiler.
 #include "cuda/backend.hpp"
 #include "pipeline/failure.hpp"
 

@@ -21,8 +21,8 @@ class Gpu final : public Engine {
   explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
   ~Gpu() override {
     if (!own_) return;
-    (void)cudaStreamSynchronize(own_);  // a consumer that stopped may have left a copy under way
-    device().begin(nullptr, false);     // memory is given back on a stream that still is
+    (void)cudaStreamSynchronize(own_);  // after a stop by the consumer, a copy may still run
+    device().begin(nullptr, false);     // memory is released on a stream that still exists
     (void)cudaStreamDestroy(own_);
   }
 
@@ -41,7 +41,7 @@ class Gpu final : public Engine {
     require_own(stream);
     device().begin(stream, false);
     require_few(boxes);
-    // Where memory runs short in between, nothing counts as reserved.
+    // If memory runs out midway, nothing counts as reserved.
     if (boxes > reserved_.boxes) {
       reserved_ = {};
       const auto count = static_cast<std::uint32_t>(boxes);
@@ -136,16 +136,16 @@ class Gpu final : public Engine {
   static void require_few(std::size_t boxes) {
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
   }
-  // What is put on a stream of another device would not find our memory.
+  // Work on a stream of another device could not reach this device's memory.
   void require_own(Stream stream) const {
     if (stream && device_of(stream) != engine_.device().ordinal())
       throw Failure{Status::bad_option, 0, "is of another device than this Finder", "the stream"};
   }
 
-  // All of a frame, put on the stream. `report` null: the workspace's own.
+  // Launches a whole search on the stream. `report` null: the workspace's own.
   Input enqueue(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                 std::size_t capacity, Report* report, Workspace& w) {
-    THRONG_RANGE("put on the stream");
+    THRONG_RANGE("enqueue");
     const Input in = pipeline::make_input(a, b, options);
     require_set(in.sets[0], a.size(), device().ordinal());
     if (b) require_set(in.sets[1], b->size(), device().ordinal());
@@ -167,8 +167,8 @@ class Gpu final : public Engine {
   }
 
   Memory memory_;
-  pipeline::Engine<Device> engine_;  // of what lies in host memory; it owns the device
-  cudaStream_t own_ = nullptr;       // for these
+  pipeline::Engine<Device> engine_;  // for boxes in host memory; owns the device
+  cudaStream_t own_ = nullptr;       // stream of engine_
   pipeline::Block<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
       sorting_{engine_.device()}, found_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
@@ -184,7 +184,7 @@ void check_available() {
   int count = 0;
   check(cudaGetDeviceCount(&count));
   if (count == 0) check(cudaErrorNoDevice);
-  cudaFuncAttributes attributes{};  // this build has code for the device
+  cudaFuncAttributes attributes{};  // checks that this build has code for the device
   check(cudaFuncGetAttributes(&attributes, run_phases<pipeline::PlanGrid>));
 }
 

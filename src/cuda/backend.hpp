@@ -1,4 +1,4 @@
-// The GPU backend as the hall sees it: no CUDA header, so that every compiler takes it.
+// The GPU backend's interface for the API layer. No CUDA header, so that any compiler accepts it.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct Asked;
 
 namespace throng::cuda {
 
-// All throw pipeline::Failure. The arguments are valid but for what only the device can tell.
+// All throw pipeline::Failure. The arguments are valid, except for what only the device can check.
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -31,7 +31,7 @@ class Engine {
   virtual void reserve(std::size_t boxes, std::size_t pairs, Stream) = 0;
   virtual void find_on_device(const Boxes& a, const Boxes* b, const Options&, Pair* out,
                               std::size_t capacity, Stream, Result&) = 0;
-  // Into memory of its own, which grows.
+  // Into its own memory, which grows.
   virtual Pairs find_growing(const Boxes& a, const Boxes* b, const Options&, Stream, Result&) = 0;
   virtual void find_async(const Boxes& a, const Boxes* b, const Options&, Pair* out,
                           std::size_t capacity, Report* report, Stream) = 0;
@@ -39,7 +39,7 @@ class Engine {
   virtual std::size_t held() const noexcept = 0;
 };
 
-// Objects that live; see throng::cuda::BroadPhase, and pipeline/live_scene.hpp for how.
+// Persistent objects: see throng::cuda::BroadPhase; implemented in pipeline/live_scene.hpp.
 class Scene {
  public:
   virtual ~Scene() = default;
@@ -56,7 +56,7 @@ class Scene {
   virtual void find_overlaps(const Boxes&, Stream, Result&) = 0;
   virtual void find_hits(const pipeline::Asked& sweeps, SweepHits, Stream, Result&) = 0;
   virtual void find_first_hits(const pipeline::Asked& sweeps, SweepHit* out, Stream, Result&) = 0;
-  // Of create_scene(), too.
+  // `other` is from create_scene(), too.
   virtual void copy(const Scene&, Stream) = 0;
 
   virtual LivePairs begun() const noexcept = 0;
@@ -71,9 +71,9 @@ class Scene {
   virtual std::size_t held() const noexcept = 0;
 };
 
-// Whether this build has the backend at all.
+// Whether this build has the backend.
 bool is_built() noexcept;
-// The device that is current. Failure: no_device, with what CUDA says; out_of_memory.
+// For the current device. Failure: no_device, with CUDA's message; out_of_memory.
 Engine* create(const MemoryResource&);
 Scene* create_scene(float fat_margin, const Options&, const MemoryResource&);
 void check_available();
@@ -81,7 +81,7 @@ void check_available();
 // `report` may be null.
 void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream);
-// Waits; what stands in *report then.
+// Synchronizes with the stream; returns *report.
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream);
 

@@ -1,5 +1,4 @@
-// What the threads of a block do together to bring boxes into the order of cells
-// (pipeline/cell_order.hpp).
+// Block-wide steps that bring boxes into cell order (pipeline/cell_order.hpp).
 #pragma once
 
 #include <cstdint>
@@ -8,7 +7,7 @@
 #include "cuda/launch.cuh"
 #include "pipeline/cell_order.hpp"
 
-// Where it pays. A build for tests may set it to 0.
+// Above this the sort is faster. A test build may set it to 0.
 #ifndef THRONG_GPU_SORTED_ABOVE
 #define THRONG_GPU_SORTED_ABOVE 3500000
 #endif
@@ -17,8 +16,8 @@ namespace throng::cuda {
 
 constexpr unsigned bucket_threads = 512;
 
-// The first of `count` boxes that is not before a bucket; all lanes of a warp together, which look
-// at 32 places at once.
+// Index of the first of `count` boxes that is not before `bucket`: a 32-ary search by all lanes of
+// a warp.
 template <class F>
 __device__ std::uint32_t first_of(const F& f, std::uint32_t bucket, std::uint32_t count) {
   const unsigned lane = threadIdx.x % 32;
@@ -29,15 +28,15 @@ __device__ std::uint32_t first_of(const F& f, std::uint32_t bucket, std::uint32_
     const bool before = at < end && f.before(static_cast<std::uint32_t>(at), bucket);
     const auto n = static_cast<unsigned>(__popc(__ballot_sync(~0u, before)));
     if (n == 0) return begin;
-    const std::uint64_t last = begin + std::uint64_t{n} * step;  // not before it, if there is one
+    const std::uint64_t last = begin + std::uint64_t{n} * step;  // not before it, if it exists
     begin += (n - 1) * step + 1;
     if (last < end) end = static_cast<std::uint32_t>(last);
   }
   return begin;
 }
 
-// The two threads of a pair store both their records, each one half of either: a memory writes a
-// sector at once that is written as a whole. All lanes together.
+// Each two adjacent lanes store both their records, one half of each record per lane, so that a
+// sector is written whole in one transaction. Called by all lanes.
 __device__ inline void store_by_two(pipeline::Record* records, bool some, std::uint32_t to,
                                     const pipeline::Record& r) {
   const bool odd = threadIdx.x % 2 != 0;

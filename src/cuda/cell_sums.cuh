@@ -1,6 +1,7 @@
-// Exclusive sums over the table of cells, in place, by one kernel in one pass: a block takes a
-// piece, tells what it has by itself, and adds what those before it have. Blocks begin in the order
-// of their numbers, so those that one waits for run or are done.
+// Exclusive sums over the table of cells, in place, in one pass of one kernel (decoupled
+// look-back). Each block takes a piece, publishes its own sum, and adds the sums of the pieces
+// before it. Blocks start in the order of their indices, so a block waits only for blocks that run
+// or have ended.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +14,17 @@
 namespace throng::cuda {
 
 struct CellSums {
-  static constexpr unsigned threads = 512, fours = 2;  // a thread has so many times four cells
+  static constexpr unsigned threads = 512, fours = 2;  // a thread has `fours` times four cells
   static constexpr std::uint32_t piece = threads * fours * 4;
-  // A piece's word: nothing yet, zeros before; or its sum, or that up to its end, in 32 bits.
+  // A piece's word: 0 before it has any result; then its own sum, or the sum up to its end, in 32
+  // bits.
   static constexpr std::uint64_t of_itself = std::uint64_t{1} << 32, up_to = std::uint64_t{2} << 32;
 
   static std::size_t pieces(std::size_t cells) noexcept { return (cells + piece - 1) / piece; }
 };
 
-// The sum of all pieces before one that has `own`; all threads of a warp.
+// Returns the sum of all pieces before `piece`, whose own sum is `own`; called by all lanes of a
+// warp.
 __device__ inline std::uint32_t sum_before(std::uint64_t* words, std::uint32_t piece,
                                            std::uint32_t own) {
   const unsigned lane = threadIdx.x % 32;
@@ -31,7 +34,7 @@ __device__ inline std::uint32_t sum_before(std::uint64_t* words, std::uint32_t p
   if (piece > 0) tell(CellSums::of_itself, own);
   std::uint32_t before = 0;
   for (std::uint32_t end = piece; end > 0;) {
-    // The nearest first.
+    // The nearest piece first.
     std::uint64_t word = CellSums::up_to;
     if (lane < end) {
       const auto* const at = static_cast<volatile std::uint64_t*>(words + (end - 1 - lane));
@@ -48,7 +51,7 @@ __device__ inline std::uint32_t sum_before(std::uint64_t* words, std::uint32_t p
   return before;
 }
 
-// The table has room for a multiple of eight cells.
+// The table's capacity is a multiple of eight cells.
 static __global__ void __launch_bounds__(CellSums::threads)
     run_cell_sums(const std::uint32_t* wanted, uint4* table, std::uint32_t fours,
                   std::uint64_t* words) {

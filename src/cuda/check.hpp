@@ -1,4 +1,4 @@
-// Errors of CUDA, and device memory.
+// CUDA errors and device memory.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,8 +11,8 @@
 
 namespace throng::cuda {
 
-// An error is taken off the device's books, so that the next call starts afresh; one that the
-// device does not recover from comes again.
+// Throws Failure for an error. Clears it on the device, so that the next call starts clean; a
+// sticky error returns with the next call.
 inline void check(cudaError_t error) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();

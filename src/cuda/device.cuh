@@ -1,6 +1,6 @@
-// The Device that is a GPU: launches on one stream, scratch memory of its own, nothing waited for
-// except where it says so. The pipeline's function objects run in the kernels below; what is
-// written here is only what a block or a warp does together.
+// The GPU as a Device: launches on one stream, with its own scratch memory. Asynchronous, except
+// where noted. The kernels below run the pipeline's function objects; this code adds only what a
+// block or warp does collectively.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,8 @@
 
 namespace throng::cuda {
 
-// The phases of a function object by one block, with a barrier after each. The others leave zeros
-// meanwhile, if that is wanted: `count` times 16 bytes.
+// Block 0 runs the phases of a function object, with a barrier after each. The other blocks write
+// `count` * 16 zero bytes meanwhile, if wanted.
 template <class F>
 __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std::uint64_t count) {
   __shared__ typename F::Shared shared;
@@ -46,12 +46,12 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std:
 
 class Device {
   using Sorter = pipeline::PairOrder<pipeline::DeviceOrder>;
-  // Of brute force, some milliseconds' worth.
+  // Some milliseconds of brute force.
   static constexpr std::uint64_t walks_between_looks = std::uint64_t{1} << 24;
   static constexpr std::size_t order_bytes = sizeof(OrderMemory<Sorter>::Asked);
 
  public:
-  // What launches need to know of the GPU. Failure: no_device.
+  // Reads the device properties that launches need. Failure: no_device.
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
     check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
@@ -74,10 +74,10 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  // What follows is for this stream; `measure`: with an event after each stage. Once *stop is true,
-  // Failure: stopped, soon; the stream is waited for now and then to see to that.
+  // Sets the stream of the following calls. `measure`: records an event after each stage. Once
+  // *stop is true, throws Failure: stopped, soon; then the stream is synchronized between launches.
   void begin(cudaStream_t stream, bool measure, const std::atomic<bool>* stop = nullptr) {
-    (void)cudaGetLastError();  // what the caller left behind is no failure of this call
+    (void)cudaGetLastError();  // an earlier error of the caller is not an error of this call
     stream_ = stream;
     measuring_ = measure;
     stop_ = stop;
@@ -94,12 +94,12 @@ class Device {
   void release(void* p, std::size_t bytes) const noexcept { memory_.release(p, bytes, stream_); }
 
   static constexpr bool reaches_host_memory = false;
-  // Boxes of host memory on their way here; see cuda/upload.hpp.
+  // Copies boxes from host memory; see cuda/upload.hpp.
   static std::size_t boxes_bytes(const Boxes& boxes) noexcept { return bytes_on_device(boxes); }
   Boxes bring(const Boxes& boxes, char*& to) { return upload(boxes, to, staging_, stream_); }
   static constexpr std::size_t staging_bytes = Staging::total_bytes;
   std::size_t held() const noexcept { return staging_.held() + copy_bytes_; }
-  // What can be had again.
+  // Frees what can be allocated again.
   void give_back() noexcept {
     if (copy_) (void)cudaFreeHost(copy_);
     copy_ = nullptr;
@@ -112,7 +112,7 @@ class Device {
     run_each<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f);
     check(cudaGetLastError());
   }
-  // Zeros are written to whole multiples of 256 bytes, as they are carved.
+  // Zeroes whole multiples of 256 bytes, which is how arrays are carved.
   void plan(const pipeline::PlanGrid& f, void* cleared, std::size_t bytes) const {
     const std::uint64_t count = (bytes + 255) / 256 * 16;
     constexpr std::uint64_t a_block = std::uint64_t{8} * pipeline::PlanGrid::threads;
@@ -127,14 +127,14 @@ class Device {
     check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_));
   }
 
-  // Scratch that the scan and the sort of so many values need.
+  // Scratch bytes of a scan and a sort of `count` values.
   static std::size_t scan_bytes(std::size_t count) {
     std::size_t bytes = 0;
     std::uint32_t* none = nullptr;
     check(cub::DeviceScan::ExclusiveSum(nullptr, bytes, none, none, count));
     return bytes;
   }
-  // For as many keys again, and the sort's own scratch; no less than for fewer.
+  // For a second array of keys and the sort's own scratch; non-decreasing in `count`.
   static std::size_t sort_bytes(std::size_t count) {
     std::size_t bytes = 0;
     cub::DoubleBuffer<std::uint64_t> none;
@@ -150,7 +150,7 @@ class Device {
     check(cub::DeviceRadixSort::SortPairs(nullptr, bytes, none, none, count));
     return bytes;
   }
-  // Keys and values have room for as many again `room` further on; all of it may be written.
+  // The arrays have a second half of `room` entries each; both halves may be overwritten.
   pipeline::ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
                                 std::size_t count, int begin, int end) const {
     cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + room), of_values(values, values + room);
@@ -162,7 +162,7 @@ class Device {
   void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
     const auto kernel = run_place_buckets<pipeline::PlaceBuckets>;
     const std::size_t bytes = f.buckets.cells() * sizeof(std::uint32_t);
-    // As much as any call: what is allowed is one for all threads of the process.
+    // The maximum of any call, because the attribute is shared by all threads of the process.
     allow_memory(kernel, pipeline::Buckets::most_cells * sizeof(std::uint32_t));
     kernel<<<f.buckets.count(), bucket_threads, bytes, stream_>>>(f, count);
     check(cudaGetLastError());
@@ -216,8 +216,8 @@ class Device {
     run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
     check(cudaGetLastError());
   }
-  // The report's pairs, of which `count` may be, from `pairs`, whose contents are lost, to `out`,
-  // with sort_bytes(count) at `room`. Nothing is written where they are more than `capacity`.
+  // Sorts the report's pairs, at most `count`, from `pairs`, which is overwritten, to `out`. `room`
+  // has sort_bytes(count) bytes. Writes nothing if there are more than `capacity`.
   void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
@@ -231,7 +231,7 @@ class Device {
           run_pair_order<Sorter>, count <= Sorter::few ? 1 : order_blocks_, order_threads,
           arguments, order_bytes, stream_);
       if (told != cudaErrorCooperativeLaunchTooLarge) return check(told);
-      (void)cudaGetLastError();  // there are fewer processors than the device tells
+      (void)cudaGetLastError();  // there are fewer processors than the device reports
     }
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
     launch(count, pipeline::PackPairs{pairs, keys, report, capacity, shape});
@@ -242,7 +242,7 @@ class Device {
     launch(count, pipeline::UnpackPairs{buffers.Current(), out, report, capacity, shape});
   }
 
-  // These wait.
+  // The following functions synchronize with the stream.
   template <class T>
   T read(const T& value) {
     if constexpr (Mailbox::takes<T>) return send_and_wait(value, 0);
@@ -251,12 +251,12 @@ class Device {
     check(cudaStreamSynchronize(stream_));
     return copy;
   }
-  // Leaves zeros in the first bytes of it.
+  // Zeroes its first `bytes`.
   template <class T>
   T take(T& value, std::size_t bytes = sizeof(T)) {
     return send_and_wait(value, bytes);
   }
-  // Behind a launch, as part of it. *tickets is zero, and is so again.
+  // Sends the value at the end of the launch itself. *tickets is zero before and after.
   template <class F, class T>
   T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
     if (count == 0) return take(value);
@@ -272,12 +272,13 @@ class Device {
       return true;
     });
   }
-  // take(values, n) of all in turn, each in host memory until it returns; false stops, and is told.
+  // Calls take(values, n) for all pieces in turn, each in host memory until it returns. A false
+  // stops and is returned.
   template <class T, class F>
   bool in_pieces(const T* values, std::size_t count, const F& take) {
     return staging_.receive(values, count, stream_, take);
   }
-  // A copy in host memory of its own, good until the next.
+  // A copy in the device's own pinned memory, valid until the next.
   template <class T>
   const T* host_copy(const T* values, std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
@@ -304,7 +305,7 @@ class Device {
     check(cudaEventRecord(events_[k + 1], stream_));
     seen_ |= 1u << k;
   }
-  // Of the stages marked since begin(); waits for them.
+  // Times of the stages marked since begin(); synchronizes with their events.
   StageTimes times() const {
     StageTimes times;
     double* const of[] = {&times.plan_ms, &times.bin_ms, &times.find_ms, &times.order_ms};
@@ -328,14 +329,14 @@ class Device {
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
     return blocks_for(count, each, processors_);
   }
-  // Fast memory that is asked for at a launch, more than a kernel has otherwise. It is told beside
-  // the launch: each translation unit has kernels of its own.
+  // Allows a kernel more dynamic shared memory than the default. Called next to the launch, because
+  // each translation unit has its own instances of the kernels.
   template <class Kernel>
   static void allow_memory(Kernel* kernel, std::size_t bytes) {
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                static_cast<int>(bytes)));
   }
-  // Blocks of block_threads that a processor holds at once.
+  // Blocks of block_threads that an SM holds at a time.
   template <class Kernel>
   static unsigned resident(Kernel* kernel) {
     int blocks = 0;
@@ -356,7 +357,7 @@ class Device {
   }
   const Memory& memory_;
   int device_ = 0, processors_ = 1;
-  unsigned order_blocks_ = 0;  // as many as there can be at once; 0: pairs are not ordered so
+  unsigned order_blocks_ = 0;  // the number of co-resident blocks; 0: this sort is unavailable
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;

@@ -1,4 +1,4 @@
-// A list's changes gathered in order: see pipeline/live_change_stages.hpp.
+// Gathers a list's changes in order: see pipeline/live_change_stages.hpp.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace throng::cuda {
 
-// A warp takes a tile at a time, and keeps its changes in shared memory until it has all: what
-// begins from the front, what ends from the back.
+// One warp per tile. It collects the changes in shared memory: begin events from the front, end
+// events from the back.
 template <class Look>
 __global__ void __launch_bounds__(block_threads)
     run_gather(Look look, pipeline::Tiles to, std::uint64_t tiles) {

@@ -1,4 +1,4 @@
-// What is looked at before a device is: whose stream it is, and where the caller's arrays lie.
+// Checks before a launch: the stream's device, and where the caller's arrays lie.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -12,7 +12,7 @@
 
 namespace throng::cuda {
 
-// A device is current as long as this lives.
+// Makes a device current for the lifetime of this object.
 class Current {
  public:
   explicit Current(int device) : device_(device) {
@@ -29,8 +29,9 @@ class Current {
   int device_, before_ = 0;
 };
 
-// Of the default stream it is the one that is current. Of one that is being recorded it cannot be
-// asked, and counts as the current one: what is put on another's stream fails by itself.
+// The device of a stream. The default stream belongs to the current device. A stream in capture
+// cannot be queried and counts as the current device's; a launch on another device's stream fails
+// by itself.
 inline int device_of(cudaStream_t stream) {
   int device = 0;
   cudaStreamCaptureStatus recording = cudaStreamCaptureStatusNone;
@@ -40,8 +41,8 @@ inline int device_of(cudaStream_t stream) {
   return device;
 }
 
-// Refuses arrays that a device could not read or write; what it did to such would end the process's
-// use of it. Managed memory and pinned host memory serve.
+// Refuses arrays that the device cannot access: an invalid access would corrupt the process's CUDA
+// context. Managed and pinned host memory are accepted.
 class Reach {
  public:
   Reach(int device, Status status) noexcept : device_(device), status_(status) {}
@@ -55,7 +56,7 @@ class Reach {
       refuse(what, "lies on another device");
     if (reinterpret_cast<std::uintptr_t>(p) % alignment != 0) refuse(what, "is not aligned");
   }
-  // An array that may be absent.
+  // An optional array.
   template <class T>
   void require(const core::Column<T>& column, const char* what) const {
     if (column) require(column.data, alignof(T), what);
@@ -82,7 +83,7 @@ inline void require_set(const pipeline::Set& set, std::size_t count, int device)
   const Reach boxes(device, Status::bad_boxes);
   for (int k = 0; k < 6; ++k) {
     const char* p = set.corner[k];
-    const bool packed = p == set.corner[0] + k * sizeof(float);  // seen already
+    const bool packed = p == set.corner[0] + k * sizeof(float);  // already checked
     if (p && (k == 0 || !packed)) boxes.require(p, alignof(float), "a coordinate array");
   }
   require_filters(set, device);

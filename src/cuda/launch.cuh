@@ -1,4 +1,4 @@
-// One thread for each index.
+// One thread per index.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ __global__ void __launch_bounds__(block_threads) run_each(std::uint64_t count, F
     f(i);
 }
 
-// Enough blocks to keep every processor busy with `each`, and no more than there is work for.
+// At most `each` blocks per SM, and no more than there is work for.
 inline unsigned blocks_for(std::uint64_t count, unsigned each, int processors) noexcept {
   const std::uint64_t wanted = (count + block_threads - 1) / block_threads;
   const std::uint64_t most = std::uint64_t{each} * static_cast<unsigned>(processors);

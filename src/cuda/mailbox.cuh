@@ -1,6 +1,6 @@
-// Small values on their way to a host that waits for them: a kernel writes them into pinned memory,
-// each word with a number beside it, which the host looks at until it is there. No copy is asked
-// for, no word waits for another, and nothing is synchronised with but this.
+// Returns small values to a waiting host with low latency. A kernel writes them into pinned memory,
+// each word with a sequence number in the same 64 bits, and the host polls until the number is
+// current. No copy is issued, no word waits for another, and nothing else is synchronized.
 #pragma once
 
 #include <atomic>
@@ -13,20 +13,20 @@
 
 namespace throng::cuda {
 
-// In pinned memory: words, the number of the letter in the upper half of each.
+// In pinned memory: words, each with the sequence number in its upper half.
 struct Letter {
   static constexpr unsigned room = 96;
   std::uint64_t words[room];
 };
 
-// What a block of threads does to send a value and, of its first words, leave zeros where it was.
+// Sends a value, with one thread block, and zeroes its first `cleared` words.
 struct Post {
   std::uint32_t* from;
   std::uint32_t words, cleared;
   Letter* to;
   std::uint32_t number;
 
-  // All threads of a block; what was written there before is seen by it.
+  // Called by all threads of a block. Sees all writes before the kernel.
   __device__ void operator()() const {
     for (unsigned k = threadIdx.x; k < words; k += blockDim.x) {
       const std::uint64_t word = std::uint64_t{number} << 32 | __ldcg(from + k);
@@ -38,7 +38,7 @@ struct Post {
 
 static __global__ void send(Post post) { post(); }
 
-// One thread for each index; the block that is the last to end sends what all of them left.
+// One thread per index; the last block to finish sends the value.
 template <class F>
 __global__ void __launch_bounds__(block_threads)
     run_each_and_send(std::uint64_t count, F f, Post post, std::uint32_t* tickets) {
@@ -79,13 +79,14 @@ class Mailbox {
       letter_ = static_cast<Letter*>(p);
       number_ = 0;
     }
-    // Numbers come round: no word is left that has one of these already.
+    // The sequence number wraps around: the words are cleared, so that none has a number used
+    // again.
     if (number_ == 0) *letter_ = Letter{};
     if (++number_ == 0) return post(value, cleared);
     auto* from = reinterpret_cast<std::uint32_t*>(const_cast<T*>(&value));
     return {from, sizeof(T) / 4, static_cast<std::uint32_t>(cleared / 4), letter_, number_};
   }
-  // What the last post() sends, once the kernel that does it is on the stream.
+  // Waits for the value of the last post(), whose kernel has been launched on `stream`.
   template <class T>
   T wait(cudaStream_t stream) const {
     std::uint32_t words[sizeof(T) / 4];
@@ -99,7 +100,7 @@ class Mailbox {
   std::uint32_t word(unsigned k, cudaStream_t stream) const {
     const std::atomic_ref<std::uint64_t> word(letter_->words[k]);
     for (unsigned looks = 1;; ++looks) {
-      // Now and then it is asked whether it can still come.
+      // From time to time checks whether the stream has failed or ended.
       const cudaError_t state = looks % 4096 ? cudaErrorNotReady : cudaStreamQuery(stream);
       const std::uint64_t seen = word.load(std::memory_order_relaxed);
       if (seen >> 32 == number_) return static_cast<std::uint32_t>(seen);

@@ -1,5 +1,5 @@
-// What blocks do together to bring pairs into canonical order (pipeline/pair_order.hpp): one
-// kernel, whose blocks are all there at once and wait for one another.
+// Block-wide and grid-wide steps that sort pairs (pipeline/pair_order.hpp): one cooperative kernel,
+// whose blocks are all resident and synchronize with each other.
 #pragma once
 
 #include <cooperative_groups.h>
@@ -14,13 +14,13 @@ namespace throng::cuda {
 
 constexpr unsigned order_threads = 512;
 
-// A block's fast memory.
+// A block's shared memory.
 template <class Order>
 struct OrderMemory {
-  // Asked for at the launch: 80 KiB, of which two fit in a processor's 228, and one in 99.
+  // Dynamic shared memory: 80 KiB, so that two blocks fit in the 228 KiB of an SM, or one in 99.
   struct Asked {
     alignas(16) pipeline::PairWord placed[Order::block_pairs];
-    alignas(16) std::uint32_t counts[Order::bins];  // of buckets, and of bins
+    alignas(16) std::uint32_t counts[Order::bins];  // of buckets, then of bins
   };
   using Places = cub::BlockScan<typename Order::Place, order_threads, cub::BLOCK_SCAN_WARP_SCANS>;
   using Counts = cub::BlockScan<std::uint32_t, order_threads, cub::BLOCK_SCAN_WARP_SCANS>;
@@ -31,8 +31,7 @@ struct OrderMemory {
   std::uint32_t most;  // pairs of a bucket, or of a bin
 };
 
-// Makes of the bins' counts where each begins; memory.most: what the greatest has, where it is more
-// than a run.
+// Replaces the bins' counts by where each begins. memory.most: the largest count, if above a run.
 template <class Order>
 __device__ void scan_bins(std::uint32_t* counts, OrderMemory<Order>& memory) {
   constexpr unsigned each = Order::bins / order_threads;
@@ -53,8 +52,8 @@ __device__ void scan_bins(std::uint32_t* counts, OrderMemory<Order>& memory) {
   }
 }
 
-// All threads of a block, which have waited for one another since its memory was last used, and
-// have at the end.
+// Called by all threads of a block, synchronized since the last use of its memory; synchronizes at
+// the end.
 template <class Order>
 __device__ void sort_task(const Order& order, const typename Order::Shape& shape,
                           const typename Order::Task& task, typename OrderMemory<Order>::Asked& own,
@@ -96,7 +95,7 @@ __device__ void sort_task(const Order& order, const typename Order::Shape& shape
   __syncthreads();
 }
 
-// From each block's counts where its pairs go, and the tasks: how many of either kind there are.
+// From each block's counts computes where its pairs go, and the tasks; returns the totals.
 template <class Order>
 __device__ typename Order::Place scan_buckets(const Order& order, std::uint32_t buckets,
                                               std::uint32_t* counts, OrderMemory<Order>& memory) {
@@ -119,8 +118,8 @@ __device__ typename Order::Place scan_buckets(const Order& order, std::uint32_t 
   return sum;
 }
 
-// Into buckets, with all blocks; tells how many pairs and tasks there are, and in memory.most what
-// the greatest bucket has, where it is more than a block takes.
+// Scatters pairs into buckets, with all blocks. Returns the number of pairs and tasks. memory.most:
+// the size of the largest bucket, if a block cannot take it.
 template <class Order>
 __device__ typename Order::Place part(const Order& order, const typename Order::Shape& shape,
                                       std::uint32_t found, std::uint32_t* counts,
@@ -162,7 +161,7 @@ __global__ void __launch_bounds__(order_threads, 2) run_pair_order(Order order) 
   } else {
     all = part(order, shape, found, own.counts, memory);
   }
-  // All blocks know the same greatest bucket, and so wait as often.
+  // All blocks compute the same maximum, so they execute the same number of grid barriers.
   const std::uint32_t passes = Order::passes(memory.most);
   __syncthreads();
   for (std::uint32_t k = blockIdx.x; k < all.large + all.small; k += gridDim.x) {

@@ -1,4 +1,4 @@
-// Objects that live on a GPU: pipeline/live_scene.hpp over the Device.
+// Persistent objects on a GPU: pipeline/live_scene.hpp over the Device.
 #include <new>
 
 #include "cuda/backend.hpp"
@@ -85,9 +85,9 @@ class GpuScene final : public Scene {
     const auto& theirs = static_cast<const GpuScene&>(other);
     if (theirs.ordinal() != ordinal())
       throw Failure{Status::bad_option, 0, "is of another GPU than the copy", "the BroadPhase"};
-    check(cudaDeviceSynchronize());  // the other's last call may run still, on a stream of its own
+    check(cudaDeviceSynchronize());  // the other's last call may still run, on another stream
     scene_.copy(theirs.scene_);
-    check(cudaStreamSynchronize(stream));  // the other may end after this
+    check(cudaStreamSynchronize(stream));  // the other may be destroyed after this
   }
 
   LivePairs begun() const noexcept override { return scene_.pairs().begun(); }
@@ -103,7 +103,7 @@ class GpuScene final : public Scene {
 
  private:
   int ordinal() const noexcept { return scene_.device().ordinal(); }
-  // The device is current as long as what this returns lives.
+  // Sets the stream; the device is current for the lifetime of the returned object.
   Current begin(Stream stream) {
     if (stream && device_of(stream) != ordinal())
       throw Failure{Status::bad_option, 0, "is of another device than this BroadPhase",

@@ -1,5 +1,4 @@
-// The search for pairs by warps: how the lanes go through their candidates together, and how what
-// they find gets out.
+// The pair search by warps: how the lanes share their candidates, and how hits are written.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +10,8 @@
 
 namespace throng::cuda {
 
-// Places of shared memory by their own addresses, which take a register where a pointer takes two
-// and is made anew at each use.
+// Shared memory by its own 32-bit addresses. A generic pointer takes two registers and is converted
+// again at each use.
 __device__ inline std::uint32_t shared_address(const void* p) {
   return static_cast<std::uint32_t>(__cvta_generic_to_shared(p));
 }
@@ -35,13 +34,13 @@ __device__ inline float4 get_four(std::uint32_t at) {
   return v;
 }
 
-// Whether a pair that was found is one.
+// The check that accepts every pair.
 struct Sure {
   __device__ bool operator()(std::uint32_t, std::uint32_t) const { return true; }
 };
 
-// One warp's hits on their way out: gathered in shared memory, one atomic addition for some
-// hundred. Before that they are checked, if there is anything to check.
+// Output buffer of one warp: collects hits in shared memory and writes some hundred with one atomic
+// addition. Applies `Check` to the hits before writing.
 template <class Check = Sure>
 class WarpStage {
  public:
@@ -51,7 +50,7 @@ class WarpStage {
                        const Check& check = {})
       : stage_(shared_address(stage)), below_((1u << lane) - 1), sink_(sink), check_(check) {}
 
-  // All lanes together; `hit` tells which have a pair.
+  // Called by all lanes; `hit`: whether this lane has a pair.
   __device__ void add(bool hit, const Pair& pair) {
     const unsigned hits = __ballot_sync(~0u, hit);
     if (hit) put(stage_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
@@ -67,7 +66,7 @@ class WarpStage {
     }
     write(__shfl_sync(~0u, at, 0));
   }
-  // Where a place for them has been claimed already.
+  // Writes the hits to a place that is already claimed.
   __device__ void write(unsigned long long at) {
     __syncwarp();
     for (unsigned k = lane(); k < held_; k += 32) {
@@ -77,7 +76,7 @@ class WarpStage {
     __syncwarp();
     held_ = 0;
   }
-  // From here on what is held is sure.
+  // Applies the check: from here on all held pairs are hits.
   __device__ void settle() {
     __syncwarp();
     if constexpr (std::is_same_v<Check, Sure>) return;
@@ -87,7 +86,7 @@ class WarpStage {
       const uint2 pair = get(stage_ + 8 * (some ? k + lane() : k));
       const bool hit = some && check_(pair.x, pair.y);
       const unsigned hits = __ballot_sync(~0u, hit);
-      __syncwarp();  // all have read
+      __syncwarp();  // all lanes have read
       if (hit) put(stage_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
       kept += __popc(hits);
     }
@@ -105,9 +104,8 @@ class WarpStage {
   Check check_;
 };
 
-// What the warps of a block still hold, and their comparisons, with one addition for all of them:
-// so many warps end at once that they would wait for one another at that one place of memory. All
-// threads of a block.
+// Writes the remaining hits and the comparisons of all warps of a block with one atomic addition.
+// Many warps end at once and would contend for that one address. Called by all threads of a block.
 template <class Stage>
 __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::PairSink& sink) {
   constexpr unsigned warps = block_threads / 32;
@@ -130,7 +128,7 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
     if (all != 0) pipeline::fetch_add(&sink.report->comparisons, all);
     for (unsigned k = 0; k < warps; ++k) {
       const std::uint64_t own = held[k];
-      held[k] = at;  // from here on where they go
+      held[k] = at;  // from here on: the place of the warp's hits
       at += own;
     }
   }
@@ -138,8 +136,8 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
   stage.write(held[warp]);
 }
 
-// A lane walks by itself, where all have nearly the same to do: those from `begin` to `end`. The
-// whole grid of blocks stays until all is done.
+// One walk per lane, for searches of nearly equal work: indices from `begin` to `end`. Grid-stride
+// loop.
 template <class Search>
 __global__ void __launch_bounds__(block_threads)
     run_walks(Search search, pipeline::PairSink sink, std::uint64_t begin, std::uint64_t end) {
@@ -170,19 +168,19 @@ __global__ void __launch_bounds__(block_threads)
   finish(stage, comparisons, sink);
 }
 
-// What a warp keeps in shared memory: its boxes, as halves of records, and candidates of all of
-// them, each the record and who looks at it: where that box is, or its lane and the row. Small, for
-// what is left of a processor's fast memory is the cache of the records.
+// A warp's shared memory: its boxes, as halves of records, and candidates of all of them. A
+// candidate is a record and its searcher: the address of that box, or its lane and the row. Small,
+// because the rest of the SM's shared memory serves as L1 cache for the records.
 struct WarpCandidates {
   static constexpr unsigned room = 256, at_once = 8;
   static_assert(32 * at_once <= room);
-  // Where all lanes together have so many of at_once each, each goes through its own.
+  // If the lanes together have this many of at_once each, every lane tests its own candidates.
   static constexpr unsigned nearly_all = 208;
   float4 lower[32], upper[32];
   uint2 items[room];
 };
 
-// Four of the candidates that a lane puts down, from the first of them on, as far as there are any.
+// Stores up to four of a lane's candidates, from the first-th on.
 template <unsigned first>
 __device__ void put_some(std::uint32_t to, unsigned some, std::uint32_t at, std::uint32_t who) {
   if (first + 0 < some) put<8 * (first + 0)>(to, at + first + 0, who);
@@ -191,11 +189,10 @@ __device__ void put_some(std::uint32_t to, unsigned some, std::uint32_t at, std:
   if (first + 3 < some) put<8 * (first + 3)>(to, at + first + 3, who);
 }
 
-// A warp's boxes in a grid. A lane has one box, a warp 32 that stand together and look into nearly
-// the same cells. All lanes look up a row of cells each, together, and put down which records stand
-// there; then the lanes share all that is put down, for some boxes have many more candidates than
-// others. Lanes that are side by side read records that are side by side. `mixed`: as in Look.
-// HostDevice has a twin of this.
+// Searches a grid with one box per lane. The 32 boxes of a warp are adjacent and search nearly the
+// same cells. Each lane finds the records of one row of cells and stores them as candidates. Then
+// the lanes share all candidates, because some boxes have many more than others. Adjacent lanes
+// read adjacent records. `mixed`: as in Look. HostDevice::look_around is the host implementation.
 template <bool mixed, class Search>
 __device__ void look_around(const Search& search, const core::ClassGrid& cells,
                             const std::uint8_t* targets, unsigned target_count,
@@ -222,7 +219,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
       for (;;) {
         if (!__any_sync(~0u, at != end)) {
           if (!__any_sync(~0u, rows > 0)) {
-            if (mixed && held > 0) break;  // they are the present target's
+            if (mixed && held > 0) break;  // these belong to the current target
             more = next < target_count;
             if (!more) break;
             target = targets[next++];
@@ -237,7 +234,7 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
             if constexpr (mixed) who = lane << row_bits | range.row;
           }
         }
-        // Of each lane's no more than there is room for in any case.
+        // Of each lane no more than is certain to fit.
         some = end - at < WarpCandidates::at_once ? end - at : WarpCandidates::at_once;
         const unsigned up_to = warp_sums_up(some), all = __shfl_sync(~0u, up_to, 31);
         each_own = held == 0 && all >= WarpCandidates::nearly_all;
@@ -291,7 +288,7 @@ __global__ void __launch_bounds__(block_threads, 4)
   for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];
-  if (warp == 0) {  // what is looked into at all
+  if (warp == 0) {  // the targets that contain boxes
     unsigned held = 0;
     for (unsigned k = lane; k < Search::most_targets; k += 32) {
       const bool one = search.occupied[k] != 0;

@@ -1,4 +1,4 @@
-// A second stream, for launches that may run beside those of the first.
+// A second stream, for launches that may run concurrently with those of the first.
 #pragma once
 
 #include "cuda/check.hpp"
@@ -24,8 +24,8 @@ class SideStream {
   SideStream(const SideStream&) = delete;
   SideStream& operator=(const SideStream&) = delete;
 
-  // What f launches on `stream`, which is another one meanwhile, comes behind what is there so far;
-  // it may run beside what follows, until join().
+  // Calls f with `stream` replaced by the side stream. f's launches follow the work already on
+  // `stream` and may run concurrently with later work, until join().
   template <class F>
   void beside(cudaStream_t& stream, const F& f) {
     check(cudaEventRecord(forked_, stream));
@@ -35,7 +35,7 @@ class SideStream {
     f();
     check(cudaEventRecord(joined_, side_));
   }
-  // What is put on the stream from here on comes behind it.
+  // Later work on `stream` follows the side stream's work.
   void join(cudaStream_t stream) const { check(cudaStreamWaitEvent(stream, joined_)); }
 
  private:

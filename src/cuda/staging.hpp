@@ -1,5 +1,5 @@
-// Between arrays of the host and a device: two pieces of pinned memory, one of which is filled or
-// emptied while the other is under way.
+// Transfers between host arrays and a device through two pinned buffers: one is filled or emptied
+// while the other is being copied.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -13,7 +13,7 @@ namespace throng::cuda {
 
 class Staging {
  public:
-  // So long a copy takes some 10 us, less than one thread needs to fill it. An estimate.
+  // A copy of this size takes about 10 us, less than one thread needs to fill it. An estimate.
   static constexpr std::size_t piece_bytes = std::size_t{512} << 10;
   static constexpr std::size_t total_bytes = 2 * piece_bytes;
 
@@ -32,7 +32,7 @@ class Staging {
     return (pinned_[0] ? piece_bytes : 0) + (pinned_[1] ? piece_bytes : 0);
   }
 
-  // value(i) to to[i]; all have been asked for when this returns.
+  // Copies value(i) to to[i]; all copies have been issued when this returns.
   template <class T, class F>
   void send(T* to, std::size_t count, cudaStream_t stream, const F& value) {
     constexpr std::size_t piece = piece_bytes / sizeof(T);
@@ -43,7 +43,8 @@ class Staging {
       move(to + begin, pinned, size, cudaMemcpyHostToDevice, stream);
     }
   }
-  // take(values, n) of all in turn, in host memory until it returns; false stops, and is told.
+  // Calls take(values, n) for all pieces in turn, each in host memory until it returns. A false
+  // stops and is returned.
   template <class T, class F>
   bool receive(const T* from, std::size_t count, cudaStream_t stream, const F& take) {
     constexpr std::size_t piece = piece_bytes / sizeof(T);
@@ -64,7 +65,7 @@ class Staging {
   }
 
  private:
-  // The next piece, when its last copy is done.
+  // The next buffer, once its last copy has ended.
   template <class T>
   T* ready() {
     void*& p = pinned_[turn_];

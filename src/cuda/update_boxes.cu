@@ -28,7 +28,7 @@ void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyRep
   const int device = device_of(stream);
   const Current current(device);
   check_arrays(job, count, report, device);
-  (void)cudaGetLastError();  // what the caller left behind is no failure of this call
+  (void)cudaGetLastError();  // an earlier error of the caller is not an error of this call
   if (report) check(cudaMemsetAsync(report, 0, sizeof(BodyReport), stream));
   if (count == 0) return;
   int processors = 1;

@@ -1,4 +1,4 @@
-// Boxes of host memory, whatever their layout, packed in a device's.
+// Copies boxes of any host layout, packed, to device memory.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace throng::cuda {
 
-// Each array starts where memory of a device does.
+// Each array has the alignment of a device allocation.
 inline std::size_t rounded(std::size_t bytes) noexcept { return (bytes + 255) / 256 * 256; }
 
-// Device bytes that a set of boxes and its filters takes.
+// Device bytes of a set of boxes and its filters.
 inline std::size_t bytes_on_device(const Boxes& boxes) noexcept {
   std::size_t sum = rounded(boxes.size() * sizeof(Box));
   const Filters& f = boxes.filters;
@@ -22,7 +22,7 @@ inline std::size_t bytes_on_device(const Boxes& boxes) noexcept {
   return sum + (f.is_static ? rounded(boxes.size()) : 0);
 }
 
-// A view of the boxes as they will lie from `to` on, which moves past them. The host's arrays have
+// Copies to `to`, which advances past the data; returns a view of the copy. The host's arrays have
 // been read when this returns.
 inline Boxes upload(const Boxes& boxes, char*& to, Staging& staging, cudaStream_t stream) {
   const std::size_t n = boxes.size();

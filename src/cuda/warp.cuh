@@ -1,4 +1,4 @@
-// What the lanes of a warp find out together; all of them come here.
+// Warp-wide operations; called by all lanes.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ __device__ inline int warp_least(int value) {
 }
 __device__ inline int warp_most(int value) { return ~warp_least(~value); }
 
-// Sums up to each lane.
+// Inclusive sums over the lanes.
 __device__ inline unsigned warp_sums_up(unsigned value) {
 #pragma unroll
   for (unsigned k = 1; k < 32; k *= 2) {

@@ -10,15 +10,15 @@
 
 namespace throng::cuda {
 
-// The range of a warp's boxes, two a lane; all lanes together.
+// The bounds of a warp's boxes, two per lane; called by all lanes.
 __device__ inline pipeline::RoughRange range_of(const Box& a, const Box& b) {
-  // As integers that are ordered as they are.
+  // As integers with the same order.
   const auto ordered = [](float x) {
     const int bits = __float_as_int(x);
     return bits ^ (bits >> 31 & 0x7fffffff);
   };
   const auto number = [](int bits) { return __int_as_float(bits ^ (bits >> 31 & 0x7fffffff)); };
-  // What is no number, of a box that takes no part, is passed over.
+  // The NaN bounds of a box that takes no part are ignored.
   const auto least = [&](float x, float y) {
     return warp_least(ordered(fminf(fminf(x, y), 3e38f)));
   };
@@ -32,8 +32,8 @@ __device__ inline pipeline::RoughRange range_of(const Box& a, const Box& b) {
   return range;
 }
 
-// Bits for the boxes k lanes further on, k = 1 .. 16, round in a circle, that may overlap a lane's;
-// so each two of 32 meet once, but for those half a circle apart.
+// Bits for the boxes k lanes further on, k = 1 .. 16, cyclically, that may overlap this lane's.
+// Each two of 32 meet once, except for those at a distance of 16 lanes, which meet twice.
 __device__ inline unsigned may_meet_in_circle(const pipeline::RoughBox& own) {
   const unsigned lane = threadIdx.x % 32;
   unsigned bits = 0;
@@ -45,12 +45,12 @@ __device__ inline unsigned may_meet_in_circle(const pipeline::RoughBox& own) {
   }
   return bits;
 }
-// Which of them are of the same world, those half a circle apart once.
+// Bits for those of the same world, with those at a distance of 16 lanes counted once.
 __device__ inline unsigned same_in_circle(std::int32_t world) {
   const unsigned lane = threadIdx.x % 32, same = __match_any_sync(~0u, world);
   return __funnelshift_r(same, same, lane) & (lane < 16 ? 0x1fffe : 0xfffe);
 }
-// A bit for each of 32 in shared memory, which all lanes read one after another, two at a time.
+// Bits for 32 boxes in shared memory, which all lanes read in the same order, two at a time.
 __device__ inline unsigned may_meet(const pipeline::RoughBox& own, const uint4* others) {
   unsigned bits = 0;
 #pragma unroll
@@ -71,10 +71,10 @@ struct WorldsCheck {
   }
 };
 
-// A lane has two boxes, a warp 64 side by side: 32, and 32 that follow. It goes through these, and
-// through those that follow as long as they are of the last one's world, 32 at a time; then through
-// those of all worlds. Boxes are compared as they are rounded, and what is found so is checked
-// later, by all lanes.
+// A lane has two boxes, a warp 64 consecutive ones: 32, and the 32 that follow. The warp goes
+// through these, and then through later boxes as long as they are of the last one's world, 32 at a
+// time; then through those of all worlds. It compares quantized boxes; all lanes check the hits
+// exactly later.
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
     run_worlds(Search search, pipeline::PairSink sink) {
@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(block_threads, 4)
     return i < count ? search.own_box(i) : search.box(count - 1);
   };
   const auto box_of = [&](std::uint32_t i) { return search.box(i < count ? i : count - 1); };
-  // Box i with those whose bits are set: k-th after `base`, counted from a lane on in a circle.
+  // Reports box i with the boxes of the set bits: bit k is base + (from + k) % 32.
   const auto tell = [&](std::uint32_t i, std::uint32_t base, unsigned from, unsigned bits) {
     while (__any_sync(~0u, bits != 0)) {
       const auto k = static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
@@ -103,7 +103,7 @@ __global__ void __launch_bounds__(block_threads, 4)
       bits &= bits - 1;
     }
   };
-  // Neighbours change places each time: of two that share a world the first has more to do.
+  // Neighbours swap places each round: of two that share a world the first has more work.
   const std::uint64_t own_place = std::uint64_t{blockIdx.x} * warps + warp;
   for (std::uint64_t round = 0, places = std::uint64_t{gridDim.x} * warps;
        round * places * 64 < count; ++round) {
@@ -117,12 +117,12 @@ __global__ void __launch_bounds__(block_threads, 4)
     const pipeline::RoughBox rough[2] = {range.round(own[0]), range.round(own[1])};
 #pragma unroll
     for (int k = 0; k < 2; ++k) {
-      const unsigned same = same_in_circle(worlds[k]);  // all lanes together
+      const unsigned same = same_in_circle(worlds[k]);  // by all lanes
       const unsigned wanted = worlds[k] != none ? same : 0;
       comparisons += static_cast<unsigned>(__popc(wanted));
       tell(i + 32 * k, base + 32 * k, lane, may_meet_in_circle(rough[k]) & wanted);
     }
-    // The second half is what the first goes through next; what comes then, both.
+    // The first half goes through the second next, and both go through what follows.
     std::int32_t last = __shfl_sync(~0u, worlds[0], 31);
     unsigned there = __ballot_sync(~0u, worlds[1] == last && last != none);
     pipeline::RoughBox other = rough[1];

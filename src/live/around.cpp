@@ -6,12 +6,12 @@
 namespace throng::live {
 namespace {
 
-// Cells are asked for so many objects ahead, first edges twice as many, what says where both are
-// twice as many again. Of 6, 8, 12 and 16 for cells 8 is fastest, with caches emptied, too.
+// Prefetch distances in objects: for cells, for the first edge (twice that) and for the body (four
+// times that). Of 6, 8, 12 and 16 for cells, 8 is fastest, with cold caches, too.
 constexpr std::size_t ahead = 8, edges_ahead = 2 * ahead, bodies_ahead = 2 * edges_ahead;
-// What was looked at is held against the budget once for so many objects.
+// Objects between two checks of the budget.
 constexpr std::size_t budget_step = 16;
-// So many hits of a search are compared with each pair the object has; more are marked.
+// Up to this many hits are compared with each previous pair; more are marked in a bit set.
 constexpr std::uint32_t few_hits = 8;
 
 bool tells(const Objects& objects, ObjectId id, ObjectId other) noexcept {
@@ -54,7 +54,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
   };
   for (std::size_t i = 0; i < edges_ahead; ++i) walk_ahead(i);
   for (std::size_t i = 0; i < ahead; ++i) reach_ahead(i);
-  // Of each a few more edges than objects have on average.
+  // A few more edges per object than the average.
   const std::size_t steps = std::min<std::uint64_t>(
       edges_ahead - 1, 3 + 3 * std::uint64_t{scene.pairs.count()} / (objects.count() + 1));
   ObjectId hits[Cells::most_hits + 1];
@@ -87,7 +87,7 @@ void Around::search(const Scene& scene, const ObjectId* ids, std::size_t count,
   searched_ += i;
 }
 
-// What overlaps an object but itself, as Cells::search_few() has it.
+// Objects that overlap this one, itself excluded; result as of Cells::search_few().
 std::uint32_t Around::search_forest(const Scene& scene, ObjectId id, ObjectId* hits) {
   std::uint32_t count = 0;
   scene.forest->search(scene.objects.grown(id), scene.objects.filter(id), work_,
@@ -110,7 +110,7 @@ void Around::tell_ended(const Scene& scene, ObjectId id, ObjectId other, std::ui
   ended_.append({std::min(id, other), std::max(id, other), slot});
 }
 
-// Takes those that the object already had from the hits; what is left has begun.
+// Removes the previous pairs from the hits; the remaining hits have begun.
 void Around::tell_few(const Scene& scene, const PairSet::Walk& had, ObjectId* hits,
                       std::uint32_t count) {
   const ObjectId id = had.id;
@@ -121,7 +121,8 @@ void Around::tell_few(const Scene& scene, const PairSet::Walk& had, ObjectId* hi
       count += scene.objects.may_pair(id, hits[k]);
     }
   }
-  const auto take = [&](ObjectId other, std::uint32_t from) {  // wherever it is: it may be twice
+  // all occurrences: a search may report a hit twice
+  const auto take = [&](ObjectId other, std::uint32_t from) {
     const std::uint32_t all = std::exchange(count, from);
     for (std::uint32_t k = from; k < all; ++k) {
       hits[count] = hits[k];
@@ -138,7 +139,7 @@ void Around::tell_few(const Scene& scene, const PairSet::Walk& had, ObjectId* hi
   }
 }
 
-// The same by a bit for each object that is seen; above most_hits they are yet to be found.
+// The same with a bit per object. If count > most_hits, the hits are searched for here.
 void Around::tell_many(const Scene& scene, const PairSet::Walk& had, const ObjectId* hits,
                        std::uint32_t count) {
   const Objects& objects = scene.objects;
@@ -151,7 +152,7 @@ void Around::tell_many(const Scene& scene, const PairSet::Walk& had, const Objec
   }
   hits_.clear();
   unclean_ = true;
-  const auto see = [&](ObjectId other) {  // itself, too, of which nothing is told
+  const auto see = [&](ObjectId other) {  // may include the object itself, which is not reported
     if (is_seen(other) || !objects.may_pair(id, other)) return;
     hits_.append(other);
     flip(other);

@@ -1,5 +1,5 @@
-// Searching around objects that changed: which of their pairs began and ended. One task's part;
-// tasks share what they only read.
+// Incremental update: searches around changed objects and reports which of their pairs began and
+// ended. One instance per task; the scene is shared and read-only.
 #pragma once
 
 #include <cstdint>
@@ -18,31 +18,30 @@ class Around {
   explicit Around(cpu::Memory& memory) noexcept
       : begun_(memory), ended_(memory), hits_(memory), seen_(memory) {}
 
-  // What is searched: the objects are in cells, or in a forest if there is one, and linked with
-  // their pairs.
+  // The objects are in the forest if it is not null, otherwise in the cells; their pairs are
+  // linked.
   struct Scene {
     const Objects& objects;
     const PairSet& pairs;
     const Cells& cells;
     const BvhForest* forest;
   };
-  // Forgets what was found.
+  // Clears the results.
   void start() noexcept;
-  // Searches around the objects of a list, all of which changed, until `stop`; adds to what was
-  // found. Of two objects that both changed, the one with the lower id tells of their pair. Throws
-  // cpu::NoMemory.
-  // Ends early once it has looked at more than `most_work`.
+  // Searches around the listed objects, all of which changed, and appends to the results. If both
+  // objects of a pair changed, the one with the lower id reports it. Ends early when `stop` is set
+  // or the work exceeds `most_work`. Throws cpu::NoMemory.
   void search(const Scene& scene, const ObjectId* ids, std::size_t count, std::uint64_t most_work,
               cpu::Stop& stop);
 
-  // Begun: without slots.
+  // Events; begun pairs have no slot yet.
   const List<LivePair>& begun() const noexcept { return begun_; }
   const List<LivePair>& ended() const noexcept { return ended_; }
   const Work& work() const noexcept { return work_; }
-  std::size_t searched() const noexcept { return searched_; }  // around so many objects
+  std::size_t searched() const noexcept { return searched_; }  // number of objects
 
-  // As much room as another task's part has, for which objects come to which task differs. What was
-  // found is lost.
+  // Reserves as much memory as another task has, since chunks move between tasks. Discards the
+  // results.
   void match(const Around& other);
 
  private:
@@ -57,8 +56,8 @@ class Around {
 
   List<LivePair> begun_, ended_;
   List<ObjectId> hits_;
-  List<std::uint64_t> seen_;  // a bit an object, all of them 0 between two objects
-  bool unclean_ = false;      // unless memory ran out
+  List<std::uint64_t> seen_;  // one bit per object; all 0 between searches
+  bool unclean_ = false;      // `seen_` has bits set, because memory ran out
   Work work_;
   std::size_t searched_ = 0;
 };

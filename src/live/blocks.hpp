@@ -1,4 +1,4 @@
-// Which blocks of cells are empty, as far as is told (core/blocks.hpp), of cells whose boxes move.
+// Conservative occupancy of blocks of cells (core/blocks.hpp) for moving boxes.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Blocks {
 
   explicit Blocks(cpu::Memory& memory) noexcept : words_(memory) {}
 
-  // None yet; bits for so many boxes. Throws cpu::NoMemory.
+  // Clears; allocates bits for this many boxes. Throws cpu::NoMemory.
   void make(std::size_t boxes) {
     forget();
     const std::size_t count = core::BlockBits::words_for(boxes);
@@ -32,10 +32,10 @@ class Blocks {
   }
   void forget() noexcept { words_.clear(); }
   bool made() const noexcept { return !words_.empty(); }
-  // More boxes have come than bits were made for.
+  // More boxes were added than the bits were sized for.
   bool worn() const noexcept { return made() && left_ == 0; }
 
-  // The home of a box of this class.
+  // Marks the cell that holds a box of this class.
   void add(const CellMap::Range& cell, int size_class) noexcept {
     left_ -= left_ != 0;
     bits_.add(cell.lower, static_cast<std::uint32_t>(size_class),
@@ -48,7 +48,7 @@ class Blocks {
  private:
   List<std::uint32_t> words_;
   core::BlockBits bits_;
-  std::size_t left_ = 0;  // so many may still come
+  std::size_t left_ = 0;  // boxes until the bits are too dense
 };
 
 }  // namespace throng::live

@@ -1,4 +1,4 @@
-// The least box that holds some boxes, none of which has a NaN.
+// The smallest box that contains the given boxes, which contain no NaN.
 #pragma once
 
 #include <algorithm>
@@ -17,13 +17,13 @@ class Bounds {
     hold(corner, corner + 2);
   }
   void hold(const Bounds& other) noexcept { hold(other.least_, other.most_); }
-  // Of no boxes one that overlaps nothing.
+  // If no box was added, a box that overlaps nothing.
   Box box() const noexcept {
     return {{least_[0], least_[1], least_[2]}, {most_[1], most_[2], most_[3]}};
   }
 
  private:
-  // Four floats each, as corners lie in a box: lower ones first, and upper ones last.
+  // Four floats each, in the order of Box: the first four and the last four coordinates.
   void hold(const float* least, const float* most) noexcept {
 #if defined(THRONG_SSE2)
     _mm_store_ps(least_, _mm_min_ps(_mm_load_ps(least_), _mm_loadu_ps(least)));

@@ -10,14 +10,14 @@ namespace {
 
 constexpr Box no_bounds = {{1, 1, 1}, {-1, -1, -1}};
 
-// One of the six coordinates of a box, which lie one after another.
+// One of the six consecutive coordinates of a box.
 float coordinate(const Box& box, int i) noexcept {
   static_assert(sizeof(Box) == 6 * sizeof(float));
   return reinterpret_cast<const float*>(&box)[i];
 }
 double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
-// Along which of the six coordinates boxes are furthest apart.
+// The coordinate, of six, with the largest range.
 class Widest {
  public:
   void add(const Box& box) noexcept {
@@ -68,7 +68,7 @@ void BvhForest::Summary::add(const Summary& other) noexcept {
 struct BvhForest::Build {
   Tree& tree;
   const Objects& objects;
-  std::uint32_t node;  // the next one's number
+  std::uint32_t node;  // number of the next node
 };
 
 BvhForest::BvhForest(cpu::Memory& memory) noexcept
@@ -78,7 +78,7 @@ BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept
   return {objects.grown(id), id, objects.has_filters() ? objects.pairing_class(id) : 0};
 }
 
-// The large tree, the buffer, and trees for a quarter of the objects. Nothing is in them.
+// Lays out, empty, the large tree, the buffer, and trees for a quarter of the objects.
 void BvhForest::lay_out(std::size_t objects) {
   tree_count_ = 0;
   if (objects > most_objects) throw cpu::NoMemory{};
@@ -173,7 +173,7 @@ void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t 
   for (const Item& item : items_) append(objects, item);
 }
 
-// To the buffer, which is a leaf of many lines.
+// Appends to the buffer, which is one leaf of many lines.
 void BvhForest::append(const Objects& objects, const Item& item) noexcept {
   Tree& buffer = trees_[1];
   const std::uint32_t line = buffer.first_line + buffer.placed / 2, k = buffer.placed % 2;
@@ -190,7 +190,7 @@ void BvhForest::append(const Objects& objects, const Item& item) noexcept {
   buffer.filtered = false;
 }
 
-// Takes what a tree still holds out of it.
+// Moves the contents of a tree to items_.
 void BvhForest::gather(Tree& tree, const Objects& objects) noexcept {
   for (std::uint32_t i = tree.first_line; i < tree.first_line + tree.lines; ++i) {
     const CellLine& line = lines_[i];
@@ -202,7 +202,7 @@ void BvhForest::gather(Tree& tree, const Objects& objects) noexcept {
   clear(tree);
 }
 
-// Of all items.
+// Builds from items_.
 void BvhForest::build(Tree& tree, const Objects& objects) noexcept {
   clear(tree);
   tree.filtered = objects.has_filters();

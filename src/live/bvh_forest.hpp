@@ -1,24 +1,23 @@
-// A forest of bounding volume hierarchies: the index of objects that cells do not suit, as many
-// boxes in one place, coordinates of many magnitudes, or boxes without end. A search visits about
-// log n nodes beside the boxes that it finds, wherever the boxes lie.
+// A forest of bounding volume hierarchies: the index for objects that do not suit cells, such as
+// many boxes at one place, coordinates of many magnitudes, or unbounded boxes. A search visits
+// about log n nodes plus those of the boxes that it finds, for any distribution.
 //
 // The logarithmic method (Bentley and Saxe, 1980): one large tree, a buffer of a few boxes, and
-// trees between them whose room doubles. None is ever changed but for boxes that are erased. New
-// boxes go into the buffer, or with all that is in smaller trees into the smallest tree that has
-// room, which is built again. So a box is moved log n times at most, and no tree gets worse as
-// boxes move.
+// trees in between with doubling capacities. Trees are immutable except for erased boxes. New boxes
+// go into the buffer or, with the contents of all smaller trees, into the smallest tree with enough
+// capacity, which is rebuilt. So a box is moved at most log n times, and no tree degrades as boxes
+// move.
 //
-// A tree is a binary one. A node is a CellLine: the two boxes are the bounds of its children. Up to
-// `leaf_objects` boxes make a leaf, which is some lines that follow one another. A set is split in
-// two halves, by the corner coordinate of six along which it is widest: boxes of one place but of
-// several shapes or sizes are told apart as well as those of several places. Objects whose filters
-// differ in what they may pair with are split by that first; and each child has a summary of its
-// filters, by which searches pass over whatever they may not find.
+// Trees are binary. A node is a CellLine with the bounds of its two children. A leaf is a run of
+// lines with up to `leaf_objects` boxes. A set is split at the median of that box coordinate, of
+// six, with the largest range: this separates shapes and sizes at one place as well as positions.
+// Objects whose filter classes differ are split by these first. Each child has a summary of its
+// filters, by which searches skip it.
 //
-// Why no box is lost: the bounds of a node hold those of all boxes below it, exactly, as they are
-// minima and maxima of floats. Where a box overlaps a query, so do all bounds that hold it; and
-// what touch() and LineSieve return for a box they return for one that holds it, no later and no
-// shorter.
+// Why no box is lost: the bounds of a node exactly contain those of all boxes below it, as they are
+// minima and maxima of floats. If a box overlaps a query, so do all bounds that contain it. What
+// touch() and LineSieve accept for a box they accept for any box that contains it, no later and for
+// no shorter time.
 #pragma once
 
 #include <bit>
@@ -41,23 +40,23 @@ class BvhForest {
  public:
   explicit BvhForest(cpu::Memory& memory) noexcept;
 
-  // Holds all active objects, whose homes become their slots; those of others become `none`, unless
-  // they are (`others_are_none`). Throws cpu::NoMemory; then nothing is held.
+  // Builds from all active objects and sets their places (Body); those of other objects become
+  // `none`, unless they already are (`others_are_none`). Throws cpu::NoMemory and is empty then.
   void build(Objects& objects, bool others_are_none);
-  // Whether so many can be inserted, and most of what is held has not been erased.
+  // Whether this many can be inserted, and at most half of the large tree was erased.
   bool takes(std::size_t count) const noexcept;
   void erase(std::uint32_t slot) noexcept;
-  // Objects that are active and not held, each once; it takes so many. Their homes become their
-  // slots.
+  // Inserts active objects that are not in the forest, each once, and sets their places;
+  // takes(count) must hold.
   void insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept;
 
-  // f(id) for each object that overlaps the box, once; of those that `filter` may not pair with it
-  // leaves out many. What f throws comes through.
+  // Calls f(id) once for each object that overlaps the box; skips many of those that may not pair
+  // with `filter`, but not all. Exceptions of f propagate.
   template <class F>
   void search(const Box& box, const Filter& filter, Work& work, F&& f) const;
-  // look(line, k) for box k of a line, all that pass a sieve, each once; but those that the sweep
-  // meets after time `first`, which look() may make less. Nearer ones go first if only the first is
-  // wanted. `cover`: the sweep's.
+  // Calls look(line, k) once for each box k of a line that passes the LineSieve, except those that
+  // the sweep meets after time `first`, which look() may decrease. Visits nearer children first if
+  // `to_first`. `cover`: of the sweep.
   template <class Look>
   void cast(const Sweep& sweep, const core::Cover& cover, const Filter& filter, bool to_first,
             const double& first, Work& work, Look&& look) const;
@@ -66,16 +65,16 @@ class BvhForest {
   void copy(const BvhForest& other) noexcept;
 
  private:
-  // Lines that follow one another: a leaf; or a node, which has none and is a line itself.
+  // A child: consecutive lines of a leaf; or a node, which is one line, with `lines` = 0.
   struct Ref {
     std::uint32_t line, lines;
   };
-  // What is known of the filters of a set of objects.
+  // Summary of the filters of a set of objects, for a conservative test.
   struct Summary {
     std::uint32_t group, mask;
-    std::int32_t owner;  // of all of them, or -1
+    std::int32_t owner;  // if common to all, otherwise -1
     std::int32_t least_world, greatest_world;
-    bool everywhere, moving;  // whether one is of world -1; is not static
+    bool everywhere, moving;  // whether any has world -1; whether any is not static
 
     static Summary of(const Filter& filter) noexcept;
     void add(const Summary& other) noexcept;
@@ -87,24 +86,24 @@ class BvhForest {
     std::uint32_t filters;  // a hash of what it may pair with
   };
   struct Tree {
-    std::uint32_t first_line, first_node, room;  // room for so many objects
+    std::uint32_t first_line, first_node, room;  // room: maximum number of objects
     Ref root;
     Box bounds;
     std::uint32_t held;    // objects
     std::uint32_t lines;   // in use
-    std::uint32_t placed;  // objects ever put into its lines
+    std::uint32_t placed;  // objects in its lines, erased ones included
     bool filtered;         // whether its nodes have summaries
   };
-  // What a tree is built from.
+  // Context of a build.
   struct Build;
 
   static constexpr std::uint32_t leaf_objects = 8, buffer_objects = 16;
-  // A reference to a child, in a word: its line and how many lines it has, of which a leaf has at
-  // most 4.
+  // A Ref in 32 bits: the line, and the number of lines, at most 4 for a leaf.
   static constexpr int lines_bits = 3;
   static constexpr std::size_t most_objects = std::size_t{1} << 27;
   static constexpr std::uint32_t most_trees = 32;
-  // `next` of a line of a leaf; that of a node is its number. Both places of a line count as used.
+  // `next` of a leaf's line; of a node's line it is the node number. Both places of a line count as
+  // used.
   static constexpr std::uint32_t of_leaf = none;
   static CellLine empty_line(std::uint32_t next) noexcept {
     CellLine line = CellLine::empty();
@@ -112,8 +111,8 @@ class BvhForest {
     line.used = 2;
     return line;
   }
-  // Lines of a tree of so many objects: leaves of 4 to 8 objects, each with half a line that may be
-  // empty, and one node less.
+  // Lines for a tree of this many objects: leaves of 4 to 8 objects, each with at most one empty
+  // place, and one node less.
   static constexpr std::size_t lines_for(std::size_t objects) noexcept { return objects + 4; }
   static constexpr std::size_t nodes_for(std::size_t objects) noexcept { return objects / 4 + 1; }
 
@@ -135,9 +134,9 @@ class BvhForest {
   void clear(Tree& tree) noexcept;
 
   List<CellLine> lines_;
-  List<Summary> summaries_;  // two a node
-  List<Item> items_;         // room to build
-  // The large one, the buffer, and from there on each has room for twice as many.
+  List<Summary> summaries_;  // two per node
+  List<Item> items_;         // scratch for builds
+  // The large tree, the buffer, then trees with doubling capacities.
   Tree trees_[most_trees];
   std::uint32_t tree_count_ = 0;
 };
@@ -197,7 +196,7 @@ void BvhForest::cast(const Sweep& sweep, const core::Cover& cover, const Filter&
     if (tree.held == 0) continue;
     const core::Touch whole = core::touch(sweep, tree.bounds);
     if (whole.enter > whole.leave || whole.enter > first) continue;
-    // Nothing in the tree begins to be met later.
+    // No box in the tree is first met later.
     const LineSieve sieve(SieveTerms(sweep, cover, whole.leave));
     std::uint32_t depth = 0;
     stack[depth++] = {tree.root, whole.enter};
@@ -218,7 +217,7 @@ void BvhForest::cast(const Sweep& sweep, const core::Cover& cover, const Filter&
           child[count++] = {unpack(node.id[k]), touch.enter};
           cpu::prefetch(lines_.data() + child[count - 1].ref.line);
         }
-        // The nearer one is on top.
+        // The nearer child on top.
         if (count == 2 && to_first && child[0].enter < child[1].enter)
           std::swap(child[0], child[1]);
         for (std::uint32_t k = 0; k < count; ++k) stack[depth++] = child[k];

@@ -1,4 +1,4 @@
-// Two boxes in a cache line, and whether a third overlaps them: three vectors of four decide.
+// Two boxes in a cache line; three vector comparisons test both against a third box.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace throng::live {
 
-// Two boxes, a cache line: corner by corner, the upper ones negated (exact, as a float's sign is a
-// bit of its own). With numbers of whoever keeps it. A box all NaN overlaps nothing.
+// Two boxes in structure-of-arrays order, the upper corners negated (exact: it flips the sign bit).
+// `next` and `used` belong to the owner. A box of NaNs overlaps nothing.
 struct alignas(64) CellLine {
   float corner[6][2];
   std::uint32_t id[2], next, used;
@@ -35,7 +35,7 @@ struct alignas(64) CellLine {
 
 static_assert(sizeof(CellLine) == 64);
 
-// The box whose overlaps are asked for: what no corner of the other may exceed.
+// The query box, as upper bounds of the other box's corners.
 class CellQuery {
  public:
   explicit CellQuery(const Box& b) noexcept {
@@ -47,10 +47,10 @@ class CellQuery {
     for (int i = 0; i < 6; ++i) most_[i] = most[i];
 #endif
   }
-  // Whether each of the two overlaps: bits 0 and 1.
+  // Bits 0 and 1: whether each of the two overlaps.
   std::uint32_t overlaps(const CellLine& line) const noexcept {
 #if defined(THRONG_SSE2)
-    const auto both = [&](int i) {  // of two corners
+    const auto both = [&](int i) {  // of two coordinates
       return _mm_cmple_ps(_mm_load_ps(line.corner[2 * i]), most_[i]);
     };
     const auto m = static_cast<std::uint32_t>(

@@ -10,12 +10,12 @@ constexpr std::size_t most_homes = std::size_t{1} << 30;
 
 }  // namespace
 
-// Cells row by row where there are no more than two a box, else about one home a box; those of each
-// world begin at another one. One to two
-// boxes a cell: most of them then lie in its own line, and the lines in the cache.
+// Dense numbering where there are at most two cells per box; otherwise about one bucket per box.
+// Each world starts at a different bucket. At one to two boxes per cell most boxes are in the
+// bucket's own line, and the lines stay in the cache.
 void CellMap::lay_out(const CellPlan& plan, std::size_t objects) noexcept {
   scale_ = static_cast<float>(std::clamp((1 << span_bits) / plan.span, 1e-30, 1e30));
-  // 27 cells of one or two boxes rather than 8 of many, which would lie in long chains.
+  // 27 cells of one or two boxes rather than 8 of many, which would have long chains.
   cell_bits_ = plan.crowded ? 4 : 5;
   thin_ = plan.thin;
   top_ = classes - 1;
@@ -34,7 +34,7 @@ void CellMap::lay_out(const CellPlan& plan, std::size_t objects) noexcept {
     Axis& axis = axis_[k];
     axis.period = full ? static_cast<std::uint32_t>(cells[k]) : k == 0 ? homes_ : 0;
     axis.stride = stride;
-    axis.lift = static_cast<std::uint32_t>(k) << 30;  // of a hashed one only to tell y from z
+    axis.lift = static_cast<std::uint32_t>(k) << 30;  // if hashed, only distinguishes y from z
     if (axis.period == 0) continue;
     stride *= axis.period;
     const double most = most_units;

@@ -1,21 +1,22 @@
-// Cells by size classes: which one a box belongs to, and which ones a search of it looks into.
+// Maps boxes to cells of a hierarchical grid: the cell that stores a box, and the cells that a
+// search around a box visits.
 //
-// One function per axis maps a float to a whole number of units, q(x) = int(clamp(x * scale)).
-// Each step is non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities
-// included. A box is of the first class c whose span 16 << c is at least q(upper) - q(lower) on
-// every axis; cells of that class are 32 << c units long, 16 << c where boxes are dense, and the
-// box's home on an axis is q(lower) >> (bits + c), bits 5 or 4.
+// One function per axis quantizes a float: q(x) = int(clamp(x * scale)). Each step is
+// non-decreasing in round-to-nearest, so q is, for every float but NaN, infinities included. The
+// class of a box is the first c whose span 16 << c is at least q(upper) - q(lower) on every axis.
+// Cells of that class are 32 << c units long (bits = 5), or 16 << c where boxes are dense (bits =
+// 4). The box is stored in cell q(lower) >> (bits + c) of each axis.
 //
-// Where boxes are mostly long and thin, rods and plates, a class also tells along which axes an
-// eighth of its span is enough: there c is less by 3. A search then takes for the span along an
-// axis the longest that any box of the class has had there.
+// Where most boxes are long and thin (rods, plates), a class also records the axes along which an
+// eighth of its span suffices: c is less by 3 there. The span along an axis is then the longest of
+// any box that the class has had.
 //
 // Why no pair is lost: let box b of class c overlap box a. On every axis b.lower <= a.upper and
 // a.lower <= b.upper, so q(b.lower) <= q(a.upper), and q(b.lower) >= q(b.upper) - span >=
-// q(a.lower) - span. Shifting keeps the order: b's home is one of the cells
+// q(a.lower) - span. Shifts are monotonic, so b is stored in one of the cells
 //   (q(a.lower) - span) >> (bits + c)  ..  q(a.upper) >> (bits + c),
-// c being that of the axis, and a search of a looks into all of those, for every class in use. No
-// float is widened.
+// with the c of that axis. A search around a visits all of those, for every class in use. No float
+// is widened.
 #pragma once
 
 #include <algorithm>
@@ -32,20 +33,20 @@ namespace throng::live {
 
 class CellMap {
  public:
-  // The number of a class is its c and, above, a bit for each thin axis, which are two at most.
-  // `classes`: that of boxes too wide for any.
+  // A class number: c in the low bits, then one bit per thin axis, at most two. `classes`: boxes
+  // too wide for any class.
   static constexpr int classes = 24, thin_shift = 5, thin_sets = 7,
                        class_numbers = thin_sets << thin_shift;
 
   struct alignas(16) Range {
-    std::int32_t lower[4], upper[4];  // the last of each is of no meaning
+    std::int32_t lower[4], upper[4];  // the last of each has no meaning
   };
 
   void lay_out(const CellPlan& plan, std::size_t objects) noexcept;
 
   std::uint32_t homes() const noexcept { return homes_; }
   bool thin() const noexcept { return thin_; }
-  // A length in the units that cells are made of.
+  // Converts a length to units of quantized coordinates.
   double units(double length) const noexcept { return length * static_cast<double>(scale_); }
   Range quantise(const Box& box) const noexcept;
   int class_of(const Range& r) const noexcept {
@@ -60,15 +61,15 @@ class CellMap {
     for (int k = 0; k < 3; ++k) axes |= (r.upper[k] - r.lower[k] <= thin_span) << k;
     return c | axes << thin_shift;
   }
-  // From now on boxes of classes above `c` are too wide for any.
+  // Boxes of classes above `c` count as too wide from now on.
   void set_top(int c) noexcept { top_ = c; }
-  // Its c along an axis.
+  // The c of the class along an axis.
   int level(int size_class, int axis) const noexcept {
     if (!thin_) return size_class;
     const int c = size_class & ((1 << thin_shift) - 1);
     return c - thinner * (size_class >> thin_shift >> axis & 1);
   }
-  // How long boxes of each class are at most, along each axis; kept where boxes are thin.
+  // The longest box per class and axis; kept where boxes are thin.
   struct Spans {
     std::int32_t of[class_numbers][3] = {};
 
@@ -83,25 +84,25 @@ class CellMap {
       }
     }
   };
-  // From now on searches reach as far back as such a box is long.
+  // Extends the search range of the class to the length of this box.
   void hold(const Box& box, int size_class) noexcept {
     if (thin_) spans_.hold(quantise(box), size_class);
   }
   void hold(const Spans& spans) noexcept { spans_.hold(spans); }
-  // Where a box of this class has its home: one cell.
+  // The cell that stores a box of this class.
   Range home_cell(const Range& r, int size_class) const noexcept {
     Range cell{};
     for (int k = 0; k < 3; ++k) cell.lower[k] = cell.upper[k] = r.lower[k] >> shift(size_class, k);
     return cell;
   }
-  // Of a box of class c, which is not `classes`: 0 .. homes() - 1.
+  // For a box of class c < `classes`: 0 .. homes() - 1.
   std::uint32_t home_of(const Range& r, int c, std::int32_t world) const noexcept {
     std::uint32_t home = first_part(c, world);
     for (int k = 0; k < 3; ++k) home = sum(home, cursor(r.lower[k] >> shift(c, k), c, k).part);
     return home;
   }
 
-  // Where boxes of a class may lie that overlap one.
+  // The cells that may hold boxes of a class which overlap this one.
   Range cells_of(const Range& r, int size_class) const noexcept {
     Range cells;
     if (thin_) {
@@ -118,21 +119,21 @@ class CellMap {
     }
     return cells;
   }
-  // Of a class along an axis: how long cells are, 1 << that; and boxes in them, at most. In units.
+  // Per class and axis, in units: log2 of the cell length; the maximal box length.
   int shift(int size_class, int axis) const noexcept {
     return cell_bits_ + level(size_class, axis);
   }
   std::int32_t span(int size_class, int axis) const noexcept {
     return thin_ ? spans_.of[size_class][axis] : 1 << (span_bits + size_class);
   }
-  // Whether it reaches to where coordinates are no longer told apart.
+  // Whether the range reaches the clamp of the quantized coordinates.
   static bool is_cut_off(const Range& r) noexcept {
     bool far = false;
     for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -most_units || r.upper[k] >= most_units;
     return far;
   }
-  // How many these are, or `most` where they are more. At most 2^26 an axis, so that the product
-  // of two is known.
+  // Number of cells, at most `most`. At most 2^26 per axis, so the product of two does not
+  // overflow.
   static std::uint64_t count(const Range& cells, std::uint64_t most) noexcept {
     std::uint64_t n[3];
     for (int k = 0; k < 3; ++k)
@@ -140,7 +141,7 @@ class CellMap {
     const std::uint64_t layer = n[0] * n[1];
     return layer >= most ? most : std::min(most, layer * n[2]);
   }
-  // f(home) for each of these cells.
+  // Calls f(bucket) for each of these cells.
   template <class F>
   void each_home(const Range& cells, int c, std::int32_t world, F&& f) const;
 
@@ -149,25 +150,25 @@ class CellMap {
   static constexpr int span_bits = 4;
   static constexpr float most_units = 0x1p28f;
 
-  // A cell's home is the sum of four numbers, modulo the count of homes: one of its class and
-  // world, and one an axis. Where the world is mostly full, those count cells, row by row and layer
-  // by layer, and begin again after so many: neighbours lie side by side, and no two fall on one
-  // another but far ones. Else those of y and z are hashed.
+  // The bucket of a cell is the sum of four terms modulo the bucket count: one of its class and
+  // world, and one per axis. If the world box is mostly full, the axis terms number the cells row
+  // by row and layer by layer, with a period: neighbours are adjacent, and only distant cells
+  // collide. Otherwise the terms of y and z are hashes.
   struct Axis {
     std::int32_t origin;  // in units: about where boxes begin
-    // period 0: hashed. lift: a multiple of it, of at least 2^26.
+    // period 0: hashed. lift: a multiple of the period, at least 2^26.
     std::uint32_t period, stride, lift;
   };
   struct Cursor {
     std::int32_t cell;
-    std::uint32_t rest, part;  // cell modulo the period; its part of the sum
+    std::uint32_t rest, part;  // cell modulo the period; its term of the sum
   };
   static std::uint32_t mixed(std::uint32_t h) noexcept {
     h = (h ^ h >> 16) * 0x7feb352du;
     h = (h ^ h >> 15) * 0x846ca68bu;
     return h ^ h >> 16;
   }
-  // 0 .. homes - 1.
+  // In 0 .. homes - 1.
   std::uint32_t hashed(std::uint32_t x) const noexcept {
     const std::uint64_t product = std::uint64_t{mixed(x)} * homes_;
     return static_cast<std::uint32_t>(product >> 32);
@@ -180,8 +181,8 @@ class CellMap {
   std::uint32_t hashed_part(std::int32_t cell, const Axis& axis) const noexcept {
     return hashed((static_cast<std::uint32_t>(cell) ^ axis.lift) * 0x9e3779b1u);
   }
-  // How many cells of class c it lies behind the origin: most by less than the period. What lies
-  // before it, by less than 2^26, counts as far behind.
+  // Offset of the cell from the origin in cells of class c; usually less than the period. Cells
+  // before the origin, by less than 2^26, wrap to large values.
   std::uint32_t behind_origin(std::int32_t cell, int c, int axis) const noexcept {
     return static_cast<std::uint32_t>(cell - (axis_[axis].origin >> shift(c, axis)));
   }
@@ -213,10 +214,10 @@ class CellMap {
   int cell_bits_ = 5;
   int top_ = classes - 1;
   bool thin_ = false;  // whether there are classes of thin boxes
-  Spans spans_;        // then
+  Spans spans_;        // only if thin_
 };
 
-// Cut to whole numbers: towards zero, so nowhere decreasing.
+// Truncates toward zero, which is non-decreasing.
 inline CellMap::Range CellMap::quantise(const Box& box) const noexcept {
   Range r;
   const auto* corner = reinterpret_cast<const float*>(&box);
@@ -245,7 +246,7 @@ inline CellMap::Range CellMap::quantise(const Box& box) const noexcept {
 template <class F>
 void CellMap::each_home(const Range& cells, int c, std::int32_t world, F&& f) const {
   const std::uint32_t first = first_part(c, world);
-  // Where no axis begins again, and the sum does not, homes are counted as cells are.
+  // If neither an axis nor the sum wraps, bucket numbers are linear in the cell coordinates.
   std::uint32_t begin = first, n[3];
   std::uint64_t end = first + std::uint64_t{1};
   bool once = true;

@@ -8,19 +8,18 @@
 namespace throng::live {
 namespace {
 
-// Of so many boxes all are looked at for a plan; of more one in eight, but at least so many, and at
-// most so many.
+// Sample size: all boxes up to `whole_sample`; otherwise one in eight within these bounds.
 constexpr std::size_t whole_sample = 1536, least_sample = 512, most_sample = 4096;
 constexpr double most_crowded = 4;
 constexpr int most_halvings = 16;
-// Of cells, floats may cut a box one unit of a sixteenth of a span longer than it is.
+// Rounding may lengthen a box by one unit, a sixteenth of a span.
 constexpr double fitting = 1.07, least_fitting = 1.065;
-// Cells are planned otherwise only where that leaves so much of what searches cost.
+// Another plan is taken only if it reduces the search cost to this fraction.
 constexpr double much_saved = 0.85;
 
 float finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
-// Of all of a sample that is whole, else of the first of it, in whose order there is none.
+// Of a complete sample, or of its first part, whose order is random.
 template <class Of>
 double quantile(const List<CellPlan::Sampled>& sample, double q, Of&& of) noexcept {
   double some[whole_sample];
@@ -33,8 +32,8 @@ double quantile(const List<CellPlan::Sampled>& sample, double q, Of&& of) noexce
 
 double side_of(const CellPlan::Sampled& s) noexcept { return s.side; }
 
-// How likely two of the sample are of one world and begin in the same of cells that are so long, or
-// anywhere, if that is 0. Sorts it.
+// Probability that two sampled boxes have the same world and the same cell of this length (0: one
+// cell for all). Sorts the sample.
 double together(List<CellPlan::Sampled>& sample, double length) noexcept {
   for (CellPlan::Sampled& s : sample) {
     s.cell = static_cast<std::uint32_t>(s.world);
@@ -55,12 +54,12 @@ double together(List<CellPlan::Sampled>& sample, double length) noexcept {
   return sample.size() < 2 ? 0 : 2 * twos / (n * (n - 1));
 }
 
-// What a search looks at, in lines, by what cells are like: for boxes of several sizes, as those of
-// a sample, which lie evenly. A cell that is looked into costs some more than a line behind it, and
-// a class some lines, too.
+// Models the cost of a search, in lines, as a function of the cell size: for the sampled box sizes,
+// at uniform density. Visiting a cell costs more than a further line of its chain, and each class
+// has a fixed cost.
 class SearchCost {
  public:
-  // A span is `base` times 2^(step / steps).
+  // Span candidates: `base` times 2^(step / steps).
   static constexpr int steps = 4, least_step = -2, most_step = 8;
 
   SearchCost(const List<CellPlan::Sampled>& sample, double base, double density, double boxes,
@@ -68,7 +67,7 @@ class SearchCost {
       : base_(base), density_(density), boxes_(boxes), plan_(plan) {
     const std::size_t n = std::min(sample.size(), most_priced);
     const double one = 1 / static_cast<double>(n);
-    // Few are so long that they look at a good part of the world.
+    // Excludes the few boxes that are so long that they visit much of the world box.
     const double longest = quantile(sample, 0.98, side_of);
     for (std::size_t i = 0; i < n; ++i) {
       const double step = std::ceil(steps * std::log2(sample[i].side * least_fitting / base));
@@ -87,7 +86,7 @@ class SearchCost {
   double operator()(int step, bool crowded) const noexcept {
     double length = span(step) * (crowded ? 1 : 2), homes = 1;
     for (const CellPlan::Extent& e : plan_.extent) homes *= std::floor(e.length / length) + 2;
-    // As CellMap::lay_out() has it.
+    // As in CellMap::lay_out().
     const bool full = homes <= 2 * boxes_ && !plan_.worlds;
     const double on_a_home = full ? boxes_ / homes : 1 / 1.4;
     double cost = 0;
@@ -108,14 +107,14 @@ class SearchCost {
   static constexpr int last_step = 64, share_count = last_step - least_step + 1;
   static constexpr double cell_cost = 0.8, class_cost = 6;
 
-  // That a search looks into, of a class, on average: each axis of a box has as many as it is long,
-  // and one and a half more, or two.
+  // Average number of cells of a class that a search visits: per axis the length of a box in cells,
+  // plus 1.5, or 2.
   double cells(double length, bool crowded) const noexcept {
     const double more = crowded ? 2 : 1.5;
     return more * more * more +
            (more * more * sums_ + (more * areas_ + volumes_ / length) / length) / length;
   }
-  // Of so many boxes on average, two to a line, that lie by chance.
+  // Average lines per bucket for this average number of boxes, two per line, at random positions.
   static double lines(double boxes) noexcept {
     return boxes / 2 + (1 - std::exp(-2 * boxes)) / 4 + std::exp(-boxes);
   }
@@ -123,10 +122,10 @@ class SearchCost {
   double base_, density_, boxes_;
   const CellPlan& plan_;
   double share_[share_count] = {};             // by the first step whose span holds a box
-  double sums_ = 0, areas_ = 0, volumes_ = 0;  // of a box's extents, on average
+  double sums_ = 0, areas_ = 0, volumes_ = 0;  // averages over box extents
 };
 
-// Boxes of several sizes may want other cells than those of the usual one.
+// Mixed sizes may be cheaper with other cells than those of the median box.
 void adapt(const List<CellPlan::Sampled>& sample, double density, double boxes,
            CellPlan& plan) noexcept {
   const SearchCost cost(sample, plan.span, density, boxes, plan);
@@ -143,9 +142,9 @@ void adapt(const List<CellPlan::Sampled>& sample, double density, double boxes,
   plan.span = span;
 }
 
-// Equal boxes shall fit into the first class, and smaller ones shall share its cells until the cell
-// of a box holds about one other: large boxes look into fewer then. Where boxes lie together in an
-// empty world that is less than the world has room for.
+// Equal boxes fit into the first class. Smaller ones share its cells until a box's cell holds about
+// one other box, so that large boxes visit fewer cells. Clustered boxes need smaller cells than the
+// average density suggests.
 void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan) noexcept {
   if (sample.empty()) return;
   const double side = quantile(sample, 0.25, side_of) * fitting;
@@ -160,8 +159,8 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
     plan.extent[k] = {begin - 0.05 * length, length};
     volume *= length;
   }
-  // Worlds that lie in one place are as much more room. Asked once the order of the sample, which
-  // is by worlds then, plays no part.
+  // Worlds at the same place multiply the volume. Computed here because it sorts the sample by
+  // world; the quantiles above need the original order.
   if (plan.worlds) volume /= std::max(together(sample, 0), 1 / count);
   plan.span = std::max(side, 0.5 * std::cbrt(volume / count));
   double crowding = count * together(sample, 2 * plan.span);
@@ -170,7 +169,7 @@ void measure(List<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& plan)
     crowding = count * together(sample, 2 * plan.span);
   }
   plan.crowded = crowding > most_crowded;
-  // A search looks into eight cells of two spans, or 27 of one.
+  // A search visits 8 cells of two spans, or 27 of one.
   plan.expected_comparisons = (plan.crowded ? 27.0 / 8 : 8) * crowding;
   if (plan.span < CellPlan::least_span) plan.expected_comparisons = DBL_MAX;
   const bool one_class =
@@ -191,8 +190,8 @@ CellPlan CellPlan::of(const Objects& objects, List<Sampled>& sample) {
   plan.worlds = objects.in_worlds() != 0;
   std::size_t thin = 0;
   for (std::uint32_t i = 0; i < wanted; ++i) {
-    // By the golden section: evenly, but in no steps of one length, as ids may have a rhythm. None
-    // twice where there are three as many.
+    // Golden-ratio sequence: evenly spread, without a fixed stride that could match a pattern of
+    // the ids. No id occurs twice if there are three times as many.
     const std::uint32_t part = i * 0x9e3779b9u;
     const std::uint64_t at = wanted == limit ? i : std::uint64_t{part} * limit >> 32;
     const auto id = sparse ? objects.alive_ids()[at] : static_cast<ObjectId>(at);

@@ -1,4 +1,4 @@
-// What cells should be like, from a sample of the objects.
+// Chooses the cell size and layout from a sample of the objects.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@ namespace throng::live {
 struct CellPlan {
   // Thin: at least 1 << thinner times as long as thick.
   static constexpr int thinner = 3;
-  // Where nearly all boxes begin along an axis, and how far they lie apart.
+  // Range of the lower corners along an axis, outliers excluded.
   struct Extent {
     double begin, length;
   };
-  // A box that is looked at: its longest side, of a thin one an eighth of that; where it begins,
-  // how long it is, in which world, and in which cell of that it begins.
+  // A sampled box: its longest side (of a thin one, an eighth of that), lower corner, extents and
+  // world; a hash of the world and the cell of its lower corner.
   struct Sampled {
     double side;
     float lower[3], extent[3];
@@ -26,15 +26,15 @@ struct CellPlan {
   };
 
   double span = 1;                  // of the first class
-  bool crowded = false;             // many boxes lie in a cell of two spans
-  bool thin = false;                // most boxes are
-  bool worlds = false;              // there are several
-  double expected_comparisons = 0;  // of a search
-  // Cells of less are not to be had: their scale is at most 1e30 (CellMap).
+  bool crowded = false;             // many boxes per cell of two spans
+  bool thin = false;                // most boxes are thin
+  bool worlds = false;              // several worlds are in use
+  double expected_comparisons = 0;  // per search
+  // Smallest span: the scale is at most 1e30 (CellMap).
   static constexpr double least_span = 16e-30;
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
-  // For the active objects. `sample` is room; throws cpu::NoMemory.
+  // Plans for the active objects. `sample` is scratch; throws cpu::NoMemory.
   static CellPlan of(const Objects& objects, List<Sampled>& sample);
 };
 

@@ -41,7 +41,7 @@ void CellWalk::add_ways(const core::Cover& cover) noexcept {
     inverse[k] = 1 / by_[k];
   }
   cells_->each_class([&](int c) {
-    const auto crossed = [&](int k) {  // cells, times 2^28
+    const auto crossed = [&](int k) {  // cells crossed, times 2^28
       return std::fabs(by_[k]) * static_cast<double>(1 << (28 - map.shift(c, k)));
     };
     int axis = crossed(0) < crossed(1) ? 1 : 0;
@@ -76,14 +76,15 @@ void CellWalk::add_ways(const core::Cover& cover) noexcept {
   });
 }
 
-// On to the first layer that the sweep comes to; false: there is none.
+// Advances to the first layer that the sweep reaches; false: none is left.
 bool CellWalk::is_reached(Way& way) const noexcept {
   while (way.passed < way.layers && way.begin + way.length < inside_.enter) way.pass();
   if (way.passed >= way.known) skip_empty(way);
   return way.passed < way.layers && way.begin <= inside_.leave;
 }
 
-// The cells that the sweep may need of so many layers, from the next one on; when the last begins.
+// The cells that the sweep may need of this many layers, from the next one on. `last`: time at
+// which the last of them begins.
 inline void CellWalk::find_cells(const Way& way, std::int32_t layers, double last,
                                  CellMap::Range& cells) const noexcept {
   const CellMap& map = cells_->map();
@@ -106,9 +107,9 @@ inline void CellWalk::find_cells(const Way& way, std::int32_t layers, double las
   cells.upper[way.axis] = std::max(way.layer, end);
 }
 
-// Over layers of whose cells that the sweep may need none is a home: those up to the end of a
-// block, of a larger one if they lie in that. What it needs of some layers together holds what it
-// needs of each, as all steps are nowhere decreasing.
+// Skips layers up to the end of a block, preferably a larger one, if no box is stored in the cells
+// that the sweep may need of them. The cells needed of several layers contain those needed of each,
+// because all steps are monotonic.
 void CellWalk::skip_empty(Way& way) const noexcept {
   while (way.passed < way.layers && way.begin <= inside_.leave) {
     std::int32_t empty = 0, asked = 0;
@@ -129,7 +130,7 @@ void CellWalk::skip_empty(Way& way) const noexcept {
   }
 }
 
-// Which way's layer is the next, and its cells.
+// Selects the cursor with the earliest layer, and computes its cells.
 void CellWalk::choose() noexcept {
   if (is_over()) return;
   next_ = 0;
@@ -140,7 +141,7 @@ void CellWalk::choose() noexcept {
   find_cells(way, 1, way.begin, range_);
 }
 
-// If the next layer has more cells than there is room for, none.
+// Lists none if the next layer has more cells than the capacity.
 void CellWalk::list() noexcept {
   while (!is_over() && count_ < enough_) {
     const std::uint64_t more = next_cells();

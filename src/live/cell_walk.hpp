@@ -1,26 +1,24 @@
-// A sweep's way through cells, layer by layer, in the order in which it may meet what is in them.
+// Traverses cells along a sweep, layer by layer, in the order in which it may meet their boxes.
 //
-// The cells of a class are gone through along the axis along which the sweep crosses most of them.
-// The boxes whose home is in a layer lie between two bounds there: its first unit, and a span after
-// its last one. The sweep looks into the cells that it may need from when it comes to the one until
-// it leaves the other.
+// The cells of each class are traversed along the axis on which the sweep crosses most of them. The
+// boxes stored in a layer lie between two bounds on that axis: the first unit of the layer, and one
+// span after its last unit. The sweep visits the cells that it may need between reaching the first
+// bound and leaving the second.
 //
-// Why no box is lost: let touch() say that the sweep meets a box from `enter` on. All is reckoned
-// in units, in doubles. A coordinate is less than one unit off the number that it is cut to, and
-// 2^-24 of itself, as its product is rounded; the bounds of a layer are put further out by a unit
-// and by 2^-22 of the furthest number there is. Those of the sweep are those of its Cover, so they
-// are further out by more than doubles round. So the times at which the box and the sweep begin and
-// end to touch along this axis lie between those of the layer, and `enter` lies between the former.
-// Where the sweep is then overlaps the box, and its bounds, put further out by 2^-22 of the
-// furthest number, too, are cut as a Cover's would be; so the box is in one of the cells in which a
-// search of a Cover looks (cell_map.hpp), and it is in this layer. Where numbers of units are cut
-// off, as they are from CellMap::most_units on, the sweep looks into all layers for all of its
-// time.
+// Why no box is lost: let the sweep meet a box, by touch(), from `enter` on. All values are
+// doubles, in units. A quantized coordinate differs from the scaled one by less than one unit, and
+// by 2^-24 of itself because the product is rounded. The bounds of a layer are widened by one unit
+// and by 2^-22 of the largest magnitude. The bounds of the sweep are those of its Cover, which are
+// widened by more than doubles round. So the interval in which box and sweep touch along this axis
+// lies within that of the layer, and `enter` lies within the interval of the box. At `enter` the
+// sweep overlaps the box; its bounds, also widened by 2^-22 of the largest magnitude, are quantized
+// as those of a Cover. So the box is in one of the cells that a search of a Cover visits
+// (cell_map.hpp), and in this layer. Where coordinates are clamped, from CellMap::most_units on,
+// the sweep visits all layers for its whole time interval.
 //
-// Its time is that in which it meets what holds all boxes in cells: of none of them does touch()
-// say that it is met before, or begins to be met after, as none of its steps decreases. So its
-// sieve, too, is that of the sweep until then. Boxes that are too wide for cells are looked at by
-// themselves.
+// The time interval is that in which the sweep meets the bounds of all boxes in cells. touch() is
+// monotonic, so no such box is met earlier or first met later, and the LineSieve is limited to the
+// end of that interval. Boxes too wide for cells are tested separately.
 #pragma once
 
 #include <cstdint>
@@ -33,32 +31,30 @@ namespace throng::live {
 
 class CellWalk {
  public:
-  // Asks for the cells that it looks into first: for not too many, if it may end early. `cover`:
-  // the sweep's.
-  // Where empty blocks are known (Cells::blocks), layers of those are passed over.
+  // Prefetches the first cells; only a few if the traversal may end early (`to_first`). `cover`: of
+  // the sweep. With block data (Cells::blocks), layers of empty blocks are skipped.
   void start(const Cells& cells, const Blocks* blocks, Cells::Worlds worlds, const Sweep& sweep,
              const core::Cover& cover, bool to_first) noexcept;
 
-  // look(line, k) for box k of a line, all that pass a sieve, some several times; until nothing
-  // that is left is met before time `first`, which look() may make less. False: it gave up, as more
-  // cells are to be looked at than going through all objects takes.
+  // Calls look(line, k) for each box k of a line that passes the LineSieve, possibly several times,
+  // until no remaining box can be met before time `first`, which look() may decrease. Returns false
+  // if it gave up because the traversal would visit more cells than a loop over all objects costs.
   template <class F>
   bool go(const double& first, Work& work, F&& look);
-  // How many cells it has looked into further on than where blocks of them are of use.
+  // Number of cells visited at distances where block data would help.
   std::uint64_t looked_far() const noexcept { return far_; }
 
  private:
-  // Through the cells of a class.
+  // Position in the layers of one class.
   struct Way {
-    double begin, length;        // of the next layer, in time
-    double first, step;          // when the first one begins, and how much later each other one
-    std::int32_t layer, passed;  // the next one's number; how many have been passed
+    double begin, length;        // time interval of the next layer
+    double first, step;          // time of the first layer; difference between layers
+    std::int32_t layer, passed;  // the next layer; number of layers passed
     std::int32_t layers;
-    std::int32_t
-        known;  // once so many have been passed, it is asked whether those behind are empty
+    std::int32_t known;  // layers passed when blocks are checked next
     std::int16_t size_class;
-    std::int8_t axis, on;  // to the next number
-    bool timeless;         // each layer has all of the sweep's time
+    std::int8_t axis, on;  // direction, 1 or -1
+    bool timeless;         // each layer has the whole time interval
 
     void pass(std::int32_t n = 1) noexcept {
       layer += n * on;
@@ -66,15 +62,14 @@ class CellWalk {
       begin = first + step * passed;
     }
   };
-  // A sweep that looks into one cell for each sixteen lines has cost as much as going through all
-  // objects does.
+  // A sweep that visits one cell per 16 lines costs as much as a loop over all objects.
   static constexpr std::size_t lines_a_cell = 16;
-  // Cells are listed, and so asked for, before they are looked at: some layers, until there are
-  // enough. What lies behind those cells goes on the list, too, as far as there is room.
+  // Cells are listed and prefetched before they are visited, several layers at once, until there
+  // are enough. Their chains are appended while capacity allows.
   static constexpr std::uint32_t enough_to_first = 16, enough_of_all = 48, most = 192, room = 256;
 
-  // Blocks of cells, if there are any, are looked at from so many layers on; and from so many they
-  // would be of use to a sweep that has none, as most end before.
+  // Layers after which a cursor checks blocks, if there are any; and after which its cells count in
+  // looked_far(), as most sweeps end before.
   static constexpr std::int32_t patience = 8, far = 16;
 
   void add_ways(const core::Cover& cover) noexcept;
@@ -84,7 +79,8 @@ class CellWalk {
                   CellMap::Range& cells) const noexcept;
   void choose() noexcept;
   bool is_over() const noexcept { return way_count_ == 0; }
-  // How many cells the next layer has, or too many; f(home) for each of them, and on to the next.
+  // Number of cells of the next layer, or too many. take_layer() calls f(bucket) for each and
+  // advances.
   std::uint64_t next_cells() const noexcept {
     return cells_->home_count(range_, ways_[next_].size_class, worlds_, left_);
   }
@@ -93,7 +89,7 @@ class CellWalk {
   void list() noexcept;
   template <class F>
   void look_at_listed(const LineSieve& sieve, Work& work, F&& look);
-  // At a home's lines, first to last.
+  // Visits the lines of a bucket, first to last.
   template <class F>
   void look_at_chain(const LineSieve& sieve, std::uint32_t home, Work& work, F&& look) const;
 
@@ -101,11 +97,11 @@ class CellWalk {
   const Blocks* blocks_;
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the Cover, in units
-  core::Touch inside_;                  // its time
+  core::Touch inside_;                  // time interval
   const Sweep* sweep_;
   const core::Cover* cover_;
-  CellMap::Range whole_, range_;  // of all that time, in units; the next layer's cells
-  std::uint64_t left_, far_;      // so many cells, and it gives up; see looked_far()
+  CellMap::Range whole_, range_;  // units of the whole interval; cells of the next layer
+  std::uint64_t left_, far_;      // cell budget; see looked_far()
   std::uint32_t count_, enough_;
   std::uint32_t homes_[room];
   unsigned way_count_, next_;
@@ -141,7 +137,7 @@ bool CellWalk::go(const double& first, Work& work, F&& look) {
   }
 }
 
-// Hits are noted, and chains put on the list, without a branch, as in Cells::search_few().
+// Appends hits and chains without branches, as in Cells::search_few().
 template <class F>
 void CellWalk::look_at_listed(const LineSieve& sieve, Work& work, F&& look) {
   struct Hit {

@@ -31,7 +31,7 @@ void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
 void Cells::enter(ObjectId id, const Box& box, std::uint32_t home) noexcept {
   Line& head = lines_[home];
   if (head.used == 2) {
-    // The full line goes behind a fresh one.
+    // The full line moves behind an empty one.
     std::uint32_t moved = free_;
     if (moved != 0) {
       free_ = lines_[moved].next;
@@ -113,7 +113,7 @@ void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
   reach.count = static_cast<std::uint32_t>(to - reach.homes);
 }
 
-// Chains are put on the list and hits noted at no branch: nobody can guess where they are.
+// Appends chains and hits without branches, which would be mispredicted.
 std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                                 Work& work) const noexcept {
   if (reach.count > Reach::most) return most_hits + 1;

@@ -1,10 +1,10 @@
-// Cells by size classes: where objects lie that mostly stay. Each box is kept once, in the
-// cell of its lower corner, and looked for with a handful of cache lines.
+// A hierarchical grid by size class, for objects that mostly stay in place. Each box is stored
+// once, in the cell of its lower corner; a search reads a handful of cache lines.
 //
-// Which cell that is, and why no pair is lost: cell_map.hpp.
+// Mapping of boxes to cells, and the proof that no pair is lost: cell_map.hpp.
 //
-// Cells that fall on one another only cost comparisons of boxes. A search may see a box twice then;
-// whoever searches sorts that out.
+// Cells that share a bucket only cost box comparisons. A search may then report a box twice; the
+// caller removes duplicates.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 
 namespace throng::live {
 
-// A bit each class of boxes.
+// One bit per class of boxes.
 class ClassSet {
  public:
   void add(int c) noexcept { bits_[c >> CellMap::thin_shift] |= bit(c); }
@@ -41,33 +41,33 @@ class ClassSet {
 
 class Cells {
  public:
-  // Two boxes; where more fall on a cell the others are in a chain of full lines behind it. An
-  // empty place is all NaN, which overlaps nothing. `next`: the next line of the chain, or 0, which
-  // is in none; `used`: how many boxes are in this one.
+  // Two boxes; the further boxes of a bucket are in a chain of full lines behind it. An empty place
+  // is all NaN, which overlaps nothing. `next`: the next line of the chain, or 0, which is in no
+  // chain; `used`: boxes in this line.
   using Line = CellLine;
 
   explicit Cells(cpu::Memory& memory) noexcept : lines_(memory), sample_(memory), blocks_(memory) {}
 
-  // Cells for the objects as they are, with the active ones in them: all get their homes. False:
-  // they do not suit, as a search would be expected to compare more than `most_compared` boxes;
-  // then, and where it throws cpu::NoMemory, there are none.
+  // Builds cells that hold all active objects, and sets their buckets. Returns false if cells do
+  // not work well, because a search is expected to compare more than `most_compared` boxes. Then,
+  // or when it throws cpu::NoMemory, there are no cells.
   bool make(const Objects& objects, double most_compared, const Executor& executor, unsigned tasks);
-  // Whether they would suit. Throws cpu::NoMemory.
+  // Whether make() would succeed. Throws cpu::NoMemory.
   bool suit(const Objects& objects, double most_compared);
-  // Whether so many fit without new ones, and not too many are too wide for those there are.
+  // Whether that many objects fit and not too many are too wide for the present classes.
   bool takes(std::size_t objects) const noexcept {
     return objects <= most_objects_ && wide_count() <= most_wide_;
   }
 
-  // What a search looks into: which worlds, beside that of the box itself.
+  // The worlds that a search visits.
   struct Worlds {
     std::int32_t own = -1;
-    bool everywhere = false;         // those of world -1, too: there are such, and `own` is another
-    bool all = false;                // every world: `own` is -1, and there are many others
-    const WorldSet* each = nullptr;  // these, too: `own` is -1, and there are few others
+    bool everywhere = false;         // world -1, too: it is in use, and `own` is another one
+    bool all = false;                // every world: `own` is -1, and many others are in use
+    const WorldSet* each = nullptr;  // these, too: `own` is -1, and all others are listed
   };
-  // Where a box belongs, and how many lines a search of it looks at, but for chains: no more than
-  // there are.
+  // The bucket of a box, and how many lines a search around it visits, chains excluded; at most all
+  // lines.
   struct Place {
     std::uint32_t home;
     int size_class;
@@ -77,13 +77,12 @@ class Cells {
   Place place(const Box& box, Worlds worlds) const noexcept;
   void insert(ObjectId id, const Box& box, const Place& place) noexcept;
   void erase(ObjectId id, std::uint32_t home) noexcept;
-  // Of one that stays in its home.
+  // Stores the new box of an object that stays in its bucket.
   void replace(ObjectId id, const Box& box, const Place& place) noexcept;
 
-  // A search in three steps, so that memory can be asked for ahead: where to look, which brings the
-  // cells nearer; what lies behind them nearer; and the search, which calls f(id) for every box
-  // that overlaps this one, some of them several times. What f throws comes through: it may want
-  // memory.
+  // A search in three steps, for prefetching: reach() lists and prefetches the buckets;
+  // prefetch_chains() prefetches the lines behind them; search() calls f(id) for every box that
+  // overlaps this one, possibly several times. Exceptions of f propagate.
   struct Reach {
     static constexpr std::uint32_t most = 224, room = 256;
     std::uint32_t count;  // above `most`: too many to list
@@ -96,24 +95,23 @@ class Cells {
   }
   template <class F>
   void search(const Box& box, Worlds worlds, Reach& reach, Work& work, F&& f) const;
-  // Its two ways. Where few lines are to be looked at: writes all that overlap but `self` to hits,
-  // which has most_hits of room and one more, and returns how many. Above most_hits: that was not
-  // enough.
+  // The two cases of search(). With all buckets listed: writes all overlapping ids but `self` to
+  // hits, which has most_hits + 1 elements, and returns how many; above most_hits the list is
+  // incomplete.
   static constexpr std::uint32_t most_hits = 2 * Reach::room;
   std::uint32_t search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
                            Work& work) const noexcept;
-  // And where many are.
+  // Not listed.
   template <class F>
   void search_many(const Box& box, Worlds worlds, Work& work, F&& f) const;
-  // The line behind the first. Where there is none, line 0: a branch would be guessed wrong.
+  // The line behind the first, or line 0 if there is none: a branch would be mispredicted.
   void prefetch_chain(std::uint32_t home) const noexcept { prefetch(lines_[home].next); }
   void prefetch(std::uint32_t home) const noexcept { cpu::prefetch(&lines_[home]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
 
-  // For who finds the way through cells: their map; what holds all boxes that are in them, of a
-  // class, and more, as boxes move; f(class) for each that has boxes in cells; f(home) for each of
-  // some cells, in all worlds that are looked into.
+  // For traversal (cell_walk.hpp): the map; bounds of all boxes in cells, which only grow as boxes
+  // move; f(class) for each class in use; f(bucket) for each of the cells, in all worlds to visit.
   const CellMap& map() const noexcept { return map_; }
   Box bounds() const noexcept { return bounds_.box(); }
   template <class F>
@@ -130,7 +128,7 @@ class Cells {
     if (!worlds.each || !may_have(c, 0)) return;
     for (const std::int32_t world : *worlds.each) map_.each_home(cells, c, world, f);
   }
-  // How many homes these are, or `most` where they are more, or that for each world.
+  // Number of these buckets; per world limited to `most`.
   std::uint64_t home_count(const CellMap::Range& cells, int c, Worlds worlds,
                            std::uint64_t most) const noexcept {
     const std::uint64_t count = CellMap::count(cells, most);
@@ -143,12 +141,12 @@ class Cells {
            (worlds.everywhere && may_have(c, -1) ? count : 0);
   }
   const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
-  // Which blocks of cells are empty, for sweeps that go far; if somebody has asked for that, until
-  // cells are made anew, or copied, or it no longer tells much. Throws cpu::NoMemory.
+  // Occupancy of blocks of cells, for long sweeps. Exists after make_blocks() until the cells are
+  // rebuilt or copied, or the bits are too dense. Throws cpu::NoMemory.
   const Blocks& blocks() const noexcept { return blocks_; }
   void make_blocks(const Objects& objects);
   void forget_blocks() noexcept { blocks_.forget(); }
-  // That of boxes which are too wide for cells, if there are such.
+  // The bucket of boxes too wide for any class.
   bool has_wide() const noexcept { return wide_count() != 0; }
   std::uint32_t wide_home() const noexcept { return map_.homes(); }
 
@@ -158,17 +156,16 @@ class Cells {
   void copy(const Cells& other) noexcept;
 
  private:
-  // Lines behind others are full, so there are at most half as many as boxes.
+  // Lines in chains are full, so there are at most half as many as boxes.
   static std::size_t lines_for(std::size_t homes, std::size_t objects) noexcept {
     return homes + 1 + objects / 2 + 1;
   }
-  // Whether there may be boxes of a class in a world, of which only -1 is told from the others.
+  // Whether there may be boxes of a class in a world; distinguishes only -1 from all others.
   bool may_have(int c, std::int32_t world) const noexcept { return kept_[world == -1].has(c); }
   std::size_t wide_count() const noexcept { return class_count_[0][CellMap::classes]; }
   std::uint64_t wide_lines() const noexcept { return wide_count() / 2; }
   void lay_out(const CellPlan& plan, std::size_t objects);
-  // By level, which is a class whatever its thin axes, how many boxes there are, and which, if they
-  // are few.
+  // Per level (the class without its thin axes): the number of boxes, and the ids of the first.
   struct Few {
     static constexpr std::size_t most = 8;
     std::size_t count[CellMap::classes + 1] = {};
@@ -180,7 +177,7 @@ class Cells {
     }
     void add(const Few& other) noexcept;
   };
-  // What some of the objects add up to: how many there are of each class, and how long they are.
+  // Totals of a range of objects: boxes per class, and their largest spans.
   struct Tally {
     std::size_t count[CellMap::class_numbers] = {};
     ClassSet kept[2];
@@ -192,7 +189,7 @@ class Cells {
   void find_homes(const Objects& objects, std::size_t begin, std::size_t end,
                   Tally& tally) const noexcept;
   void fill(const Objects& objects) noexcept;
-  // Its lines not counted.
+  // Without its `lines`.
   Place place_of(const CellMap::Range& r, std::int32_t world) const noexcept;
   void hold(const Box& box, const Place& place) noexcept {
     map_.hold(box, place.size_class);
@@ -200,13 +197,13 @@ class Cells {
     kept_[place.world == -1].add(place.size_class);
     if (blocks_.made()) add_to_blocks(map_.quantise(box), place.size_class);
   }
-  // Of one that is too wide for cells it is asked by nobody.
+  // Boxes too wide for cells are added, too, but never looked up.
   void add_to_blocks(const CellMap::Range& r, int size_class) noexcept {
     blocks_.add(map_.home_cell(r, size_class), size_class);
   }
   void enter(ObjectId id, const Box& box, std::uint32_t home) noexcept;
   std::uint64_t lines_of(const CellMap::Range& r, Worlds worlds) const noexcept;
-  // Where a box is that is in the chain of this home.
+  // Place of an object in the chain of this bucket.
   struct Entry {
     Line* line;
     std::uint32_t k;
@@ -220,7 +217,7 @@ class Cells {
     used = class_count_[axes][c] != 0 ? used | bit : used & ~bit;
     used &= (1u << CellMap::classes) - 1;
   }
-  // Of a box in this home's chain.
+  // Class of a box in the chain of this bucket.
   int class_in(std::uint32_t home, const Line& line, std::uint32_t k) const noexcept {
     const bool one_class = !map_.thin() && (used_[0] & (used_[0] - 1)) == 0;
     return one_class && home != wide_home() ? std::countr_zero(used_[0])
@@ -230,20 +227,20 @@ class Cells {
   void look(const CellQuery& query, std::uint32_t home, Work& work, F&& f) const;
 
   List<Line> lines_;
-  List<CellPlan::Sampled> sample_;  // of the last plan
+  List<CellPlan::Sampled> sample_;  // scratch of the last plan
   CellMap map_;
   Bounds bounds_;
   Blocks blocks_;
-  std::uint32_t free_ = 0;        // lines to be used again
-  std::size_t most_objects_ = 0;  // so many have room
-  std::size_t most_wide_ = 0;     // of more that are too wide new cells are made
-  // By thin axes; [0][classes] of boxes too wide for any. A bit each class that has boxes.
+  std::uint32_t free_ = 0;        // head of the list of free lines
+  std::size_t most_objects_ = 0;  // capacity
+  std::size_t most_wide_ = 0;     // rebuild when more are too wide
+  // By thin axes; [0][classes]: boxes too wide for any class. `used_`: one bit per class in use.
   std::size_t class_count_[CellMap::thin_sets][CellMap::classes + 1] = {};
   std::uint32_t used_[CellMap::thin_sets] = {};
-  ClassSet kept_[2];  // those that have, or have had, boxes of some world, and of no world
+  ClassSet kept_[2];  // classes that have, or had, boxes of a world, and of world -1
 };
 
-// Of an object with this filter, or a box that is asked about as if it had.
+// For an object or a query with this filter.
 inline Cells::Worlds worlds_of(const Objects& objects, const Filter& filter) noexcept {
   if (objects.in_worlds() == 0) return {};
   if (filter.world == -1) {
@@ -283,7 +280,7 @@ void Cells::search_many(const Box& box, Worlds worlds, Work& work, F&& f) const 
   const CellQuery query(box);
   const CellMap::Range range = map_.quantise(box);
   if (lines_of(range, worlds) < lines_.size()) {
-    // Asked for some at once, then looked at.
+    // Prefetched in groups, then visited.
     constexpr std::uint32_t at_once = 64;
     std::uint32_t homes[at_once], count = 0;
     const auto look_at_all = [&] {

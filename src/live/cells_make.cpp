@@ -1,6 +1,6 @@
-// New cells for all objects: several tasks find their homes; then one thread puts them in. Two that
-// each put in those of its own part of the homes are no faster, as half of the objects that each
-// goes through lie in the cache of the other's core.
+// Builds cells for all objects: several tasks compute the buckets, then one thread inserts. Two
+// threads, each inserting into its own part of the buckets, are no faster: half of the objects that
+// each reads are in the cache of the other's core.
 #include <algorithm>
 #include <mutex>
 
@@ -11,7 +11,7 @@
 namespace throng::live {
 namespace {
 
-// Lines are asked for so many objects ahead.
+// Prefetch distance, in objects.
 constexpr std::size_t fill_ahead = 64;
 
 }  // namespace
@@ -73,8 +73,8 @@ void Cells::Few::add(const Few& other) noexcept {
   }
 }
 
-// The few largest boxes, as a ground is, and walls are, go where those are that are too wide for
-// any class: to look at them in each search takes less than to look for them.
+// A small number of the largest boxes, such as a ground and walls, join those too wide for any
+// class: comparing them in each search costs less than visiting their classes.
 void Cells::widen(const Objects& objects, const Few& few) noexcept {
   int top = CellMap::classes - 1;
   std::size_t moved = 0;

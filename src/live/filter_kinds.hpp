@@ -1,5 +1,4 @@
-// The combinations of filters that living objects have, where they are few: what two of them say is
-// looked up.
+// Filter classes: the distinct filters in use, if they are few, with a table of which may pair.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +14,13 @@ inline bool allows(const Filter& a, const Filter& b) noexcept {
          (a.world == -1 || b.world == -1 || a.world == b.world) && !(a.is_static && b.is_static);
 }
 
-// A kind is a combination of all but the owner, of which there may be as many as objects.
+// A class is a distinct filter without its owner; owners may be as many as objects.
 class FilterKinds {
  public:
-  // A number of 5 bits; the last stands for whatever has found no other.
+  // A class number has 5 bits; the last one means: no class was free.
   static constexpr std::uint8_t others = 31;
 
-  // Of one object more.
+  // Counts an object; returns its class.
   std::uint8_t add(const Filter& filter) noexcept {
     Filter one = filter;
     one.owner = -1;
@@ -37,13 +36,13 @@ class FilterKinds {
     if (count_[kind]++ == 0 && kind != others) enter(kind, one);
     return kind;
   }
-  // Of one object less.
+  // Counts an object less.
   void remove(std::uint8_t kind) noexcept { --count_[kind]; }
 
-  // Whether two objects of these kinds may pair; of others, and of owners, more is to be asked.
+  // Whether two classes may pair. Not final for class `others` or if owners are in use.
   bool allow(std::uint8_t a, std::uint8_t b) const noexcept { return (allowed_[a] >> b & 1) != 0; }
   bool has_others() const noexcept { return count_[others] != 0; }
-  // A bit for each kind that it may pair with: the same for kinds that need not be told apart.
+  // A bit per class it may pair with; equal for classes that pair alike.
   std::uint32_t allowed(std::uint8_t kind) const noexcept { return allowed_[kind]; }
 
  private:

@@ -1,5 +1,5 @@
-// A growing array of plain values. What can fail is apart from what changes it: reserve() keeps the
-// contents if there is no memory, and everything else cannot fail.
+// A growing array of trivially copyable values. Allocation is separate from modification: reserve()
+// keeps the contents when it throws, and nothing else but append() can fail.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@ class List {
   explicit List(cpu::Memory& memory) noexcept : room_(memory) {}
 
   void reserve(std::size_t count) { room_.grow(count, size_); }
-  // Room for `count`, contents lost.
+  // Makes the capacity at least `count`; discards the contents.
   void renew(std::size_t count) {
     size_ = 0;
     room_.room(count, true);
   }
-  // As much room as another has; contents lost where that is more.
+  // Makes the capacity at least that of another; discards the contents if it grows.
   void match(const List& other) {
     if (other.capacity() > capacity()) renew(other.capacity());
   }
@@ -32,7 +32,7 @@ class List {
     room_[size_++] = value;
   }
 
-  // There must be room.
+  // Capacity must suffice.
   void push(const T& value) noexcept { room_[size_++] = value; }
   void push(const List& other) noexcept {
     if (other.size_ != 0) std::memcpy(data() + size_, other.data(), other.size_ * sizeof(T));

@@ -10,9 +10,9 @@
 namespace throng::live {
 namespace {
 
-// Below so many pairs a second task does not pay.
+// Minimum pairs for a second task.
 constexpr std::size_t part_pairs = 8192;
-// Memory is asked for once for so many steps.
+// Steps per prefetch.
 constexpr std::size_t steps_at_once = 8;
 
 void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
@@ -20,11 +20,11 @@ void put(LivePair& to, std::uint64_t ids, std::uint32_t slot) noexcept {
   to.slot = slot;
 }
 
-// How far a part's merge has come. A step takes a new pair, that begins, or a live one, that ends,
-// or both: so what has begun is steps without live ones, and what has ended steps without new ones.
-// All three are counted from the sum of where the part begins.
+// Position in the merge of a part. A step consumes a new pair (it begins), an existing pair (it
+// ends) or both. `steps` starts at part.begin + part.live_begin, so steps - j is an index into
+// `begun`, and steps - i one into `ended`.
 struct Progress {
-  std::size_t i, j, steps;  // new pairs, live ones
+  std::size_t i, j, steps;  // new pairs, existing pairs
 
   explicit Progress(const MergePart& part) noexcept
       : i(part.begin), j(part.live_begin), steps(part.begin + part.live_begin) {}
@@ -37,7 +37,7 @@ struct Progress {
       cpu::prefetch(out.pairs + i + cpu::pairs_ahead + k);
     }
   }
-  // No branch on what comes next, as nobody can guess it.
+  // Branch-free: branches on the data would be mispredicted.
   void step(const MergeInput& in, const MergeOutput& out) noexcept {
     const std::uint64_t p = ids_at(in.pairs + i), l = ids_at(in.live + j);
     const std::uint64_t a = key_of(p), b = key_of(l);
@@ -49,11 +49,11 @@ struct Progress {
     j += b <= a;
     ++steps;
   }
-  // How many steps can be made whatever comes.
+  // Minimum number of steps left before one list ends.
   std::size_t sure(const MergePart& part) const noexcept {
     return std::min(part.end - i, part.live_end - j);
   }
-  // Once nothing is left of one list.
+  // Copies the rest once one list is exhausted.
   void finish(const MergeInput& in, const MergeOutput& out, MergePart& part) noexcept {
     for (; i < part.end; ++i, ++steps) {
       put(out.pairs[i], ids_at(in.pairs + i), none);
@@ -65,7 +65,7 @@ struct Progress {
   }
 };
 
-// In copies of all that is looked at, as no store can change those.
+// Works on local copies, which stores to the output cannot alias.
 template <class... Each>
 void go_on(const MergeInput& in, const MergeOutput& out, std::size_t count,
            Each&... each) noexcept {
@@ -102,7 +102,7 @@ unsigned divide(const MergeInput& in, unsigned tasks, MergePart* parts) noexcept
   return part_count;
 }
 
-// In turn, as the steps of each wait for one another.
+// Interleaved, as the steps of one part depend on each other.
 void merge(const MergeInput& in, const MergeOutput& out, MergePart& first,
            MergePart& second) noexcept {
   Progress one(first), two(second);

@@ -1,5 +1,5 @@
-// All pairs, found anew, merged with those that lived: what began, what ended, and which slot each
-// of the others has.
+// Merges all pairs of a full search with the existing ones: pairs that begin, pairs that end, and
+// the slots of the others.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace throng::live {
 
-// Both in canonical order.
+// Both lists are sorted.
 struct MergeInput {
   const Pair* pairs;
   std::size_t count;
@@ -16,29 +16,30 @@ struct MergeInput {
   std::size_t live_count;
 };
 
-// A part of it: new pairs [begin, end), live ones [live_begin, live_end); how many of them begin
-// and end, and how many of all parts before it.
+// A part of the input: new pairs [begin, end), existing pairs [live_begin, live_end); its event
+// counts, and those of all parts before it.
 struct MergePart {
   std::size_t begin, end, live_begin, live_end;
   std::size_t begun, ended, begun_before, ended_before;
 };
 
-// What tasks write, each for its own parts. `pairs`: all new ones with the slots that they had.
-// What begins lies from `begin` on in `begun`, with its index in the place of a slot; what ends
-// from `live_begin` on in `ended`, with its slot.
+// Output; each task writes its own parts. `pairs`: all new pairs with their existing slots.
+// `begun`: from `begin` on, with the pair's index instead of a slot. `ended`: from `live_begin` on,
+// with slots.
 struct MergeOutput {
   LivePair *pairs, *begun, *ended;
 };
 
-// Divides into parts that begin at the same pair in both lists, an even number; tells how many.
+// Divides the input into an even number of parts that begin at the same pair in both lists; returns
+// how many.
 constexpr unsigned most_merge_parts = 256;
 unsigned divide(const MergeInput&, unsigned tasks, MergePart* parts) noexcept;
 
-// Two parts at once, and how many of each begin and end.
+// Merges two parts and sets their event counts.
 //
-// An index is cut to 32 bits, and that is enough. Whoever uses it must have refused 2^32 - 1 slots
-// or more before, and there are as many slots as pairs at least: those that lived keep theirs, and
-// each that begins gets one.
+// Indices are stored in 32 bits. That suffices: the caller must have refused 2^32 - 1 or more slots
+// before, and there are at least as many slots as pairs, since existing pairs keep theirs and each
+// new pair gets one.
 void merge(const MergeInput&, const MergeOutput&, MergePart& first, MergePart& second) noexcept;
 
 }  // namespace throng::live

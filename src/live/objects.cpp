@@ -9,7 +9,7 @@ namespace throng::live {
 namespace {
 
 constexpr Box dead_box = {{1, 1, 1}, {-1, -1, -1}};
-// Where all objects are gone through, they and their new boxes are asked for so many ahead.
+// Prefetch distance in loops over all objects and their new boxes.
 constexpr std::size_t all_ahead = 64;
 
 }  // namespace
@@ -69,7 +69,7 @@ void Objects::remove(ObjectId id) noexcept {
   removed_.push(id);
 }
 
-// Calls f with what gives the memory of a box by its place.
+// Calls f with a function that returns the memory of box i.
 template <class F>
 auto with_boxes(const Boxes& boxes, F&& f) {
   const char* packed = boxes.packed_data();
@@ -78,11 +78,11 @@ auto with_boxes(const Boxes& boxes, F&& f) {
   return f([&](std::size_t i) { return boxes[i]; });
 }
 
-// Of an object that is alive: false where its box is this one already.
+// Returns false if the object, which is alive, already has this box.
 inline bool Objects::replace(ObjectId id, const char* box, bool were_all_active,
                              std::int64_t& inactive) noexcept {
   char* const mine = reinterpret_cast<char*>(&bodies_[id].box);
-  // By bits: what differs in nothing else, as -0 and 0, may count as moved.
+  // Bitwise: values that compare equal, such as -0 and 0, may count as moved.
   if (cpu::same_in_memory(box, mine)) return false;
   inactive += int{were_all_active || cpu::active_in_memory(mine)} - int{cpu::active_in_memory(box)};
   std::memcpy(mine, box, sizeof(Box));

@@ -1,4 +1,4 @@
-// The objects: their boxes, filters and ids, and which of them changed since the last update.
+// The objects: boxes, filters, ids, and the set of those that changed since the last update.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 namespace throng::live {
 
 constexpr std::uint32_t none = 0xffffffffu;
-// Objects of a list of ids are asked for so many places ahead.
+// Prefetch distance in lists of ids.
 constexpr std::size_t ids_ahead = 32;
 
-// Two to a cache line: what a search touches of an object.
+// What a search reads of an object; two per cache line.
 struct Body {
-  Box box;                   // as given; of an id that is not alive an inactive one
-  std::uint32_t first_edge;  // of its list; 0: it has none
-  std::uint32_t home;        // where Cells keep it
+  Box box;                   // as given; inactive for an unused id
+  std::uint32_t first_edge;  // head of its list of pairs; 0: no pairs
+  std::uint32_t home;        // its bucket in Cells or its place in BvhForest; `none`: in no index
 };
 static_assert(sizeof(Body) == 32);
 
@@ -29,7 +29,7 @@ class Objects {
  public:
   Objects(cpu::Memory& memory, float margin) noexcept;
 
-  // Room for `count` more; after that add() cannot fail.
+  // Reserves memory for `count` more objects; add() cannot fail then.
   void reserve_more(std::size_t count);
   ObjectId add(const Box& box, const Filter& filter) noexcept;
   void remove(ObjectId id) noexcept;
@@ -39,14 +39,14 @@ class Objects {
     if (!is_active(id)) ++inactive_;
     touch(id);
   }
-  // Gives each of a list of ids, all alive and none twice, its box.
+  // Stores the box of each listed id; ids are alive and unique.
   void move_listed(const ObjectId* ids, const Boxes& boxes) noexcept;
-  // Of ids begin .. end-1: those whose box differs get the new one and are marked, but neither
-  // counted nor listed; `inactive` becomes how many more are inactive. Returns how many are marked
-  // that were not. Threads may do ranges of their own at once.
+  // Stores the boxes of ids begin .. end-1 that differ and marks these objects dirty, but neither
+  // counts nor lists them: pass both numbers to marked(). `inactive`: change in the number of
+  // inactive objects. Returns how many were newly marked. Thread-safe for disjoint ranges.
   std::size_t move_range(const Boxes& boxes, std::size_t begin, std::size_t end,
                          std::int64_t& inactive) noexcept;
-  // Whether one of boxes begin .. end-1 has a NaN.
+  // Whether any of boxes begin .. end-1 contains a NaN.
   static bool has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept;
   void marked(std::size_t count, std::int64_t inactive) noexcept;
   void set_filter(ObjectId id, const Filter& filter) noexcept;
@@ -63,8 +63,8 @@ class Objects {
 
   Body& body(ObjectId id) const noexcept { return bodies_[id]; }
   const Filter& filter(ObjectId id) const noexcept { return filters_[id]; }
-  // The box as it is compared; of an active object. `room` is for one that has to be made: a copy
-  // of each costs more than looking at it.
+  // The box plus the margin, of an active object. `room` holds the result where there is a
+  // margin; without one no copy is made, as a copy costs more than the read.
   const Box& grown(ObjectId id, Box& room) const noexcept {
     if (margin_ == 0) return bodies_[id].box;
     return room = core::expand(bodies_[id].box, margin_);
@@ -75,34 +75,35 @@ class Objects {
   }
   bool has_filters() const noexcept { return grouped_ + owned_ + in_worlds() + static_ != 0; }
   const WorldSet& worlds() const noexcept { return worlds_; }
-  std::size_t in_worlds() const noexcept { return worlds_.objects(); }  // of another than -1
+  // with a world other than -1
+  std::size_t in_worlds() const noexcept { return worlds_.objects(); }
   bool may_pair(ObjectId a, ObjectId b) const noexcept {
     if (!has_filters()) return true;
     if (!kinds_.allow(kind(a), kind(b))) return false;
     return !asks_filters() || allows(filters_[a], filters_[b]);
   }
-  // The same number for objects that may pair with the same others, by all but owners, and mostly
-  // another one for others.
+  // A hash of what the object may pair with, apart from owners.
   std::uint32_t pairing_class(ObjectId id) const noexcept {
     return (kinds_.allowed(kind(id)) * 0x9e3779b1u ^
             static_cast<std::uint32_t>(filters_[id].world)) *
            0x85ebca6bu;
   }
-  // All ids, those that are not alive as inactive boxes; with the filters that are in use.
+  // All ids, unused ones as inactive boxes, with the filters in use.
   Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }
-  // Whether few ids are left alive of many that were: what goes through all has less to do by a
-  // list of those. It is there after list_alive(), which throws cpu::NoMemory.
+  // Whether most ids are unused. Loops over all objects then use alive_ids(), valid after
+  // list_alive(), which throws cpu::NoMemory.
   bool sparse() const noexcept { return limit() > 4 * count_ + 1024; }
   void list_alive();
   const List<ObjectId>& alive_ids() const noexcept { return alive_; }
-  // A view of the listed ones alone, in their order; lists them. Throws cpu::NoMemory.
+  // A view of the objects in use, in the order of alive_ids(), which it makes. Throws
+  // cpu::NoMemory.
   Boxes packed_view();
 
-  // Those that changed: added, removed, moved, or with other filters. Each once; in the order of
-  // the calls, or by id after move_range().
+  // Objects added, removed, moved or given other filters; each once; in call order, or by id after
+  // move_range().
   const List<ObjectId>& dirty_list() noexcept;
-  // For who keeps them in their places between updates: f(list, count) for lists of those that
-  // changed since they were all put there, an object once or several times; then they are.
+  // For an index that is updated between updates: calls f(list, count) with the objects that
+  // changed since the previous call; an object may occur several times.
   template <class F>
   void place_changed(F&& f) {
     const List<ObjectId>& all = dirty_list();
@@ -111,7 +112,7 @@ class Objects {
     placed_ = all.size();
     again_.clear();
   }
-  // The changes are told: nothing is dirty, and ids of removed objects are free.
+  // Clears the dirty set; ids of removed objects become free.
   void settle() noexcept;
   void touch(ObjectId id) noexcept {
     if (flags_[id] & dirty) {
@@ -123,7 +124,7 @@ class Objects {
     ++dirty_count_;
   }
 
-  // Whether a list of ids may have this one: it is alive, and was not listed yet. Then it is.
+  // Marks an id as listed; false if it is not alive or is already listed.
   bool list(std::uint64_t id) noexcept {
     if (id >= limit() || (flags_[id] & (alive | listed)) != alive) return false;
     flags_[id] |= listed;
@@ -133,7 +134,7 @@ class Objects {
     if (id < limit()) flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~listed);
   }
 
-  // Bring nearer what is known of an object, or no more than whether it is.
+  // Prefetch the data of an object, or its flags only.
   void prefetch(ObjectId id) const noexcept {
     cpu::prefetch(&bodies_[id]);
     cpu::prefetch(&flags_[id]);
@@ -147,15 +148,15 @@ class Objects {
   void copy(const Objects& other) noexcept;
 
  private:
-  // The bits above are the kind of its filter.
+  // The higher bits hold the filter class.
   enum : std::uint8_t { alive = 1, dirty = 2, listed = 4 };
   static constexpr unsigned kind_shift = 3;
   std::uint8_t kind(ObjectId id) const noexcept {
     return static_cast<std::uint8_t>(flags_[id] >> kind_shift);
   }
-  // Whether kinds do not tell all.
+  // Whether the filter classes alone do not decide.
   bool asks_filters() const noexcept { return owned_ != 0 || kinds_.has_others(); }
-  // Where it happens more often than there are dirty ones, these may as well all be placed anew.
+  // If objects change again more often than there are dirty ones, placing all again costs no more.
   void touch_again(ObjectId id) noexcept {
     if (again_.size() < placed_)
       again_.push(id);
@@ -184,9 +185,10 @@ class Objects {
   bool alive_listed_ = false;
   std::size_t count_ = 0, inactive_ = 0, dirty_count_ = 0;
   bool dirty_listed_ = true;
-  // See place_changed(): so many of the dirty ones were placed; `again_` have changed since.
+  // See place_changed(): the first `placed_` dirty objects are placed; those in `again_` changed
+  // since.
   std::size_t placed_ = 0;
-  // How many objects have a group or mask, an owner, are static.
+  // Number of objects with a group or mask, with an owner, and static.
   std::size_t grouped_ = 0, owned_ = 0, static_ = 0;
   WorldSet worlds_;
   float margin_;

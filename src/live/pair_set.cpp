@@ -10,7 +10,7 @@
 namespace throng::live {
 namespace {
 
-// Edges are asked for so many changes ahead, and places where slots go.
+// Prefetch distances: edges, in events; slots, in pairs.
 constexpr std::size_t ahead = 8, slots_ahead = 16;
 
 }  // namespace
@@ -32,7 +32,7 @@ void PairSet::reserve_slots(std::size_t begun) {
   free_slots_.reserve(limit);
 }
 
-// Free ones from the last to the first, then new ones.
+// Free slots, last to first, then new ones.
 std::uint32_t PairSet::slot_for(std::size_t taken) const noexcept {
   const std::size_t free = free_slots_.size();
   return taken < free ? free_slots_[free - 1 - taken]
@@ -75,7 +75,7 @@ void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
 
 void PairSet::link_all(Objects& objects) {
   edges_.reserve(slot_limit_ + 1);
-  const List<LivePair>& all = sorted(objects.limit());  // may yet come from the edges
+  const List<LivePair>& all = sorted(objects.limit());  // may read the edges
   edges_.resize(slot_limit_ + 1);
   for (Edge& edge : edges_) edge = {{none, none}, {0, 0}, {0, 0}};
   for (std::size_t id = 0; id < objects.limit(); ++id) {
@@ -84,8 +84,8 @@ void PairSet::link_all(Objects& objects) {
   for (const LivePair& pair : all) link(objects, pair);
 }
 
-// What began and ended is told. What ended has put its slots behind the free ones: what began in
-// the same commit never has one of them.
+// Completes a commit. The slots of ended pairs were appended to the free ones, so pairs that begin
+// in the same commit never get them.
 void PairSet::finish(std::size_t begun, std::size_t ended, Sorted sorted) noexcept {
   const std::size_t free = free_slots_.size(), used = std::min(begun, free);
   std::uint32_t* const fresh = free_slots_.data() + free;
@@ -104,7 +104,7 @@ void PairSet::commit_linked(Objects& objects) {
   edges_.reserve(slot_limit_ + 1 + begun);
   sorted_.reserve(std::max({count, begun, ended}));
   spare_.reserve(std::max({count, begun, ended}));
-  // From here on nothing fails.
+  // Nothing fails from here on.
   sort_pairs(next_begun_.data(), spare_.data(), begun, objects.limit());
   sort_pairs(next_ended_.data(), spare_.data(), ended, objects.limit());
   edges_.resize(slot_limit_ + 1 + begun - std::min(begun, free_slots_.size()));
@@ -155,7 +155,7 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   sorted_.reserve(count);
   begun_.reserve(begun);
   ended_.reserve(ended);
-  // From here on nothing fails.
+  // Nothing fails from here on.
   cpu::run_by_turns(executor, std::min(tasks, part_count), part_count,
                     [&](std::size_t p, unsigned) {
                       const MergePart& part = parts[p];
@@ -185,7 +185,7 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
 
 const List<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {
   if (state_ == Sorted::before) {
-    // One merge: the old ones but for those that ended, and those that began.
+    // One merge: the previous pairs without the ended ones, and the begun ones.
     std::size_t b = 0, e = 0;
     spare_.clear();
     for (const LivePair& pair : sorted_) {

@@ -1,9 +1,9 @@
-// The pairs that live: their slots, which of them an object has, what began and ended.
+// The current pairs: their slots, the pairs of each object, and the begin and end events.
 //
-// They are kept in one of two forms, or both. Linked: each pair is an edge in two doubly linked
-// lists, those of its objects; the edge's number is the slot. So an object's pairs are found, and
-// one of them taken out, at a cost that nobody else's pairs add to. Sorted: one array in canonical
-// order, from which, with all pairs found anew, one merge tells what began and ended.
+// They are stored in two forms, of which at least one is valid. Linked: each pair is an edge in two
+// doubly linked lists, one per object; the number of the edge is the slot. So finding the pairs of
+// an object, and removing one of them, costs nothing for other objects' pairs. Sorted: one array in
+// sorted order; one merge with the result of a full search yields the events.
 #pragma once
 
 #include <cstdint>
@@ -24,20 +24,19 @@ class PairSet {
   std::size_t slot_limit() const noexcept { return slot_limit_; }
   const List<LivePair>& begun() const noexcept { return begun_; }
   const List<LivePair>& ended() const noexcept { return ended_; }
-  // Puts the sorted form in order where it is not. Takes no memory: a commit has made room.
+  // The sorted form; brings it up to date. Allocates nothing: commits reserve the memory.
   const List<LivePair>& sorted(std::size_t id_limit) noexcept;
 
-  // The sorted form, where it is in order.
+  // The sorted form; must be up to date.
   const List<LivePair>& in_order() const noexcept { return sorted_; }
-  // Those of one object in canonical order, if `out` has room for them all; returns how many there
-  // are. By its list, where pairs are linked; or by looking at all in the sorted form, which must
-  // be in order.
+  // Return how many pairs an object has; write them in sorted order if `room` is enough.
+  // linked_of() follows the object's list; sorted_of() scans the sorted form, which must be up to
+  // date.
   std::size_t linked_of(const Objects& objects, ObjectId id, LivePair* out,
                         std::size_t room) const noexcept;
   std::size_t sorted_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
 
-  // What is found goes here, and becomes the pairs by a commit. begun: without slots.
-  // make_room() empties both, for so many.
+  // Events to commit; begun pairs without slots. make_room() clears both and reserves memory.
   void make_room(std::size_t begun, std::size_t ended) {
     next_begun_.clear();
     next_ended_.clear();
@@ -47,14 +46,14 @@ class PairSet {
   List<LivePair>& next_begun() noexcept { return next_begun_; }
   List<LivePair>& next_ended() noexcept { return next_ended_; }
 
-  // Linked: makes the lists of all objects, from the sorted form.
+  // Builds the linked form from the sorted one.
   void link_all(Objects& objects);
-  // An object's pairs are walked through in steps, so that each edge can be asked for ahead: the
-  // first few are listed.
+  // Iterates over the pairs of an object in steps, so that edges can be prefetched; buffers the
+  // first few.
   struct Walk {
     static constexpr std::uint32_t room = 16;
     ObjectId id;
-    std::uint32_t next, count;  // the edge that comes next, or 0
+    std::uint32_t next, count;  // the next edge, or 0
     ObjectId others[room];
     std::uint32_t slots[room];
   };
@@ -64,7 +63,7 @@ class PairSet {
     walk.count = 0;
     cpu::prefetch(&edges_[walk.next]);
   }
-  // At the end of the list edge 0, again and again: nobody can guess where that is.
+  // At the end of the list repeats edge 0: a branch on the end would be mispredicted.
   void step(Walk& walk) const noexcept {
     if (walk.count == Walk::room) return;
     const Edge& edge = edges_[walk.next];
@@ -75,37 +74,37 @@ class PairSet {
     walk.next = edge.next[is_second];
     cpu::prefetch(&edges_[walk.next]);
   }
-  // Calls f(other, slot) for all pairs of the object, listed or not.
+  // Calls f(other, slot) for all pairs of the object, buffered or not.
   template <class F>
   void each_pair(const Walk& walk, F&& f) const;
-  // Takes what was found, in any order, into the linked form; the sorted one follows when asked.
+  // Applies the events, in any order, to the linked form; the sorted form follows on demand.
   void commit_linked(Objects& objects);
-  // All pairs in canonical order: finds what began and ended, and takes them as the sorted form,
-  // on so many tasks. The linked form is lost.
+  // Takes all pairs in sorted order; computes the events; replaces the sorted form, with up to
+  // `tasks` tasks. Invalidates the linked form.
   void commit_sorted(const Pair* pairs, std::size_t count, std::size_t id_limit,
                      const Executor& executor, unsigned tasks);
-  // Nothing began or ended.
+  // Commits no events.
   void commit_nothing() noexcept;
 
   void reserve_for(const PairSet& other);
   void copy(const PairSet& other) noexcept;
 
  private:
-  // That of a slot has the number after it. Edge 0 is of no pair: where a list ends.
+  // The edge of a slot has the next number. Edge 0 is the end of every list.
   struct Edge {
-    ObjectId id[2];  // the first one's none: a free slot
+    ObjectId id[2];  // id[0] is `none` in a free slot
     std::uint32_t next[2], previous[2];
   };
-  // What the sorted form holds: all pairs; those before the last commit; or neither.
+  // State of the sorted form: up to date; as before the last commit; or invalid.
   enum class Sorted : std::uint8_t { now, before, lost };
 
   void reserve_slots(std::size_t begun);
-  // Of the pairs that begin in a commit that which so many come before.
+  // Slot of begun pair number `taken` of a commit.
   std::uint32_t slot_for(std::size_t taken) const noexcept;
   void link(Objects& objects, const LivePair& pair) noexcept;
   void unlink(Objects& objects, std::uint32_t slot) noexcept;
   void prefetch_neighbours(std::uint32_t slot) const noexcept;
-  // Which the next in the list of one of its objects has before it. Edge 0 may have any.
+  // The back link of the next edge in one of the two lists. For edge 0 the value has no meaning.
   std::uint32_t& before_next(const Edge& edge, int side) noexcept {
     Edge& next = edges_[edge.next[side]];
     return next.previous[next.id[1] == edge.id[side]];

@@ -19,7 +19,7 @@ void PairsByObject::make(const List<LivePair>& pairs, std::size_t limit) {
     ++seconds_[pairs[i].second + 2];
   }
   for (; id <= limit; ++id) firsts_[id] = static_cast<std::uint32_t>(pairs.size());
-  // One place further on, so that they are where they belong once all places are dealt out.
+  // Offset by one, so that the begins are correct after the scatter.
   for (std::size_t k = 1; k < seconds_.size(); ++k) seconds_[k] += seconds_[k - 1];
   for (std::size_t i = 0; i < pairs.size(); ++i)
     places_[seconds_[pairs[i].second + 1]++] = static_cast<std::uint32_t>(i);
@@ -27,7 +27,7 @@ void PairsByObject::make(const List<LivePair>& pairs, std::size_t limit) {
 
 std::size_t PairsByObject::of(const List<LivePair>& pairs, ObjectId id, LivePair* out,
                               std::size_t room) const noexcept {
-  if (id + std::size_t{1} >= firsts_.size()) return 0;  // it came later
+  if (id + std::size_t{1} >= firsts_.size()) return 0;  // added later
   const std::uint32_t first = firsts_[id], second = seconds_[id];
   const std::size_t as_first = firsts_[id + 1] - first, as_second = seconds_[id + 1] - second;
   const std::size_t count = as_first + as_second;

@@ -1,4 +1,4 @@
-// Which pairs of a sorted list each object has.
+// Index of a sorted list of pairs by object.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,17 @@ class PairsByObject {
  public:
   explicit PairsByObject(cpu::Memory& memory) noexcept;
 
-  // Of pairs in canonical order; ids are below `limit`.
+  // From sorted pairs; ids are below `limit`.
   void make(const List<LivePair>& pairs, std::size_t limit);
-  // Those of one object in canonical order, if `out` has room for them all; returns how many there
-  // are. The pairs are those that it was made of.
+  // Returns how many pairs an object has; writes them in sorted order if `room` is enough. `pairs`:
+  // the list passed to make().
   std::size_t of(const List<LivePair>& pairs, ObjectId id, LivePair* out,
                  std::size_t room) const noexcept;
 
  private:
-  // Where the pairs begin of which an object is the first; and, in places_, the places of those of
-  // which it is the second. Each ends where that of the next object begins.
+  // firsts_: begin of the pairs in which the object is first. seconds_: begin, in places_, of the
+  // indices of the pairs in which it is second. Each range ends where that of the next object
+  // begins.
   List<std::uint32_t> firsts_, seconds_;
   List<std::uint32_t> places_;
 };

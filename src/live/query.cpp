@@ -13,16 +13,15 @@
 namespace throng::live {
 namespace {
 
-// Below so many questions a second thread does not pay.
+// Minimum queries for a second thread.
 constexpr std::size_t threads_ask_from = 64;
-// Cells are asked for so many questions ahead.
+// Prefetch distance, in queries.
 constexpr std::size_t ahead = 8;
 
-// Of no more objects than these a sweep looks at all, and not at cells.
+// Up to this many objects, a sweep loops over all instead of traversing cells.
 constexpr std::size_t few_objects = 256;
 
-// What it takes to look at an object, in ns, as tracker.cpp tells what things cost: where all are
-// gone through, and of a list.
+// Cost model (see tracker.cpp), ns per object: in a loop over all, and in a list.
 constexpr double look_ns = 1.6, listed_ns = 30;
 
 double cost_of_all(const Objects& objects) noexcept {
@@ -34,7 +33,7 @@ double cost_of_changed(const Columns& columns) noexcept {
 double cost_of(const Columns& columns, const Box& box) noexcept {
   return columns.look.cost(columns.look.columns_in(box)) + cost_of_changed(columns);
 }
-// A sweep is cut into as many pieces as it crosses columns.
+// A sweep is divided into as many pieces as it crosses columns.
 double pieces(const Columns& columns, const Sweep& s) noexcept {
   const Vec3& at = s.box.lower;
   return columns.look.columns_between(at, {at.x + s.by.x, at.y + s.by.y, at.z + s.by.z}) + 1.0;
@@ -55,7 +54,7 @@ bool columns_pay(const Ground& ground, const Objects& objects, const Question& q
   return ground.cost(objects, question) < cost_of_all(objects);
 }
 
-// Which objects questions may find.
+// Which objects a query may report.
 class Allowed {
  public:
   Allowed(const Objects& objects, const Filters& filters) noexcept
@@ -66,7 +65,7 @@ class Allowed {
     set(f, filters_, question);
     return f;
   }
-  // Where no object has a filter, theirs need not be brought from memory.
+  // If no object has a filter, none is read.
   bool operator()(const Filter& question, ObjectId id) const noexcept {
     return allows(question, has_filters_ ? objects_.filter(id) : Filter{});
   }
@@ -100,21 +99,21 @@ Queries::Queries(cpu::Engine& engine) noexcept
       overlaps_(engine.memory()),
       hits_(engine.memory()) {}
 
-// Where a region is looked for: its cells are asked for before it is its turn.
+// State of an overlap query, prepared ahead to prefetch its cells.
 struct Queries::Look {
   Cells::Worlds worlds;
   Cells::Reach reach;
 };
 
-// The same of a sweep.
+// The same for a sweep.
 struct Queries::Way {
   core::Cover cover;
   CellWalk walk;
 };
 
-// Calls prepare(i, its look) and later ask(i, that, list, work) for every question, in order within
-// a task, puts the lists together in hits_, and adds up what was looked at. What one question finds
-// is sorted by id, each object once.
+// Calls prepare(i, state) and later ask(i, state, list, work) for every query, in order within a
+// task. Concatenates the lists in hits_ and returns the total work. Results of one query are sorted
+// by id, without duplicates.
 template <class Look, class Prepare, class Ask>
 Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
                   cpu::Stop& stop, Prepare&& prepare, Ask&& ask) {
@@ -134,7 +133,7 @@ Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor
       ask(i, looks[i % ahead], found, work);
       if (i + ahead < end) prepare(i + ahead, looks[i % ahead]);
       const std::size_t more = found.size() - before;
-      if (more >= few_to_sort) found.reserve(found.size() + more);  // room to sort
+      if (more >= few_to_sort) found.reserve(found.size() + more);  // scratch for the sort
       SweepHit* const begin = found.begin() + before;
       sort_hits(begin, found.end(), more, limit);
       const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
@@ -156,7 +155,7 @@ Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor
 
 Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                             const Executor& executor, unsigned tasks, cpu::Stop& stop) {
-  // What is found goes through hits_, which tells of nothing else then, even if memory runs out.
+  // Overlaps are collected in hits_, which is cleared on exit, also when memory runs out.
   struct Forget {
     List<SweepHit>& hits;
     ~Forget() { hits.clear(); }
@@ -184,7 +183,7 @@ Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
                                  reinterpret_cast<const char*>(&objects.body(id).box));
       if (overlaps && objects.is_active(id)) take(id);
     };
-    // Both indexes hold the boxes with their margin.
+    // Both indexes store the boxes with their margin.
     const auto find = [&](ObjectId id) { grown ? meet(id) : take(id); };
     if (cells) {
       cells->search(box, look.worlds, look.reach, work, find);
@@ -206,7 +205,7 @@ Work Queries::find_overlaps(const Objects& objects, const Ground& ground, const 
 
 namespace {
 
-// What one sweep meets of the objects that it is shown.
+// Collects the hits of one sweep among candidate objects.
 class Meetings {
  public:
   Meetings(const Objects& objects, const Sweeps& sweeps, const Allowed& allowed, std::size_t i,
@@ -222,17 +221,17 @@ class Meetings {
         best_{number_, none, 2},
         found_(found) {}
 
-  // When the first was met, or 2.
+  // Time of the first hit so far, or 2.
   const double& first() const noexcept { return best_.time; }
   void meet(ObjectId id) {
     const Box& box = objects_.body(id).box;
     if (core::is_active(box)) meet_box(id, box);
   }
-  // Box k of a line, which may have a margin.
+  // Box k of a line, which may include a margin.
   void meet(const CellLine& line, std::uint32_t k) {
     meet_box(line.id[k], grown_ ? objects_.body(line.id[k]).box : line.box(k));
   }
-  // All objects, one by one.
+  // Tests all objects.
   void meet_all(const core::Cover& cover, Work& work) {
     work.visited += objects_.limit();
     Sieve(SieveTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) { meet(id); });
@@ -243,7 +242,7 @@ class Meetings {
 
   const Sweep& sweep;
   const Filter filter;
-  double begin = 0;  // whatever is met until then has been looked at, but for a start at 0
+  double begin = 0;  // hits up to this time were reported by earlier pieces; 0: the first piece
 
  private:
   bool is_better(double time, ObjectId id) const noexcept {
@@ -325,7 +324,7 @@ Work Queries::find_hits(const Objects& objects, const Ground& ground, const Swee
       for (double end; meetings.begin != 1; meetings.begin = end) {
         end = std::min(meetings.begin + piece, 1.0);
         work.visited += ground.columns->look.each(cover(meetings.begin, end), meet);
-        if (meetings.first() <= end) break;  // what is met later is not the first
+        if (meetings.first() <= end) break;  // later hits are not the first
       }
     } else {
       meetings.meet_all(cover, work);

@@ -1,4 +1,4 @@
-// Questions to the objects: what overlaps a box, what is in a box's way.
+// Queries against the objects: overlaps of boxes, and ray and shape casts (sweeps).
 #pragma once
 
 #include <cstdint>
@@ -21,25 +21,25 @@ namespace throng::live {
 
 void set(Filter& filter, const Filters& from, std::size_t i) noexcept;
 
-// Columns in which all objects are but those that changed since, which are listed.
+// The grid columns of the last full search, and the objects that changed since.
 struct Columns {
   cpu::GridLook look;
   const List<ObjectId>& changed;
 };
-// Where queries look for objects: in cells or in a forest, in which all are where they belong, or
-// in columns; and where there are none, or columns do not pay, at all objects.
+// Where queries find objects: an up-to-date index (cells or forest), otherwise columns, otherwise a
+// loop over all objects, also where that is cheaper than columns.
 struct Ground {
   const Cells* cells = nullptr;
   const BvhForest* forest = nullptr;
-  const Blocks* blocks = nullptr;  // of these cells, once they are made
+  const Blocks* blocks = nullptr;  // of these cells, if built
   std::optional<Columns> columns = {};
 
-  // What a question costs without cells, in ns.
+  // Estimated cost of a query without an index, in ns.
   double cost(const Objects& objects, const Box& box) const noexcept;
   double cost(const Objects& objects, const Sweep& sweep) const noexcept;
 };
 
-// Sweeps, and what is wanted of them; with the filters as those of their boxes.
+// Sweeps, the hits to report, and the filters of their boxes.
 struct Sweeps {
   const Sweep* data;
   std::size_t count;
@@ -50,7 +50,7 @@ struct Sweeps {
 
 class Queries {
  public:
-  // In the engine's memory; very many boxes it searches itself.
+  // Uses the engine's memory; the engine also runs very large queries.
   explicit Queries(cpu::Engine& engine) noexcept;
 
   cpu::Engine& engine() noexcept { return engine_; }
@@ -58,10 +58,10 @@ class Queries {
   const List<SweepHit>& hits() const noexcept { return hits_; }
   void forget_hits() noexcept { hits_.clear(); }
 
-  // Throw cpu::NoMemory. Once `stop` is true the questions that are left are not asked.
+  // Throw cpu::NoMemory. Once `stop` is set, the remaining queries are skipped.
   Work find_overlaps(const Objects& objects, const Ground& ground, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, cpu::Stop& stop);
-  // `far` becomes CellWalk::looked_far() of all sweeps.
+  // `far`: the sum of CellWalk::looked_far() of all sweeps.
   Work find_hits(const Objects& objects, const Ground& ground, const Sweeps& sweeps,
                  const Executor& executor, unsigned tasks, cpu::Stop& stop, std::uint64_t& far);
 
@@ -73,7 +73,7 @@ class Queries {
            cpu::Stop& stop, Prepare&& prepare, Ask&& ask);
 
   cpu::Engine& engine_;
-  // What a task finds, and what it looks at for that.
+  // Results and work of a task.
   struct Found {
     explicit Found(cpu::Memory& memory) noexcept : hits(memory) {}
     void match(const Found& other) { hits.match(other.hits); }

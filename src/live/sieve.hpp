@@ -1,23 +1,22 @@
-// Which boxes a sweep may meet, four objects or the two of a line of cells at once, in floats: says
-// yes of some that it does not meet, and of all that it does. See touch() in sweep.hpp for who
-// decides. Of a box that holds another one it says yes where it does of that one, as all steps are
-// nowhere decreasing.
+// Conservative test of which boxes a sweep may meet, in floats, for four objects or the two boxes
+// of a line at once. It accepts every box that touch() (sweep.hpp) accepts, and some others;
+// touch() decides. It is monotonic: with a box it accepts every box that contains it.
 //
-// A sweep is looked at until a time `end`, and its times here are parts of that: a sweep far longer
-// than the way on which there are boxes would be told apart from none of them otherwise. `by` is
-// how far it goes until then.
+// The sweep is tested up to a time `end`, and times here are fractions of `end`; otherwise a sweep
+// much longer than the region of the boxes would reject none of them. `by` is the displacement
+// until `end`.
 //
-// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1,
-// parts of `end`. Along an axis whose `by` is at least 2^-64 in magnitude, and where the sweep's
-// box is finite, a time is a difference of two floats by an inverse, 2^-128 to 2^64. Each of the
-// three, `by` included, is rounded by 2^-22 of itself at most, or by 2^-150, which the inverse
-// makes no more than 2^-86; a difference that overflows is a time beyond 1. So a time at which the
-// axes begin to touch, at most 1, comes out greater by no more than 2^-20, and one at which they
-// end, at least 0, less by no more than that or at least 1; and it is asked for enter <= leave +
-// 2^-18. Along any other axis the box overlaps `cover`: a number not above 0 stays so times 2^110,
-// and one that is the distance from beyond its lower end becomes at least 1, as that is a float
-// further off than where the sweep is, or 2^-90. Where infinity meets infinity there is a NaN,
-// which neither the least nor the greatest of two takes from its first operand.
+// Why none is lost: let a sweep meet a box, by touch(), from `enter` to `leave`, both in 0 .. 1 as
+// fractions of `end`. First, an axis whose |by| is at least 2^-64, with a finite sweep box. A time
+// is the product of a difference of two floats and an inverse in 2^-128 .. 2^64. Each of the three,
+// `by` included, has a relative rounding error of at most 2^-22, or an absolute one of 2^-150,
+// which the inverse scales to at most 2^-86; a difference that overflows is a time beyond 1. So a
+// time at which touching begins, at most 1, is at most 2^-20 too large. A time at which it ends, at
+// least 0, is at most 2^-20 too small, or at least 1. The test is enter <= leave + 2^-18. Second,
+// any other axis: the box overlaps `cover`. A difference not above 0 stays so times 2^110. The
+// distance from below the lower end becomes at least 1, as it is at least one float spacing (Cover
+// rounds outward) or 2^-90. Infinity minus infinity is NaN, and min and max never return a NaN in
+// their first operand.
 #pragma once
 
 #include <algorithm>
@@ -36,14 +35,14 @@
 
 namespace throng::live {
 
-// Along an axis a box and the sweep begin or end to touch at (lower - from_lower) * inverse and at
-// (upper - from_upper) * inverse.
+// Along an axis, touching begins and ends at the times (lower - from_lower) * inverse and (upper -
+// from_upper) * inverse, in either order.
 struct SieveTerms {
-  // Of the sweep until time `end`, at most 1; `cover`: of the sweep.
+  // For the sweep up to time `end`, at most 1; `cover`: of the sweep.
   SieveTerms(const Sweep& sweep, const core::Cover& cover, double end) noexcept;
 
   float from_lower[3], from_upper[3], inverse[3];
-  // So much later, at most, may it seem to begin than to end.
+  // Bound of enter - leave that rounding may cause.
   static constexpr float slack = 0x1p-18f;
 
 #if !defined(THRONG_SSE2)
@@ -51,16 +50,16 @@ struct SieveTerms {
 #endif
 };
 
-// Of objects.
+// Tests objects.
 class Sieve {
  public:
   explicit Sieve(const SieveTerms& terms) noexcept;
 
-  // Of four in a row, a bit each. Nothing but their boxes is read: another thread that asks may be
-  // making cells.
+  // One bit per object, for four consecutive ones. Reads only their boxes: another query may be
+  // building cells.
   std::uint32_t passes(const Body* four) const noexcept;
 
-  // f(id) for all that pass.
+  // Calls f(id) for each object that passes.
   template <class F>
   void each(const Objects& objects, F&& f) const {
     const std::size_t limit = objects.limit(), whole = limit / 4 * 4;
@@ -85,17 +84,17 @@ class Sieve {
 #endif
 };
 
-// Of boxes in lines of cells.
+// Tests boxes in lines.
 class LineSieve {
  public:
   explicit LineSieve(const SieveTerms& terms) noexcept;
 
-  // Of the two, a bit each.
+  // One bit per box.
   std::uint32_t passes(const CellLine& line) const noexcept;
 
  private:
 #if defined(THRONG_SSE2)
-  __m128 from_[3], inverse_[3];  // as corners lie in a line
+  __m128 from_[3], inverse_[3];  // in the order of CellLine
 #else
   SieveTerms terms_;
 #endif
@@ -154,8 +153,8 @@ inline std::uint32_t Sieve::passes(const Body* four) const noexcept {
       _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SieveTerms::slack)))));
 }
 
-// Where corners lie in a line: lower x and y, lower z and upper x, upper y and z, of both boxes
-// each.
+// Order of coordinates in a line, for both boxes each: lower x and y, lower z and upper x, upper y
+// and z.
 inline LineSieve::LineSieve(const SieveTerms& t) noexcept {
   const auto four = [](float a, float b) { return _mm_setr_ps(a, a, b, b); };
   from_[0] = four(t.from_lower[0], t.from_lower[1]);
@@ -182,7 +181,7 @@ inline std::uint32_t LineSieve::passes(const CellLine& line) const noexcept {
   leave = _mm_min_ps(_mm_max_ps(z, upper_z), leave);
   const auto both = static_cast<std::uint32_t>(
       _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SieveTerms::slack)))));
-  return both & ((1u << line.used) - 1);  // what is not used is all NaN, which bounds nothing
+  return both & ((1u << line.used) - 1);  // unused boxes are NaN, which passes
 }
 
 #else

@@ -9,7 +9,7 @@
 namespace throng::live {
 namespace {
 
-// Each run of pairs of one first.
+// Sorts each run of pairs with equal first ids.
 void sort_runs(LivePair* pairs, std::size_t count) noexcept {
   for (std::size_t i = 1; i < count; ++i) {
     if (pairs[i].first != pairs[i - 1].first) continue;
@@ -19,7 +19,7 @@ void sort_runs(LivePair* pairs, std::size_t count) noexcept {
   }
 }
 
-// How numbers below a limit are cut into digits.
+// Digit width and count for keys below a limit.
 struct Digits {
   Digits(std::size_t limit, unsigned most) noexcept {
     const unsigned bits = std::max(1u, static_cast<unsigned>(std::bit_width(limit)));
@@ -29,11 +29,11 @@ struct Digits {
   unsigned passes, width;
 };
 constexpr unsigned most_width = 11;
-// Few by small digits, as the counters cost what is sorted does.
+// Small inputs use small digits, as clearing the counters costs as much as sorting.
 constexpr std::size_t few = 4096;
 constexpr unsigned few_width = 7;
 
-// By all digits of number_of, from the last one up; the two change places with each.
+// LSD radix sort by all digits of number_of; swaps the two buffers after each pass.
 template <class T, class Number>
 void sort_by(T*& from, T*& to, std::size_t count, const Digits& digits, Number&& number_of) {
   const std::size_t values = std::size_t{1} << digits.width;
@@ -57,7 +57,7 @@ void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t
   const Digits digits(limit, count < few ? few_width : most_width);
   LivePair* from = pairs;
   LivePair* to = spare;
-  // Few by first alone: hardly two have the same one.
+  // Small inputs by first alone: hardly any share one.
   if (count >= few) sort_by(from, to, count, digits, [](const LivePair& p) { return p.second; });
   sort_by(from, to, count, digits, [](const LivePair& p) { return p.first; });
   if (from != pairs) std::memcpy(pairs, from, count * sizeof *pairs);

@@ -1,4 +1,4 @@
-// Radix sorts of pairs with their slots, and of what questions found.
+// Radix sorts of pairs with their slots, and of query results.
 #pragma once
 
 #include <bit>
@@ -10,21 +10,21 @@
 
 namespace throng::live {
 
-// By first, then second; ids are below `limit`. `spare` has room for as many.
+// By first, then second; ids are below `limit`. `spare`: as many elements.
 void sort_pairs(LivePair* pairs, LivePair* spare, std::size_t count, std::size_t limit) noexcept;
-// By object. Below so many there need be no spare room.
+// By object. Below few_to_sort elements `spare` is unused.
 constexpr std::size_t few_to_sort = 48;
 void sort_hits(SweepHit* hits, SweepHit* spare, std::size_t count, std::size_t limit) noexcept;
 
-// The two ids of a Pair or a LivePair as they lie, moved at once: compilers that see two numbers
-// put them into a vector, and wait for it to tell one from the other.
+// Loads both ids of a Pair or a LivePair as one integer: compilers that see two values load a
+// vector and then wait to extract them.
 inline std::uint64_t ids_at(const void* pair) noexcept {
   std::uint64_t ids;
   static_assert(offsetof(LivePair, second) == 4 && offsetof(Pair, second) == 4);
   std::memcpy(&ids, pair, sizeof ids);
   return ids;
 }
-// A number that orders pairs: the first one's above the second's.
+// Sort key: first in the high half, second in the low half.
 inline std::uint64_t key_of(std::uint64_t ids) noexcept {
   return std::endian::native == std::endian::little ? std::rotl(ids, 32) : ids;
 }

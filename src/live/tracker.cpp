@@ -12,40 +12,40 @@
 namespace throng::live {
 namespace {
 
-// What things cost, in ns, measured as those of the header are.
-// Finding all pairs, an object and a pair; where it is done by several threads each gives so much.
+// Cost model, ns, measured as in the header. Full search, per object and per pair; fraction of a
+// thread's speed that each further thread adds.
 constexpr double find_object_ns = 18, find_pair_ns = 14, thread_share = 0.7;
-// Putting an object that changed into its cell, and telling what of it began and ended; for each
-// pair it has; a cache line of cells that a search around it looks at.
+// Per changed object: placing it in a cell (forest) and reporting its events; per pair that it had;
+// per cache line of cells that its search visits.
 constexpr double settle_ns = 70, settle_in_forest_ns = 600, had_pair_ns = 45, line_ns = 15;
-// Each comparison of that: where there are many, they cost more than the objects do.
+// Per comparison of a full search; matters where comparisons far outnumber objects.
 constexpr double found_comparison_ns = 0.25;
-// An update that finds all pairs from scratch as searches compared too many forgets so much of
-// that; and after so many at most it is tried again.
+// Decay, per full search, of a comparison estimate that caused it; and the longest interval, in
+// updates, after which the incremental search is tried again.
 constexpr double forgotten = 0.01;
-// Cells are tried again after so many times as many changes as there are objects; twice as many
-// each time that they wasted as much as a forest costs.
+// Longest backoff: cells are tried again after this many changes per object. Doubles each time the
+// waste reached the cost of a forest.
 constexpr std::size_t most_patience = 64;
 constexpr std::uint32_t most_wait = 8;
-// Searching around what changed is not given up before it has looked at so much.
+// An incremental search is not aborted before this much work.
 constexpr double least_work = 4096;
-// Linking a pair.
+// Linking one pair.
 constexpr double link_ns = 30;
-// Where searches compare twice as many boxes per pair as in new cells, and more than this, so much
-// is lost.
+// Cells count as outdated when a search compares twice as many boxes per pair as in new cells, and
+// more than this.
 constexpr double outdated_comparisons = 64;
-// Below so many objects no index saves enough to be chosen.
+// Below this many objects a forest saves too little.
 constexpr std::size_t least_objects_of_forest = 256;
-// How many searches it takes to forget half of what those before them showed.
+// Number of searches after which the weight of older ones has halved.
 constexpr double memory_of_searches = 256;
-// Memory is asked for so many objects ahead.
+// Prefetch distance, in objects.
 constexpr std::size_t settle_ahead = 32;
-// Below so many objects that changed a second thread does not pay; each takes some at once.
+// Minimum changed objects for a second thread; objects per work chunk.
 constexpr std::size_t threads_search_from = 400, search_step = 64;
-// Below so many objects a second thread does not pay for moving them.
+// Minimum objects for a second thread in move_all().
 constexpr std::size_t threads_move_from = 20000;
 
-// Room in a list for what the engine finds.
+// Grows the list for the engine's output; null when out of memory.
 Pair* grow_list(void* list, std::size_t count) {
   try {
     auto& found = *static_cast<List<Pair>*>(list);
@@ -140,9 +140,9 @@ void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
   double most_ns = 0;
   if (few_changed(options, tasks, most_ns)) {
     columned_ = false;
-    r.plan.reason = "few objects changed: only around them was searched";
+    r.plan.reason = "few objects changed: incremental search around them";
     if (search_around(options, tasks, most_ns, r)) return;
-    // It was given up, but what changed is in its place.
+    // The search was aborted, but the changed objects are in the index.
     const Result given_up = r;
     find_all(options, tasks, r);
     r.comparisons += given_up.comparisons;
@@ -153,8 +153,9 @@ void Tracker::catch_up(const Options& options, unsigned tasks, Result& r) {
   }
 }
 
-// Which way is cheaper. This decides nothing but the cost. Searching around what changed is to be
-// given up once it has cost `most_ns`.
+// Decides whether the incremental search is cheaper; if so, builds the index, links the pairs and
+// places the changed objects. Affects cost only, never results. The incremental search is to be
+// aborted once it has cost `most_ns`.
 bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_ns) {
   const auto objects = static_cast<double>(objects_.count());
   const auto pairs = static_cast<double>(pairs_.count());
@@ -170,7 +171,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_n
   double few = cost_of_few(comparisons_);
   most_ns = all * threads;
   if (few >= all) {
-    // What other searches compared need not be what these would. Now and then it is tried.
+    // These searches may be cheaper than earlier ones, so they are tried now and then.
     if (index_ != Index::forest)
       waste(all - cost_of_few(std::min(comparisons_, fair_comparisons())));
     comparisons_ += forgotten * (first_comparisons - comparisons_);
@@ -198,7 +199,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_n
   }
   changed_ += objects_.dirty_count();
   if (settle_all(options, all / line_ns)) return true;
-  // What changed is too wide for cells. Where it is so again, a forest is what it takes.
+  // The changed objects are too wide for cells. If this happens twice in a row, build a forest.
   regret_ = 0;
   if (!std::exchange(too_wide_, true)) return false;
   index_ = Index::absent;
@@ -206,7 +207,7 @@ bool Tracker::few_changed(const Options& options, unsigned tasks, double& most_n
   return true;
 }
 
-// Comparisons of a search that a forest would not save.
+// Comparisons per search that a forest would need, too.
 double Tracker::fair_comparisons() const noexcept {
   const auto objects = static_cast<double>(std::max<std::size_t>(objects_.count(), 1));
   return fair_search + fair_per_pair * 2 * static_cast<double>(pairs_.count()) / objects;
@@ -222,8 +223,9 @@ bool Tracker::forest_pays() const noexcept {
 }
 
 void Tracker::make_index(const Options& options) {
-  THRONG_RANGE("make index");
-  // Where much has changed since there are cells, those may be the reason; but only once.
+  THRONG_RANGE("build index");
+  // Many changes since the cells were built may explain the waste; accepted as the reason only
+  // once.
   const bool outdated = index_ == Index::cells && changed_ > objects_.count() / 8 && !retried_;
   const bool try_cells = outdated || !forest_pays();
   retried_ = outdated && forest_pays();
@@ -233,7 +235,7 @@ void Tracker::make_index(const Options& options) {
   if (objects_.sparse()) objects_.list_alive();
   if (linked_) regret_ = 0;
   usual_comparisons_ = 0;
-  // What cells that were not outdated wasted, new ones will waste, too.
+  // If the cells were not outdated, new ones would waste as much.
   if (outdated) wasted_ = 0;
   changed_ = 0;
   if (try_cells && cells_.make(objects_, fair_comparisons(), cpu::executor_of(options),
@@ -250,8 +252,8 @@ void Tracker::build_forest(bool others_are_none) {
   index_ = Index::forest;
 }
 
-// Puts what changed where it belongs. False, with some of it undone, where searching would look at
-// too many lines.
+// Places changed objects in the index. Returns false, with only some of them placed, if searches
+// would visit too many lines.
 bool Tracker::settle_all(const Options& options, double most_lines) {
   if (index_ == Index::cells && !cells_.takes(objects_.count() + objects_.removed_count()))
     make_index(options);
@@ -261,7 +263,7 @@ bool Tracker::settle_all(const Options& options, double most_lines) {
   return true;
 }
 
-// Some may be listed twice.
+// Ids may occur twice.
 void Tracker::settle_in_forest(const ObjectId* dirty, std::size_t count) {
   constexpr std::uint32_t queued = none - 1;
   entering_.renew(count);
@@ -323,9 +325,9 @@ bool Tracker::settle_in_cells(const ObjectId* dirty, std::size_t count,
   return true;
 }
 
-// False: it was given up.
+// Returns false if the search was aborted.
 bool Tracker::search_around(const Options& options, unsigned tasks, double most_ns, Result& r) {
-  THRONG_RANGE("search around");
+  THRONG_RANGE("incremental search");
   const List<ObjectId>& dirty = objects_.dirty_list();
   tasks = dirty.size() < threads_search_from ? 1 : tasks;
   r.plan.threads = tasks;
@@ -372,7 +374,7 @@ bool Tracker::search_around(const Options& options, unsigned tasks, double most_
   return true;
 }
 
-// What searches looked at is what the next will be expected to.
+// Updates the estimates for the next searches from the work of these.
 void Tracker::learn(const Work& work, std::size_t searched) noexcept {
   const auto searches = static_cast<double>(searched);
   const bool in_forest = index_ == Index::forest;
@@ -390,7 +392,7 @@ void Tracker::learn(const Work& work, std::size_t searched) noexcept {
   }
 }
 
-// Pairs in canonical order, as a Finder finds them.
+// All pairs in sorted order, as a Finder finds them.
 Result Tracker::find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options) {
   Options all = options;
@@ -410,7 +412,7 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   columned_ = false;
   asked_before_ = asked_.exchange(0);
   const bool sparse = objects_.sparse();
-  // By their places in the list of those that are alive, if that is much shorter.
+  // Indices into the list of ids in use, if that is much shorter.
   const Boxes all = sparse ? objects_.packed_view() : objects_.view();
   r = find_into(engine_, found_, all, nullptr, objects_.margin(), options);
   if (!r.ok()) return;

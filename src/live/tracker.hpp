@@ -1,16 +1,15 @@
-// What a BroadPhase keeps: objects, pairs, cells, and which way an update goes.
+// Owns what a BroadPhase keeps (objects, pairs, indexes) and chooses how an update runs.
 //
-// Few changed: each of them is compared with the pairs it had and with the boxes around it, which
-// an index finds. Many changed: all pairs are found from scratch, as a Finder does, and merged with
-// those there were. After the latter the index is stale; building it again is put off until what it
-// would have saved since is as much as that costs. Queries have the columns in which pairs were
-// found.
+// Few objects changed: an index finds the boxes around each of them, and the result is compared
+// with its previous pairs. Many changed: all pairs are found from scratch, as by a Finder, and
+// merged with the previous pairs. That leaves the index stale; it is rebuilt once the time that it
+// would have saved since then equals the cost of building it. Queries can use the columns of the
+// last full search.
 //
-// The index is Cells where boxes are spread out, and a BvhForest where they are not. Searches in
-// cells are counted: what they look at beyond `fair_comparisons()` is waste. Once the waste is as
-// much as a forest costs, there is one. So whatever the boxes, less than twice is paid of what the
-// better index would have cost. After as many changes as there are objects cells are tried again,
-// and later and later where they do not suit.
+// The index is Cells where boxes are spread out, otherwise a BvhForest. Work of searches in cells
+// beyond `fair_comparisons()` counts as waste. When the waste reaches the cost of a forest, a
+// forest is built. So the total cost is less than twice that of the better index, for any input.
+// Cells are tried again after as many changes as there are objects, with exponential backoff.
 #pragma once
 
 #include <atomic>
@@ -34,11 +33,11 @@ namespace throng::live {
 
 class Tracker {
  public:
-  // `already_held`: bytes of whoever owns this, which count too.
+  // `already_held`: bytes of the owning object, included in the memory count.
   Tracker(std::pmr::memory_resource* memory, float margin, std::size_t already_held) noexcept;
 
   const Objects& objects() const noexcept { return objects_; }
-  // To change them.
+  // Mutable access; the index becomes stale.
   Objects& change() noexcept {
     ready_ = false;
     return objects_;
@@ -46,19 +45,19 @@ class Tracker {
   PairSet& pairs() noexcept { return pairs_; }
   cpu::Memory& memory() noexcept { return engine_.memory(); }
 
-  // Throws cpu::NoMemory, having changed nothing.
+  // Throws cpu::NoMemory and then changes nothing.
   void update(const Options& options, Result& result);
-  // Whether one of the boxes has a NaN.
+  // Whether any box contains a NaN.
   static bool has_nan(const Boxes& boxes, const Options& options) noexcept;
-  // Gives the objects of `boxes` that moved their new ones, on several threads where that pays.
+  // Stores the new box of each object whose box differs; uses several threads for many objects.
   void move_all(const Boxes& boxes, const Options& options) noexcept;
 
-  // The pairs of an object in canonical order, if `out` has room for them all; how many there are.
-  // Several threads may ask at once, and beside questions.
+  // Returns how many pairs the object has; writes them in sorted order if `room` is enough.
+  // Thread-safe against itself and against queries.
   std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) noexcept;
 
-  // Questions; see query.hpp. While nothing else is called several may be asked at once, each by
-  // Queries of its own. Throw cpu::NoMemory.
+  // Queries; see query.hpp. Thread-safe against each other with one Queries each, while no other
+  // call runs. Throw cpu::NoMemory.
   void find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& result);
   void find_hits(Queries& by, const Sweeps& sweeps, const Options& options, Result& result);
   Queries& queries() noexcept { return queries_; }
@@ -83,7 +82,7 @@ class Tracker {
   static Result find_into(cpu::Engine& engine, List<Pair>& found, const Boxes& a, const Boxes* b,
                           float margin, const Options& options);
 
-  // In tracker_questions.cpp.
+  // Defined in tracker_questions.cpp.
   Options to_prepare(const Queries& by, const Options& options) const noexcept;
   void get_ready(const Queries& by, const Options& options);
   void asked(const Queries& by, std::size_t count, double ns, const Options& options);
@@ -95,51 +94,52 @@ class Tracker {
   std::optional<Columns> columns() noexcept;
   Ground ground() noexcept;
 
-  cpu::Engine engine_;  // its memory is that of all
+  cpu::Engine engine_;  // its memory resource serves all members
   Objects objects_;
   PairSet pairs_;
   PairsByObject by_object_;
   Cells cells_;
   BvhForest forest_;
-  List<ObjectId> entering_;  // room for objects that go into the forest
+  List<ObjectId> entering_;  // scratch: objects to insert into the forest
   Queries queries_;
   cpu::EachTask<Around> around_;
   List<Pair> found_;
-  std::mutex preparing_;            // what those who ask share
-  std::atomic<bool> ready_{false};  // what changed is where questions look for it
+  std::mutex preparing_;            // guards what concurrent queries share
+  std::atomic<bool> ready_{false};  // changed objects are in the index
   enum class Index : std::uint8_t { absent, cells, forest };
-  std::atomic<Index> index_{Index::absent};  // what all objects but those that changed are in
-  std::atomic<bool> blocked_{false};         // and which blocks of them are empty
-  std::atomic<bool> indexed_{false};  // which of the pairs, as they are in order, an object has
-  bool linked_ = false;               // pairs are linked; where not, they are in order
-  bool columned_ = false;             // the engine's columns hold all but what has changed since
-  double regret_ = 0;  // ns that an index would have saved, or better cells than those there are
-  // ns that a forest would have saved; and objects that changed since there has been this index.
+  std::atomic<Index> index_{Index::absent};  // contains all objects except changed ones
+  std::atomic<bool> blocked_{false};         // cells_.blocks() is up to date
+  std::atomic<bool> indexed_{false};         // by_object_ matches the sorted pairs
+  bool linked_ = false;    // the linked form of pairs_ is valid; otherwise the sorted form is
+  bool columned_ = false;  // the engine's columns hold all objects except those changed since
+  double regret_ = 0;      // ns that an index, or a better layout of cells, would have saved
+  // ns that a forest would have saved; changes of objects since this index was built.
   std::atomic<double> wasted_{0};
   std::size_t changed_ = 0;
-  bool retried_ = false;      // these cells are not the first since there was a forest, or waste
-  std::size_t patience_ = 1;  // after so many changes per object cells are tried again
-  bool too_wide_ = false;     // what changed has been so for cells
-  double all_ns_ = 0;         // what comparing cost an object when all pairs were last found
-  // Searching around what changed is tried again in so many updates; the next time in so many.
+  // cells were already rebuilt once since the last forest or reset of the waste
+  bool retried_ = false;
+  std::size_t patience_ = 1;  // cells are tried again after this many changes per object
+  bool too_wide_ = false;     // the last changed objects were too wide for cells
+  double all_ns_ = 0;         // comparison cost per object of the last full search
+  // Updates until the incremental search is tried again, and the next such interval.
   std::uint32_t try_in_ = 1, try_wait_ = 1;
-  // What cells would have saved questions, ns, as far as that makes a difference: since all pairs
-  // were last found anew, and from the time before that.
+  // ns that cells would have saved queries: since the last full search, and in the period before
+  // it. Counted only as far as it affects the decision.
   std::atomic<double> asked_{0};
   double asked_before_ = 0;
-  std::atomic<std::uint64_t> walked_{0};  // cells that sweeps looked into, without blocks
-  std::atomic<std::uint64_t> looked_{0};  // pairs that were looked at for those of one object
-  // What things cost, in ns, measured on the machine of docs/benchmarks.md; only the ratios matter.
-  // Making cells, and a forest, an object; searching around a box, and each comparison there.
+  std::atomic<std::uint64_t> walked_{0};  // cells that sweeps visited without block data
+  std::atomic<std::uint64_t> looked_{0};  // pairs scanned by pairs_of()
+  // Cost model, ns; measured on the machine of docs/benchmarks.md; only the ratios matter. Building
+  // cells and a forest, per object; a search around one box, and per comparison in it.
   static constexpr double cell_ns = 35, forest_ns = 250, search_ns = 80, comparison_ns = 6;
-  // A search in a forest takes as long as so many comparisons in cells, and so many for each pair.
+  // A forest search costs as much as this many comparisons in cells, plus this many per pair.
   static constexpr double fair_search = 512, fair_per_pair = 16;
-  // What a box is compared with in a search around an object that changed: before the first, and
-  // as searches have shown it.
+  // Expected comparisons per search around a changed object: the initial value and the running
+  // estimate.
   static constexpr double first_comparisons = 24;
   double comparisons_ = first_comparisons;
-  // Of a search, in cells as they were when new, per pair of an object and one more; 0: not known
-  // yet.
+  // Comparisons per search in newly built cells, divided by (pairs per object + 1); 0: not
+  // measured.
   double usual_comparisons_ = 0;
 };
 

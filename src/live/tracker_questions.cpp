@@ -1,4 +1,4 @@
-// What a Tracker does for questions: where they look, and once they are many, cells for them.
+// Tracker's part in queries: chooses what they search, and builds cells once queries are many.
 #include <algorithm>
 #include <mutex>
 
@@ -9,20 +9,19 @@
 namespace throng::live {
 namespace {
 
-// Finding the overlaps of many boxes with all objects as those of two sets, an object; a question
-// that has cells.
+// Overlaps of many boxes with all objects as a two-set search, per object; one query in cells.
 constexpr double search_object_ns = 8, question_ns = 1500;
-// Without an index: looking at a record of a column, and comparing a box.
+// Without an index: visiting a column record; comparing a box.
 constexpr double record_ns = 1, compared_ns = 5;
 constexpr double no_limit = 1e300;
-// Looking at a pair, for those of one object; telling which each object has: a pair, an object.
+// Scanning a pair in pairs_of(); building PairsByObject, per pair and per object.
 constexpr double look_ns = 0.5, index_pair_ns = 6, index_object_ns = 2;
-// To tell which blocks of cells are empty takes, an object, as long as to look into so many cells.
+// Building block data costs, per object, as much as visiting this many cells.
 constexpr double block_cells = 0.5;
-// Where more than one in so many objects has changed since columns were made, they are no help.
+// Columns are unused once more than one in this many objects has changed.
 constexpr std::size_t most_listed = 32;
 
-// What so many questions cost, by what some of them do: cost(i).
+// Estimates the cost of `count` queries from a sample of at most 16: cost(i).
 template <class Cost>
 double cost_of(std::size_t count, const Cost& cost) noexcept {
   const std::size_t priced = std::min<std::size_t>(count, 16);
@@ -33,15 +32,15 @@ double cost_of(std::size_t count, const Cost& cost) noexcept {
 
 }  // namespace
 
-// Who asks beside others holds a lock meanwhile: no other thread's task may be waited for, as a
-// thread that waits may be given one that wants the lock, too.
+// A concurrent query holds the lock while it builds, so it uses one thread: while waiting for tasks
+// it could be given a task of another query that needs the same lock.
 Options Tracker::to_prepare(const Queries& by, const Options& options) const noexcept {
   Options mine = options;
   if (&by != &queries_) mine.threads = 1;
   return mine;
 }
 
-// Puts what changed where questions look for it; the first of several does.
+// Places changed objects in the index; the first of several concurrent queries does it.
 void Tracker::get_ready(const Queries& by, const Options& options) {
   if (ready_.load(std::memory_order_acquire)) return;
   const std::lock_guard<std::mutex> lock(preparing_);
@@ -64,16 +63,16 @@ void Tracker::get_ready(const Queries& by, const Options& options) {
   ready_.store(true, std::memory_order_release);
 }
 
-// Questions come one at a time, too: once cells would have saved those that went without what they
-// cost, cells are made; and at once where they would have saved as much of those before all pairs
-// were last found anew. So less than three times is paid what the better choices would have cost.
+// Cells are built once they would have saved these queries their building cost, or had done so
+// before the last full search. This holds for many single queries, too. So the total cost is less
+// than three times that of the best choices.
 void Tracker::asked(const Queries& by, std::size_t count, double ns, const Options& options) {
   const double saved = std::max(0.0, ns - question_ns * static_cast<double>(count));
   const double cells = cell_ns * static_cast<double>(objects_.count());
   double sum = asked_.load(std::memory_order_relaxed);
   if (sum <= cells) sum = asked_.fetch_add(saved, std::memory_order_relaxed) + saved;
   if (index_ != Index::absent || std::max(sum, asked_before_) <= cells) return;
-  // While another one makes them there is the ground of before, for who has not much to ask.
+  // While another thread builds them, small queries continue without cells.
   std::unique_lock<std::mutex> lock(preparing_, std::defer_lock);
   if (saved > cells)
     lock.lock();
@@ -82,7 +81,7 @@ void Tracker::asked(const Queries& by, std::size_t count, double ns, const Optio
   if (index_ == Index::absent) make_index(to_prepare(by, options));
 }
 
-// Sweeps that looked into as many cells as blocks of them cost; they might have passed over most.
+// Builds block data once sweeps visited as many cells as that costs; with blocks they skip most.
 void Tracker::walked(std::uint64_t cells) noexcept {
   if (blocked_ || index_ != Index::cells || cells == 0) return;
   walked_ += cells;
@@ -93,12 +92,12 @@ void Tracker::walked(std::uint64_t cells) noexcept {
   try {
     cells_.make_blocks(objects_);
     blocked_ = true;
-  } catch (const cpu::NoMemory&) {  // the sweeps have been answered without
+  } catch (const cpu::NoMemory&) {  // the sweeps are complete without blocks
   }
 }
 
-// What queries without an index cost beyond what was expected of them: where boxes are clustered,
-// the columns that are looked into may have far more than their share.
+// Accounts for cost above the estimate in queries without an index: where boxes are clustered, the
+// visited columns may hold far more than the average.
 void Tracker::cost_more(const Queries& by, const Work& work, double expected,
                         const Options& options) noexcept {
   if (index_ != Index::absent) return;
@@ -107,12 +106,12 @@ void Tracker::cost_more(const Queries& by, const Work& work, double expected,
   if (cost <= expected) return;
   try {
     asked(by, 0, cost - expected, options);
-  } catch (const cpu::NoMemory&) {  // the queries have been answered without
+  } catch (const cpu::NoMemory&) {  // the queries are complete without cells
   }
 }
 
-// Queries in cells that looked at more than a forest would. While others search in the cells those
-// stay as they are, and the forest is built beside them.
+// Accounts for queries in cells that did more work than in a forest. Other threads may still search
+// the cells, so those stay unchanged while the forest is built.
 void Tracker::looked_at(const Work& work, std::size_t queries, std::size_t hits) noexcept {
   if (index_ != Index::cells) return;
   const double fair =
@@ -125,7 +124,7 @@ void Tracker::looked_at(const Work& work, std::size_t queries, std::size_t hits)
   changed_ = 0;
   try {
     build_forest(false);
-  } catch (const cpu::NoMemory&) {  // the queries have been answered without
+  } catch (const cpu::NoMemory&) {  // the queries are complete without a forest
   }
 }
 
@@ -141,8 +140,7 @@ Ground Tracker::ground() noexcept {
   return {.columns = columns()};
 }
 
-// Where pairs are not linked all are looked at, until that has taken as long as telling once for
-// all which each object has.
+// Without links, scans all pairs until that has cost as much as building PairsByObject.
 std::size_t Tracker::pairs_of(ObjectId id, LivePair* out, std::size_t room) noexcept {
   if (id >= objects_.limit()) return 0;
   if (linked_) return pairs_.linked_of(objects_, id, out, room);
@@ -151,7 +149,8 @@ std::size_t Tracker::pairs_of(ObjectId id, LivePair* out, std::size_t room) noex
   return pairs_.sorted_of(id, out, room);
 }
 
-// If enough has been asked for that; false: not, or another one is at it.
+// Builds PairsByObject if enough pairs were scanned; false: not yet, or another thread is building
+// it.
 bool Tracker::index_pairs() noexcept {
   const auto pairs = static_cast<double>(pairs_.count());
   const auto looked = static_cast<double>(looked_ += pairs_.count());
@@ -165,7 +164,7 @@ bool Tracker::index_pairs() noexcept {
   try {
     by_object_.make(pairs_.in_order(), objects_.limit());
   } catch (const cpu::NoMemory&) {
-    return false;  // looking at all will do
+    return false;  // a scan of all pairs still works
   }
   indexed_.store(true, std::memory_order_release);
   return true;
@@ -173,7 +172,8 @@ bool Tracker::index_pairs() noexcept {
 
 void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& options, Result& r) {
   THRONG_RANGE("find overlaps");
-  const double all = search_object_ns * static_cast<double>(objects_.limit());  // so many it takes
+  // cost of a two-set search
+  const double all = search_object_ns * static_cast<double>(objects_.limit());
   const bool few = search_ns * static_cast<double>(boxes.size()) < all;
   bool one_by_one = false;
   double expected = 0;
@@ -195,12 +195,13 @@ void Tracker::find_overlaps(Queries& by, const Boxes& boxes, const Options& opti
     looked_at(work, boxes.size(), by.overlaps().size());
     cost_more(by, work, expected, options);
   } else {
-    if (&by == &queries_) columned_ = false;  // the engine is that of updates
+    // the engine is shared with updates and overwrites its columns
+    if (&by == &queries_) columned_ = false;
     const Boxes view = objects_.view();
     r = find_into(by.engine(), by.overlaps(), boxes, &view, 0, options);
     r.inactive = 0;
   }
-  by.forget_hits();  // it may have been found there
+  by.forget_hits();  // the overlaps may have been collected there
   r.found = r.written = by.overlaps().size();
   if (stop()) r.status = Status::stopped;
 }

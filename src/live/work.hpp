@@ -1,4 +1,4 @@
-// What a search looked at.
+// Work counters of a search.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 namespace throng::live {
 
 struct Work {
-  std::uint64_t compared = 0;  // boxes, each place of a line
+  std::uint64_t compared = 0;  // boxes, empty places of a line included
   std::uint64_t visited = 0;   // cells and tree nodes
 
   Work& operator+=(const Work& other) noexcept {

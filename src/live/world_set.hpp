@@ -1,5 +1,5 @@
-// Which worlds there are, as long as they are few: an object of world -1, which meets all of them,
-// is looked for in each by turns.
+// The set of worlds (environments) in use, if they are few: a search for an object of world -1,
+// which may pair with any world, visits each of them.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ class WorldSet {
  public:
   static constexpr std::size_t most = 32;
 
-  // An object of this world, which is not -1, comes or goes.
+  // Counts an object of this world, which is not -1.
   void add(std::int32_t world) noexcept {
     ++objects_;
     const std::size_t k = find(world);
@@ -24,7 +24,7 @@ class WorldSet {
       ++unlisted_;
     }
   }
-  // While a world is listed all of its objects are counted there: it was listed with the first.
+  // All objects of a listed world are counted there, because it was listed with its first object.
   void remove(std::int32_t world) noexcept {
     --objects_;
     const std::size_t k = find(world);

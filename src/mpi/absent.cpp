@@ -1,4 +1,4 @@
-// In place of gpu.cu, in a build without a CUDA compiler.
+// Replaces gpu.cu in a build without a CUDA compiler.
 #include "mpi/on_device.hpp"
 
 namespace throng::mpi {

@@ -35,13 +35,14 @@ void say(Result& r, const pipeline::Failure& failure) noexcept {
       break;
     case Status::out_of_memory:
       say(r, failure.status,
-          "no device memory: %llu bytes were asked for in vain%s%s; free some, or use more ranks",
+          "out of device memory: allocating %llu bytes failed%s%s; free some, or use more ranks",
           number, failure.text ? ": " : "", text);
       r.bytes_needed = number;
       break;
     case Status::device_error:
       say(r, failure.status,
-          "the GPU failed: %s; make a new DeviceFinder, and where that fails, too, a new process",
+          "the GPU failed: %s; create a new DeviceFinder, and if that fails, too, restart the "
+          "process",
           text);
       break;
     default:
@@ -62,7 +63,7 @@ Agreed agreed(const Settings& s, std::uint64_t form) noexcept {
 
 namespace {
 
-// The words of the first bad rank, with its number before them.
+// Broadcasts the message of the first failed rank, prefixed with its number.
 void share_failure(Link& link, Result& r) {
   const auto ranks = static_cast<std::uint64_t>(link.size());
   std::uint64_t first = r.ok() ? 0 : ranks - static_cast<std::uint64_t>(link.rank());
@@ -70,7 +71,7 @@ void share_failure(Link& link, Result& r) {
   const int root = static_cast<int>(ranks - first);
   static_assert(std::is_trivially_copyable_v<Result>);
   Result told = r;
-  told.plan.reason = "";  // a pointer is of no use elsewhere
+  told.plan.reason = "";  // a pointer is meaningless on other ranks
   if (link.rank() == root) {
     char text[sizeof r.message];
     std::memcpy(text, r.message, sizeof text);
@@ -81,7 +82,8 @@ void share_failure(Link& link, Result& r) {
   r = told;
 }
 
-// Which of them differ, and how: the values are compared by or of all and or of all inverses.
+// Names the setting that differs and its range. A setting is equal on all ranks if the OR of the
+// values and the OR of the inverted values have no common bit.
 bool share_difference(Link& link, Result& r, const Agreed& mine, const std::uint64_t* differ) {
   const char* names[] = {"margin",         "Settings::imbalance",
                          "NaN policy",     "order",
@@ -146,7 +148,7 @@ bool valid(const Settings& s, Result& r) noexcept {
   } else if (!(s.imbalance >= 1)) {
     say(r, Status::bad_option, "Settings::imbalance is %g; it must be at least 1", s.imbalance);
   } else if (std::isnan(s.seconds)) {
-    say(r, Status::bad_option, "Settings::seconds is no number; give 0 to wait for ever");
+    say(r, Status::bad_option, "Settings::seconds is not a number; give 0 to wait without limit");
   } else if (s.wide == 0) {
     say(r, Status::bad_option, "Settings::wide is 0; it must be at least 1");
   }
@@ -159,11 +161,12 @@ template <class T>
 bool valid(const Strided<T>& filter, std::size_t boxes, const char* name, Result& r) noexcept {
   if (!filter) return true;
   if (filter.count != boxes) {
-    say(r, Status::bad_filter, "filter '%s' has %llu values for %llu boxes; give one value a box",
+    say(r, Status::bad_filter, "filter '%s' has %llu values for %llu boxes; give one value per box",
         name, ull{filter.count}, ull{boxes});
   } else if (filter.stride_bytes % alignof(T) != 0) {
-    say(r, Status::bad_filter, "the stride of filter '%s' is %llu bytes; wanted a multiple of %llu",
-        name, ull{filter.stride_bytes}, ull{alignof(T)});
+    say(r, Status::bad_filter,
+        "the stride of filter '%s' is %llu bytes; it must be a multiple of %llu", name,
+        ull{filter.stride_bytes}, ull{alignof(T)});
   }
   return r.ok();
 }
@@ -219,7 +222,7 @@ bool valid_arrays(const Boxes& boxes, Result& r) noexcept {
   } else if (!boxes.complete()) {
     say(r, Status::bad_boxes, "a coordinate array is null; only both z arrays may be missing");
   } else if (boxes.stride_bytes() % alignof(float) != 0) {
-    say(r, Status::bad_boxes, "the stride of the boxes is %llu bytes; wanted a multiple of 4",
+    say(r, Status::bad_boxes, "the stride of the boxes is %llu bytes; it must be a multiple of 4",
         ull{boxes.stride_bytes()});
   }
   return r.ok() && valid_filter_arrays(boxes.filters, n, r);

@@ -2,7 +2,7 @@
 
 #include <mpi.h>
 
-// Open MPI and MVAPICH say it there, MPICH in its mpi.h.
+// Open MPI and MVAPICH declare it there, MPICH in its mpi.h.
 #if __has_include(<mpi-ext.h>)
 #include <mpi-ext.h>
 #endif

@@ -1,9 +1,9 @@
-// Whether MPI reads and writes a CUDA device's memory as it lies.
+// Whether MPI is CUDA-aware, i.e. accepts device pointers.
 #pragma once
 
 namespace throng::mpi {
 
-// What MPI itself says, now that it is up; false where it has no word for it.
+// What MPI reports at run time; false if it cannot report it. Call after MPI_Init.
 bool takes_device_memory() noexcept;
 
 }  // namespace throng::mpi

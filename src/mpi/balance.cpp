@@ -12,7 +12,7 @@ void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t wei
   points.push_back({{reach.lower[0], reach.lower[1], reach.lower[2]}, point_weight(weight)});
 }
 
-// One of each run of `step`, and not always the same: a caller's order may have that period.
+// Takes a hashed position in each run of `step`, since the caller's order may have that period.
 void thin_out(std::vector<Point>& points) {
   const std::size_t step = (points.size() + most_points - 1) / most_points;
   if (step <= 1) return;
@@ -26,8 +26,8 @@ void thin_out(std::vector<Point>& points) {
   points.resize(kept);
 }
 
-// bisect() of bisect.cpp, each sum taken over the ranks of the node. Those of the left half go on
-// with what is left of the cut, wherever it was before.
+// As bisect() in bisect.cpp, with each sum taken over the ranks of the node. The ranks of the left
+// half then continue with the points left of the cut, whichever rank held them.
 Regions bisect(Link& link, std::vector<Point> points) {
   link.make_nodes();
   std::vector<Cut> mine(1);

@@ -1,4 +1,4 @@
-// Work counted, space cut by it among ranks, and records handed on along the tree of regions.
+// Work counting, partitioning by work across ranks, and forwarding of records along the tree.
 #pragma once
 
 #include <cstddef>
@@ -10,33 +10,35 @@
 
 namespace throng::mpi {
 
-// What a search cost, in units of a comparison of two boxes. A uniform box costs 24 ns of a core
-// with some 40 comparisons of 1/4 ns (docs/benchmarks.md), which leaves 14 ns, or 56 comparisons,
-// for the box; a pair that is written costs some 2 ns. Only ratios matter, and only to balance.
+// The cost of a search, in units of one comparison of two boxes. A uniform box takes 24 ns of a
+// core with about 40 comparisons of 1/4 ns (docs/benchmarks.md); this leaves 14 ns, or 56
+// comparisons, for the box. Writing a pair takes about 2 ns. Only ratios matter, and only for
+// balance.
 constexpr std::uint64_t box_work = 64, pair_work = 8;
 inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,
                              std::uint64_t pairs) noexcept {
   return boxes * box_work + comparisons + pairs * pair_work;
 }
 
-// At most so many points a rank stand for all of its objects: of 16,384 the weight of a share is
-// right to within 1 %, and what is sent stays below 300 KB a level.
+// Maximum number of sample points per rank. With 16,384 points the weight of a part is accurate to
+// 1 %, and a level sends less than 300 KB.
 constexpr std::size_t most_points = 16384;
 
-// A point at the reach's lower corner, unless it is infinite.
+// Appends the lower corner as a point, unless the box is infinite.
 void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t weight);
 
-// One point of each k, k times as heavy.
+// Keeps one point of every k, with k times its weight.
 void thin_out(std::vector<Point>& points);
 
-// Collective: the regions that bisect() gives for the points of all ranks together. Each level
-// costs two rounds of words and at most five of 2 KB among the ranks of the node, then one message,
-// the points that are on the wrong side.
+// Collective. Returns the regions that bisect() computes for the points of all ranks together. Each
+// level costs two reductions of a few words and at most five of 2 KB within the node, then one
+// message with the points on the wrong side.
 Regions bisect(Link& link, std::vector<Point> points);
 
-// Collective: hands records on along the tree: wanted(begin, end, record) tells whether some rank
-// of that node needs it. Gives the records that came to this rank or were here; it may not need
-// all. A rank sends one message a level, and a record once for each node that it goes on into.
+// Collective. Forwards records down the tree of regions; wanted(begin, end, record) returns whether
+// some rank of that node needs the record. Returns the records that arrived at or stayed on this
+// rank, a superset of those it needs. A rank sends one message per level, and a record once per
+// node that it enters.
 template <class Wanted>
 Bytes hand_on(Link& link, Bytes records, std::size_t record_bytes, Wanted&& wanted) {
   link.make_nodes();

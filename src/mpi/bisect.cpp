@@ -66,7 +66,7 @@ bool CutSearch::narrow(const Histogram& histogram) noexcept {
   while (bin + 1 < bins && below + histogram[bin] < target_) below += histogram[bin++];
   const std::int64_t start = low_ + static_cast<std::int64_t>(bin) * width_;
   if (width_ == 1 || histogram[bin] <= enough_) {
-    // Before these keys or after them, whichever leaves the left side nearer to its share.
+    // Cut before or after these keys, whichever brings the left side closer to its target.
     const std::uint64_t after = below + histogram[bin];
     const bool include = after >= target_ && after - target_ < target_ - std::min(below, target_);
     cut_.at = static_cast<Key>(start + (include ? width_ : 0));

@@ -1,5 +1,5 @@
-// Recursive coordinate bisection. Where a cut goes depends on sums of integers alone, so it is the
-// same however the points are spread over ranks, and the same here as among ranks (balance.hpp).
+// Recursive coordinate bisection. A cut depends only on integer sums, so it is independent of the
+// distribution of points over ranks, and equal to that computed across ranks (balance.hpp).
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@
 
 namespace throng::mpi {
 
-// Where an object is, and what it costs.
+// The position and cost of an object.
 struct Point {
   Key at[3];
   std::uint32_t weight;
 };
 
-// What is infinite lies everywhere, and tells nothing of where objects are.
+// Infinite boxes overlap everything and carry no position, so they are excluded.
 THRONG_HD inline bool is_somewhere(const Reach& reach) noexcept {
   constexpr Key far = key_of(std::numeric_limits<float>::infinity());
   bool inside = true;
@@ -28,19 +28,19 @@ THRONG_HD constexpr std::uint32_t point_weight(std::uint64_t weight) noexcept {
   return weight < 1u << 20 ? static_cast<std::uint32_t>(weight) : 1u << 20;
 }
 
-// The extent of points along each axis, as one sum can merge it: the maxima of key and ~key.
+// The extent of points per axis as maxima of key and ~key, which one max-reduction can merge.
 struct Extent {
   std::int64_t highest[3], not_lowest[3];
 
   Extent() noexcept;
   void add(const Point& point) noexcept;
   bool empty() const noexcept { return highest[0] < ~not_lowest[0]; }
-  // The axis along which the points reach farthest; of equal ones the first.
+  // The axis of the largest extent; of equal ones the first.
   int longest() const noexcept;
 };
 
-// Finds the cut that leaves `left` of `parts` of the weight below it, as nearly as the points
-// allow. A round narrows the range of keys by 256, so there are at most five.
+// Finds the cut with `left` of `parts` of the weight below it, as closely as the points allow. Each
+// round narrows the key range by a factor of 256, so there are at most five.
 class CutSearch {
  public:
   static constexpr std::size_t bins = 256;
@@ -48,9 +48,9 @@ class CutSearch {
 
   CutSearch(const Extent& extent, int axis, int left, int parts) noexcept;
 
-  // Adds the weights of these points to the bins of this round.
+  // Adds the points' weights to the histogram of this round.
   void count(const Point* points, std::size_t count, Histogram& histogram) const noexcept;
-  // Takes the sum over all points; false: the cut is found.
+  // Takes the histogram over all points; returns false when the cut is found.
   bool narrow(const Histogram& histogram) noexcept;
   Cut cut() const noexcept { return cut_; }
 
@@ -62,10 +62,10 @@ class CutSearch {
   std::uint64_t below_ = 0, target_ = 0, enough_ = 0;
 };
 
-// Puts the points left of the cut first; tells how many.
+// Moves the points left of the cut to the front; returns their number.
 std::size_t split(Point* points, std::size_t count, const Cut& cut) noexcept;
 
-// Cuts space for `ranks` ranks by all these points, whose order changes.
+// Partitions space for `ranks` ranks by these points; reorders them.
 Regions bisect(Point* points, std::size_t count, int ranks);
 
 }  // namespace throng::mpi

@@ -1,4 +1,4 @@
-// BroadPhase: who holds what, and what was changed there. The rest is update.cpp.
+// BroadPhase: local calls on objects, and accessors. update() is in update.cpp.
 #include <utility>
 
 #include "mpi/agree.hpp"
@@ -31,7 +31,7 @@ void BroadPhase::State::hold(const Change& change, bool is_touched) {
   }
 }
 
-// The last one takes its place.
+// Fills the gap with the last object.
 void BroadPhase::State::forget(std::size_t place) {
   places.erase(held[place].change.id);
   if (place + 1 != held.size()) {
@@ -46,10 +46,10 @@ bool BroadPhase::State::valid_ids(const std::uint64_t* ids, std::size_t count, R
   for (std::size_t i = 0; i < count && r.ok(); ++i) {
     const auto found = places.find(ids[i]);
     if (found == places.end() || !held[found->second].change.is_alive) {
-      say(r, Status::bad_id, "id %llu, at %llu of the list, is not held by this rank", ull{ids[i]},
-          ull{i});
+      say(r, Status::bad_id, "id %llu, at index %llu of the list, is not held by this rank",
+          ull{ids[i]}, ull{i});
     } else if (!seen.insert(ids[i]).second) {
-      say(r, Status::bad_id, "id %llu, at %llu of the list, stands there twice; give it once",
+      say(r, Status::bad_id, "id %llu, at index %llu of the list, occurs twice; give it once",
           ull{ids[i]}, ull{i});
     }
     if (!r.ok()) r.first_invalid = i;
@@ -63,7 +63,7 @@ BroadPhase::~BroadPhase() = default;
 BroadPhase::BroadPhase(BroadPhase&& other) noexcept = default;
 BroadPhase& BroadPhase::operator=(BroadPhase&& other) noexcept = default;
 
-// A call on objects: this rank's alone.
+// Runs a local (not collective) call on objects.
 template <class F>
 Result BroadPhase::local(F&& f) noexcept {
   const DefaultFloats floats;
@@ -84,8 +84,9 @@ Result BroadPhase::add(const std::uint64_t* ids, const Boxes& boxes) noexcept {
     std::unordered_set<std::uint64_t> seen;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       if (s.places.count(ids[i]) == 0 && seen.insert(ids[i]).second) continue;
-      say(r, Status::bad_id, "id %llu, at %llu of the list, is taken; give each object its own",
-          ull{ids[i]}, ull{i});
+      say(r, Status::bad_id,
+          "id %llu, at index %llu of the list, is in use; give each object its own", ull{ids[i]},
+          ull{i});
       r.first_invalid = i;
       return;
     }
@@ -117,7 +118,7 @@ Result BroadPhase::remove(const std::uint64_t* ids, std::size_t count) noexcept 
       s.touch(s.places.at(ids[i]));
       s.change(ids[i]).is_alive = 0;
     }
-    // What was never told of need not be told to be gone.
+    // An object added and removed between two updates needs no message.
     std::vector<std::uint64_t> unborn;
     for (const std::size_t place : s.touched) {
       const Change& c = s.held[place].change;

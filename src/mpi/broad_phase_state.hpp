@@ -1,4 +1,5 @@
-// What a BroadPhase keeps: who is held here, what changed, and what other ranks told.
+// State of a BroadPhase: the objects held here, their changes, and the objects in this rank's
+// region.
 #pragma once
 
 #include <cstddef>
@@ -32,11 +33,11 @@ struct BroadPhase::State {
   bool cut = false, broken = false;
   double imbalance = 1;
   unsigned patience = 0, waited = 0;
-  std::uint64_t total = 0;  // pairs that live, over all ranks
+  std::uint64_t total = 0;  // current pairs over all ranks
   std::vector<Held> held;
-  std::unordered_map<std::uint64_t, std::size_t> places;  // in `held`
+  std::unordered_map<std::uint64_t, std::size_t> places;  // index into `held`
   std::vector<std::size_t> touched;
-  std::unordered_set<std::uint64_t> taken;  // ids that this rank judges
+  std::unordered_set<std::uint64_t> taken;  // ids in use that this rank is responsible for checking
   std::vector<Pair64> begun, ended, pairs;
   bool pairs_are_new = false;
   std::vector<std::uint64_t> arrived;

@@ -1,4 +1,4 @@
-// DeviceFinder: which device, and the call that all ranks make.
+// DeviceFinder: selects the device and runs the collective call.
 #include <throng/mpi_cuda.hpp>
 
 #include <utility>
@@ -15,7 +15,7 @@ struct DeviceFinder::State {
   std::unique_ptr<OnDevice> flow;
 
   State() = default;
-  // MPI may still read and write what a call that broke had handed to it.
+  // After a failed call MPI may still access the buffers, so they are leaked.
   ~State() {
     if (link && link->broken()) static_cast<void>(flow.release());
   }
@@ -25,7 +25,7 @@ struct DeviceFinder::State {
   void make_flow(const Settings& settings, const cuda::MemoryResource& memory, Result& r) {
     if (settings.search.backend == Backend::cpu) {
       say(r, Status::bad_option,
-          "the backend is cpu, and boxes in device memory are searched there; use mpi::Finder");
+          "the backend is cpu, which cannot search boxes in device memory; use mpi::Finder");
       return;
     }
     flow = settings.search.backend == Backend::emulated

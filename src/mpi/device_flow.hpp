@@ -1,18 +1,18 @@
-// The Flow of boxes in a device's memory: what a box asks a thread of the device answers
-// (device_stages.hpp), and records go from device to device by MPI, or through host memory
+// The search across ranks for boxes in device memory: per-box work runs as kernels
+// (device_stages.hpp), records are sent from device to device by MPI or through host memory
 // (device_routes.hpp).
 //
 // A Place is a Device (pipeline/pipeline.hpp: launch, clear; pipeline/engine.hpp: allocate,
-// release, copy, read) that has beside this
-//   begin(stream)                what follows is for this stream
-//   Current                      made of a Place: its device is current as long as this lives
-//   require(set, count, ids)     refuses arrays that it could not read
-//   mpi_takes_it()               whether MPI reads and writes its memory where it lies
-//   fetch, bring(to, from, n)    bytes to and from host memory; they wait
-//   Staging                      allocates the host memory that staged copies lie in
-//   wait()                       until all is done
-//   find(a, b or null, pairs)    the search of this rank
-//   sort64(pairs, n, room, bytes), sort64_bytes(n)
+// release, copy, read) that adds
+//   begin(stream)                selects the stream of the calls that follow
+//   Current                      RAII: the Place's device is current during its lifetime
+//   require(set, count, ids)     refuses arrays that the device cannot read
+//   mpi_takes_it()               whether MPI accepts pointers to its memory
+//   fetch, bring(to, from, n)    copy bytes to and from host memory; synchronous
+//   Staging                      allocates the host memory of staged copies
+//   wait()                       synchronises the stream
+//   find(a, b or null, pairs)    the local search
+//   sort64(pairs, n, scratch, bytes), sort64_bytes(n)
 #pragma once
 
 #include <algorithm>
@@ -70,7 +70,8 @@ class DeviceFlow final : public OnDevice {
   Place place_;
   DeviceRoutes<Place> routes_{place_};
   Block looked_{place_}, points_{place_}, kept_{place_}, sorting_{place_};
-  Block marks_[2]{Block(place_), Block(place_)}, halves_[2]{Block(place_), Block(place_)};  // a box
+  Block marks_[2]{Block(place_), Block(place_)},
+      halves_[2]{Block(place_), Block(place_)};  // per box
   std::vector<std::uint64_t> ids_;
 };
 
@@ -103,7 +104,7 @@ const std::uint64_t* DeviceFlow<Place>::host_ids(const RankBoxes& given) {
   return ids_.data();
 }
 
-// At most so many of those that tell something.
+// At most `most` points, of boxes that carry a position.
 template <class Place>
 Flow::Sample DeviceFlow<Place>::points_of(SamplePoints stage, std::size_t most) {
   Sample sample;

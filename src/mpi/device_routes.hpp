@@ -1,5 +1,5 @@
-// What goes from device to device: records written to where MPI, or a copy to host memory, takes
-// them from, and what comes, behind those of this rank's own. Place: see device_flow.hpp.
+// Halo exchange between devices: writes outgoing records where MPI, or a copy to host memory, reads
+// them, and appends incoming records to this rank's own. Place: see device_flow.hpp.
 #pragma once
 
 #include <cstddef>
@@ -13,28 +13,28 @@
 
 namespace throng::mpi {
 
-// Each call is this rank's own, in the order of these functions; they throw pipeline::Failure or
-// std::bad_alloc. A place is a rank, or one more for what is wide.
+// All calls are local, to be made in the order of declaration; they throw pipeline::Failure or
+// std::bad_alloc. Destinations are the ranks, plus one for boxes that are forwarded along the tree.
 template <class Place>
 class DeviceRoutes {
  public:
   explicit DeviceRoutes(Place& place) noexcept : place_(place) {}
 
   void count(const Settings& settings, const Tree& tree, const std::vector<Sent>& sets);
-  // To each rank that gets something: how many records, a number a set.
+  // One message per rank that receives records: their number per set.
   std::vector<Parcel> sizes(int here) const;
-  // Takes what others said of theirs. Fills `wide` of the sets.
+  // Takes the sizes received from other ranks. Fills `wide` of the sets.
   void write(const Settings& settings, std::vector<Sent>& sets, const std::vector<Parcel>& sizes,
              int here, bool direct);
-  // For Link::exchange; all that was put on the stream is done.
+  // Arguments of Link::exchange. The stream is synchronised before.
   const std::vector<Slice>& out() const noexcept { return out_; }
   const std::vector<Slice>& in() const noexcept { return in_; }
-  // What was staged, to the device.
+  // Copies staged records to the device.
   void take_staged();
   void take_wide(std::size_t set, const Bytes& records);
 
   std::size_t set_count() const noexcept { return going_.size(); }
-  // All that this rank searches.
+  // All records that this rank searches.
   const Records& records(std::size_t set) const noexcept { return going_[set].records; }
 
  private:
@@ -42,12 +42,12 @@ class DeviceRoutes {
 
   struct Going {
     pipeline::Set set;
-    std::vector<std::uint64_t> counts;     // of a place: records that go there
-    std::vector<std::uint64_t> coming;     // of a rank
-    Records records;                       // those of this rank's own first
-    std::size_t bytes = 0;                 // of a record
+    std::vector<std::uint64_t> counts;     // outgoing records per destination
+    std::vector<std::uint64_t> coming;     // incoming records per rank
+    Records records;                       // this rank's own first
+    std::size_t bytes = 0;                 // per record
     std::uint64_t own = 0, came = 0;       // records
-    std::size_t away_at = 0, came_at = 0;  // in bytes: where in `away_` and `staged_in_` they begin
+    std::size_t away_at = 0, came_at = 0;  // byte offsets of this set in `away_` and `staged_in_`
   };
 
   Routes routes_of(const Settings& settings, const Going& going) const noexcept {
@@ -107,7 +107,7 @@ std::vector<Parcel> DeviceRoutes<Place>::sizes(int here) const {
   return parcels;
 }
 
-// Room for all that is held and sent; then each record to its place.
+// Allocates memory for all records, then writes each to its place.
 template <class Place>
 void DeviceRoutes<Place>::write(const Settings& settings, std::vector<Sent>& sets,
                                 const std::vector<Parcel>& sizes, int here, bool direct) {
@@ -154,7 +154,7 @@ void DeviceRoutes<Place>::write(const Settings& settings, std::vector<Sent>& set
     place_.launch(given.boxes.size(),
                   WriteRoutes{routes_of(settings, going), given.ids, sets[s].first_id,
                               cursors + s * places, here, going.records, away});
-    // Those that are wide stand last.
+    // Forwarded records are last.
     const auto begin = static_cast<std::size_t>(next[(s + 1) * places - 1]) * going.bytes;
     sets[s].wide.resize(static_cast<std::size_t>(going.counts.back()) * going.bytes);
     place_.fetch(sets[s].wide.data(), away_data + begin, sets[s].wide.size());
@@ -168,7 +168,7 @@ void DeviceRoutes<Place>::write(const Settings& settings, std::vector<Sent>& set
   place_.wait();
 }
 
-// Where MPI reads and writes.
+// The buffers that MPI reads and writes.
 template <class Place>
 void DeviceRoutes<Place>::plan_slices(int here) {
   out_.clear();

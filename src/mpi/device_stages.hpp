@@ -1,5 +1,5 @@
-// What one thread does of a search across ranks whose boxes lie in a device's memory. No MPI, no
-// CUDA: the host runs it, too.
+// Kernels of a search across ranks with boxes in device memory, as function objects. No MPI, no
+// CUDA: they also run on the host.
 #pragma once
 
 #include <bit>
@@ -19,21 +19,21 @@
 
 namespace throng::mpi {
 
-// So many threads share out what ends in sums: each adds its own up first.
+// The number of threads of a kernel that computes sums: each thread adds up its part first.
 constexpr std::uint64_t summing_threads = std::uint64_t{1} << 16;
 
-// Records of a set, in words of four bytes: an id of eight may lie at an odd one.
+// The records of a set as 4-byte words; an 8-byte id is only 4-byte aligned.
 struct Records {
   std::uint32_t* data = nullptr;
   std::uint64_t count = 0;
-  std::uint32_t words = 8;  // of each
+  std::uint32_t words = 8;  // per record
   unsigned filters = 0;
 
   THRONG_HD std::uint64_t id(std::uint64_t i) const noexcept {
     const std::uint32_t* p = data + i * words + 6;
     return p[0] | std::uint64_t{p[1]} << 32;
   }
-  // Box i of a caller's as record `at`.
+  // Writes box i of the caller's set as record `at`.
   THRONG_HD void write(std::uint64_t at, const pipeline::Set& set, std::uint64_t i,
                        std::uint64_t id) const noexcept {
     std::uint32_t* p = data + at * words;
@@ -46,7 +46,7 @@ struct Records {
     if (filters & has_world) *p++ = set.world ? static_cast<std::uint32_t>(set.world[i]) : ~0u;
     if (filters & has_static) *p++ = static_word(set.is_static && set.is_static[i]);
   }
-  // The boxes and filters where they lie.
+  // A view of the boxes and filters, in place.
   Boxes view() const noexcept {
     const std::size_t n = count, stride = std::size_t{words} * sizeof(std::uint32_t);
     Boxes boxes(reinterpret_cast<const Box*>(data), n, stride);
@@ -65,7 +65,7 @@ struct Records {
   }
 };
 
-// What stands in a caller's arrays. All fields start from zero; a mark is ~ of the first index.
+// Properties of the caller's arrays. Initially all zero; a mark is ~ of the first index.
 struct Looked {
   std::uint64_t inactive, nans, bad_worlds, id_sum;
   std::uint32_t nan_mark, bad_world_mark;
@@ -99,15 +99,15 @@ struct LookAtBoxes {
   }
 };
 
-// A caller's boxes and the regions that they reach. A box that reaches more than `wide` of them
-// goes to none, but to one place more, number tree.count.
+// The caller's boxes and the regions that they overlap. A box that overlaps more than `wide`
+// regions goes only to destination tree.count.
 struct Routes {
   pipeline::Set set;
   Tree tree;
   float margin;
   unsigned wide;
 
-  // f(place) for each place that box i goes to.
+  // Calls f(place) for each destination of box i.
   template <class F>
   THRONG_HD void visit(std::uint64_t i, F&& f) const {
     const Reach reach = reach_of(set.box(i), margin);
@@ -126,7 +126,7 @@ struct Routes {
 };
 struct CountRoutes {
   Routes routes;
-  std::uint64_t* counts;  // a place; cleared
+  std::uint64_t* counts;  // per destination; initially zero
 
   THRONG_HD void operator()(std::uint64_t i) const {
     routes.visit(i, [&](int place) { (void)pipeline::claim(counts + place); });
@@ -134,10 +134,10 @@ struct CountRoutes {
 };
 struct WriteRoutes {
   Routes routes;
-  const std::uint64_t* ids;  // null: first_id and on
+  const std::uint64_t* ids;  // null: first_id + i
   std::uint64_t first_id;
-  std::uint64_t* next;  // a place: where its next record goes
-  int here;             // whose records go to `home`
+  std::uint64_t* next;  // per destination: the index of its next record
+  int here;             // the rank whose records are not sent away
   Records home, away;
 
   THRONG_HD void operator()(std::uint64_t i) const {
@@ -149,7 +149,8 @@ struct WriteRoutes {
   }
 };
 
-// Bit k of a box's mark: on axis k its lower corner is not below the region, which it reaches.
+// Bit k of a box's mark: on axis k its lower corner is not below the region. The box overlaps the
+// region.
 constexpr std::uint8_t at_home = 7;
 
 struct MarkHome {
@@ -157,8 +158,8 @@ struct MarkHome {
   float margin;
   Bounds region;
   std::uint64_t count, threads;
-  std::uint8_t* marks;  // a box
-  std::uint64_t* home;  // how many are at home
+  std::uint8_t* marks;  // per box
+  std::uint64_t* home;  // number of owned boxes
 
   THRONG_HD void operator()(std::uint64_t thread) const noexcept {
     std::uint64_t here = 0;
@@ -173,12 +174,12 @@ struct MarkHome {
   }
 };
 
-// Of the pairs found those whose home corner lies in the region: Share::search_part says why.
+// Keeps the pairs whose reference corner lies in the region; proof in Share::search_part.
 struct KeepPairs {
   const Pair* found;
-  Records first, second;  // of one set the same
+  Records first, second;  // equal for one set
   const std::uint8_t *first_marks, *second_marks;
-  std::uint32_t *first_halves, *second_halves;  // a box: halves of the pairs that weigh on it
+  std::uint32_t *first_halves, *second_halves;  // per box: half the number of pairs charged to it
   bool two_sets;
   Pair64* kept;
   std::uint64_t* count;
@@ -196,14 +197,14 @@ struct KeepPairs {
   }
 };
 
-// One box of each run of `step` as a point, as thin_out() takes them.
+// Samples one box of each run of `step` as a point, like thin_out().
 struct SamplePoints {
-  static constexpr std::uint32_t none = ~0u;  // the weight of a box that tells nothing
+  static constexpr std::uint32_t none = ~0u;  // the weight of a box without a position
 
   pipeline::Set set;
   float margin;
   std::uint64_t count, step;
-  const std::uint8_t* marks;  // null: all boxes count, and weigh nothing
+  const std::uint8_t* marks;  // null: take all boxes, with weight 0
   const std::uint32_t* halves;
   std::uint64_t half_pair_work;
   Point* points;

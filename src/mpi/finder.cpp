@@ -1,4 +1,4 @@
-// Finder: boxes in host memory, to the regions that they reach, and a search on each rank.
+// Finder: sends boxes in host memory to the ranks whose regions they overlap, and searches on each.
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -25,10 +25,10 @@ class HostFlow final : public Flow {
 
   void route(const Settings& settings, Sent& set, std::size_t s);
 
-  // The records of one set.
+  // Outgoing records of one set.
   struct Going {
     std::vector<Bytes> to;     // by rank
-    std::vector<int> touched;  // the ranks of `to` that are not empty
+    std::vector<int> touched;  // the ranks with a non-empty `to`
   };
   std::vector<Going> going_;
   std::vector<LocalSet> locals_;
@@ -46,7 +46,7 @@ Flow::Seen HostFlow::look_at(const Settings& settings, const RankBoxes& set, Res
   return seen;
 }
 
-// All of them: what is too many is thinned out later.
+// Returns all boxes; thin_out() samples them later.
 Flow::Sample HostFlow::sample(const Settings& settings, const RankBoxes& set, std::size_t) {
   Sample sample;
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
@@ -112,7 +112,7 @@ Result HostFlow::search(const Settings& settings, const Bounds& region, Found& f
                         std::vector<Sample>& samples) {
   Options options = settings.search;
   options.order = Order::any;
-  options.nan = NanPolicy::inactive;  // none came
+  options.nan = NanPolicy::inactive;  // NaNs were refused before sending
   const LocalSet* const locals[] = {&locals_.front(), &locals_.back()};
   const Result r =
       share_.search(options, settings.parts, region, locals, static_cast<int>(locals_.size()));

@@ -11,7 +11,8 @@
 namespace throng::mpi {
 namespace {
 
-// Of the first agreement: the filters of each set; whether ids changed, and the forms of ids.
+// Words of the first consensus: the filters of each set; whether ids changed, and how ids are
+// given.
 constexpr int word_count = 3;
 
 }  // namespace
@@ -61,7 +62,8 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
                  Result& r) {
   std::uint64_t words[word_count] = {};
   std::uint64_t hash_now = 0;
-  std::uint64_t ids[4] = {};  // of each set, over all ranks in the end: the mixed ids, and how many
+  std::uint64_t ids[4] =
+      {};  // per set, summed over all ranks: the sum of hashed ids, and their count
   inactive_ = 0;
   if (r.ok() && valid(settings, r)) {
     for (int s = 0; s < count && r.ok(); ++s) {
@@ -75,7 +77,7 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
       words[s] = present(given[s]->boxes.filters);
     }
   }
-  // A rank without boxes has no ids to give: it takes either form.
+  // A rank without boxes matches both forms.
   std::uint64_t forms = 0;
   for (int s = 0; s < count; ++s) {
     if (!given[s]->boxes.empty()) forms |= (given[s]->ids ? 1u : 2u) << (2 * s);
@@ -87,7 +89,7 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
   for (int s = 0; s < count; ++s) {
     if ((words[2] >> (1 + 2 * s) & 3) == 3) {
       say(r, Status::ranks_disagree,
-          "some ranks give ids and others leave them out; give them on all ranks or on none");
+          "some ranks give ids and others do not; give them on all ranks or on none");
       return false;
     }
   }
@@ -98,7 +100,7 @@ bool Flow::begin(Link& link, const Settings& settings, const RankBoxes* const* g
     set.filters = static_cast<unsigned>(words[s]);
   }
   if (words[2] & 1) {
-    // Objects that went from rank to rank are those that were checked.
+    // Equal sums: objects only migrated between ranks, so the ids were checked before.
     link.sum(ids, 4);
     if (!cut_ || !std::equal(ids, ids + 4, checked_)) check_ids(link, r);
     if (!r.ok()) return false;
@@ -125,7 +127,7 @@ void Flow::check_ids(Link& link, Result& r) {
 }
 
 void Flow::cut_space(Link& link, const Settings& settings, Result& r) {
-  // What the last search cost tells where work is; before the first one all boxes weigh the same.
+  // The cost of the last search weights the boxes; before the first search all weigh the same.
   if (!cut_) {
     own_ = mean_ = 1;
     samples_.clear();
@@ -134,8 +136,8 @@ void Flow::cut_space(Link& link, const Settings& settings, Result& r) {
           r, [&] { samples_.push_back(sample(settings, *set.given, most_points / sets_.size())); });
     }
   }
-  // A rank's comparisons depend on the grid that it chose for its region, and so on the cuts. Where
-  // a cut was worse, the next one believes less of the difference between ranks.
+  // A rank's comparisons depend on the grid chosen for its region, and so on the cuts. After a cut
+  // that made things worse, the next one trusts the difference between ranks less.
   const double part = static_cast<double>(own_) - static_cast<double>(mean_);
   const double cost = static_cast<double>(mean_) + std::ldexp(part, -static_cast<int>(refused_));
   const auto each = static_cast<std::uint32_t>(std::max(0.0, std::min(cost, 0x1p20)));
@@ -192,8 +194,8 @@ bool Flow::finish(Link& link, Result& r) {
   return true;
 }
 
-// Worse than what it followed: back to that. It gained less than a twentieth: what is left is in
-// the scene, not in the cuts, and the next one can wait.
+// A worse partition is reverted. If the gain is below 5 %, the rest of the imbalance is inherent in
+// the scene, and the next repartitioning is delayed.
 void Flow::judge_cut(double before) {
   const bool first = regions_before_.count() != regions_.count();
   patience_ = first || imbalance_ < 0.95 * before ? 0 : std::min(2 * patience_ + 1, 1000u);

@@ -1,5 +1,5 @@
-// A search across ranks from call to answer, wherever boxes live: what is agreed upon, how space is
-// cut, who is told of a box. A class of its own knows the boxes: HostFlow, DeviceFlow.
+// The search across ranks, independent of where boxes are stored: consensus, partitioning, halo
+// exchange. HostFlow and DeviceFlow implement access to the boxes.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace throng::mpi {
 
-// One set of a call, on its way.
+// One set of a call, to be sent.
 struct Sent {
   const RankBoxes* given = nullptr;
-  std::uint64_t first_id = 0;  // where none are given
-  unsigned filters = 0;        // those that some rank has
-  Bytes wide;                  // records to hand on along the tree
+  std::uint64_t first_id = 0;  // if no ids are given
+  unsigned filters = 0;        // the union over all ranks
+  Bytes wide;                  // records to forward along the tree
 };
 
 class Flow {
  public:
   virtual ~Flow() = default;
 
-  // Collective; one set or two. r may be bad already: then all ranks are told.
+  // Collective; one or two sets. An error in r is propagated to all ranks.
   void find(Link& link, const Settings& settings, const RankBoxes* const* given, int count,
             Result& r);
-  // Takes part in the call for a rank that has no Flow; r says why.
+  // Takes part in the call for a rank that could not create its Flow; r has the error.
   static void give_up(Link& link, const Settings& settings, int count, Result& r);
 
   Pairs64 pairs() const noexcept { return kept_ ? Pairs64{kept_pairs(), kept_} : Pairs64{}; }
@@ -38,18 +38,18 @@ class Flow {
   }
 
  protected:
-  // Points that stand for `step` boxes each; a weight is what pairs cost.
+  // Points that stand for `step` boxes each; the weight is the cost of the pairs.
   struct Sample {
     std::vector<Point> points;
     std::uint64_t step = 1;
   };
   struct Seen {
-    std::uint64_t inactive = 0, id_sum = 0;  // of the mixed ids
+    std::uint64_t inactive = 0, id_sum = 0;  // sum of hashed ids
   };
   struct Found {
-    std::uint64_t kept = 0;  // pairs that this rank tells
+    std::uint64_t kept = 0;  // pairs that this rank reports
     std::uint64_t home = 0, known = 0, parts = 1;
-    std::uint64_t handled = 0;  // known, and once more what was dealt out to parts
+    std::uint64_t handled = 0;  // known, counted twice if the boxes were distributed to parts
   };
 
   Flow() = default;
@@ -57,17 +57,19 @@ class Flow {
   Flow& operator=(const Flow&) = delete;
   const Regions& regions() const noexcept { return regions_; }
 
-  // This rank's own parts; they throw std::bad_alloc or pipeline::Failure, or make r bad.
+  // Local steps. They throw std::bad_alloc or pipeline::Failure, or set an error in r.
   virtual Seen look_at(const Settings& settings, const RankBoxes& set, Result& r) = 0;
-  // In host memory, good until the next call of it.
+  // In host memory; valid until the next call.
   virtual const std::uint64_t* host_ids(const RankBoxes& set) = 0;
   virtual Sample sample(const Settings& settings, const RankBoxes& set, std::size_t most) = 0;
   virtual void take_wide(int set, const Bytes& records) = 0;
-  // The pairs whose home corner lies in the region; and the boxes there, with what they cost.
+  // Finds the pairs whose reference corner lies in the region; returns the boxes there with their
+  // costs.
   virtual Result search(const Settings& settings, const Bounds& region, Found& found,
                         std::vector<Sample>& samples) = 0;
   virtual const Pair64* kept_pairs() const noexcept = 0;
-  // Collective: finds out whom the boxes reach, up to the agreement that follows; and sends them.
+  // Collective. route() finds the destinations of the boxes, up to the next consensus; deliver()
+  // sends them.
   virtual void route(Link& link, const Settings& settings, std::vector<Sent>& sets, Result& r) = 0;
   virtual void deliver(Link& link) = 0;
 
@@ -84,16 +86,16 @@ class Flow {
 
   std::vector<Sent> sets_;
   Regions regions_;
-  bool cut_ = false;               // into regions, once at least
+  bool cut_ = false;               // space has been partitioned at least once
   std::uint64_t hash_ = 0;         // of this rank's ids in the last call
-  std::uint64_t checked_[4] = {};  // of those that were checked last, over all ranks
+  std::uint64_t checked_[4] = {};  // checksums of the ids checked last, over all ranks
   std::vector<Sample> samples_;    // of the last search
   double imbalance_ = 1;
-  Regions regions_before_;  // while it is not known whether those that followed are better
-  // Work, pairs apart: of this rank; of a box at home here, and over all ranks.
+  Regions regions_before_;  // kept until the new partition has been evaluated
+  // Work without pairs: of this rank; per owned box here, and per box over all ranks.
   std::uint64_t work_ = 0, own_ = 0, mean_ = 0;
-  unsigned refused_ = 0;                // cuts in a row that were worse than what they followed
-  unsigned patience_ = 0, waited_ = 0;  // cuts that did not help make the next ones rarer
+  unsigned refused_ = 0;  // consecutive partitions that were worse than their predecessor
+  unsigned patience_ = 0, waited_ = 0;  // back-off: partitions that did not help delay the next one
   std::uint64_t inactive_ = 0, kept_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// The Place that is a GPU.
+// The Place for a GPU.
 #include <cuda_runtime_api.h>
 
 #include <cub/device/device_merge_sort.cuh>
@@ -14,7 +14,7 @@ namespace {
 
 using cuda::check;
 
-// Pinned, so that copies run at the bus's speed.
+// Pinned, for full bus bandwidth.
 struct PinnedMemory {
   static void* allocate(std::size_t bytes) {
     void* p = nullptr;
@@ -35,7 +35,7 @@ struct Before {
   }
 };
 
-// A base made before the device, which refers to it.
+// A base class, so that it is constructed before the Device that refers to it.
 struct HasMemory {
   cuda::Memory memory;
 };
@@ -44,7 +44,7 @@ class GpuPlace : private HasMemory, public cuda::Device {
  public:
   GpuPlace(const Settings& settings, const cuda::MemoryResource& resource)
       : HasMemory{cuda::Memory(resource)}, Device(memory), finder_(options_of(settings), resource) {
-    cudaFuncAttributes attributes{};  // this build has code for the device
+    cudaFuncAttributes attributes{};  // fails if this build has no code for the device
     check(cudaFuncGetAttributes(&attributes, cuda::run_each<LookAtBoxes>));
   }
 
@@ -91,7 +91,7 @@ class GpuPlace : private HasMemory, public cuda::Device {
   static Options options_of(const Settings& settings) noexcept {
     Options options = settings.search;
     options.order = Order::any;
-    options.nan = NanPolicy::inactive;  // none came
+    options.nan = NanPolicy::inactive;  // NaNs were refused before sending
     return options;
   }
   void move(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind) const {

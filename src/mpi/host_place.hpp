@@ -1,4 +1,4 @@
-// The Place that is host memory: what Backend::emulated means for a DeviceFinder.
+// The Place for host memory: Backend::emulated of DeviceFinder.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ class HostPlace : public pipeline::HostDevice {
     fetch(to, from, bytes);
   }
   static void wait() noexcept {}
-  // Where staged copies lie.
+  // The memory of staged copies.
   struct Staging {
     static void* allocate(std::size_t bytes) { return ::operator new(bytes); }
     static void release(void* p, std::size_t) noexcept { ::operator delete(p); }
@@ -55,7 +55,7 @@ class HostPlace : public pipeline::HostDevice {
   }
 
  private:
-  // One after another on this thread, in the floating-point state of the call.
+  // Runs tasks sequentially on this thread, in the call's floating-point state.
   static void in_turn(const Executor&, unsigned count, void (*task)(void*, unsigned),
                       void* context) {
     for (unsigned i = 0; i < count; ++i) task(context, i);
@@ -63,7 +63,7 @@ class HostPlace : public pipeline::HostDevice {
   static Options options_of(const Settings& settings) noexcept {
     Options options = settings.search;
     options.order = Order::any;
-    options.nan = NanPolicy::inactive;  // none came
+    options.nan = NanPolicy::inactive;  // NaNs were refused before sending
     return options;
   }
 

@@ -45,8 +45,8 @@ void judge(const std::vector<Parcel>& parcels, const std::unordered_set<std::uin
     const auto [id, rank] = given[i];
     if (taken.count(id)) {
       say(r, Status::ranks_disagree,
-          "id %llu, given by rank %d, is that of another object; give each object its own", ull{id},
-          rank);
+          "id %llu, given by rank %d, is in use by another object; give each object its own",
+          ull{id}, rank);
       return;
     }
     if (i + 1 < given.size() && given[i + 1].first == id) {

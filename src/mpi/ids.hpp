@@ -1,4 +1,5 @@
-// Ids over all ranks: each rank judges its share of them, by their mixed bits.
+// Uniqueness of ids over all ranks, by a distributed directory: each id is checked by the rank that
+// its hash selects.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +13,11 @@
 
 namespace throng::mpi {
 
-// Collective: the ids go to their judges, in parcels by rank.
+// Collective. Sends the ids to their directory ranks; returns those received, by sender.
 std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t count);
 
-// Of what came: an id that stands there twice, or in `taken`, makes r bad and names who gave it.
+// Sets an error in r for a received id that occurs twice or is in `taken`; the message names the
+// senders.
 void judge(const std::vector<Parcel>& parcels, const std::unordered_set<std::uint64_t>& taken,
            Result& r);
 

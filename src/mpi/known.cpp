@@ -8,12 +8,12 @@ namespace throng::mpi {
 namespace {
 
 Options for_search(Options options) noexcept {
-  options.nan = NanPolicy::inactive;  // judged before it was sent
+  options.nan = NanPolicy::inactive;  // NaNs were refused before sending
   options.order = Order::any;
   return options;
 }
 
-// The filters of a list of structures, each with a Filter at `first`.
+// The filters of an array of structures, each with a Filter at `first`.
 Filters filters_at(const Filter* first, std::size_t count, std::size_t stride) noexcept {
   return {{&first->group, count, stride},
           {&first->mask, count, stride},
@@ -93,7 +93,7 @@ Result Known::apply_entering() {
 }
 
 Result Known::apply_changes() {
-  // All corners were of the last update; only what is touched here differs after it.
+  // Outside an update both corner arrays are equal; only the objects changed here will differ.
   for (const ObjectId object : moved_) corners_before_[object] = corners_[object];
   for (const ObjectId object : removed_) corners_before_[object] = corners_[object];
   Result r = search_.move(moved_.data(), boxes_);
@@ -190,7 +190,7 @@ std::size_t Known::home_count(const Bounds& here) const noexcept {
   return count;
 }
 
-// Sorted by id, so that which points stand for the others is the same in every run.
+// Sorted by id, so that the sampled points are the same in every run.
 void Known::points(const Bounds& here, std::vector<Point>& out) {
   std::vector<std::uint32_t> halves(ids_.size());
   for (const LivePair& pair : search_.pairs()) {

@@ -1,17 +1,18 @@
-// The objects whose boxes reach this rank's region, wherever they are held, and what began and
-// ended among them.
+// The objects whose boxes overlap this rank's region, whichever rank holds them, and the begin and
+// end events among them.
 //
-// Why begun and ended are exact although each rank sees only a part. Between two updates an
-// object's box and the regions may both change, so an object can enter a rank's sight and leave it.
-// What enters is first added with its box of the last update, and what leaves is moved to its box
-// of now before it is dropped:
-//   1. add what enters, as it was;  2. move, filter, add what is new, remove what is gone;
-//   3. drop what left.
-// Only step 2 tells. Before it this rank has all that it knew at the last update or knows now, as
-// it was then; after it, as it is now. A pair that lives now has its home here only if both are
-// known here now, so that step 2 sees it begin exactly if it did not live then; a pair that lived
-// has had its home here only if both were known here then, so that step 2 sees it end exactly if it
-// no longer lives. So each event is told once: by the rank of the home now, or of the home then.
+// Why the events are exact although each rank sees only a part. Between two updates both an
+// object's box and the regions may change, so an object can enter or leave a rank's region. An
+// entering object is first added with its box of the last update; a leaving object is moved to its
+// current box before it is dropped:
+//   1. add entering objects in their old state;  2. move, set filters, add new objects, remove
+//   deleted ones;  3. drop leaving objects.
+// Only step 2 reports events. Before it, this rank has all objects that overlap its old or new
+// region, in their old state; after it, in their new state. A current pair is owned here only if
+// both objects overlap the new region, so step 2 sees it begin exactly if it did not exist before.
+// An old pair was owned here only if both overlapped the old region, so step 2 sees it end exactly
+// if it no longer exists. So each event is reported once: by the current owner of the pair or by
+// its old owner.
 #pragma once
 
 #include <cstddef>
@@ -27,15 +28,15 @@
 
 namespace throng::mpi {
 
-// All of an object's change since the last update: what ranks are told that do not know it yet, or
-// no longer.
+// The full change of an object since the last update; sent to ranks whose region it enters or
+// leaves.
 struct Change {
   std::uint64_t id;
   Box before, now;
   Filter filter_before, filter;
   std::uint32_t was_alive, is_alive;
 };
-// Of an object that the receiver knows and goes on knowing.
+// Sent to ranks whose region the object overlaps before and after.
 struct Move {
   std::uint64_t id;
   Box now;
@@ -47,17 +48,17 @@ class Known {
  public:
   Known(const Options& options, float margin);
 
-  // Takes one change of an object; of no concern to this rank: nothing.
+  // Takes one change; ignores objects that do not concern this rank.
   void take(const Change& change, const Bounds& here_before, const Bounds& here);
   void take(const Move& move);
-  // Applies what was taken.
+  // Applies the changes taken.
   Result update(const Bounds& here_before, const Bounds& here, std::vector<Pair64>& begun,
                 std::vector<Pair64>& ended);
   void pairs(const Bounds& here, std::vector<Pair64>& out);
 
   std::size_t size() const noexcept { return objects_.size(); }
   std::uint64_t pair_count() const noexcept { return search_.pair_count(); }
-  // Those at home here, with what they cost.
+  // The objects whose lower corner lies here: their number; their points with costs.
   std::size_t home_count(const Bounds& here) const noexcept;
   void points(const Bounds& here, std::vector<Point>& out);
 
@@ -77,10 +78,10 @@ class Known {
   throng::BroadPhase search_;
   float margin_;
   std::unordered_map<std::uint64_t, ObjectId> objects_;
-  // By ObjectId.
+  // Indexed by ObjectId.
   std::vector<std::uint64_t> ids_;
   std::vector<Corner> corners_, corners_before_;
-  // Taken, and not yet applied.
+  // Changes taken and not yet applied.
   std::vector<Change> entering_, created_;
   std::vector<ObjectId> moved_, filtered_, removed_, leaving_;
   std::vector<Box> boxes_;

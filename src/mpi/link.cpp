@@ -9,7 +9,7 @@
 
 namespace throng::mpi {
 
-// What MPI may read or write while a wait is under way.
+// Buffers that MPI may access during a wait.
 struct Link::Pending {
   std::vector<std::uint64_t> words, words_out;
   std::vector<Parcel> parcels;
@@ -21,9 +21,9 @@ struct Link::Pending {
 
 namespace {
 
-// A message's length is an int; and one this long is as fast as a longer one.
+// MPI message lengths are int; longer messages are not faster.
 constexpr std::size_t piece = std::size_t{1} << 28;
-constexpr int swap_tag = 2, slice_tag = 3;  // parcels: 0, 1
+constexpr int swap_tag = 2, slice_tag = 3;  // parcels use 0 and 1
 
 }  // namespace
 
@@ -67,7 +67,7 @@ void Link::wait(Done&& done) {
   for (unsigned turn = 0;; ++turn) {
     if (done()) return;
     if (turn < 64) continue;
-    // Ranks may share a core: let the others run, and after a millisecond sleep between looks.
+    // Ranks may share a core: yield, and after a millisecond sleep between polls.
     const double waited = std::chrono::duration<double>(Clock::now() - start).count();
     if (waited < 1e-3) {
       std::this_thread::yield();
@@ -76,7 +76,7 @@ void Link::wait(Done&& done) {
     }
     if (seconds_ > 0 && waited > seconds_) {
       broken_ = true;
-      throw Broken("a rank did not come within " + std::to_string(seconds_) + " s");
+      throw Broken("a rank did not make the call within " + std::to_string(seconds_) + " s");
     }
   }
 }
@@ -89,7 +89,7 @@ void Link::wait_for(MPI_Request& request) {
   });
 }
 
-// Both types of a word have eight bytes, and so one room.
+// Both word types have eight bytes and share the buffer.
 void Link::reduce(void* values, int count, MPI_Datatype type, MPI_Op op, int level) {
   if (broken_) throw Broken("an earlier call failed");
   const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(std::uint64_t);
@@ -159,7 +159,7 @@ void Link::gather(const void* mine, int bytes, void* out) {
   counts_.collective_bytes += one * static_cast<std::size_t>(size_);
 }
 
-// In pieces. The data must stay where it is until the sends are done.
+// Sends in pieces. The data must stay valid until the sends complete.
 void Link::send(int rank, int tag, const std::byte* data, std::size_t all, bool synchronous) {
   for (std::size_t at = 0; at < all || (at == 0 && !synchronous); at += piece) {
     const int bytes = static_cast<int>(std::min(piece, all - at));
@@ -182,7 +182,7 @@ void Link::wait_for_all() {
   });
 }
 
-// Takes one message that is there, if one is.
+// Receives one pending message, if any.
 bool Link::receive(int rank, int tag, Parcel& parcel) {
   int there = 0, bytes = 0;
   MPI_Message message = MPI_MESSAGE_NULL;
@@ -196,7 +196,7 @@ bool Link::receive(int rank, int tag, Parcel& parcel) {
   return true;
 }
 
-// A rank may be one exchange ahead of another, never two: two tags keep their messages apart.
+// A rank may be one exchange ahead of another, never two, so two tags suffice.
 std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
   if (broken_) throw Broken("an earlier call failed");
   tag_ ^= 1;
@@ -229,7 +229,8 @@ std::vector<Parcel> Link::exchange(std::vector<Parcel> parcels) {
   });
   p.parcels.clear();
   ++counts_.collectives;
-  // Messages of one rank come in order; which rank's come first is chance, and must not matter.
+  // Messages of one rank arrive in order, but ranks in any order; sort to make the result
+  // deterministic.
   std::stable_sort(got.begin(), got.end(),
                    [](const Parcel& a, const Parcel& b) { return a.rank < b.rank; });
   std::size_t kept = 0;
@@ -263,7 +264,7 @@ void Link::exchange(const std::vector<Slice>& to, const std::vector<Slice>& from
   wait_for_all();
 }
 
-// MPI_Comm_split waits for ever; all ranks have just met when this is called.
+// MPI_Comm_split has no timeout; all ranks have just synchronised when this is called.
 void Link::make_nodes() {
   if (!nodes_.empty()) return;
   nodes_.push_back({0, size_, comm_});
@@ -283,8 +284,8 @@ const Link::Node& Link::node(int level) {
   return nodes_[static_cast<std::size_t>(level)];
 }
 
-// Left rank i gives to right rank i, and right rank i to left rank i; the right half may have one
-// rank more, which gives to the last on the left and gets from nobody.
+// Left rank i and right rank i swap data. The right half may have one rank more, which sends to the
+// last left rank and receives nothing.
 void Link::swap(int level, const Bytes& data, Bytes& got) {
   const Node& n = node(level);
   const int m = Regions::middle(n.begin, n.end), left = m - n.begin, right = n.end - m;
@@ -303,7 +304,7 @@ void Link::swap(int level, const Bytes& data, Bytes& got) {
   p.requests.clear();
   p.data = data;
   send(to, swap_tag, p.data.data(), p.data.size(), false);
-  // An empty message or one that is not full ends what a partner gives.
+  // A message shorter than `piece`, possibly empty, ends a partner's data.
   if (!data.empty() && data.size() % piece == 0) send(to, swap_tag, nullptr, 0, false);
   for (int s = 0; s < source_count; ++s) {
     Parcel parcel;

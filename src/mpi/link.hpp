@@ -1,4 +1,4 @@
-// What ranks say to one another: MPI with a deadline on every wait, counted.
+// Communication between ranks: MPI with a timeout on every wait, and counters.
 #pragma once
 
 #include <mpi.h>
@@ -14,7 +14,7 @@
 
 namespace throng::mpi {
 
-// MPI failed, or a rank did not come in time: nothing more can be said.
+// MPI failed, or a rank timed out: no further communication is possible.
 struct Broken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -22,24 +22,22 @@ struct Broken : std::runtime_error {
 using Bytes = std::vector<std::byte>;
 
 struct Parcel {
-  int rank;  // whom it is for, or from
+  int rank;  // destination or source
   Bytes data;
 };
 
-// A run of bytes that MPI reads or writes where it lies: memory of a device, too, where it takes
-// such.
+// A range of bytes that MPI accesses in place; may be device memory if MPI is CUDA-aware.
 struct Slice {
-  int rank;  // whom it is for, or from: not this one
+  int rank;  // destination or source, never this rank
   std::byte* data;
   std::size_t bytes;
 };
 
-// Every call is collective unless said otherwise, waits at most the seconds given, and throws
-// Broken. After that the Link is broken for good, and what MPI may still touch is left where it
-// lies.
+// Every call is collective unless noted, waits at most `seconds`, and throws Broken on failure.
+// After that the Link is unusable, and buffers that MPI may still access are leaked.
 class Link {
  public:
-  // `comm` is duplicated. seconds <= 0: for ever.
+  // Duplicates `comm`. seconds <= 0: no timeout.
   Link(MPI_Comm comm, double seconds);
   ~Link();
   Link(const Link&) = delete;
@@ -48,51 +46,52 @@ class Link {
   int rank() const noexcept { return rank_; }
   int size() const noexcept { return size_; }
 
-  // Element by element over all ranks, in place.
+  // Element-wise reductions over all ranks, in place.
   void sum(std::uint64_t* values, int count) { reduce(values, count, MPI_UINT64_T, MPI_SUM, 0); }
   void most(std::uint64_t* values, int count) { reduce(values, count, MPI_UINT64_T, MPI_MAX, 0); }
   void any_bits(std::uint64_t* values, int count) {
     reduce(values, count, MPI_UINT64_T, MPI_BOR, 0);
   }
-  // Both at once.
+  // Both in one round.
   void sum_and_most(std::uint64_t* sums, int count, std::uint64_t& most);
-  // The sum over the ranks before this one.
+  // Exclusive prefix sum over the ranks.
   std::uint64_t before(std::uint64_t mine);
-  // The bytes of `root` for all.
+  // Broadcast from `root`.
   void from(int root, void* data, int bytes);
-  // `bytes` of each rank, in order of the ranks; out has room for all.
+  // Gathers `bytes` of each rank, ordered by rank; `out` has size() * bytes.
   void gather(const void* mine, int bytes, void* out);
 
-  // Parcels to any ranks, this one among them or not; gives what came, one a rank, by rank. Costs
-  // each rank its own parcels and a barrier, whatever the number of ranks: who sends to whom need
-  // not be known. (Hoefler, Siebert and Lumsdaine, "Scalable communication protocols for dynamic
-  // sparse data exchange", PPoPP 2010: synchronous sends, then a barrier that does not block.)
+  // Sends parcels to any ranks, including this one; returns those received, one per source, sorted
+  // by rank. Receivers need not know their senders. Cost per rank: its own parcels and a barrier,
+  // independent of the number of ranks. (Hoefler, Siebert and Lumsdaine, "Scalable communication
+  // protocols for dynamic sparse data exchange", PPoPP 2010: synchronous sends, then a non-blocking
+  // barrier.)
   std::vector<Parcel> exchange(std::vector<Parcel> parcels);
-  // Not collective: gives `to` and takes `from`, whose sizes both sides know. Those between two
-  // ranks go in the order of the lists.
+  // Not collective: sends `to` and receives `from`; both sides know the sizes. Slices between two
+  // ranks match in the order of the lists.
   void exchange(const std::vector<Slice>& to, const std::vector<Slice>& from);
 
-  // The nodes of the tree of regions that this rank lies in, from the root: levels() of them.
+  // The tree nodes that contain this rank, from the root: levels() of them.
   struct Node {
     int begin, end;
     MPI_Comm comm;
   };
   int levels() const noexcept { return static_cast<int>(nodes_.size()); }
-  // Node `level`; the last has this rank alone. Makes the communicators at the first call.
+  // Node `level`; the last contains only this rank. Creates the communicators at the first call.
   const Node& node(int level);
   void make_nodes();
-  // Among the ranks of node `level`.
+  // Reductions among the ranks of node `level`.
   void sum(int level, std::uint64_t* values, int count) {
     reduce(values, count, MPI_UINT64_T, MPI_SUM, level);
   }
   void most(int level, std::int64_t* values, int count) {
     reduce(values, count, MPI_INT64_T, MPI_MAX, level);
   }
-  // Gives data to a partner in the other half of node `level`, and adds what partners gave to
+  // Sends data to a partner in the other half of node `level`, and appends the partners' data to
   // `got`.
   void swap(int level, const Bytes& data, Bytes& got);
 
-  // Something failed: memory of slices that were under way may still be written.
+  // After a failure, MPI may still write to buffers of pending slices.
   bool broken() const noexcept { return broken_; }
 
   // Since the last reset.
@@ -122,7 +121,7 @@ class Link {
   std::unique_ptr<Pending> pending_;
 };
 
-// True where MPI can be used: after MPI_Init, before MPI_Finalize.
+// True between MPI_Init and MPI_Finalize.
 bool mpi_is_up() noexcept;
 
 }  // namespace throng::mpi

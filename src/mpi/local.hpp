@@ -1,4 +1,4 @@
-// The boxes that a rank searches: its region's, and copies of those that reach into it.
+// The boxes that a rank searches: its own, and ghosts that overlap its region.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ class LocalSet {
   std::uint64_t id(std::size_t i) const noexcept { return ids_[i]; }
   unsigned filters() const noexcept { return filters_; }
 
-  // Box i of a caller's as a record at the end of `out`.
+  // Appends box i of the caller's set to `out` as a record.
   void write(const Boxes& boxes, std::size_t i, std::uint64_t id, Bytes& out) const {
     const Filters& f = boxes.filters;
     const std::size_t at = out.size();
@@ -43,7 +43,7 @@ class LocalSet {
     return box;
   }
 
-  // Adds the record.
+  // Appends the box of a record.
   void read(const std::byte* p) {
     boxes_.push_back(take<Box>(p));
     ids_.push_back(take<std::uint64_t>(p));
@@ -58,7 +58,7 @@ class LocalSet {
     for (std::size_t at = 0; at < records.size(); at += record_bytes()) read(records.data() + at);
   }
 
-  // Becomes these boxes of another set. Keeps its memory.
+  // Replaces the content by a subset of `other`. Keeps its memory.
   void gather(const LocalSet& other, const std::uint32_t* boxes, std::size_t count) {
     filters_ = other.filters_;
     const auto copy = [&](auto& to, const auto& from) {

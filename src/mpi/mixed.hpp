@@ -1,4 +1,4 @@
-// Bits mixed: who judges an id, and which of a run of boxes stands for it.
+// A bit mixer: selects the directory rank of an id, and the sampled box of each run.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace throng::mpi {
 
-// The splitmix64 finaliser: 64 well mixed bits.
+// The splitmix64 finaliser: maps 64 bits to 64 well-mixed bits.
 THRONG_HD constexpr std::uint64_t mixed(std::uint64_t x) noexcept {
   x += 0x9e3779b97f4a7c15ull;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;

@@ -1,4 +1,5 @@
-// A Flow whose boxes lie in a device's memory, as DeviceFinder sees it: no CUDA.
+// The interface of a search across ranks with boxes in device memory, as used by DeviceFinder; free
+// of CUDA.
 #pragma once
 
 #include <memory>
@@ -19,7 +20,7 @@ class OnDevice : public Flow {
   using Flow::find;
 };
 
-// On the GPU that is current. pipeline::Failure: no_device, out_of_memory.
+// Uses the current GPU. Throws pipeline::Failure: no_device, out_of_memory.
 std::unique_ptr<OnDevice> make_gpu_flow(const Settings& settings,
                                         const cuda::MemoryResource& memory);
 

@@ -8,13 +8,14 @@
 namespace throng::mpi {
 namespace {
 
-// One box of so many tells where gaps are; of few boxes an eighth; none of fewer than that.
+// Sampling rate: one of 32 boxes, at least 512 or an eighth of the boxes; no sample for fewer than
+// least_boxes.
 constexpr std::size_t sampled = 32, few_sampled = 8, few_sample = 512, most_sample = 4096;
 constexpr std::size_t least_boxes = 512;
-// Fewer of the sample beyond a gap are no part: a share, or so many.
+// A part needs at least this fraction of the sample (1/64), and at least two of it.
 constexpr std::size_t least_share = 64, least_part = 2;
-// A gap is a 64th of the range, and so wide that of boxes spread evenly 16 would lie in it: by
-// chance it is empty once in ten million.
+// A gap spans at least 1/64 of the range, and so much that 16 boxes are expected in it for a
+// uniform distribution: it is empty by chance once in ten million.
 constexpr std::size_t narrowest = 64, missing = 16;
 constexpr std::size_t most_bins = 256, few_bins = 64, few = 1024;
 
@@ -23,8 +24,8 @@ struct Gap {
   Key middle = 0;
 };
 
-// The best of these along an axis: wide, and near the middle of the boxes, for few steps to each.
-// Where it lies decides nothing but what a search costs.
+// The best gap along an axis: wide, and close to the median, which keeps the tree shallow. Its
+// position affects only the cost.
 Gap best_gap(const Reach* sample, std::size_t count, std::size_t least, int axis) {
   constexpr float most = std::numeric_limits<float>::max();
   const auto finite = [=](Key key) { return std::min(std::max(float_of(key), -most), most); };
@@ -118,7 +119,7 @@ std::uint32_t Parts::cut(const Bounds& region, Reach* sample, std::size_t count,
   }
   nodes_[here].at = best.middle;
   nodes_[here].axis = axis;
-  // A gap among copies may lie outside of the region: take the tighter bound.
+  // A gap between ghosts may lie outside the region: take the tighter bound.
   Bounds below = region, above = region;
   below.upper[axis] = std::min(region.upper[axis], best.middle);
   above.lower[axis] = std::max(region.lower[axis], best.middle);

@@ -1,10 +1,11 @@
-// A rank's region cut once more, at gaps: boxes that lie far apart are searched by a grid each.
+// Splits a rank's region further at gaps, so that groups of boxes that lie far apart get one grid
+// each.
 //
-// One grid over all of them spends its columns on the empty space between: of `clusters` on 32
-// ranks it makes 81 comparisons a box, a grid a cluster 36. How many more depends on what else a
-// region has, so that no cut evens it out. To deal boxes out costs more time than that, though: see
-// Settings::parts. A part is a region as that of a rank is: regions.hpp says why each pair is told
-// by one of them, whatever crosses their border.
+// A single grid wastes columns on the empty space between groups: for the scene `clusters` on 32
+// ranks it makes 81 comparisons per box, one grid per cluster 36. The excess depends on the other
+// content of a region, so no partition balances it. Distributing the boxes costs more time than it
+// saves, though: see Settings::parts. A part is a region like that of a rank; regions.hpp proves
+// that each pair is reported by exactly one of them.
 #pragma once
 
 #include <cstddef>
@@ -18,28 +19,28 @@ namespace throng::mpi {
 
 class Parts {
  public:
-  // Which of so many boxes tell where gaps are: one of each run of boxes, and not always the same,
-  // as a caller's order may have that period. None of few.
+  // Indices of the boxes to sample, out of `boxes`: one hashed position per run, since the caller's
+  // order may have that period. Empty for few boxes.
   static std::vector<std::size_t> sample(std::size_t boxes);
-  // Cuts the region by the reaches of a sample; none: one part.
+  // Splits the region at gaps of the sample; empty sample: one part.
   Parts(const Bounds& region, std::vector<Reach> sample);
 
   std::size_t count() const noexcept { return bounds_.size(); }
   const Bounds& bounds(std::size_t part) const noexcept { return bounds_[part]; }
 
-  // f(part) for each part that is reached, which must not be empty.
+  // Calls f(part) for each part that `reach` overlaps; `reach` must not be empty.
   template <class F>
   void visit(const Reach& reach, F&& f) const {
     visit(0, reach, f);
   }
-  // The part of each of these, at most `batch`; `several` where it reaches more than one. Most
-  // reach one: all go down side by side, as many steps each, with no branch that depends on them.
+  // Writes the part of each of at most `batch` boxes, or `several`. Most boxes overlap one part;
+  // all descend the tree in lockstep, without data-dependent branches.
   static constexpr std::size_t batch = 32;
   static constexpr std::uint32_t several = 0xffffffff;
   void locate(const Reach* reaches, std::size_t count, std::uint32_t* parts) const noexcept;
 
  private:
-  // A part is its own child, and all that comes there lies at or above its cut.
+  // A leaf is its own child, and its cut is the lowest key, so that all boxes stay there.
   struct Node {
     Key at = std::numeric_limits<Key>::min();
     std::int32_t axis = 0;

@@ -1,5 +1,5 @@
-// A box as it is sent, for host and device alike: 24 bytes, its id, and four bytes for each filter
-// that some rank has; a rank that lacks one gives what allows all.
+// The wire format of a box, for host and device: 24 bytes of box, 8 of id, and 4 for each filter
+// that some rank gives; ranks without that filter send a value that allows all.
 #pragma once
 
 #include <bit>
@@ -29,7 +29,7 @@ inline std::size_t record_bytes(unsigned filters) noexcept {
   return sizeof(Box) + sizeof(std::uint64_t) + 4 * static_cast<std::size_t>(std::popcount(filters));
 }
 
-// Whichever byte of it is read.
+// All four bytes are set, so it is independent of byte order.
 THRONG_HD constexpr std::uint32_t static_word(bool is_static) noexcept {
   return is_static ? 0x01010101u : 0u;
 }

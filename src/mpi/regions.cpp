@@ -9,7 +9,7 @@ Bounds Regions::bounds(int begin, int end) const noexcept {
   while (b != begin || e != end) {
     const int m = middle(b, e);
     const Cut& c = cut(m);
-    // A cut of an empty node may lie outside of what is left: take the tighter bound.
+    // A cut of an empty node may lie outside the remaining bounds: take the tighter bound.
     if (end <= m) {
       if (c.at < bounds.upper[c.axis]) bounds.upper[c.axis] = c.at;
       e = m;

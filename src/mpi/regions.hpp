@@ -1,19 +1,19 @@
-// Space cut into regions, one a rank, and which of them a box reaches. No MPI: the model of scale
-// and the tests use this as it is.
+// The partition of space into one region per rank, and which regions a box overlaps. No MPI: also
+// used by the scaling model and by tests.
 //
-// All of it works on keys, integers in the order of the floats, so that no rounding mode and no
-// flush-to-zero of a rank's caller can make two ranks differ.
+// Everything is computed on keys, integers ordered like the floats, so that the rounding mode and
+// flush-to-zero state of a rank's caller cannot change the result.
 //
-// Why each pair is told by exactly one rank. The home corner of a pair is, on each axis, the larger
-// of the two lower corners. Cuts are half-open: below the cut is left, at or above it is right, so
-// the home corner lies in exactly one region. That region's rank knows both boxes: where boxes
-// overlap the home corner h has lower <= h <= upper for each of them on every axis. At a cut c of
-// its axis h < c gives lower < c, and h >= c gives upper >= c: visit() goes down the side of h for
-// both. By induction over the cuts both come to the region of h. Infinities are keys like others.
-// With a margin the same holds for any reach that contains the grown box, as long as all ranks
-// compute the same one: see reach_of.
+// Why each pair is reported by exactly one rank. The reference corner h of a pair is, on each axis,
+// the larger of the two lower corners. Cuts are half-open: below the cut is left, at or above it is
+// right, so h lies in exactly one region. The rank of that region has both boxes: if two boxes
+// overlap, h satisfies lower <= h <= upper for each box on every axis. At a cut c, h < c implies
+// lower < c, and h >= c implies upper >= c, so visit() descends to the side of h for both boxes. By
+// induction both reach the region of h. Infinities are ordinary keys. With a margin the same holds
+// for any key box that contains the expanded box, as long as all ranks compute the same one: see
+// reach_of.
 //
-// What a box asks is asked by a thread of a GPU, too: device_stages.hpp.
+// Functions marked THRONG_HD also run on a GPU: device_stages.hpp.
 #pragma once
 
 #include <bit>
@@ -31,7 +31,7 @@ namespace throng::mpi {
 
 using Key = std::int32_t;
 
-// -0 and 0 have the same key. Not for NaN.
+// -0 and 0 have the same key. Not defined for NaN.
 THRONG_HD constexpr Key key_of(float x) noexcept {
   const auto bits = std::bit_cast<std::int32_t>(x);
   return bits >= 0 ? bits : std::numeric_limits<std::int32_t>::min() - bits;
@@ -40,7 +40,7 @@ constexpr float float_of(Key key) noexcept {
   return std::bit_cast<float>(key >= 0 ? key : std::numeric_limits<std::int32_t>::min() - key);
 }
 
-// Closed. Nothing reaches where a lower key is above the upper one: inactive boxes.
+// A closed box of keys. Empty if a lower key is above the upper one (inactive boxes).
 struct Reach {
   Key lower[3], upper[3];
 
@@ -49,8 +49,8 @@ struct Reach {
   }
 };
 
-// The box that is compared, grown by the margin. A box with a NaN, or lower > upper, has an empty
-// one. In the default floating-point environment.
+// The keys of the box expanded by the margin; empty for a box with a NaN or lower > upper. Requires
+// the default floating-point environment.
 THRONG_HD inline Reach reach_of(const Box& box, float margin) noexcept {
   if (!core::is_active(box)) return {{1, 1, 1}, {0, 0, 0}};
   const Box b = margin > 0 ? core::expand(box, margin) : box;
@@ -58,7 +58,7 @@ THRONG_HD inline Reach reach_of(const Box& box, float margin) noexcept {
           {key_of(b.upper.x), key_of(b.upper.y), key_of(b.upper.z)}};
 }
 
-// Half-open, [lower, upper) on each axis; the largest key stands for no end.
+// Half-open, [lower, upper) on each axis; the largest key means unbounded.
 struct Bounds {
   Key lower[3], upper[3];
 
@@ -76,18 +76,19 @@ struct Cut {
 
 THRONG_HD constexpr int middle_of(int begin, int end) noexcept { return begin + (end - begin) / 2; }
 
-// The cuts of `count` regions, see Regions, in memory of whoever asks.
+// A non-owning view of the cuts of `count` regions; see Regions.
 struct Tree {
   const Cut* cuts;
   int count;
 
-  // f(rank) for each rank whose region is reached, by rank; until f gives false. False if it did.
+  // Calls f(rank) in ascending order for each rank whose region is overlapped, until f returns
+  // false; returns whether it never did.
   template <class F>
   THRONG_HD bool visit(const Reach& reach, F&& f) const {
     if (reach.empty()) return true;
     struct {
       int begin, end;
-    } later[32];  // right sides, one a level at most
+    } later[32];  // pending right children, at most one per level
     int waiting = 0;
     int begin = 0, end = count;
     for (;;) {
@@ -106,8 +107,8 @@ struct Tree {
   }
 };
 
-// A tree over the ranks 0 .. count-1: the node [begin, end) is cut at middle(begin, end), and each
-// rank but 0 is the middle of exactly one node, so the tree is an array of one cut a rank.
+// A tree over the ranks 0 .. count-1: the node [begin, end) is cut at middle(begin, end). Each rank
+// but 0 is the middle of exactly one node, so the tree is an array of one cut per rank.
 class Regions {
  public:
   explicit Regions(int count = 1) : cuts_(static_cast<std::size_t>(count)) {}
@@ -119,7 +120,7 @@ class Regions {
   Cut* data() noexcept { return cuts_.data(); }
   Tree tree() const noexcept { return {cuts_.data(), count()}; }
 
-  // The rank in whose region the point lies.
+  // The rank whose region contains the point.
   int home(const Key (&at)[3]) const noexcept {
     int begin = 0, end = count();
     while (end - begin > 1) {
@@ -135,7 +136,7 @@ class Regions {
     return tree().visit(reach, f);
   }
 
-  // Of the node [begin, end), which must be one of the tree.
+  // The bounds of the node [begin, end), which must be in the tree.
   Bounds bounds(int begin, int end) const noexcept;
 
  private:

@@ -10,12 +10,12 @@ namespace throng::mpi {
 namespace {
 
 constexpr std::uint8_t all_above = 7;
-// From so many boxes on Backend::automatic may take a GPU (Backend, options.hpp).
+// The number of boxes from which Backend::automatic may take a GPU (Backend, options.hpp).
 constexpr std::size_t gpu_from = 200000;
 
 }  // namespace
 
-// A GPU pays for each call, the CPU next to nothing.
+// Each call has an overhead on a GPU, almost none on the CPU.
 bool Share::may_part(const Options& options) {
   if (options.backend == Backend::cpu) return true;
   if (options.backend != Backend::automatic) return false;
@@ -61,7 +61,7 @@ Result Share::search(const Options& options, bool in_parts, const Bounds& region
   return sum;
 }
 
-// The boxes that reach each part.
+// Distributes the boxes to the parts that they overlap.
 void Share::deal(const Parts& parts, const LocalSet& set, std::vector<LocalSet>& dealt) {
   lists_.resize(std::max(parts_, lists_.size()));
   for (std::vector<std::uint32_t>& list : lists_) list.clear();
@@ -84,7 +84,7 @@ void Share::deal(const Parts& parts, const LocalSet& set, std::vector<LocalSet>&
   for (std::size_t p = 0; p < parts_; ++p) dealt[p].gather(set, lists_[p].data(), lists_[p].size());
 }
 
-// The pairs whose home corner lies in this part of the region, or in all of it.
+// Finds the pairs whose reference corner lies in this part of the region.
 Result Share::search_part(const Bounds& part, const LocalSet* const* sets, int count) {
   for (int s = 0; s < count; ++s) {
     above_[s].resize(sets[s]->size());
@@ -103,8 +103,9 @@ Result Share::search_part(const Bounds& part, const LocalSet* const* sets, int c
   const LocalSet &a = *sets[0], &b = *sets[count - 1];
   const Result r = count == 1 ? finder_.find(a.view()) : finder_.find(a.view(), b.view());
   if (!r.ok()) return r;
-  // Both boxes reach this part, so their home corner is below its upper end on every axis; it is
-  // here where on each axis one of the two lower corners is not below the lower end.
+  // Both boxes overlap this part, so the reference corner is below the part's upper bound on every
+  // axis. It lies in the part if on each axis at least one lower corner is not below the lower
+  // bound.
   const int second_set = count - 1;
   for (const Pair pair : finder_.pairs()) {
     const std::uint8_t one = above_[0][pair.first], two = above_[second_set][pair.second];
@@ -112,7 +113,8 @@ Result Share::search_part(const Bounds& part, const LocalSet* const* sets, int c
     std::uint64_t first = a.id(pair.first), second = b.id(pair.second);
     if (count == 1 && first > second) std::swap(first, second);
     pairs_.push_back({first, second});
-    // Weighed where it is at home: it is cut off with that one.
+    // A pair is charged to the box that owns its reference corner's region, which moves with the
+    // cut.
     const std::uint32_t halves = one == two ? 1 : 2;
     if (one == all_above) halves_[0][pair.first] += halves;
     if (two == all_above) halves_[second_set][pair.second] += halves;

@@ -1,4 +1,4 @@
-// BroadPhase::update: who is told of what changed, and what then began and ended.
+// BroadPhase::update: sends changes to the ranks concerned, and finds begin and end events.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -38,7 +38,7 @@ void BroadPhase::State::update(Result& r) {
   pairs_are_new = false;
   traffic = {};
   link->reset_counts();
-  std::uint64_t bits = 0;  // 1: ids came or went, 2: something changed
+  std::uint64_t bits = 0;  // 1: ids were added or removed, 2: something changed
   if (broken) say(r, Status::rank_failed, "an update failed before; make a new BroadPhase");
   for (const std::size_t place : touched) {
     const Change& c = held[place].change;
@@ -48,8 +48,8 @@ void BroadPhase::State::update(Result& r) {
   if ((bits & 1) && !check_ids(r)) return;
   traffic.control = link->counts();
   link->reset_counts();
-  broken = true;                              // until it is done
-  if (!cut) regions = Regions(link->size());  // some cuts, as there are no objects yet
+  broken = true;                              // until the update completes
+  if (!cut) regions = Regions(link->size());  // arbitrary cuts, as there are no objects yet
   regions_before = regions;
   if (!cut || (imbalance > settings.imbalance && ++waited > patience)) cut_space();
   traffic.balance = link->counts();
@@ -74,8 +74,8 @@ void BroadPhase::State::update(Result& r) {
   broken = false;
 }
 
-// Ids that come are checked by those who judge them before anything changes; those that go stay
-// taken until this is over.
+// The directory ranks check added ids before anything changes; removed ids stay in use until the
+// end of the check.
 bool BroadPhase::State::check_ids(Result& r) {
   std::vector<std::uint64_t> come, gone;
   attempt(r, [&] {
@@ -193,7 +193,7 @@ bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
   return true;
 }
 
-// What is now becomes what was.
+// The current state becomes the previous state.
 void BroadPhase::State::settle() {
   std::vector<std::uint64_t> gone;
   for (const std::size_t place : touched) {

@@ -1,4 +1,4 @@
-// The few atomic operations of the pipeline, on the host and on a device.
+// Atomic operations of the device pipeline, for host and device.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace throng::pipeline {
 
-// Relaxed: what is counted or claimed is read only after all threads of a launch have returned.
+// Relaxed: counts and claims are read only after all threads of a launch have returned.
 THRONG_HD inline std::uint32_t fetch_add(std::uint32_t* at, std::uint32_t value) noexcept {
 #if defined(__CUDA_ARCH__)
   return atomicAdd(at, value);
@@ -52,8 +52,8 @@ THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
   std::atomic_ref<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
 #endif
 }
-// Adds one. Threads of a warp that come here at once, many of them to the same counter, add up what
-// is theirs first: one addition in memory for each counter that they have among them.
+// Adds one and returns the old value. Threads of a warp that call this together first sum up per
+// counter, so that each counter takes one atomic addition.
 THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
 #if defined(__CUDA_ARCH__)
   const unsigned same = __match_any_sync(__activemask(), reinterpret_cast<unsigned long long>(at));
@@ -70,9 +70,8 @@ THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
   return fetch_add(at, std::uint64_t{1});
 #endif
 }
-// Sets a flag that many threads set: most only read it, from the first-level cache of their
-// processor, for all of them would wait for the one place in memory. There it may be out of date,
-// and then is set once more.
+// Sets a flag that many threads set. Most threads only read it, from the L1 cache, which avoids
+// contention on one address. A stale 0 there only causes one more store.
 THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;
@@ -81,7 +80,7 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }
-// The same for a maximum, which few of them raise.
+// The same for a maximum; few threads increase it.
 THRONG_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(at) < value) fetch_max(at, value);

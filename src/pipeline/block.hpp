@@ -1,4 +1,4 @@
-// A block of a device's memory that keeps its room.
+// A block of device memory that keeps its capacity.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ class Block {
   Block(const Block&) = delete;
   Block& operator=(const Block&) = delete;
 
-  // What it holds is lost when it grows.
+  // Ensures the capacity. The contents are lost when it grows.
   char* room(std::size_t bytes) {
     if (bytes > bytes_) {
       release();
@@ -23,8 +23,8 @@ class Block {
     }
     return data_;
   }
-  // Keeps the first `kept` bytes, and grows by more than is asked for, so that it seldom must. A
-  // Failure changes nothing.
+  // Ensures the capacity and keeps the first `kept` bytes. Over-allocates by 25 %, so that it grows
+  // seldom. On a Failure nothing changes.
   void grow(std::size_t bytes, std::size_t kept) {
     if (bytes <= bytes_) return;
     Block fresh(device_);
@@ -32,12 +32,12 @@ class Block {
     if (kept) device_.copy(fresh.data_, data_, kept);
     swap(fresh);
   }
-  // Of blocks of one device.
+  // Both blocks belong to one device.
   void swap(Block& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(bytes_, other.bytes_);
   }
-  // Gives it all back where it is more than so many bytes.
+  // Releases the block if it has more than `bytes`.
   void trim(std::size_t bytes) noexcept {
     if (bytes_ > bytes) release();
   }

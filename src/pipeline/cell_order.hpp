@@ -1,8 +1,7 @@
-// Boxes in the order of their cells, without a place of memory that many threads add to. A radix
-// sort of (cell, index) brings them into the order of buckets, each some thousand cells that follow
-// one another; then a block takes a bucket, counts its boxes a cell in memory of its own, and from
-// that writes the cells' starts and stores the boxes, each once, near one another. However many
-// boxes a bucket has, it is done in the same way.
+// Boxes in cell order without global counters that many threads add to. A radix sort of (cell,
+// index) brings boxes into the order of buckets of some thousand consecutive cells. Then one thread
+// block per bucket counts the boxes per cell in shared memory, writes the cell starts and stores
+// each box once, near its neighbours. A bucket may have any number of boxes.
 #pragma once
 
 #include <algorithm>
@@ -16,38 +15,38 @@
 
 namespace throng::pipeline {
 
-// How cells are parted into buckets.
+// How cells are divided into buckets.
 struct Buckets {
-  static constexpr int digit = 8;       // bits of a pass of the sort
-  static constexpr int most_bits = 14;  // 2^14 counts are what a block has memory for
+  static constexpr int digit = 8;       // bits per pass of the sort
+  static constexpr int most_bits = 14;  // a block has shared memory for 2^14 counts
   static constexpr std::uint32_t most_cells = 1u << most_bits;
 
-  std::uint32_t last;  // the last cell; no box is stored there, so that its start counts all
+  std::uint32_t last;  // the last cell; it holds no box, so that its start is the total
   int bits;            // a bucket has 2^bits cells
 
-  // As few passes as can be; then as small as these allow, but that a bucket is worth a block.
+  // The fewest passes; then the smallest buckets that these allow and that still keep a block busy.
   static Buckets of(std::size_t cells) noexcept {
     const auto last = static_cast<std::uint32_t>(cells - 1);
-    const int all = std::bit_width(last + most_cells);  // of what is outside, too
+    const int all = std::bit_width(last + most_cells);  // includes outside()
     const int passes = std::max(1, (all - most_bits + digit - 1) / digit);
     return {last, std::max(all - passes * digit, passes == 1 ? 10 : 12)};
   }
   std::uint32_t count() const noexcept { return (last >> bits) + 1; }
-  // In place of a cell, for boxes that take no part: a bucket of their own, which nobody looks at.
+  // Cell of boxes that take no part. It lies in a bucket of its own, which is never placed.
   std::uint32_t outside() const noexcept { return count() << bits; }
-  // The bits to be sorted by are those from `bits` on.
+  // The sort uses the bits from `bits` up to this one.
   int sorted_end() const noexcept { return bits + static_cast<int>(std::bit_width(count())); }
   THRONG_HD std::uint32_t of_cell(std::uint32_t cell) const noexcept { return cell >> bits; }
   THRONG_HD std::uint32_t cells() const noexcept { return 1u << bits; }
   THRONG_HD std::uint32_t within(std::uint32_t cell) const noexcept { return cell & (cells() - 1); }
 };
 
-// The cells and indices once sorted: in two of the four arrays that it took.
+// The sorted cells and indices: two of the four arrays of the sort.
 struct ByBucket {
   const std::uint32_t *keys, *values;
 };
 
-// Each box's cell, and its index, to be sorted.
+// Writes each box's cell and index as input of the sort.
 struct NameCells {
   Input in;
   const core::ClassGrid* grid;
@@ -73,14 +72,14 @@ struct NameCells {
   }
 };
 
-// What the threads of a block do for a bucket, whose boxes are those from first(bucket) to
-// first(bucket + 1): `next` has its counts, cleared; after count() of each these are summed up,
-// each is told to tell(), and then says where the next box of that cell goes.
+// The steps of one thread block for one bucket, whose boxes are first(bucket) to first(bucket + 1).
+// `next` holds the bucket's counts, zeroed. The block calls count() per box, replaces the counts by
+// their exclusive sums, passes each sum to tell(), and calls take() per box.
 struct PlaceBuckets {
   Input in;
   Buckets buckets;
   const std::uint32_t *cells, *ids;  // sorted by bucket
-  std::uint32_t* start;              // of each cell's records
+  std::uint32_t* start;              // first record of each cell
   Record* records;
   Report* report;
 
@@ -90,13 +89,13 @@ struct PlaceBuckets {
   THRONG_HD void count(std::uint32_t i, std::uint32_t* next) const noexcept {
     fetch_add(next + buckets.within(cells[i]), 1u);
   }
-  // `at`: the boxes in cells before this one.
+  // `at`: the number of boxes in earlier cells.
   THRONG_HD void tell(std::uint32_t cell, std::uint32_t at) const noexcept {
     if (cell > buckets.last) return;
     start[cell] = at;
     if (cell == buckets.last) report->active = at;
   }
-  // The i-th box, and where it goes.
+  // Returns the record of the i-th box; `to` is its place.
   THRONG_HD Record take(std::uint32_t i, std::uint32_t* next, std::uint32_t& to) const noexcept {
     Box box;
     bool nan;

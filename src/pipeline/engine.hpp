@@ -1,16 +1,17 @@
-// One call over a device: memory kept between calls, the forms of the result, order. Waits for the
-// device; what must not wait is pipeline/pipeline.hpp.
+// One search on a device: memory that is kept between calls, output forms, order. Synchronizes with
+// the device; the asynchronous part is pipeline/pipeline.hpp.
 //
-// Beside what a pipeline asks for, a Device has here
-//   allocate, release             its memory
+// In addition to what pipeline.hpp lists, a Device provides
+//   allocate, release             device memory
 //   reaches_host_memory           whether it reads and writes the caller's arrays; if not:
-//   boxes_bytes, bring(boxes, to) what a copy of boxes takes, and the copying
+//   boxes_bytes, bring(boxes, to) size of a device copy of the boxes, and the copy itself
 //   read(value), read(from, to, n), in_pieces(from, n, f), host_copy(from, n)
-//                                 the ways back: all at once, piece by piece, a copy of its own
+//                                 copies to the host: whole, piece by piece, or into a kept buffer
 //   staging_bytes, held(), give_back()
-//                                 what these take at most beside that copy, and now; the copy freed
-//   sort_bytes                    scratch of the sort of so many
-//   sort(...)                     pairs into canonical order
+//                                 most and current bytes of staging without host_copy's buffer;
+//                                 frees that buffer
+//   sort_bytes                    scratch of a sort of n pairs
+//   sort(...)                     sorts pairs
 #pragma once
 
 #include <algorithm>
@@ -44,8 +45,9 @@ class Engine {
   }
   bool nan_in_second_set() const noexcept { return nan_in_second_; }
 
-  // The arguments are valid (see the hall), and so is the device's state. `already_held`: bytes
-  // that count towards a memory cap. b null: one set. Throws Failure, and what the consumer throws.
+  // The arguments are valid (validated by the API layer), and so is the device's state.
+  // `already_held`: bytes that count towards a memory cap. b null: one set. Throws Failure, and
+  // whatever the consumer throws.
   void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
             core::Output* output, const Consumer* consumer, Result& r) {
     const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
@@ -56,7 +58,7 @@ class Engine {
     Call call{make_input(a, b, options), false, &r};
     call.brute = Pipeline<Device>::brute_force(call.in, options.algorithm);
     tell_plan(call.brute, r);
-    // What it will take is known before anything is taken.
+    // All sizes are known before the first allocation.
     const std::size_t boxes_bytes = Device::boxes_bytes(a) + (b ? Device::boxes_bytes(*b) : 0);
     const std::size_t bytes = call.w.template carve<Device>(call.in.count, nullptr);
     std::size_t pairs_room =
@@ -90,9 +92,9 @@ class Engine {
     Result* result;
     Workspace w{};
   };
-  static constexpr std::size_t usual_room = std::size_t{1} << 22;  // pairs a block, without a cap
+  static constexpr std::size_t usual_room = std::size_t{1} << 22;  // pairs per block, without a cap
 
-  // Takes the report; false where a NaN is refused.
+  // Reads the report; returns false if a NaN is refused.
   bool checked(Call& call, NanPolicy policy) {
     const Report report = device_.read(*call.w.report);
     Result& r = *call.result;
@@ -104,7 +106,7 @@ class Engine {
     return accept(report, call.in, policy, r, nan_in_second_);
   }
 
-  // One search into device memory; tells what was found.
+  // One search into device memory; returns the number of pairs found.
   std::uint64_t search(Call& call, Pair* out, std::uint64_t capacity,
                        const FirstRange& range = {}) {
     device_.clear(&call.w.report->found, sizeof call.w.report->found);
@@ -142,7 +144,7 @@ class Engine {
     if (r.written < r.found) r.status = Status::buffer_too_small;
   }
 
-  // All pairs, in unordered_; at least so many as fit where the output cannot grow.
+  // All pairs, in unordered_. If the output cannot grow, only its capacity is guaranteed.
   void found_on_device(Call& call, const core::Output& output) {
     Result& r = *call.result;
     if (unordered_.bytes() == 0) {
@@ -166,7 +168,8 @@ class Engine {
     device_.sort(pairs, room, bytes, out, count, count, call.w.report, call.in);
   }
 
-  // Found into memory of our own, then sorted into the caller's, which is untouched if too small.
+  // Finds into the engine's memory, then sorts into the caller's, which stays untouched if too
+  // small.
   void find_in_order(Call& call, core::Output& output) {
     Result& r = *call.result;
     found_on_device(call, output);
@@ -191,7 +194,7 @@ class Engine {
 
   // ---- the consumer -----------------------------------------------------------------------------
 
-  // What a call takes of each of blocks_.
+  // Bytes that a call needs of each of blocks_.
   using Needs = std::array<std::size_t, 6>;
   static Needs needs(const Input& in, bool in_order, const std::array<std::size_t, 2>& fixed,
                      std::size_t pairs_room) {
@@ -204,18 +207,18 @@ class Engine {
             in_order ? Device::sort_bytes(pairs_room) : 0};
   }
 
-  // Pairs of one first index there may be: a block must hold them.
+  // Most pairs that one first index can have: a block must hold them.
   static std::size_t most_of_one(const Input& in) noexcept {
     return in.two_sets ? in.count - in.first_count : in.count;
   }
   static std::size_t firsts_bytes(const Input& in) noexcept {
     return std::size_t{in.first_count} * sizeof(std::uint32_t);
   }
-  // Pairs a block may hold under a cap. Failure: memory_cap_too_small, with what would do. `fixed`:
+  // Pairs per block under a cap. Failure: memory_cap_too_small, with the bytes needed. `fixed`:
   // bytes of the boxes' copy and of the workspace.
   std::size_t room_under(std::size_t cap, std::size_t already_held, const Input& in, bool in_order,
                          const std::array<std::size_t, 2>& fixed) {
-    // Of the counts the host may need a copy.
+    // The host may need a copy of the counts.
     const std::size_t beside =
         already_held + Device::staging_bytes + (Device::reaches_host_memory ? 0 : firsts_bytes(in));
     const auto total = [&](std::size_t room) {
@@ -229,7 +232,7 @@ class Engine {
       const std::size_t middle = room + (above - room) / 2;
       (total(middle) <= cap ? room : above) = middle;
     }
-    // Memory of other calls is given back where it would be too much.
+    // Memory of earlier calls is released if it would exceed the cap.
     const Needs each = needs(in, in_order, fixed, room);
     std::size_t most = already_held + std::max(device_.held(), beside - already_held);
     for (std::size_t k = 0; k < each.size(); ++k) most += std::max(each[k], blocks_[k]->bytes());
@@ -240,8 +243,8 @@ class Engine {
     return room;
   }
 
-  // In blocks: ranges of first indices whose pairs fit. Each is found by itself, and sorted where
-  // asked, so that the blocks are in order too.
+  // Delivers in blocks: ranges of first indices whose pairs fit. Each range is searched and, if
+  // requested, sorted separately, so the concatenation is sorted as well.
   void consume(Call& call, const Consumer& consumer, bool in_order, std::size_t room) {
     Result& r = *call.result;
     room = std::max(room, most_of_one(call.in) + 1);
@@ -276,7 +279,7 @@ class Engine {
     r.comparisons = comparisons;
   }
 
-  // Host memory: how many pairs each first index has.
+  // Returns host memory: the number of pairs per first index.
   const std::uint32_t* count_firsts(Call& call) {
     const std::size_t bytes = firsts_bytes(call.in);
     auto* counts = reinterpret_cast<std::uint32_t*>(counts_.room(bytes));

@@ -1,4 +1,5 @@
-// What goes wrong in a pipeline; thrown inside the library only. The hall puts it into words.
+// An error of the device pipeline; thrown inside the library only. The API layer writes the
+// message.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +10,9 @@ namespace throng::pipeline {
 
 struct Failure {
   Status status;
-  std::size_t bytes = 0;       // asked for in vain, or needed
-  const char* text = nullptr;  // what a device says of it
-  const char* what = nullptr;  // the array that it is said of
+  std::size_t bytes = 0;       // requested in vain, or needed
+  const char* text = nullptr;  // the device's own message
+  const char* what = nullptr;  // the array that it concerns
 };
 
 }  // namespace throng::pipeline

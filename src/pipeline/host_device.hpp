@@ -1,6 +1,6 @@
-// A Device that is this processor: every launch a plain loop, shared out to an executor's threads.
-// It runs what a GPU thread runs, so that the pipeline is tested, under the sanitizers too, where
-// there is no GPU.
+// A Device on the CPU: every launch is a loop, divided among an executor's threads. It runs the
+// same function objects as a GPU, so that the pipeline is tested, with the sanitizers too, without
+// a GPU.
 #pragma once
 
 #include <algorithm>
@@ -22,13 +22,13 @@ namespace throng::pipeline {
 
 class HostDevice {
  public:
-  // How tasks are started: cpu::run_tasks, which also sets the floating-point state.
+  // Starts tasks: cpu::run_tasks, which also sets the floating-point state.
   using Run = void (*)(const Executor&, unsigned count, void (*task)(void*, unsigned),
                        void* context);
 
   HostDevice(std::pmr::memory_resource* memory, Run run) noexcept : memory_(memory), run_(run) {}
 
-  // Once *stop is true, what is launched ends soon and throws Failure: stopped.
+  // Once *stop is true, launches end soon and throw Failure: stopped.
   void begin(const Executor& executor, unsigned tasks,
              const std::atomic<bool>* stop = nullptr) noexcept {
     executor_ = executor;
@@ -99,10 +99,10 @@ class HostDevice {
     if (!wanted || *wanted != 0) scan(table, cells);
   }
 
-  // So few that the tests go both ways.
+  // Small, so that the tests take both paths.
   static constexpr std::uint32_t sorted_above = 500;
   static std::size_t sort_cells_bytes(std::size_t) noexcept { return 0; }
-  // A pass for each eight bits, as by a device.
+  // One pass per eight bits, as on a device.
   ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
                       std::size_t count, int begin, int end) const noexcept {
     for (std::uint32_t* to = keys + room; begin < end; begin += 8) {
@@ -233,7 +233,7 @@ class HostDevice {
     }
     auto* keys = static_cast<std::uint64_t*>(room);
     launch(count, PackPairs{pairs, keys, report, capacity, shape});
-    // No bit above those is looked at, as by a radix sort.
+    // Ignores the bits above, as a radix sort does.
     const std::uint64_t mask = ~std::uint64_t{0} >> (64 - shape.bits());
     std::sort(keys, keys + count,
               [mask](std::uint64_t a, std::uint64_t b) { return (a & mask) < (b & mask); });
@@ -280,8 +280,8 @@ class HostDevice {
  private:
   using Clock = std::chrono::steady_clock;
 
-  // What the lanes of a warp do together (cuda/search.cuh), one lane after the other in each step;
-  // tells the comparisons.
+  // The warp search of cuda/search.cuh, with the lanes executed one after the other in each step.
+  // Returns the number of comparisons.
   template <bool mixed, class Search, class F>
   static std::uint64_t look_around(const Search& search, std::uint64_t begin, std::uint64_t end,
                                    const F& tell) {
@@ -334,7 +334,7 @@ class HostDevice {
     return comparisons;
   }
 
-  // body(begin, end) for pieces of 0 .. count-1.
+  // Calls body(begin, end) for pieces of 0 .. count-1.
   template <class F>
   void share_out(std::uint64_t count, std::uint64_t piece, const F& body) const {
     std::atomic<std::uint64_t> next{0};
@@ -357,7 +357,7 @@ class HostDevice {
           }
         },
         &job);
-    // Some pieces were left out: nothing that comes after may read them.
+    // Some pieces were skipped, so later steps must not read the results.
     if (stopped()) throw Failure{Status::stopped};
   }
   bool stopped() const noexcept { return stop_ && stop_->load(std::memory_order_relaxed); }

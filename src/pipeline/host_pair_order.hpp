@@ -1,4 +1,4 @@
-// The host's twin of cuda/pair_order.cuh.
+// Host implementation of cuda/pair_order.cuh.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace throng::pipeline {
 
-// So few that tests go every way.
+// Small, so that tests take every path.
 struct HostOrder {
   static constexpr std::uint32_t block_pairs = 256, bins = 256, run = 4, few = 100;
   static constexpr std::uint32_t least_buckets = 4, least_each = 32, most_each = 116;
@@ -49,7 +49,7 @@ void sort_task(const Order& order, const typename Order::Shape& shape,
   }
 }
 
-// share(n, body) calls body(0), .. body(n-1), on several threads, and returns when all have.
+// share(n, body) calls body(0) .. body(n-1) on several threads and returns when all have returned.
 template <class Order, class Share>
 void order_pairs(const Order& order, const Share& share) {
   const std::uint32_t found = order.found();

@@ -1,4 +1,4 @@
-// What is asked, in plain pointers that a host and a device thread read alike.
+// The input of a search in plain pointers, read alike by host and device threads.
 #pragma once
 
 #include <bit>
@@ -18,8 +18,8 @@ namespace throng::pipeline {
 
 using core::Column;
 
-// A box that starts at a multiple of 8 bytes: two loads in place of six, one of which takes what
-// stands at a multiple of 16. Where boxes lie scattered it is their number that counts.
+// Loads a box that is aligned to 8 bytes: two loads, one of them aligned to 16 bytes, in place of
+// six. For scattered boxes the number of loads is what counts.
 THRONG_HD inline Box load_box(const Box* box) noexcept {
 #if defined(__CUDA_ARCH__)
   const auto* at = reinterpret_cast<const char*>(box);
@@ -37,7 +37,7 @@ THRONG_HD inline Box load_box(const Box* box) noexcept {
 struct Set {
   const char* corner[6] = {};
   std::uint64_t stride = 0;
-  bool packed = false;  // each box's coordinates stand together, at a multiple of 8 bytes
+  bool packed = false;  // each box's coordinates are contiguous and aligned to 8 bytes
   Column<std::uint32_t> group, mask;
   Column<std::int32_t> owner, world;
   Column<std::uint8_t> is_static;
@@ -55,7 +55,7 @@ struct Set {
   }
 };
 
-// One set, or two, whose boxes are numbered through: those of the second follow.
+// One set or two. Indices of the second set follow those of the first.
 struct Input {
   Set sets[2];
   std::uint32_t first_count = 0, count = 0;
@@ -64,13 +64,13 @@ struct Input {
   bool two_sets = false;
   bool has_worlds = false, has_pair_filters = false, has_filters = false;
   std::uint32_t present = 0;  // group bits that occur
-  // Others than these boxes will look into the grid, so there is one whatever these need.
+  // Boxes other than these will query the grid, so it is always built.
   bool for_others = false;
-  // In the memory of whoever runs it; 0 says that no grid is needed. Null: one is.
+  // In the memory of the device that runs it; 0: no grid is needed. Null: a grid is needed.
   const std::uint32_t* grid_wanted = nullptr;
 
-  // Whether the boxes of each group and class have bounds: who looks passes over those far away.
-  // Without groups each box would look where it is itself.
+  // Whether each group and class has the bounds of its boxes, so that a search skips distant ones.
+  // Without groups the bounds would contain nearly every box that searches.
   THRONG_HD bool bounds_occupied() const noexcept { return for_others || present != 0; }
   THRONG_HD bool wants_grid() const noexcept { return !grid_wanted || *grid_wanted != 0; }
   THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
@@ -79,7 +79,7 @@ struct Input {
   THRONG_HD std::uint32_t local(std::uint32_t i) const noexcept {
     return in_second(i) ? i - first_count : i;
   }
-  // One below -1 is an error that is told apart; here it is -1.
+  // A world below -1 is an error, which is reported elsewhere; here it counts as -1.
   THRONG_HD std::int32_t world(std::uint32_t i) const noexcept {
     const Set& s = set_of(i);
     const std::int32_t world = s.world ? s.world[local(i)] : -1;
@@ -92,7 +92,7 @@ struct Input {
     if (has_worlds && world(i) < 0) bits |= core::everywhere_bit;
     return bits;
   }
-  // Whether all filters allow the pair. Both are of different sets where there are two.
+  // Whether all filters allow the pair. With two sets, i and j are of different sets.
   THRONG_HD bool allowed(std::uint32_t i, std::uint32_t j) const noexcept {
     if (!has_filters) return true;
     const Set &a = set_of(i), &b = set_of(j);
@@ -114,7 +114,7 @@ struct Input {
   }
 };
 
-// A view may lie in device memory: nothing is read here.
+// The view may lie in device memory, so nothing is dereferenced here.
 inline Set make_set(const Boxes& boxes) noexcept {
   Set s;
   for (int k = 0; k < 6; ++k) s.corner[k] = boxes.corner_data(k);
@@ -150,8 +150,8 @@ inline Input make_input(const Boxes& a, const Boxes* b, const Options& options) 
   return in;
 }
 
-// A box as it is stored and compared: grown by the margin, with its number. 32 bytes, one sector of
-// device memory.
+// A box as it is stored and compared: expanded by the margin, with its index. 32 bytes: one sector
+// of device memory.
 struct alignas(32) Record {
   Vec3 lower;
   std::uint32_t id;
@@ -161,7 +161,7 @@ struct alignas(32) Record {
   THRONG_HD Box box() const noexcept { return {lower, upper}; }
 };
 
-// Two loads of 16 bytes, by the path of what nobody writes meanwhile.
+// Two loads of 16 bytes through the read-only cache; the records are not written meanwhile.
 THRONG_HD inline Record load(const Record* at) noexcept {
 #if defined(__CUDA_ARCH__)
   const float4 a = __ldg(reinterpret_cast<const float4*>(at));
@@ -172,7 +172,7 @@ THRONG_HD inline Record load(const Record* at) noexcept {
 #endif
 }
 
-// The lower corner and the number, or the rest, in one store of 16 bytes.
+// One store of 16 bytes: the lower corner with the index, or the upper corner.
 THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexcept {
 #if defined(__CUDA_ARCH__)
   reinterpret_cast<float4*>(to)[upper] =
@@ -188,9 +188,8 @@ THRONG_HD inline void store_half(Record* to, bool upper, const Record& r) noexce
 #endif
 }
 
-// Flags, one for each group and class. Behind them, where in.bounds_occupied(), the bounds of each
-// one's boxes: six numbers, lower ends negated, so that the greatest counts of all, whose order is
-// that of the floats and which are above 0.
+// One flag per group and class. If in.bounds_occupied(), the bounds of each one's boxes follow: six
+// integers that sort as the floats do and are above 0, lower ends negated, so that all are maxima.
 constexpr std::uint32_t occupied_flags = 8 * core::max_size_classes;
 constexpr std::uint32_t occupied_words = 7 * occupied_flags;
 
@@ -201,7 +200,7 @@ THRONG_HD inline std::uint32_t in_order(float x) noexcept {
 THRONG_HD inline float float_in_order(std::uint32_t number) noexcept {
   return std::bit_cast<float>(number >> 31 ? number & ~(1u << 31) : ~number);
 }
-// The bounds, of one that has boxes.
+// The bounds of a group and class that has boxes.
 THRONG_HD inline Box occupied_bounds(const std::uint32_t* occupied,
                                      std::uint32_t class_index) noexcept {
   const std::uint32_t* const most = occupied + occupied_flags + 6 * class_index;
@@ -209,7 +208,7 @@ THRONG_HD inline Box occupied_bounds(const std::uint32_t* occupied,
           {float_in_order(most[3]), float_in_order(most[4]), float_in_order(most[5])}};
 }
 
-// What a call tells, in the memory of whoever runs it.
+// A search's report, in the memory of the device that runs it.
 using cuda::Report;
 
 }  // namespace throng::pipeline

@@ -1,5 +1,5 @@
-// Candidates of objects that live on a device: all found anew, in a grid that is kept, or in that
-// those of the few that left their fat boxes.
+// Candidates of persistent objects on a device: all of them, found in a grid that is kept, or in
+// that grid those of the few objects that left their fat boxes.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class CandidateFinder {
  public:
   explicit CandidateFinder(Device& device) noexcept : device_(device) {}
 
-  // In canonical order, into found(); tells how many. The grid that they are found in is kept.
+  // Finds all into found(), sorted; returns their number. Keeps the grid that it searched.
   std::uint64_t find_all(const Boxes& fat, const Options& options, Result& r) {
     in_grid_ = false;
     if (fat.empty()) return 0;
@@ -34,8 +34,8 @@ class CandidateFinder {
     return found;
   }
 
-  // Those of the few that left their fat boxes, in canonical order, into fresh(): see
-  // live_stray_stages.hpp. False where they are not so few, or there is no grid; begin() is called
+  // Finds the candidates of the few that left their fat boxes into fresh(), sorted: see
+  // live_stray_stages.hpp. Returns false if they are too many or there is no grid. Calls begin()
   // before fat boxes change.
   template <class Begin>
   bool find_few(const LiveView& live, LiveTold* told, const Begin& begin, std::uint64_t& count) {
@@ -43,9 +43,10 @@ class CandidateFinder {
     if (!in_grid_ || live.world || most == 0) return false;
     leavers_.room(most * sizeof(Pair));
     strays_.room(most * sizeof(Pair));
-    device_.clear(&told->leavers, 2 * sizeof(Report));  // and strays
+    device_.clear(&told->leavers, 2 * sizeof(Report));  // and outliers
     look(LookForLeavers{live}, leavers_, &told->leavers);
-    // Where they were too many the last time, nothing is done on the chance that they are few.
+    // If they were too many last time, their number is read first, before any further work is
+    // launched.
     if (many_left_) many_left_ = device_.read(told->leavers).found > most;
     if (many_left_) return false;
     auto* askers = reinterpret_cast<Record*>(askers_.room(most * sizeof(Record)));
@@ -57,7 +58,7 @@ class CandidateFinder {
     const std::uint64_t leavers = seen.leavers.found, strays = seen.strays.found;
     many_left_ = leavers > most;
     if (many_left_ || strays > room_of(strays_)) return false;
-    // A call that was refused may have moved the filters since.
+    // A refused call may have moved the filter arrays since.
     Set& filters = grid_of_.sets[0];
     const auto where_now = [](auto& column, const auto* now) {
       if (column) column.data = reinterpret_cast<const char*>(now);
@@ -85,7 +86,7 @@ class CandidateFinder {
 
   const Pair* found() const noexcept { return found_.template as<Pair>(); }
   const Pair* fresh() const noexcept { return fresh_.template as<Pair>(); }
-  // What found() lies in: between calls nobody needs it.
+  // The memory of found(): free between calls.
   Block<Device>& scratch() noexcept { return found_; }
   void forget_grid() noexcept { in_grid_ = false; }
 
@@ -101,7 +102,7 @@ class CandidateFinder {
   }
 
  private:
-  // Each of which there is one, into `out`; as far as there is room.
+  // Runs `each` once per index into `out`, up to its capacity.
   template <class Look>
   void look(const Look& each, const Block<Device>& out, Report* report) const {
     const std::uint64_t n = each.bound();
@@ -113,7 +114,7 @@ class CandidateFinder {
     return in;
   }
 
-  // With room for the pairs that there usually are; tells whether it is by brute force.
+  // Reserves capacity for the usual number of pairs; returns whether it is by brute force.
   bool build(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
              Block<Device>& out) {
     const bool brute = Pipeline<Device>::brute_force(in, algorithm);
@@ -122,7 +123,7 @@ class CandidateFinder {
     out.room((std::size_t{4} * in.count + 512) * sizeof(Pair));
     return brute;
   }
-  // Into `out`, which grows; tells how many.
+  // Finds into `out`, which grows; returns the number.
   std::uint64_t find(const Input& in, Algorithm algorithm, Block<Device>& memory, Workspace& w,
                      Block<Device>& out, bool& brute) {
     brute = build(in, algorithm, memory, w, out);
@@ -135,7 +136,7 @@ class CandidateFinder {
       out.room(static_cast<std::size_t>(found + found / 8 + 512) * sizeof(Pair));
     }
   }
-  // A grid of the strays, or what takes its place, in stray_workspace_.
+  // A grid of the outliers (or brute force, if they are few), in stray_workspace_.
   struct StrayGrid {
     Input in;
     Workspace w;
@@ -159,7 +160,7 @@ class CandidateFinder {
     grid.brute = build(grid.in, Algorithm::automatic, stray_workspace_, grid.w, found_);
     return grid;
   }
-  // The candidates of those that left, into fresh_, which grows; tells how many.
+  // Finds the candidates of the objects that left into fresh_, which grows; returns the number.
   std::uint64_t find_fresh(const LiveView& live, const GridSearchOf<Looking::around>& around,
                            std::uint64_t strays, LiveTold* told) {
     const std::uint64_t leavers = around.asker_count;
@@ -199,7 +200,7 @@ class CandidateFinder {
   Block<Device> workspace_{device_}, found_{device_}, sorting_{device_};
   Block<Device> leavers_{device_}, strays_{device_}, askers_{device_}, fresh_{device_},
       stray_boxes_{device_}, stray_filters_{device_}, stray_workspace_{device_};
-  // The grid that all candidates were found in last, in workspace_.
+  // The grid of the last find_all(), in workspace_.
   Input grid_of_;
   Workspace workspace_of_;
   bool in_grid_ = false, many_left_ = false;

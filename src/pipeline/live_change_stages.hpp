@@ -1,8 +1,9 @@
-// Pairs that begin and end: how they are gathered in canonical order, and given their slots.
+// Begin and end events of pairs: how they are gathered in sorted order and get their slots.
 //
-// A list is looked at in tiles of so many. A tile's changes are written somewhere among those of
-// others, in their own order, those that begin first; it notes where, and how many. Sums of these
-// numbers tell where each tile's changes stand among all that begin, and that end.
+// A list is processed in tiles. A tile's changes are written to one contiguous range, at an
+// arbitrary place among those of other tiles, sorted, begin events first. The tile records the
+// place and the two counts. Prefix sums of these counts give the rank of each tile's changes among
+// all begin events and among all end events.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +22,13 @@ THRONG_HD std::uint64_t pair_key(const P& p) noexcept {
   return pair_key(p.first, p.second);
 }
 
-// A list in canonical order, of Pair or LivePair.
+// A sorted list of Pair or LivePair.
 template <class P>
 struct Sorted {
   P* pairs;
   std::uint64_t count;
 
-  // How many come before it.
+  // The number of elements before `wanted`.
   template <class Q>
   THRONG_HD std::uint64_t place(const Q& wanted) const noexcept {
     const std::uint64_t key = pair_key(wanted);
@@ -41,7 +42,7 @@ struct Sorted {
     }
     return begin;
   }
-  // Where it stands; null: nowhere.
+  // The element that equals `wanted`, or null.
   template <class Q>
   THRONG_HD P* find(const Q& wanted) const noexcept {
     const std::uint64_t at = place(wanted);
@@ -56,21 +57,23 @@ THRONG_HD inline std::uint32_t slot_in(const Candidates& list, const Pair& pair)
 
 enum class Change : std::uint8_t { none, begins, ends };
 
-// Where a gathering goes, or some one after the other. What does not fit is counted alone.
+// The output of one gathering, or of several in succession. Changes beyond the capacity are only
+// counted.
 struct Tiles {
-  static constexpr std::uint32_t size = 256;  // a warp's: eight looks of each lane
+  static constexpr std::uint32_t size = 256;  // per warp: eight elements per lane
 
   Pair* out;
   std::uint64_t capacity;
-  std::uint32_t* begins;  // how many, a tile of `tiles`; behind these, how many end; and one more
-  std::uint32_t* bases;   // where they stand, a tile
+  std::uint32_t*
+      begins;            // begin counts of `tiles` tiles, then their end counts, and one entry more
+  std::uint32_t* bases;  // place of each tile's changes
   std::uint64_t tiles;
   Changed* told;
 
   static constexpr std::uint64_t of(std::uint64_t count) noexcept {
     return (count + size - 1) / size;
   }
-  // For a gathering behind one of so many.
+  // The part of a gathering that follows one of `others` tiles.
   Tiles after(std::uint64_t others) const noexcept {
     Tiles t = *this;
     t.begins += others;
@@ -85,16 +88,16 @@ struct Tiles {
   }
 };
 
-// A thread goes through every so many of a tile's changes; after the sums of `begins` were made.
+// Strided loop of a thread over a tile's changes; after the prefix sums of `begins`.
 struct TileWalk {
-  static constexpr std::uint32_t threads = 32;  // a tile
+  static constexpr std::uint32_t threads = 32;  // per tile
 
   const Pair* changes;
   const std::uint32_t *sums, *bases;
   std::uint64_t tiles;
 
   std::uint64_t count() const noexcept { return tiles * threads; }
-  // f(pair, place among all that begin).
+  // f(pair, rank among all begin events).
   template <class F>
   THRONG_HD void begun(std::uint64_t i, const F& f) const noexcept {
     const std::uint64_t tile = i / threads;
@@ -102,7 +105,7 @@ struct TileWalk {
     for (auto k = static_cast<std::uint32_t>(i % threads); k < n; k += threads)
       f(changes[bases[tile] + k], at + k);
   }
-  // f(pair, place among all that end).
+  // f(pair, rank among all end events).
   template <class F>
   THRONG_HD void ended(std::uint64_t i, const F& f) const noexcept {
     const std::uint64_t tile = i / threads;
@@ -113,7 +116,7 @@ struct TileWalk {
   }
 };
 
-// Slots that became free last are the first to be given again, in the order of the pairs.
+// Assigns slots to begun pairs, in sorted order: most recently freed slots first.
 struct GiveSlots {
   TileWalk walk;
   Candidates now;
@@ -129,11 +132,11 @@ struct GiveSlots {
     });
   }
 };
-// They are free for the next update.
+// Frees the slots of ended pairs for the next update.
 struct TakeSlots {
   TileWalk walk;
-  Candidates before, now;     // these may be the same
-  std::uint32_t* free_slots;  // behind those that stay
+  Candidates before, now;     // may be the same
+  std::uint32_t* free_slots;  // after those that stay free
   LivePair* ended;
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     walk.ended(index, [&](const Pair& p, std::uint32_t i) {

@@ -1,5 +1,6 @@
-// Objects that live on a device: what one thread does of a call on them. A call first checks, which
-// changes nothing that is seen, and then, once the host has read what the check tells, applies.
+// Persistent objects on a device: the per-thread steps of a call on them. A call first runs a
+// check, which changes nothing visible. The host reads its report, and then the call applies the
+// change.
 #pragma once
 
 #include <bit>
@@ -16,34 +17,34 @@ namespace throng::pipeline {
 
 // Bits of an object's state.
 constexpr std::uint8_t alive_bit = 1;
-// Since the last update; it may stand longer, and then costs comparisons but no more.
+// Moved since the last update. A stale bit costs comparisons but is harmless.
 constexpr std::uint8_t moved_bit = 2;
-// Its fat box is another one than that in the grid; and was made in this update.
+// The fat box differs from that in the grid; the fat box was made in this update.
 constexpr std::uint8_t stray_bit = 8, leaving_bit = 16;
 
 constexpr std::uint32_t no_slot = 0xffffffffu;
 
-// What a check tells; all fields start from zero.
+// The report of a check; all fields start at zero.
 struct Checked {
   std::uint64_t nan_count = 0, bad_ids = 0, bad_worlds = 0;
   std::uint32_t nan_mark = 0, bad_id_mark = 0, bad_world_mark = 0;  // ~ of the first such index
-  // Flags: some box is another one; some is not in its fat box, or does not hold its lean one; some
-  // became inactive, or is so no longer.
+  // Flags: some box differs; some box left its fat box or does not contain its inner box; some box
+  // became inactive or active again.
   std::uint32_t moved = 0, left = 0, gone = 0;
 
-  // Whether it may be applied.
+  // Whether the call may be applied.
   THRONG_HD bool good(bool nan_allowed) const noexcept {
     return bad_ids == 0 && bad_worlds == 0 && (nan_allowed || nan_count == 0);
   }
 };
 
-// What is told of pairs that begin and end.
+// Counts of begin and end events.
 struct Changed {
   std::uint64_t count = 0, begun = 0;
   std::uint64_t comparisons = 0;
 };
 
-// By bits: what differs in nothing else, as -0 and 0, may count as moved.
+// Bitwise, so a box that differs only by -0 and 0 may count as moved.
 THRONG_HD inline bool same_bits(const Box& a, const Box& b) noexcept {
   const auto x = [](float p, float q) {
     return std::bit_cast<std::uint32_t>(p) ^ std::bit_cast<std::uint32_t>(q);
@@ -52,9 +53,9 @@ THRONG_HD inline bool same_bits(const Box& a, const Box& b) noexcept {
           x(a.upper.x, b.upper.x) | x(a.upper.y, b.upper.y) | x(a.upper.z, b.upper.z)) == 0;
 }
 
-// The objects as a thread sees them. Filters that nobody has given yet are absent.
+// The objects as a thread sees them. Filter arrays that no call has set yet are null.
 struct LiveView {
-  Box *boxes, *fat;  // as given last; as they were when candidates were found, and wider
+  Box *boxes, *fat;  // as set last; when candidates were found, expanded
   std::uint8_t* state;
   std::uint32_t *group, *mask;
   std::int32_t *owner, *world;
@@ -73,8 +74,8 @@ struct LiveView {
   THRONG_HD Box fat_box(const Box& box) const noexcept {
     return core::is_active(box) ? core::expand(grown(box), fat_margin) : inactive();
   }
-  // Narrower than the box of which that is the fat one by as much as that is wider. Where it is so
-  // by less than floats tell apart it is so by one float.
+  // The inner box: the box of fat box `f`, shrunk by as much as `f` is expanded, and by at least
+  // one float step.
   THRONG_HD Box lean_box(const Box& f) const noexcept {
     const float by = 2 * fat_margin;
     return {{raised(f.lower.x, by), raised(f.lower.y, by), raised(f.lower.z, by)},
@@ -84,22 +85,22 @@ struct LiveView {
     return (b.lower.x <= a.lower.x) & (a.upper.x <= b.upper.x) & (b.lower.y <= a.lower.y) &
            (a.upper.y <= b.upper.y) & (b.lower.z <= a.lower.z) & (a.upper.z <= b.upper.z);
   }
-  // Whether the candidates there are hold all that this box may pair with, and all of which it is
-  // certain that they are pairs still are: it lies in its fat box, and its lean one lies in it.
+  // Whether the candidates contain all possible pairs of this box, and whether the certain pairs
+  // still are pairs: it lies in its fat box and contains its inner box.
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
     if (!core::is_active(box)) return true;
     const Box mine = grown(box), f = load_box(fat + id);
     const bool not_out = inside(mine, f), around = inside(lean_box(f), mine);
     return not_out && around;
   }
-  // A box that was given.
+  // Reports a new box.
   THRONG_HD void tell_move(std::uint32_t id, const Box& now, Checked& told) const noexcept {
     if (!holds(id, now)) raise(&told.left);
     if (!core::is_active(now)) raise(&told.gone);
   }
   THRONG_HD void set_filters(std::uint32_t id, const Set& from, std::uint64_t i,
                              bool fresh) const noexcept {
-    // What a call does not give stays; of a new object it is the default.
+    // A filter that the call does not give stays; a new object gets the default.
     if (group && (from.group || fresh)) group[id] = from.group ? from.group[i] : ~0u;
     if (mask && (from.mask || fresh)) mask[id] = from.mask ? from.mask[i] : ~0u;
     if (owner && (from.owner || fresh)) owner[id] = from.owner ? from.owner[i] : -1;
@@ -134,11 +135,11 @@ struct Fill {
 
 // ---- ids ----------------------------------------------------------------------------------------
 
-// Each id of a list is claimed by the first place where it stands, whatever order threads run in.
+// Each id is claimed by its first position in the list, for any order of threads.
 struct ClaimIds {
   LiveView live;
   const ObjectId* ids;
-  std::uint32_t token;  // another one a call
+  std::uint32_t token;  // different per call
 
   THRONG_HD static std::uint64_t claim(std::uint32_t token, std::uint32_t i) noexcept {
     return std::uint64_t{token} << 32 | ~i;
@@ -149,7 +150,7 @@ struct ClaimIds {
   }
 };
 
-// After ClaimIds: ids, the boxes and worlds that are given with them, and who leaves its fat box.
+// After ClaimIds: checks the ids, boxes and worlds of a list, and whether a box leaves its fat box.
 struct CheckList {
   LiveView live;
   const ObjectId* ids;
@@ -192,7 +193,7 @@ struct SetFiltersOfList {
     live.set_filters(ids[i], filters, i, false);
   }
 };
-// An object that is gone has an inactive box until the update that tells what this ended.
+// A removed object has an inactive box until the update that reports its end events.
 struct RemoveList {
   LiveView live;
   const ObjectId* ids;
@@ -216,7 +217,7 @@ struct CheckNew {
     if (core::has_nan(boxes.box(i))) tell_nan(*told, i);
   }
 };
-// The ids that became free last are the first to be given again.
+// Most recently freed ids are reused first.
 struct AddBoxes {
   LiveView live;
   Set boxes;
@@ -235,9 +236,9 @@ struct AddBoxes {
   }
 };
 
-// Whether an object that lives has another box now, and nothing else: where all boxes stand in a
-// row they are compared by words of 16 bytes, of which two boxes have three. What is given is read
-// as what nobody reads again, so that the objects' own boxes stay in a device's cache.
+// Whether any object that is alive has a different box. Contiguous boxes are compared by words of
+// 16 bytes, three per two boxes. New boxes are read with a streaming hint, so that the objects'
+// boxes stay in the cache.
 struct LookForMoves {
   static constexpr std::uint64_t word = 16;
 
@@ -266,7 +267,7 @@ struct LookForMoves {
     if ((live.state[i] & alive_bit) && !same_bits(boxes.box(i), load_box(live.boxes + i)))
       raise(moved);
   }
-  // Of so many eights of bytes.
+  // Compares `eights` * 8 bytes.
   template <int eights>
   THRONG_HD static bool same_word(const char* before, const char* now) noexcept {
 #if defined(__CUDA_ARCH__)
@@ -285,16 +286,16 @@ struct LookForMoves {
   }
 };
 
-// A box for every id: who moved, and who left its fat box.
+// A box for every id: flags those that moved and those that left their fat boxes.
 struct CheckAll {
   LiveView live;
   Set boxes;
   Checked* told;
-  bool moved_before;  // since the last update: what did stays marked
+  bool moved_before;  // since the last update: then moved bits stay
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
-    // No load waits for another.
+    // No load depends on another.
     const std::uint8_t state = live.state[i];
     const Box now = boxes.box(i), before = load_box(live.boxes + i);
     if (!(state & alive_bit)) return;
@@ -308,8 +309,8 @@ struct CheckAll {
     live.tell_move(i, now, *told);
   }
 };
-// Put behind CheckAll without a look at what it told: it does nothing where that is not good.
-// Empties what is told next.
+// Launched after CheckAll without reading its report: does nothing if that refuses. Resets the
+// change counts.
 struct MoveAll {
   LiveView live;
   Set boxes;
@@ -336,7 +337,7 @@ struct ShiftOrigin {
 
 // ---- an update ----------------------------------------------------------------------------------
 
-// Fat boxes around where the objects are now.
+// Fat boxes around the objects' present boxes.
 struct Fatten {
   LiveView live;
   THRONG_HD void operator()(std::uint64_t i) const noexcept {

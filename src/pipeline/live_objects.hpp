@@ -1,14 +1,14 @@
-// Objects that live in a device's memory: boxes, filters, ids. Waits for the device in each call,
-// once, to learn whether what was asked is good; a call that is not, or for which memory runs out,
+// Persistent objects in device memory: boxes, filters, ids. Each call synchronizes with the device
+// once to learn whether its arguments are valid. A call that is refused or runs out of memory
 // changes nothing.
 //
-// Beside what a pipeline asks for, a Device has here
+// In addition to what pipeline.hpp lists, a Device provides
 //   allocate, release, copy(to, from, bytes), read(value)
 //   gather(bound, look, tiles)           look(i, pair, compared) for each i below look.count() <=
-//                                        bound: the changes, in order, see live_change_stages.hpp
-//   take(value, bytes)                   reads it, and leaves zeros in its first bytes
-//   launch_and_take(count, f, value, t)  a launch and what it left there, in one; zeros then. *t is
-//                                        zero, and is so again
+//                                        bound: the changes, sorted, see live_change_stages.hpp
+//   take(value, bytes)                   reads it and zeroes its first bytes
+//   launch_and_take(count, f, value, t)  launches, reads the value and zeroes it. *t is zero before
+//                                        and after
 #pragma once
 
 #include <algorithm>
@@ -24,15 +24,16 @@
 
 namespace throng::pipeline {
 
-// What a call tells, in the device's memory.
+// The reports of a call, in device memory.
 struct LiveTold {
-  Checked checked;         // zeros between calls
-  Changed changed;         // pairs
-  Report leavers, strays;  // objects that left their fat boxes, now and since the grid was made
-  Report fresh;            // their candidates
-  std::uint64_t among;     // pairs of strays
-  std::uint32_t kept;      // candidates that stay
-  std::uint32_t tickets;   // zero, but in a launch
+  Checked checked;  // zero between calls
+  Changed changed;  // pairs
+  Report leavers,
+      strays;    // objects that left their fat boxes: in this update; since the grid was made
+  Report fresh;  // their candidates
+  std::uint64_t among;    // pairs of outliers
+  std::uint32_t kept;     // candidates that stay
+  std::uint32_t tickets;  // zero outside a launch
 };
 
 template <class Device>
@@ -43,18 +44,20 @@ class LiveObjects {
 
   std::uint32_t limit() const noexcept { return limit_; }
   std::uint32_t count() const noexcept { return count_; }
-  // Whether a box differs from what the last update saw; whether one left its fat box; whether the
-  // candidates must be found anew for another reason.
+  // Whether a box differs from the one at the last update; whether one left its fat box; whether
+  // all candidates must be found again for another reason.
   bool moved() const noexcept { return moved_; }
   bool left() const noexcept { return left_; }
   bool stale() const noexcept { return stale_; }
-  // Whether some object became inactive, was removed, or is active again, since the last update.
+  // Whether an object became inactive, was removed or became active again since the last update.
   bool gone() const noexcept { return gone_; }
-  bool refiltered() const noexcept { return refiltered_; }  // some since the last update
-  // Another one whenever boxes or filters may have changed; and the boxes as they were given last.
+  bool refiltered() const noexcept {
+    return refiltered_;
+  }  // whether filters changed since the last update
+  // Changes whenever boxes or filters may have changed.
   std::uint64_t version() const noexcept { return version_; }
   Boxes boxes() const noexcept { return with_filters(array<Box>(box_array)); }
-  // Until the next settle(). Fat boxes are made, and the candidates are those of before.
+  // Until the next settle(): fat boxes are new, and the candidates are of the old ones.
   void set_stale() noexcept { stale_ = true; }
 
   void add(const Boxes& boxes, ObjectId* ids, bool nan_allowed, Result& r) {
@@ -110,19 +113,19 @@ class LiveObjects {
     put_move_all(boxes, nan_allowed, at);
     if (accept(take(at).checked, nan_allowed, r)) r.found = count_;
   }
-  // The same without waiting: take() and accept() follow.
+  // The same without synchronization: take() and accept() follow.
   void put_check_all(const Boxes& boxes, LiveTold* at) {
     told_is_clear_ = false;
     unsettled_ = true;
     device_.launch(limit_, CheckAll{view(), make_set(boxes), &at->checked, moved_});
   }
-  // at->changed is empty then.
+  // Requires that at->changed is zero.
   void put_move_all(const Boxes& boxes, bool nan_allowed, LiveTold* at) {
     const Set given = make_set(boxes);
     ++version_;
     device_.launch(limit_, MoveAll{view(), given, &at->checked, nan_allowed, &at->changed});
   }
-  // Whether an object that lives has another box than before; that alone is looked at.
+  // Whether an object that is alive has a different box; checks nothing else.
   bool differ(const Boxes& boxes, LiveTold* at) {
     const LookForMoves look{view(), make_set(boxes), &at->checked.moved};
     return device_.launch_and_take(look.count(), look, at->checked.moved, &at->tickets) != 0;
@@ -146,12 +149,12 @@ class LiveObjects {
   void shift_origin(const Vec3& by, Result& r) {
     settle_states();
     device_.launch(limit_, ShiftOrigin{view(), by});
-    moved_ = stale_ = true;  // rounding can bring fat boxes together
+    moved_ = stale_ = true;  // rounding can bring fat boxes into contact
     ++version_;
     r.found = count_;
   }
 
-  // Result and state after a check; false where it is not good.
+  // Sets result and state after a check; returns false if it refuses.
   bool accept(const Checked& told, bool nan_allowed, Result& r) noexcept {
     const auto refuse = [&](Status status, std::uint64_t count, std::uint32_t mark) {
       r.status = status;
@@ -185,7 +188,7 @@ class LiveObjects {
             margin_,
             fat_margin_};
   }
-  // With nothing told; take() it when what was put on the device may be waited for.
+  // The zeroed report; take() reads it once the launches have been issued.
   LiveTold* told() {
     told_.room(sizeof(LiveTold));
     if (!told_is_clear_) device_.clear(told_.template as<char>(), sizeof(LiveTold));
@@ -197,13 +200,13 @@ class LiveObjects {
     told_is_clear_ = true;
     return seen;
   }
-  // The fat boxes, made anew, with the filters: what candidates are found of.
+  // Makes the fat boxes again and returns them with the filters: the input of the candidate search.
   Boxes fatten() {
     set_stale();
     device_.launch(limit_, Fatten{view()});
     return with_filters(array<Box>(fat_array));
   }
-  // The pairs are those of the boxes as they are. Ids of what was removed may be given again.
+  // The pairs now match the present boxes. Ids of removed objects become free.
   void settle() {
     if (removed_count_ != 0)
       device_.copy(array<ObjectId>(free_array) + free_count_, array<ObjectId>(removed_array),
@@ -212,11 +215,11 @@ class LiveObjects {
     removed_count_ = 0;
     unsettled_ = unsettled_ || moved_;
     moved_ = false;
-    if (stale_) settle_states();  // no state may say for long that an object is leaving
+    if (stale_) settle_states();  // a leaving bit must not outlast the update
     left_ = stale_ = gone_ = refiltered_ = false;
   }
 
-  // Everything of the other's, of the same device. Failure: nothing has changed.
+  // Copies everything of `other`, on the same device. On a Failure nothing changes.
   void reserve_for(const LiveObjects& other) {
     for (int k = 0; k < array_count; ++k)
       if (other.wanted_[k])
@@ -274,7 +277,7 @@ class LiveObjects {
     return wanted_[k] ? blocks_[k].template as<T>() : nullptr;
   }
 
-  // Of all ids, with the objects' filters.
+  // Boxes of all ids, with the objects' filters.
   Boxes with_filters(const Box* boxes) const noexcept {
     Boxes all(boxes, limit_);
     const auto give = [&](auto& column, const auto* values) {
@@ -296,16 +299,16 @@ class LiveObjects {
     put(&at->checked);
     return take(at).checked;
   }
-  // Before the first call after an update that moves objects by a list: a check of all does it by
-  // the way.
+  // Runs before the first call after an update that moves objects by a list; CheckAll does it
+  // itself.
   void settle_states() {
     if (unsettled_ && !moved_) device_.launch(limit_, Settle{view()});
     if (!moved_) unsettled_ = false;
   }
-  // False, with the status, where an id, a world or a box is not good; what moves is noted.
+  // Returns false, with the status, if an id, world or box is invalid; flags moves.
   bool check_list(const ObjectId* ids, std::size_t n, const Set& given, bool has_boxes,
                   bool nan_allowed, Result& r) {
-    if (n > count_) {  // one of them is there twice, or not alive
+    if (n > count_) {  // some id is repeated or not alive
       r.status = Status::bad_id;
       r.invalid_count = n;
       return false;
@@ -324,7 +327,7 @@ class LiveObjects {
     return accept(told, nan_allowed, r);
   }
 
-  // Arrays that not everybody needs are there from the first call on that does.
+  // Optional arrays are allocated by the first call that needs them.
   void want(Array k) {
     if (wanted_[k]) return;
     blocks_[k].grow(std::max<std::size_t>(limit_, 1) * sizes[k], 0);
@@ -344,7 +347,7 @@ class LiveObjects {
       if (wanted_[k]) blocks_[k].grow(limit * sizes[k], limit_ * sizes[k]);
     if (wanted_[mark_array]) fill(mark_array, limit_, limit);
   }
-  // What those that came before the array have.
+  // Sets the values of ids that are older than the array.
   void fill(Array k, std::size_t begin, std::size_t end) {
     if (begin == end) return;
     const bool ones = k == group_array || k == mask_array || k == owner_array || k == world_array;
@@ -366,7 +369,7 @@ class LiveObjects {
   std::uint32_t limit_ = 0, count_ = 0, free_count_ = 0, removed_count_ = 0;
   std::uint32_t token_ = 0;
   bool moved_ = false, left_ = false, stale_ = false, gone_ = false, refiltered_ = false;
-  // States may say of objects that they moved though they did not since the last update.
+  // Moved bits may be set for objects that did not move since the last update.
   bool unsettled_ = false;
   bool told_is_clear_ = false;
   std::uint64_t version_ = 0;

@@ -1,14 +1,13 @@
-// Pairs that live on a device: what one thread does of an update. Candidates are all pairs of fat
-// boxes that filters allow, in canonical order, each with the slot of the pair that it is, if it is
-// one now. While no box leaves its fat box, the pairs are among them:
-//   a pair overlaps; each box lies in its fat box; so the fat boxes overlap, and it is a candidate.
-// An update compares the candidates again and lists those that changed; where boxes left theirs,
-// the candidates are found anew first, and take over the slots of those before.
-// Most pairs overlap by so much that they need not be compared. Each object has a lean box, too,
-// which lies in its box while that does not leave. Where those of two objects overlap, they are a
-// pair whatever they do:
-//   a.lower <= lean a.lower <= lean b.upper <= b.upper, and so on all sides, without rounding.
-// The other candidates are in doubt; once there is a list of them, an update compares no others.
+// Pairs of persistent objects on a device: the per-thread steps of an update. Candidates are all
+// pairs of fat boxes that the filters allow, sorted, each with the slot of its pair if it is a pair
+// now. While no box leaves its fat box, all pairs are candidates:
+//   a pair overlaps; each box lies in its fat box; so the fat boxes overlap.
+// An update compares the candidates again and lists the changes. If boxes left their fat boxes, the
+// candidates are first found again, and inherit the slots of the old ones.
+// Most pairs overlap so far that they need no comparison. Each object has an inner box too, which
+// stays inside its box until the box leaves. If two inner boxes overlap, the objects are a pair:
+//   a.lower <= inner a.lower <= inner b.upper <= b.upper, and so on all sides, without rounding.
+// The other candidates are uncertain. Once they are listed, an update compares no others.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,7 @@
 
 namespace throng::pipeline {
 
-// As a search, so that whoever runs it gathers the hits: one look at each of a list.
+// Adapts a list to the search interface, so that the device gathers the hits: one test per element.
 template <class Look>
 struct EachOnce {
   Look look;
@@ -44,13 +43,14 @@ struct EachOnce {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(look, i); }
 };
 
-// Candidates that are in doubt, each with whether it is a pair now: the top bit of the first id,
-// which no id has. Good for these candidates and fat boxes while no object turns.
+// The uncertain candidates, each with a flag for being a pair now: the top bit of the first id,
+// which no id has. Valid for these candidates and fat boxes while no object becomes inactive or
+// active.
 struct Doubtful {
   static constexpr std::uint32_t is_pair = 0x80000000u;
   Pair* pairs;
   std::uint64_t capacity;
-  const Changed* told;  // of the gathering; they may be too many to be listed
+  const Changed* told;  // of the gathering; there may be too many to list
 
   THRONG_HD bool listed() const noexcept { return pairs && told->count <= capacity; }
 };
@@ -67,15 +67,15 @@ struct LookForDoubtful {
   }
 
  private:
-  // False where the object does not hold it: one that is inactive, or so far out that floats do not
-  // tell them apart.
+  // Returns false if the box does not contain its inner box: inactive boxes, and boxes at
+  // coordinates where floats are coarser than the margin.
   THRONG_HD bool lean(std::uint32_t id, Box& box) const noexcept {
     const Box now = load_box(live.boxes + id);
     box = live.lean_box(load_box(live.fat + id));
     return core::is_active(now) && live.inside(box, live.grown(now));
   }
 };
-// In their order.
+// Stores them in order.
 struct ListDoubtful {
   TileWalk walk;
   Doubtful list;
@@ -93,16 +93,16 @@ THRONG_HD inline bool has_mover(const LiveView& live, const Pair& p) noexcept {
   return ((live.state[p.first] | live.state[p.second]) & moved_bit) != 0;
 }
 
-// Candidates that became a pair, or are one no longer. Put behind CheckAll without a look at what
-// it told: `told` says whether there is anything to compare, and whether these are the candidates.
+// Candidates that became a pair or ceased to be one. Launched after CheckAll without reading its
+// report: `told` decides on the device whether to compare and whether these candidates are valid.
 struct Retest {
   Candidates candidates;
   LiveView live;
-  const Checked* told;  // null: there is nothing to depend on
+  const Checked* told;  // null: unconditional
   bool nan_allowed, moved_before;
-  // Where there is such a list, and may be looked at; kept up to date.
+  // The list, if it exists and is valid; updated here.
   Doubtful doubtful{};
-  bool all_listed = false;  // most of these have a mover: to ask of which costs more than it saves
+  bool all_listed = false;  // most of them have moved: skipping the test of moved bits is cheaper
 
   THRONG_HD std::uint64_t count() const noexcept {
     const std::uint64_t all = by_list() ? doubtful.told->count : candidates.count;
@@ -134,12 +134,12 @@ struct Retest {
   THRONG_HD bool by_list() const noexcept { return doubtful.listed() && !(told && told->gone); }
 };
 
-// Where other candidates take the place of those before: pairs that begin, among those now; and
-// pairs that end, among those before. Where few boxes left theirs what did not move is what it was.
+// When new candidates replace the old ones: begun pairs, among the new, and ended pairs, among the
+// old. If few boxes left theirs, pairs of objects that did not move are unchanged.
 struct LookForBegun {
   Candidates now;
   LiveView live;
-  // Where few boxes left theirs: so many of those before, and so many more. Else null.
+  // If few boxes left theirs: the number of old candidates kept, and of fresh ones. Otherwise null.
   const std::uint32_t* kept;
   std::uint64_t fresh;
   THRONG_HD std::uint64_t count() const noexcept { return kept ? *kept + fresh : now.count; }
@@ -155,7 +155,7 @@ struct LookForEnded {
   Candidates before, now;
   LiveView live;
   bool movers_alone;
-  bool refiltered;  // a pair that overlaps may be no candidate any more
+  bool refiltered;  // a pair that overlaps may no longer be a candidate
   THRONG_HD std::uint64_t count() const noexcept { return before.count; }
   THRONG_HD Change operator()(std::uint64_t i, Pair& pair, std::uint32_t& compared) const noexcept {
     const LivePair c = before.pairs[i];
@@ -167,7 +167,7 @@ struct LookForEnded {
   }
 };
 
-// What was found becomes the candidates; those that are pairs stay so for now.
+// The pairs found become the candidates and inherit their slots.
 struct CarrySlots {
   const Pair* found;
   Candidates before;
@@ -178,10 +178,10 @@ struct CarrySlots {
   }
 };
 
-// The candidates that are pairs, put together.
+// Compacts the candidates that are pairs.
 struct FlagLive {
   Candidates candidates;
-  std::uint32_t* flags;  // and one more
+  std::uint32_t* flags;  // one entry more, for the sum
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     flags[i] = i < candidates.count && candidates.pairs[i].slot != no_slot ? 1u : 0u;
   }

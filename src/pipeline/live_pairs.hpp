@@ -1,4 +1,4 @@
-// Pairs that live in a device's memory: candidates, slots, and what the last update told.
+// Pairs of persistent objects in device memory: candidates, slots and the last update's events.
 #pragma once
 
 #include <algorithm>
@@ -26,9 +26,9 @@ class LivePairSet {
   LivePairs ended() const noexcept { return ended_.view(); }
   LivePairs candidates() const noexcept { return candidates_.view(); }
 
-  // Makes room for the changes that there usually are, and puts a comparison of the candidates on
-  // the device, which depends on what `checked`, if there is one, says by then. told->changed is
-  // empty.
+  // prepare_retest() reserves capacity for the usual number of changes. put_retest() launches a
+  // comparison of the candidates, which depends on the device's value of `checked`, if that is not
+  // null. told->changed is zero.
   void prepare_retest() {
     changes_.room((candidates_.count / 8 + 1024) * sizeof(Pair));
     make_room_for_tiles(Tiles::of(candidates_.count));
@@ -41,10 +41,10 @@ class LivePairSet {
     gather_changes(retest, told);
   }
 
-  // Takes what changed, of which `changed` tells; where there was no room for it, it is found
-  // again. `live` is as put_retest had it; `gone`: whether anything did by now.
+  // Applies the changes that `changed` counts; if they did not fit, gathers them again. `live` is
+  // as in put_retest(); `gone`: of objects.gone() now.
   void commit_retest(const LiveView& live, Changed changed, bool gone, LiveTold* told) {
-    // Where this fails, or the list was not looked at, what it says of pairs is void.
+    // On a failure, and if the list was not used, the list's pair flags are invalid.
     const bool listed = listed_ && !gone;
     listed_ = false;
     if (changed.count > CandidateFinder<Device>::room_of(changes_)) {
@@ -57,8 +57,8 @@ class LivePairSet {
     if (listed) note_density(changed.comparisons);
     listed_ = listed;
   }
-  // After an update of which all candidates stay: lists those in doubt, if none were found anew for
-  // a while, so that it pays. Not waited for.
+  // After an update that kept all candidates: lists the uncertain ones, once candidates have been
+  // kept for a while, so that it pays off. Asynchronous.
   void list_doubtful(const LiveView& live) {
     if (listed_ || candidates_.count == 0 || ++calm_ < 2) return;
     const std::uint64_t n = candidates_.count, tiles = Tiles::of(n);
@@ -69,7 +69,7 @@ class LivePairSet {
       doubtful_told_.room(sizeof(Changed));
       make_room_for_tiles(tiles);
     } catch (const Failure&) {
-      return;  // it is done without
+      return;  // the list is optional
     }
     list_size_ = unknown;
     auto* told = doubtful_told_.template as<Changed>();
@@ -82,7 +82,7 @@ class LivePairSet {
     device_.launch(walk.count(), ListDoubtful{walk, doubtful()});
   }
 
-  // Finds all candidates anew, of fat boxes, and takes what changed.
+  // Finds all candidates of the fat boxes again and applies the changes.
   void commit_found(const Boxes& fat, const LiveView& live, const Options& options, bool refiltered,
                     LiveTold* told, Result& r) {
     const std::uint64_t found = finder_.find_all(fat, options, r);
@@ -92,8 +92,8 @@ class LivePairSet {
     commit_next(now, live, nullptr, found, refiltered, told, r);
   }
 
-  // Where few boxes left theirs. False where they are not so few, or there is no grid; begin() is
-  // called before fat boxes change.
+  // For few boxes that left theirs. Returns false if they are too many or there is no grid. Calls
+  // begin() before fat boxes change.
   template <class Begin>
   bool commit_strays(const LiveView& live, LiveTold* told, const Begin& begin, Result& r) {
     std::uint64_t fresh = 0;
@@ -112,7 +112,7 @@ class LivePairSet {
     return true;
   }
 
-  // In canonical order; put together where it was not since the last change.
+  // Sorted; compacted on the first call after a change.
   LivePairs pairs() {
     if (count_ == candidates_.count) return candidates_.view();
     if (!gathered_) {
@@ -171,7 +171,7 @@ class LivePairSet {
       return {block.template as<LivePair>(), static_cast<std::size_t>(count)};
     }
     Candidates list() const noexcept { return {block.template as<LivePair>(), count}; }
-    // What it holds is lost.
+    // The contents are lost when it grows.
     void room(std::uint64_t wanted) {
       const auto bytes = static_cast<std::size_t>(wanted) * sizeof(LivePair);
       if (bytes > block.bytes()) count = 0;
@@ -200,7 +200,7 @@ class LivePairSet {
     calm_ = dense_ = 0;
     list_size_ = unknown;
   }
-  // For some updates after one in which most of the list had a mover it is taken to be so again.
+  // After an update in which most of the list had moved, the next ones are assumed to be the same.
   void note_density(std::uint64_t comparisons) {
     if (list_size_ == unknown)
       list_size_ = device_.read(*doubtful_told_.template as<Changed>()).count;
@@ -210,7 +210,7 @@ class LivePairSet {
       dense_ = 7;
   }
 
-  // The tiles' numbers, with one more, and where they stand.
+  // Per-tile counts, with one entry more, and places.
   void make_room_for_tiles(std::uint64_t tiles) {
     const auto sums = static_cast<std::size_t>(2 * tiles + 1);
     tiles_.room((sums + static_cast<std::size_t>(tiles)) * sizeof(std::uint32_t));
@@ -238,7 +238,7 @@ class LivePairSet {
   void make_room_for_changes(std::uint64_t count) {
     changes_.room(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
   }
-  // Sums of flags, which put(flags) sets: n of them, whose sum is below 2^32.
+  // Prefix sums of n flags, which put(flags) sets; the sum is below 2^32.
   template <class F>
   std::uint32_t* sums_of(std::uint64_t n, const F& put) {
     const auto count = static_cast<std::size_t>(n);
@@ -250,8 +250,8 @@ class LivePairSet {
     return flags;
   }
 
-  // `now`, in next_, becomes the candidates. Where few boxes left their fat boxes the device knows
-  // how many of those before were kept; with `fresh` ones they are all, and now.count at most.
+  // `now`, in next_, becomes the candidates. If few boxes left their fat boxes, only the device has
+  // the number of candidates kept; kept plus `fresh` is the total, at most now.count.
   void commit_next(Candidates now, const LiveView& live, const std::uint32_t* kept,
                    std::uint64_t fresh, bool refiltered, LiveTold* told, Result& r) {
     forget_doubtful();
@@ -279,8 +279,8 @@ class LivePairSet {
     next_.swap(candidates_);
   }
 
-  // `now` takes the place of the candidates: what changed, as was gathered in so many tiles, gets
-  // and gives back its slots. All memory is asked for before the first of these.
+  // `now` replaces the candidates. Assigns and frees slots for the changes that were gathered in
+  // `tiles` tiles. All allocations precede the first modification.
   void commit(const Changed& changed, const Candidates& now, std::uint64_t tiles) {
     if (changed.count >= no_slot)
       throw Failure{Status::out_of_memory, changed.count * sizeof(LivePair)};
@@ -296,7 +296,7 @@ class LivePairSet {
     next_begun_.room(begun);
     next_ended_.room(ended);
     free_slots_.grow(static_cast<std::size_t>(slots) * slot_bytes, free_count_ * slot_bytes);
-    // From here on nothing is asked for.
+    // No allocation from here on.
     auto* b = next_begun_.block.template as<LivePair>();
     auto* e = next_ended_.block.template as<LivePair>();
     auto* free_slots = free_slots_.template as<std::uint32_t>();
@@ -323,13 +323,13 @@ class LivePairSet {
   List pairs_{device_};
   Block<Device> free_slots_{device_};
   CandidateFinder<Device> finder_{device_};
-  // Of a call.
+  // Scratch of a call.
   Block<Device> changes_{device_}, flags_{device_}, scratch_{device_}, tiles_{device_};
   Block<Device> doubtful_{device_}, doubtful_told_{device_};
   std::uint64_t count_ = 0;
   std::uint32_t slot_limit_ = 0, free_count_ = 0;
   bool gathered_ = false;
-  // Whether doubtful_ is a list of those in doubt; updates since all candidates are what they are.
+  // Whether doubtful_ holds the uncertain candidates; below, updates since the candidates changed.
   bool listed_ = false;
   std::uint64_t list_room_ = 0, list_size_ = unknown;
   unsigned calm_ = 0, dense_ = 0;

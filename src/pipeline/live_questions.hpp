@@ -1,6 +1,6 @@
-// Questions to objects that live on a device: in a grid of their boxes, which is made for the first
-// question after some change; and where its cells are empty is told once sweeps have gone far.
-// Waits for the device once, and once more where what was found does not fit.
+// Queries of persistent objects on a device. They use a grid of the objects' boxes, built for the
+// first query after a change, and a bitmap of its occupied blocks once sweeps have been long. Each
+// query synchronizes once with the device, and once more if its results do not fit.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class LiveQuestions {
  public:
   explicit LiveQuestions(Device& device) noexcept : device_(device) {}
 
-  // In canonical order.
+  // Sorted.
   void find_overlaps(const LiveObjects<Device>& objects, const Boxes& boxes, bool nan_allowed,
                      Result& r) {
     forget();
@@ -40,7 +40,7 @@ class LiveQuestions {
     }
     r.found = r.written = hit_count_ = count;
   }
-  // Into out[i] what sweep i meets first.
+  // Writes the first hit of sweep i to out[i].
   void find_first_hits(const LiveObjects<Device>& objects, const Asked& asked, SweepHit* out,
                        Result& r) {
     forget();
@@ -62,14 +62,14 @@ class LiveQuestions {
     Report report;
     std::uint64_t far_rows;  // see QuestionSearch
   };
-  // To tell where cells are empty takes, an object, as long as to look into so many rows.
+  // Building the block bitmap takes as long per object as searching this many rows.
   static constexpr double block_rows = 0.5;
 
   Told* told() const noexcept { return told_.template as<Told>(); }
   Report* report() const noexcept { return &told()->report; }
   void forget() noexcept { overlap_count_ = hit_count_ = 0; }
 
-  // What is asked and the objects, as two sets; with what is wrong put into the report.
+  // The query boxes and the objects as two sets. Writes invalid queries to the report.
   Input begin(const LiveObjects<Device>& objects, const Asked& asked, SweepHit* out) {
     if (asked.boxes.size() > max_pipeline_boxes)
       throw Failure{Status::too_many_boxes, asked.boxes.size()};
@@ -81,7 +81,7 @@ class LiveQuestions {
     device_.launch(in.first_count, CheckQuestion{in, asked.sweeps, out, report()});
     return in;
   }
-  // Whether what was asked is good, once that is known.
+  // Reads the report; returns whether the queries are valid.
   bool tell(const Input& in, bool nan_allowed, Result& r) {
     const Told told = device_.read(*this->told());
     seen_ = told.report;
@@ -100,7 +100,7 @@ class LiveQuestions {
     return true;
   }
 
-  // Into pairs_, sorted; tells how many.
+  // Finds into pairs_, sorted; returns the number.
   template <Question question>
   std::uint64_t find(const LiveObjects<Device>& objects, const Asked& asked, bool nan_allowed,
                      Result& r) {
@@ -133,8 +133,8 @@ class LiveQuestions {
                    sink);
   }
 
-  // Of the boxes as they are; kept until something changes. A call that was refused may have given
-  // filters to objects that had none: the grid tells which it knows of.
+  // A grid of the present boxes, kept until something changes. A refused call may have given
+  // filters to objects that had none; the grid records which it was built with.
   void make_grid(const LiveObjects<Device>& objects) {
     grid_of_ = make_input(objects.boxes(), nullptr, {});
     grid_of_.for_others = true;
@@ -151,8 +151,8 @@ class LiveQuestions {
     make_blocks();
   }
 
-  // Where its cells are empty, once that would have paid, or if it would have in the grid before.
-  // It goes without, too.
+  // Builds the bitmap of occupied blocks once it would have paid off in this grid or the previous
+  // one. It is optional: out of memory is ignored.
   void make_blocks() {
     const auto far = static_cast<double>(far_rows_ > far_before_ ? far_rows_ : far_before_);
     if (has_blocks_ || far < block_rows * grid_of_.count) return;
@@ -178,7 +178,7 @@ class LiveQuestions {
   Input grid_of_;  // the objects
   Workspace w_;
   core::BlockBits bits_;
-  std::uint64_t far_rows_ = 0, far_before_ = 0;  // in this grid, and in the one before
+  std::uint64_t far_rows_ = 0, far_before_ = 0;  // in this grid and in the previous one
   bool made_ = false, has_blocks_ = false;
   std::uint64_t made_of_ = 0;
 };

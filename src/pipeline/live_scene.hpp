@@ -1,4 +1,4 @@
-// Objects and pairs that live on a device: what throng::cuda::BroadPhase does.
+// Persistent objects and pairs on a device: the implementation of throng::cuda::BroadPhase.
 #pragma once
 
 #include <utility>
@@ -12,7 +12,7 @@ namespace throng::pipeline {
 template <class Device>
 class LiveScene {
  public:
-  // The arguments of calls are valid but for what only the device can tell.
+  // The arguments of calls are valid, except for what only the device can check.
   template <class... Args>
   LiveScene(float fat_margin, const Options& options, Args&&... args)
       : device_(std::forward<Args>(args)...),
@@ -43,9 +43,9 @@ class LiveScene {
   }
   void shift_origin(const Vec3& by, Result& r) { objects_.shift_origin(by, r); }
 
-  // `boxes`, if there are, are those of move_all. The device is waited for once where no pair
-  // begins or ends: all that it may have to do then is put there at once. But where nothing moved
-  // the last time there is likely to be nothing to do, and the check is all that is put.
+  // `boxes`, if not null, are those of move_all. Without events the call synchronizes once: all
+  // possible steps are launched together. But if nothing moved last time, only the check is
+  // launched at first, because nothing is likely to have moved now.
   void update(const Boxes* boxes, Result& r) {
     pairs_.prepare_retest();
     LiveTold* at = objects_.told();
@@ -68,11 +68,11 @@ class LiveScene {
     if (boxes) still_ = told.checked.moved == 0;
     if (objects_.left() || objects_.stale()) {
       const auto begin = [&] {
-        objects_.set_stale();  // should memory run out
-        r.plan.reason = "few boxes left their fat boxes: their candidates found anew";
+        objects_.set_stale();  // in case memory runs out
+        r.plan.reason = "few boxes left their fat boxes: their candidates found again";
       };
       if (objects_.stale() || !pairs_.commit_strays(live, at, begin, r)) {
-        r.plan.reason = "all candidates found anew";
+        r.plan.reason = "all candidates found again";
         pairs_.commit_found(objects_.fatten(), live, options_, objects_.refiltered(), at, r);
       }
     } else {
@@ -97,7 +97,7 @@ class LiveScene {
     questions_.find_first_hits(objects_, sweeps, out, r);
   }
 
-  // Of one device. Failure: nothing has changed.
+  // Copies from a scene on the same device. On a Failure nothing changes.
   void copy(const LiveScene& other) {
     objects_.reserve_for(other.objects_);
     pairs_.reserve_for(other.pairs_);
@@ -114,7 +114,7 @@ class LiveScene {
   LiveObjects<Device> objects_;
   LivePairSet<Device> pairs_;
   LiveQuestions<Device> questions_;
-  bool still_ = false;  // nothing had moved in the last update that was given boxes
+  bool still_ = false;  // nothing had moved in the last update with boxes
 };
 
 }  // namespace throng::pipeline

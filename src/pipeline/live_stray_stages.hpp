@@ -1,9 +1,9 @@
-// Where few objects left their fat boxes: what one thread does to repair the candidates instead of
-// finding them anew. An object whose fat box is another one than it was when all candidates were
-// found last is a stray: its place in the grid of then is void. Let L be those that left just now,
-// strays among others. The candidates without any of L stay. Those with one are
-//   - with an object that is no stray: found in the grid, where that lies as it did then;
-//   - with a stray: found among the strays alone, which are sorted into a small grid of their own.
+// If few objects left their fat boxes: the per-thread steps that repair the candidates instead of
+// finding all again. An outlier is an object whose fat box has changed since all candidates were
+// found last, so that its place in that grid is invalid. Let L be the objects that left just now;
+// all of them are outliers. Candidates without an object of L stay. A candidate with one is
+//   - with an object that is no outlier: found in the old grid, which still is valid for that one;
+//   - with an outlier: found among the outliers, which are binned into a small grid of their own.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct LookForLeavers {
     return (live.state[i] & both) == both && !live.holds(i, load_box(live.boxes + i));
   }
 };
-// Put behind that without a look at how many there are: where they are too many it does nothing.
+// Launched without reading the number of objects found: does nothing if they are too many.
 struct FattenLeavers {
   LiveView live;
   const Pair* leavers;
@@ -63,12 +63,12 @@ struct GatherStrays {
                   live.is_static ? live.is_static[id] : std::uint8_t{0}};
   }
 };
-// Pairs of strays one of which left just now.
+// Pairs of outliers one of which left just now.
 struct LookForStrayPairs {
   LiveView live;
   const Pair* strays;
   const Pair* found;
-  const Report* report;  // of these; where they are more than `capacity` there is no look at any
+  const Report* report;  // of these pairs; if more than `capacity` were found, none is examined
   std::uint64_t capacity;
   std::uint64_t bound() const noexcept { return capacity; }
   THRONG_HD std::uint64_t count() const noexcept {
@@ -81,12 +81,12 @@ struct LookForStrayPairs {
   }
 };
 
-// Candidates that stay, and then these and the fresh ones in one list in canonical order: each
-// goes behind those of its own list and those of the other that come first. No pair is in both.
+// Merges the kept candidates and the fresh ones into one sorted list: each element's place is its
+// rank in its own list plus its rank in the other. No pair is in both.
 struct FlagKept {
   Candidates before;
   const std::uint8_t* state;
-  std::uint32_t* flags;  // and one more
+  std::uint32_t* flags;  // one entry more, for the sum
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     flags[i] = 0;
     if (i >= before.count) return;

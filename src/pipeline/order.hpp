@@ -1,4 +1,4 @@
-// Pairs as numbers in their canonical order, and back: what one thread does around a sort of keys.
+// Pairs as integers in sorted order, and back: the steps before and after a sort of keys.
 #pragma once
 
 #include <bit>
@@ -10,17 +10,17 @@
 
 namespace throng::pipeline {
 
-// A pair's number among all that there could be: the fewest bits that will do, for a radix sort
-// goes through all of them.
+// The rank of a pair among all possible pairs. It has the fewest bits, and a radix sort's cost
+// grows with them.
 struct PairKeys {
-  std::uint64_t firsts, seconds;  // as many indices there are of either
+  std::uint64_t firsts, seconds;  // number of first and second indices
 
   static PairKeys of(const Input& in) noexcept {
     return {in.first_count, in.two_sets ? in.count - in.first_count : in.count};
   }
-  // Of what stands past the last pair, too.
+  // Includes none(), the key past the last pair.
   int bits() const noexcept { return none() > 0 ? static_cast<int>(std::bit_width(none())) : 1; }
-  // Indices are below max_pipeline_boxes.
+  // The product fits: indices are below max_pipeline_boxes.
   THRONG_HD constexpr std::uint64_t none() const noexcept { return firsts * seconds; }
   THRONG_HD std::uint64_t key(const Pair& p) const noexcept { return p.first * seconds + p.second; }
   THRONG_HD Pair pair(std::uint64_t key) const noexcept {
@@ -29,10 +29,10 @@ struct PairKeys {
   }
 };
 
-// Past the last pair, or where they do not fit at all, the greatest key.
+// Entries past the last pair, or all if the pairs do not fit, get the greatest key.
 struct PackPairs {
   const Pair* pairs;
-  std::uint64_t* keys;  // on a device it may be the same memory
+  std::uint64_t* keys;  // on a device this may be the memory of `pairs`
   const Report* report;
   std::uint64_t capacity;
   PairKeys shape;

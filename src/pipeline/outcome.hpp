@@ -1,4 +1,4 @@
-// What a search over a device says of itself, the same whether boxes lie on the host or the device.
+// Result fields of a device search, the same for boxes in host and in device memory.
 #pragma once
 
 #include <throng/options.hpp>
@@ -9,18 +9,18 @@ namespace throng::pipeline {
 
 inline void tell_plan(bool brute, Result& r) noexcept {
   r.plan.algorithm = brute ? Algorithm::all_pairs : Algorithm::grid;
-  r.plan.reason = brute ? "brute force by tiles: few boxes, or asked for"
+  r.plan.reason = brute ? "brute force by tiles: few boxes, or requested"
                         : "cells by size classes, from a sample of the boxes";
 }
 
-// Once the boxes have been looked at: whether they were searched world by world.
+// Once the boxes have been read: sets the reason if they were searched world by world.
 inline void tell_worlds(bool brute, const Report& report, const Input& in, Result& r) noexcept {
   if (!brute && in.has_worlds && report.active == 0 && report.inactive < in.count)
     r.plan.reason = "brute force in each world: they are small, and their boxes stand together";
 }
 
-// The report's inactive boxes; false, with status and index, where a NaN is refused.
-// `in_second_set`: whose index it is.
+// Copies the counts of inactive boxes. Returns false, with status and index, if a NaN is refused.
+// `in_second_set`: whether that index is of the second set.
 inline bool accept(const Report& report, const Input& in, NanPolicy policy, Result& r,
                    bool& in_second_set) noexcept {
   r.inactive = report.inactive;

@@ -1,13 +1,13 @@
-// Pairs into canonical order where they are some millions at most, by blocks of threads that have
-// fast memory of their own. The numbers that pairs may have (PairKeys) are cut into buckets of as
-// many numbers each, some thousand pairs in most. All blocks count how many fall into each bucket
-// and bring them there; then a block takes a bucket, brings it into the order of finer bins, and
-// ranks each pair among the few of its bin. A bin of many, and a bucket of more than a block takes,
-// is cut into runs, which are ordered each by itself and then merged, four at a time: whatever the
-// pairs are, the cost is that of so many merges, and nothing but their number asks for memory.
+// Sorts up to some millions of pairs with thread blocks that have shared memory. The range of keys
+// (PairKeys) is cut into buckets of equal width, most with some thousand pairs. All blocks count
+// their pairs per bucket and scatter them. Then one block per bucket scatters its pairs into finer
+// bins and ranks each pair within its bin. A bin of many pairs, and a bucket of more than
+// block_pairs, is cut into runs, which are sorted separately and then merged four at a time. So the
+// cost is bounded by the merge passes for any distribution, and memory depends on the number of
+// pairs only.
 //
-// All pairs are different. Each phase below is what one thread does, of `step` that begin at 0, 1,
-// .. step-1; between phases all wait for all: of a block, or of the grid where it says so.
+// All pairs are different. Each phase below is the work of one of `step` threads, which start at 0,
+// 1, .. step-1. All threads of the block synchronize between phases; those of the grid where noted.
 #pragma once
 
 #include <bit>
@@ -21,22 +21,23 @@
 
 namespace throng::pipeline {
 
-// Sizes fit for a GPU of which two blocks share a processor.
+// Sizes for a GPU with two resident blocks per SM.
 struct DeviceOrder {
-  static constexpr std::uint32_t block_pairs = 8192;  // that a block takes at once
-  static constexpr std::uint32_t bins = 4096;         // of a bucket; as many buckets there may be
-  static constexpr std::uint32_t run = 64;            // pairs that are ranked by comparing all
-  static constexpr std::uint32_t few = 4096;          // pairs that a block sorts by itself
-  // Pairs a bucket on average: at first more buckets are better, until each block has its own. One
-  // of the least first indices has twice as many, and chance adds some.
+  static constexpr std::uint32_t block_pairs = 8192;  // pairs per block at a time
+  static constexpr std::uint32_t bins = 4096;         // bins per bucket; also the most buckets
+  static constexpr std::uint32_t run = 64;    // pairs that are ranked by comparing all with all
+  static constexpr std::uint32_t few = 4096;  // pairs that one block sorts alone
+  // Average pairs per bucket. More buckets are better until each block has its own. A bucket of the
+  // lowest first indices has twice the average, plus random variation.
   static constexpr std::uint32_t least_buckets = 128, least_each = 1024, most_each = 3712;
   static constexpr std::uint32_t most_buckets = 2048;
 };
 
 template <class Sizes>
 struct PairOrder {
-  // Of more pairs buckets would be too large, or too many for a block to count in its memory, and a
-  // radix sort takes them: its passes, which cost some 9 us each even for few, are full by then.
+  // With more pairs, buckets would be too large, or too many for the counts in shared memory. Then
+  // a radix sort is used: its passes, which cost about 9 us each even for small inputs, are
+  // efficient by then.
   static constexpr std::uint32_t most_pairs = Sizes::most_buckets / 2 * Sizes::most_each;
   static constexpr std::uint32_t block_pairs = Sizes::block_pairs, bins = Sizes::bins;
   static constexpr std::uint32_t run_pairs = Sizes::run, few = Sizes::few;
@@ -44,7 +45,7 @@ struct PairOrder {
   static_assert(std::has_single_bit(bins) && std::has_single_bit(block_pairs));
   static_assert(std::has_single_bit(run_pairs));
 
-  // What a block takes: a bucket, or of one that is too large the pairs from `first` on.
+  // The work of one block: a bucket, or of an oversized bucket the pairs from `first` on.
   struct Task {
     std::uint32_t begin, end, first;
 
@@ -53,7 +54,7 @@ struct PairOrder {
       return end - first > block_pairs ? first + block_pairs : end;
     }
   };
-  // How many pairs and tasks of either kind there are before a bucket's.
+  // Number of pairs and of tasks of either kind before a bucket.
   struct Place {
     std::uint32_t pairs, small, large;
 
@@ -61,11 +62,11 @@ struct PairOrder {
       return {a.pairs + b.pairs, a.small + b.small, a.large + b.large};
     }
   };
-  // How pairs are parted into buckets, and those of a bucket into bins.
+  // How pairs are divided into buckets, and those of a bucket into bins.
   struct Shape {
     PairKeys keys;
     std::uint32_t buckets;
-    int bits, bin_bits;  // of a bucket's numbers, and of a bin's
+    int bits, bin_bits;  // width in bits of a bucket's keys, and of a bin's
 
     THRONG_HD std::uint64_t key(PairWord word) const noexcept {
       return (word >> 32) * keys.seconds + static_cast<std::uint32_t>(word);
@@ -79,17 +80,17 @@ struct PairOrder {
     }
   };
 
-  Pair* pairs;  // lost: room for as many words
+  Pair* pairs;  // overwritten: scratch for as many words
   Pair* out;    // may be the same memory
   const Report* report;
   std::uint64_t capacity;
   PairKeys keys;
   // See carve().
   PairWord* words = nullptr;
-  std::uint32_t* totals = nullptr;          // of each bucket
-  Task *small = nullptr, *large = nullptr;  // large: chunks of buckets that are too large
+  std::uint32_t* totals = nullptr;          // per bucket
+  Task *small = nullptr, *large = nullptr;  // large: chunks of oversized buckets
 
-  // Sets where in `memory` these lie; tells the bytes for `count` pairs.
+  // Sets the pointers into `memory`; returns the bytes for `count` pairs.
   std::size_t carve(std::size_t count, void* memory) noexcept {
     auto* at = static_cast<char*>(memory);
     std::size_t bytes = 0;
@@ -105,7 +106,7 @@ struct PairOrder {
   }
   static std::size_t bytes(std::size_t count) noexcept { return PairOrder{}.carve(count, nullptr); }
 
-  // None where nothing is to be done.
+  // 0 if there is nothing to do.
   THRONG_HD std::uint32_t found() const noexcept {
     return report->found <= capacity ? static_cast<std::uint32_t>(report->found) : 0;
   }
@@ -126,7 +127,7 @@ struct PairOrder {
 
   // ---- the grid: into buckets ------------------------------------------------------------------
 
-  // `counts`: the block's own, cleared.
+  // `counts`: the block's own, zeroed.
   THRONG_HD void count(const Shape& s, std::uint32_t found, std::uint32_t begin, std::uint32_t step,
                        std::uint32_t* counts) const noexcept {
     each_word(
@@ -134,8 +135,8 @@ struct PairOrder {
         [&](PairWord word) { return fetch_add(counts + s.bucket(word), 1u); },
         [](PairWord, std::uint32_t) {});
   }
-  // Makes of a block's count where its pairs go within the bucket. The grid waits before this, for
-  // totals are cleared, and after.
+  // Replaces a block's count by the offset of its pairs within the bucket. The grid synchronizes
+  // before this, because the totals are zeroed, and after it.
   THRONG_HD void reserve(std::uint32_t bucket, std::uint32_t* counts) const noexcept {
     if (counts[bucket] != 0) counts[bucket] = fetch_add(totals + bucket, counts[bucket]);
   }
@@ -144,7 +145,7 @@ struct PairOrder {
     const std::uint32_t chunks = (total + block_pairs - 1) / block_pairs;
     return {total, chunks == 1, chunks > 1 ? chunks : 0};
   }
-  // One thread for each bucket.
+  // One thread per bucket.
   THRONG_HD void tell(std::uint32_t total, const Place& at) const noexcept {
     const Task task{at.pairs, at.pairs + total, at.pairs};
     const Place own = size(total);
@@ -152,7 +153,8 @@ struct PairOrder {
     for (std::uint32_t k = 0; k < own.large; ++k)
       large[at.large + k] = {task.begin, task.end, task.begin + k * block_pairs};
   }
-  // As count(); `next`: where the block's next pair of each bucket goes. The grid waits after this.
+  // As count(); `next`: where the block's next pair of each bucket goes. The grid synchronizes
+  // after this.
   THRONG_HD void scatter(const Shape& s, std::uint32_t found, std::uint32_t begin,
                          std::uint32_t step, std::uint32_t* next) const noexcept {
     each_word(
@@ -170,7 +172,8 @@ struct PairOrder {
         [&](PairWord word) { return fetch_add(counts + s.bin(word), 1u); },
         [](PairWord, std::uint32_t) {});
   }
-  // Into the block's memory, by bins: `next` has where each begins, and then where it ends.
+  // Scatters into the block's memory by bins. `next`: in, where each bin begins; out, where it
+  // ends.
   THRONG_HD void place(const Shape& s, const Task& task, std::uint32_t begin, std::uint32_t step,
                        std::uint32_t* next, PairWord* placed) const noexcept {
     each_word(
@@ -178,7 +181,8 @@ struct PairOrder {
         [&](PairWord word) { return fetch_add(next + s.bin(word), 1u); },
         [&](PairWord word, std::uint32_t to) { placed[to] = word; });
   }
-  // The place of the i-th once runs are in order, of which a bin of few is one.
+  // Returns the place of the i-th pair once all runs are sorted. A bin of at most run_pairs is one
+  // run.
   THRONG_HD static std::uint32_t ranked(const Shape& s, const PairWord* placed,
                                         const std::uint32_t* ends, std::uint32_t i) noexcept {
     const PairWord word = placed[i];
@@ -189,14 +193,14 @@ struct PairOrder {
     for (std::uint32_t k = run; k < run_end; ++k) less += placed[k] < word;
     return run + less;
   }
-  // And once each four runs of `width` in a bin are merged into one.
+  // Returns its place once each four runs of `width` in a bin are merged into one.
   THRONG_HD static std::uint32_t merged(const Shape& s, const PairWord* from,
                                         const std::uint32_t* ends, std::uint32_t i,
                                         std::uint32_t width) noexcept {
     const std::uint32_t bin = s.bin(from[i]);
     return pipeline::merged(from, bin ? ends[bin - 1] : 0, ends[bin], i, width);
   }
-  // A task's pairs go out, or where its bucket is too large to where they are merged from.
+  // Writes a pair to `out`, or, if its bucket is oversized, to the source of the merge passes.
   THRONG_HD void deliver(const Task& task, std::uint32_t i, PairWord word) const noexcept {
     if (task.large())
       spare()[task.first + i] = word;
@@ -206,13 +210,14 @@ struct PairOrder {
 
   // ---- the grid: buckets that are too large ----------------------------------------------------
 
-  // Passes of a largest bucket of so many pairs; the last is from words, as `out` may be `pairs`.
+  // Number of merge passes if the largest bucket has `most` pairs. Even, so that the last pass
+  // reads `words`, because `out` may be `pairs`.
   THRONG_HD static std::uint32_t passes(std::uint32_t most) noexcept {
     std::uint32_t n = 0;
     for (std::uint64_t width = block_pairs; width < most; width *= 4) ++n;
     return n + n % 2;
   }
-  // The i-th of all pairs, of a large task's bucket; the grid waits after each pass.
+  // Merges the i-th of all pairs, of a large task's bucket. The grid synchronizes after each pass.
   THRONG_HD void merge(const Task& task, std::uint32_t i, std::uint32_t pass,
                        std::uint32_t all) const noexcept {
     const PairWord* from = pass % 2 ? words : spare();

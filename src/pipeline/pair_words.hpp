@@ -1,5 +1,5 @@
-// Pairs as numbers that sort as they do: how they are loaded and stored, taken several at once, and
-// merged where runs of them are in order.
+// Pairs as integers that sort in the same order: load, store, batched access, and the merge of
+// sorted runs.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 
 namespace throng::pipeline {
 
-// A pair as a number that sorts as it does.
+// (first << 32) | second.
 using PairWord = std::uint64_t;
 
 THRONG_HD inline PairWord load(const PairWord* at) noexcept { return *at; }
-// Of our own memory, which starts at a multiple of 8 bytes.
+// For the library's memory, which is aligned to 8 bytes.
 THRONG_HD inline PairWord load(const Pair* at) noexcept {
 #if defined(__CUDA_ARCH__)
   const uint2 pair = *reinterpret_cast<const uint2*>(at);
@@ -23,7 +23,7 @@ THRONG_HD inline PairWord load(const Pair* at) noexcept {
   return PairWord{at->first} << 32 | at->second;
 #endif
 }
-// The caller's memory may start at a multiple of 4.
+// The caller's memory may be aligned to 4 bytes only.
 THRONG_HD inline void store(Pair* at, PairWord word) noexcept {
   const auto first = static_cast<std::uint32_t>(word >> 32);
   const auto second = static_cast<std::uint32_t>(word);
@@ -35,7 +35,7 @@ THRONG_HD inline void store(Pair* at, PairWord word) noexcept {
     *at = {first, second};
 }
 
-// put(word, take(word)) for each of one thread; several are under way together.
+// Calls put(word, take(word)) for each word of one thread; four loads are in flight at a time.
 template <class From, class Take, class Put>
 THRONG_HD void each_word(const From* from, std::uint32_t begin, std::uint32_t end,
                          std::uint32_t step, const Take& take, const Put& put) noexcept {
@@ -56,8 +56,9 @@ THRONG_HD void each_word(const From* from, std::uint32_t begin, std::uint32_t en
   }
 }
 
-// Runs of `width`, a power of two, begin one behind the other in [begin, end): where the i-th goes
-// once each four are merged into one. How many are less is looked up in the three others together.
+// [begin, end) holds consecutive sorted runs of `width`, a power of two. Returns the place of the
+// i-th word once each four runs are merged. The binary searches in the three other runs are
+// interleaved.
 THRONG_HD inline std::uint32_t merged(const PairWord* from, std::uint32_t begin, std::uint32_t end,
                                       std::uint32_t i, std::uint32_t width) noexcept {
   const PairWord word = from[i];

@@ -1,25 +1,25 @@
-// The device pipeline: from boxes to pairs in a fixed sequence of launches, on whatever Device runs
-// them (pipeline/host_device.hpp, cuda/device.cuh). Nothing here waits for the device, so the whole
-// of it can be recorded and replayed; the plan is made by the device and stays there.
+// The device pipeline: from boxes to pairs in a fixed sequence of launches, on any Device
+// (pipeline/host_device.hpp, cuda/device.cuh). Never synchronizes with the device, so the sequence
+// can be recorded and replayed. The plan is made on the device and stays there.
 //
-// A Device has
-//   launch(count, f)        f(i) for each i below count, in any order, at once
+// A Device provides
+//   launch(count, f)        f(i) for each i below count, in any order, in parallel
 //   plan(PlanGrid, p, bytes)
-//                           the phases of core::ClassPlanner, by one block; and zeros there
-//   clear(p, bytes)         zeros
+//                           the phases of core::ClassPlanner, by one block; zeroes p
+//   clear(p, bytes)         zeroes
 //   sum_up(wanted, table, cells, sums)
-//                           exclusive sums, in place, unless *wanted is there and 0
+//                           exclusive sums in place, unless *wanted exists and is 0
 //   sort_cells(keys, values, room, count, begin, end)
-//                           by those bits of the keys, each with its value; tells where they are
+//                           sorts (key, value) by these bits of the key; returns where they are
 //   place(count, PlaceBuckets)
-//                           what threads that share memory do (pipeline/cell_order.hpp)
+//                           the block-wide steps of pipeline/cell_order.hpp
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
-//   beside(f), join()       what f has done may go on beside all that follows, until join()
-//   mark(stage)             the end of a stage, for whoever measures
-//   sorted_above            more boxes than so many are sorted by cell
+//   beside(f), join()       f's work may run concurrently with all that follows, until join()
+//   mark(stage)             the end of a stage, for timing
+//   sorted_above            inputs of more boxes are sorted by cell
 //   sums_bytes(cells), sort_cells_bytes(count)
-//                           scratch that these take of so many; the first cleared, as the table
-// and each of these sees what those before it wrote.
+//                           scratch sizes of these; the first is zeroed with the table
+// Each of these sees the writes of those before it.
 #pragma once
 
 #include <algorithm>
@@ -39,11 +39,12 @@
 
 namespace throng::pipeline {
 
-// Up to so many boxes brute force is faster than a grid: two launches in place of six. On an H200
-// 28 us for 37 of 4,000 boxes, 74 for 37 of 8,000 (throng-bench-gpu --part crossover).
+// Up to this many boxes brute force is faster than a grid: two launches instead of six. On an H200:
+// 28 us at 4,000 boxes and 74 us at 8,000, where the grid takes 37 us at both (throng-bench-gpu
+// --part crossover).
 constexpr std::uint64_t tile_search_limit = 4096;
 
-// Indices run through both sets, and a table of 9/4 cells a box is counted in 32 bits.
+// Indices run through both sets, and a table of 9/4 cells per box is counted in 32 bits.
 constexpr std::uint64_t max_pipeline_boxes = 1'800'000'000;
 
 enum class Stage : std::uint8_t { plan, bin, find, order };
@@ -55,13 +56,13 @@ struct PairSink {
   Report* report = nullptr;
 };
 
-// Loads the sample and runs the planner: what the planning block does.
+// Loads the sample and runs the planner, in one thread block.
 struct PlanGrid {
   Input in;
   core::GridLimits limits;
   core::ClassGrid* grid;
-  std::uint32_t* occupied;  // cleared
-  Report* report;           // emptied
+  std::uint32_t* occupied;  // zeroed
+  Report* report;           // reset
   bool packed = in.sets[0].packed && (!in.two_sets || in.sets[1].packed);
 
   using Shared = core::ClassPlanner::Shared;
@@ -89,19 +90,19 @@ struct PlanGrid {
 
   static constexpr float infinity = std::numeric_limits<float>::infinity();
 
-  // Each thread sees some boxes for the range; the first of every `parts` threads keeps one. Those
-  // look at neighbours, which a memory hands out together.
+  // Each thread reads some boxes for the bounds; the first of every `parts` threads keeps one as a
+  // sample. The threads of a sample read neighbouring boxes, which memory delivers together.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
     constexpr std::uint32_t keepers = core::sample_size;
     const std::uint32_t keeper = t / core::ClassPlanner::parts;
     constexpr std::uint32_t looks = 8, at_once = 2;
-    // Growing by the margin keeps the order, so the box around all is grown instead of each.
+    // Expansion by the margin is monotonic, so the union is expanded instead of each box.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
     core::Reach seen = core::ClassPlanner::nothing();
     THRONG_UNROLL(1)
     for (std::uint32_t first = 0; first < looks; first += at_once) {
-      // One loop for each thing that takes long to come: all of a loop are under way together.
+      // One loop per kind of load, so that all loads of a loop are in flight together.
       std::uint32_t at[at_once];
       Box boxes[at_once];
       std::int32_t worlds[at_once] = {}, next[at_once] = {};
@@ -160,15 +161,15 @@ struct PlanGrid {
     }
   }
 
-  // Of an active box.
+  // `b` is active.
   THRONG_HD static void include(const Box& b, Box& all) noexcept {
     all.lower.x = fminf(all.lower.x, b.lower.x), all.upper.x = fmaxf(all.upper.x, b.upper.x);
     all.lower.y = fminf(all.lower.y, b.lower.y), all.upper.y = fmaxf(all.upper.y, b.upper.y);
     all.lower.z = fminf(all.lower.z, b.lower.z), all.upper.z = fmaxf(all.upper.z, b.upper.z);
   }
-  // So many behind somewhere in the k-th of `of` equal parts of all boxes: at even distances, boxes
-  // that come in regular series would be taken for all alike. There is a box, and the parts have 32
-  // bits.
+  // Index of the box `behind` places after a random one in the k-th of `of` equal parts of all
+  // boxes. Regular strides would alias with boxes that come in regular series. There is at least
+  // one box, and the parts have 32 bits.
   THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of,
                                std::uint32_t behind) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
@@ -178,7 +179,7 @@ struct PlanGrid {
   }
 };
 
-// One block of memory for up to `boxes` boxes, carved up.
+// One block of memory for up to `boxes` boxes, carved into arrays.
 struct Workspace {
   static constexpr std::uint32_t row_cells = 8192;  // of a hashed grid
 
@@ -187,17 +188,17 @@ struct Workspace {
   core::ClassGrid* grid = nullptr;
   WorldsTold* worlds = nullptr;
   std::uint32_t* occupied = nullptr;
-  std::uint64_t* sums = nullptr;  // scratch, before the table, with which it is cleared
+  std::uint64_t* sums = nullptr;  // scratch, before the table, with which it is zeroed
   std::uint32_t* table = nullptr;
-  Place* places = nullptr;                         // of boxes that are not sorted
-  std::uint32_t *cells = nullptr, *ids = nullptr;  // of those that are, with room for as many again
+  Place* places = nullptr;                         // of unsorted boxes
+  std::uint32_t *cells = nullptr, *ids = nullptr;  // of sorted boxes; twice the size, for the sort
   Record* records = nullptr;
   char* scratch = nullptr;  // of the device's sort
   std::size_t scratch_bytes = 0;
 
   static constexpr std::size_t occupied_count = occupied_words;
 
-  // Sets the pointers, from `base` on; tells the bytes. base null: only measures.
+  // Sets the pointers into `base`; returns the bytes. base null: only measures.
   template <class Device>
   std::size_t carve(std::uint32_t count, char* base) {
     const bool sorted = count > Device::sorted_above;
@@ -219,25 +220,25 @@ struct Workspace {
     take(cells, sorted ? std::size_t{2} * count : 0);
     take(ids, sorted ? std::size_t{2} * count : 0);
     take(records, count);
-    // Fewer boxes than there is room for may need places.
+    // A later call with fewer boxes may need places.
     if (sorted) places = reinterpret_cast<Place*>(cells);
     scratch_bytes = sorted ? Device::sort_cells_bytes(count) : 0;
     take(scratch, scratch_bytes);
     return at;
   }
-  // Cells, with a row beyond for a hashed grid, and one more, which counts all.
+  // Cells, one extra row for a hashed grid, and one entry for the total.
   static constexpr std::size_t scanned(std::uint32_t cells) noexcept {
     return std::size_t{cells} + row_cells + 1;
   }
-  // 9/4 cells a box: enough for one box in two cells at the sizes that are best (measured by
-  // comparisons a box), and a quarter for the coarser classes.
+  // 9/4 cells per box: two cells per box are the optimum (measured by comparisons per box), plus a
+  // quarter for the coarser classes.
   static constexpr std::uint32_t cells_for(std::uint32_t count) noexcept {
     return static_cast<std::uint32_t>(std::uint64_t{count} * 9 / 4 + 1024);
   }
 };
 
-// The counts of all cells, of the row beyond them and of the one that counts all have numbers of 32
-// bits, and so have the boxes of both sets together, which are counted there.
+// Counts of all cells, of the extra row and of the total are 32-bit, and so is the number of boxes
+// of both sets together.
 static_assert(Workspace::row_cells <= 1u << GridSearch::row_bits / 2);
 static_assert(max_pipeline_boxes * 9 / 4 + 1024 + Workspace::row_cells + 1 <= 0xffffffffu);
 
@@ -251,12 +252,12 @@ class Pipeline {
            (algorithm == Algorithm::automatic && in.count <= tile_search_limit);
   }
 
-  // Whether small worlds, if that is what there is, are searched one by one.
+  // Whether small worlds, if the boxes turn out to be such, are searched one by one.
   static bool by_worlds(const Input& in) noexcept {
     return in.has_worlds && !in.two_sets && !in.for_others;
   }
 
-  // Both, where nothing is asked in between.
+  // build and find, if the report is not read in between.
   void build_and_find(const Input& in, bool brute, const Workspace& w, const PairSink& sink) const {
     const bool worlds = !brute && by_worlds(in);
     build(in, brute, w, worlds ? &sink : nullptr);
@@ -266,8 +267,8 @@ class Pipeline {
     device_.mark(Stage::find);
   }
 
-  // Reads, checks and stores the boxes. in.count is at most w.boxes. `early`: small worlds, if that
-  // is what there is, are searched meanwhile.
+  // Reads, checks and stores the boxes. in.count is at most w.boxes. `early`: small worlds, if the
+  // boxes turn out to be such, are searched concurrently.
   void build(Input in, bool brute, const Workspace& w, const PairSink* early = nullptr) const {
     if (brute) {
       device_.clear(w.report, sizeof(Report));
@@ -310,8 +311,8 @@ class Pipeline {
     device_.mark(Stage::bin);
   }
 
-  // After build; calls f(bound, search) with those that it was built for, of which one is empty if
-  // there are two.
+  // After build: calls f(bound, search) with each search that the build allows. If there are two,
+  // one of them is empty on the device.
   template <class F>
   void with_search(const Input& in, bool brute, const Workspace& w, const FirstRange& range,
                    F&& f) const {
@@ -324,7 +325,7 @@ class Pipeline {
     }
   }
 
-  // Finds the pairs of `range`, all unless told otherwise; adds to report->found.
+  // Finds the pairs of `range`, by default all; adds to report->found.
   void find(const Input& in, bool brute, const Workspace& w, const PairSink& sink,
             const FirstRange& range = {}) const {
     if (!brute && !in.has_filters && !in.two_sets && range.holds_all()) {

@@ -1,18 +1,18 @@
-// Questions to objects that live on a device: what one thread does for one of them. It looks into a
-// grid of the objects' boxes (core/class_grid.hpp), class by class, a sweep piece by piece on its
+// Queries of persistent objects on a device: the per-thread work. A query searches a grid of the
+// objects' boxes (core/class_grid.hpp) class by class; a sweep is searched piece by piece along its
 // way.
 //
-// Why a sweep loses nothing, and tells nothing twice: for each class its time is cut by numbers
-// that nowhere decrease, from 0 to 1. Let touch() say that it meets a box of the class from `enter`
-// on. One piece tells of that: the one that begins at `enter` or before and ends after it, or the
-// last. The box overlaps the Cover of that piece; who looks for a box in the grid finds all that it
-// overlaps, and each once. So what is met first in a class is told by the first piece that tells of
-// anything, and pieces that begin later than something is met tell of nothing that is met first.
-// Pieces are passed over where the Cover of all of them, which holds that of each, as no step of
-// its arithmetic decreases, reaches no home.
-// The time that is cut is not 0 to 1 but when the sweep meets the bounds of the class's boxes. It
-// meets each of these meanwhile: touch() of a box in another one begins no earlier and ends no
-// later, as no step of its arithmetic decreases.
+// Proof that a sweep misses nothing and reports nothing twice. For each class its time is cut by
+// numbers that never decrease, from 0 to 1. Let touch() report contact with a box of the class from
+// `enter` on. Exactly one piece reports the box: the piece that begins at or before `enter` and
+// ends after it, or the last. The box overlaps the Cover of that piece, and a grid search finds
+// each box that overlaps its query once. So the first hit in a class comes from the first piece
+// with a hit, and pieces that begin after a hit cannot contain the first one. Pieces are skipped if
+// the Cover of all of them reaches no owner cell. It contains the Cover of each, because every step
+// of its arithmetic is monotonic. The time that is cut is not 0 to 1, but the interval in which the
+// sweep meets the bounds of the class's boxes. All contacts with these boxes lie in it: touch() of
+// a contained box begins no earlier and ends no later, because every step of its arithmetic is
+// monotonic.
 #pragma once
 
 #include <cmath>
@@ -28,10 +28,10 @@
 
 namespace throng::pipeline {
 
-// What is asked: for boxes, what they overlap; for sweeps, all that they meet, or the first of it.
+// The kind of query: boxes overlapping a box; all hits of a sweep; its first hit.
 enum class Question : std::uint8_t { overlaps, all_hits, first_hit };
 
-// Sweeps, with the filters of their boxes; or boxes.
+// A batch of sweeps, with the filters of their boxes, or of boxes.
 struct Asked {
   Boxes boxes;
   const Sweep* sweeps = nullptr;
@@ -41,30 +41,30 @@ struct Asked {
   }
 };
 
-// Where no object is met.
+// The result of a sweep that hits no object.
 THRONG_HD inline SweepHit no_hit(std::uint32_t sweep) noexcept {
   return {sweep, cuda::no_object, std::numeric_limits<double>::infinity()};
 }
 
-// Told as pairs (question, object).
+// Reports pairs (query, object).
 template <Question question>
 struct QuestionSearch {
   static constexpr bool Sweeps = question != Question::overlaps;
   static constexpr bool First = question == Question::first_hit;
 
-  Input in;  // of two sets: what is asked about, and the objects
+  Input in;  // two sets: the queries and the objects
   const Sweep* sweeps;
   GridSearchOf<Looking::around> objects;
-  SweepHit* firsts;  // if not null, the first hit goes there, at the sweep's own place
-  // Where cells are empty, if that is known; and how many rows sweeps looked into further on than
-  // where that is of use, or would have without it.
+  SweepHit* firsts;  // if not null, receives the first hit at the sweep's index
+  // The bitmap of occupied blocks, if it exists. And a count of the rows that sweeps searched
+  // beyond `patience` pieces, or would have searched without the bitmap: the rows that it can save.
   core::BlockBits blocks;
   bool has_blocks;
   std::uint64_t* far_rows;
 
   THRONG_HD std::uint64_t count() const noexcept { return in.first_count; }
-  // The world whose cells are looked into, beside those of objects of none; 0 where there are none
-  // such, or where all are gone through.
+  // The world whose cells are searched, in addition to objects without world; 0 if there are no
+  // worlds, or if all objects are searched.
   THRONG_HD std::uint32_t world(std::uint32_t asked) const noexcept {
     const std::int32_t world = meets_worlds() ? in.world(asked) : 0;
     return world < 0 ? 0 : static_cast<std::uint32_t>(world);
@@ -90,8 +90,8 @@ struct QuestionSearch {
         for (std::uint32_t k = 0; k < targets(); ++k)
           if (meets(k)) pieces += pieces_of(k);
       }
-      // Who meets all worlds does not know their cells; and a piece costs more than so many
-      // comparisons, but for those that are passed over.
+      // A query without world meets all worlds, whose cells it does not know. A piece costs more
+      // than 16 comparisons, unless the bitmap skips it.
       const bool far =
           !s_.has_blocks && pieces * 16 > static_cast<float>(s_.objects.report->active);
       if (far) far_ = static_cast<std::uint32_t>(rows_a_piece * pieces);
@@ -101,7 +101,7 @@ struct QuestionSearch {
     }
     THRONG_HD bool over() const noexcept { return range_.begin == range_.end; }
     THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
-    // Tests the next candidate; true where there is a hit to be told. Not when over.
+    // Tests the next candidate; returns true for a hit to report. Requires !over().
     THRONG_HD bool step(Pair& pair) noexcept {
       ++comparisons_;
       const Record c = load(s_.objects.records + range_.begin++);
@@ -126,7 +126,7 @@ struct QuestionSearch {
       if (!core::overlaps(look_.box().box(), c.box()) ||
           !s_.in.allowed(asked_, s_.in.first_count + c.id))
         return false;
-      // Others may be stored in the same place as those that are looked for.
+      // Other boxes may be stored in the same cells.
       if (!everything_ && (cells_.hashed || range_.row == s_.objects.all_rows) &&
           !s_.objects.is_home_in(cells_, c, left_, range_.row))
         return false;
@@ -136,8 +136,8 @@ struct QuestionSearch {
       return t.enter <= t.leave && begin_ <= t.enter && (t.enter < end_ || !more_);
     }
 
-    // To the next range of records that is not empty, if there is one. Coarse classes come first,
-    // of which a sweep has few pieces: what is met there leaves less of the others.
+    // Moves to the next non-empty range of records, if any. Coarse classes come first: a sweep has
+    // few pieces in them, and a hit there shortens the others.
     THRONG_HD void advance() noexcept {
       while (range_.begin == range_.end) {
         if (rows_ > 0) {
@@ -161,7 +161,7 @@ struct QuestionSearch {
       return cells_.classes[target % core::max_size_classes];
     }
 
-    // Of the target that has come.
+    // Starts the pieces of the current target.
     THRONG_HD void begin_pieces() noexcept {
       piece_ = 0;
       known_ = 0;
@@ -169,7 +169,7 @@ struct QuestionSearch {
       more_ = everything_ || meets(left_);
       end_ = times_.enter;
     }
-    // Whether a query meets the bounds of a target's boxes; and a sweep, when.
+    // Whether the query meets the bounds of a target's boxes; sets the interval for a sweep.
     THRONG_HD bool meets(std::uint32_t target) noexcept {
       if (!s_.objects.occupied[target]) return false;
       const Box bounds = occupied_bounds(s_.objects.occupied, target);
@@ -183,7 +183,7 @@ struct QuestionSearch {
     THRONG_HD void next_piece() noexcept {
       if constexpr (Sweeps) {
         if (s_.has_blocks && piece_ >= patience && end_ >= known_) skip_empty();
-        // What is met from here on is not the first.
+        // No hit from here on can be the first.
         if (First && end_ > first_.time) more_ = false;
         if (!more_) return;
         begin_ = end_;
@@ -201,7 +201,7 @@ struct QuestionSearch {
       rows_ = look_.aim(left_);
       const std::uint32_t active = s_.objects.report->active;
       if (Sweeps && more_ && (look_.whole() || piece_ > active / 16)) {
-        // All boxes are gone through, once for all pieces that are left.
+        // Goes through all boxes, once for all remaining pieces.
         end_ = times_.leave;
         more_ = false;
         look_.turn_to(cover_(begin_, end_));
@@ -210,8 +210,8 @@ struct QuestionSearch {
       }
       if (piece_ > patience) far_ += rows_;
     }
-    // Over times in which it needs no cell where there is a home: some in which it comes about the
-    // length of a block further, of a larger one if that is so.
+    // Skips times in which the sweep needs no occupied cell, in steps of the length of a block, of
+    // a larger block where possible.
     THRONG_HD void skip_empty() noexcept {
       const core::SizeClass& c = class_of(left_);
       while (more_) {
@@ -238,14 +238,14 @@ struct QuestionSearch {
       }
     }
 
-    // Of pieces that cross u cells each, one looks into some (u + 2)^2 rows: two cells a piece are
-    // best. Of a first hit the later ones are mostly not gone through, and they may be shorter.
+    // A piece that crosses u cells searches approximately (u + 2)^2 rows, so two cells per piece
+    // are optimal. With first hits most later pieces are never searched, so pieces may be shorter.
     static constexpr float part = First ? 0.75f : 0.5f;
 
     THRONG_HD float cells_before(const core::SweepAxis& axis, int k, double time) const noexcept {
       return core::cells_before(cells_, k, static_cast<float>(axis.lower + double{axis.by} * time));
     }
-    // How many pieces there will be of a target that it meets, about.
+    // Approximate number of pieces for a target that it meets.
     THRONG_HD float pieces_of(std::uint32_t target) const noexcept {
       const core::SizeClass& c = class_of(target);
       core::SweepAxis axes[3];
@@ -258,8 +258,8 @@ struct QuestionSearch {
       }
       return ceilf(part * cells);
     }
-    // When it has come so many cells of the present target further than at `begin`, along one axis;
-    // or when its time is over.
+    // The time at which the sweep is `cells` cells of the current target ahead of its position at
+    // `begin`, along any axis; at most the end of its interval.
     THRONG_HD double further(double begin, float cells) const noexcept {
       const core::SizeClass& c = class_of(left_);
       core::SweepAxis axes[3];
@@ -277,7 +277,7 @@ struct QuestionSearch {
       return end;
     }
 
-    // Where cells are empty is asked from so many pieces on: most sweeps end before.
+    // The bitmap is used from this piece on: most sweeps end before.
     static constexpr std::uint32_t patience = 8;
     static constexpr float rows_a_piece = 12;
 
@@ -286,22 +286,22 @@ struct QuestionSearch {
     std::uint32_t asked_;
     GridSearchOf<Looking::around>::Look<true> look_;
     GridSearchOf<Looking::around>::Range range_{0, 0, 0};
-    std::uint32_t left_ = 0;  // targets that are yet to come; the number of the present one
+    std::uint32_t left_ = 0;  // remaining targets; also the index of the current one
     std::uint32_t rows_ = 0, comparisons_ = 0, far_ = 0;
-    std::uint32_t piece_ = 0;  // pieces of the present target begun
-    bool more_ = false;        // and there are others
+    std::uint32_t piece_ = 0;  // pieces of the current target so far
+    bool more_ = false;        // pieces remain
     bool everything_ = false;  // all objects are gone through
     core::Cover cover_;
-    // When the sweep meets the bounds of the present target's boxes.
+    // The interval in which the sweep meets the bounds of the current target's boxes.
     core::Touch times_{0, 1};
-    // Of the present piece; and until when it is known that not all cells are empty.
+    // Of the current piece; and the time up to which some cell is known to be occupied.
     double begin_ = 0, end_ = 0, known_ = 0;
     SweepHit first_ = no_hit(0);
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-// Tells of a box in the grid where its home is.
+// Adds the owner cell of a box in the grid to the bitmap.
 struct TellBlocks {
   const core::ClassGrid* grid;
   const Record* records;
@@ -319,10 +319,10 @@ struct TellBlocks {
   }
 };
 
-// What is wrong with a question; and nothing is met yet.
+// Reports invalid queries and resets the first hits.
 struct CheckQuestion {
   Input in;
-  const Sweep* sweeps;  // null: boxes are asked about
+  const Sweep* sweeps;  // null: box queries
   SweepHit* firsts;
   Report* report;
 
@@ -338,7 +338,7 @@ struct CheckQuestion {
   }
 };
 
-// Pairs (sweep, object) with their times.
+// Adds the times to pairs (sweep, object).
 struct TimeHits {
   const Sweep* sweeps;
   Set objects;

@@ -1,12 +1,12 @@
-// Boxes rounded to 64 bits each, for a first test of many against many: what is apart there is
-// apart.
+// Boxes quantized to 64 bits each, for a first test of many against many: boxes that are disjoint
+// when quantized are disjoint.
 //
 // Per axis one function maps a float to a step of a range, 0 .. last, as in core/quantise.hpp:
-//   q(x) = int(min(max((x - origin) * scale, 0), last)),   scale >= 0, what is not a number is 0.
+//   q(x) = int(min(max((x - origin) * scale, 0), last)),   scale >= 0; NaN maps to 0.
 // It is non-decreasing in x for every float but NaN: subtraction, multiplication, min, max and
-// truncation are, and where a product of 0 and infinity is not a number either all are (scale 0),
-// or only that of x = origin (scale infinite), which is the least that is above 0. So q(a.lower) >
-// q(b.upper) implies a.lower > b.upper, whatever the range; equal steps tell nothing.
+// truncation are. The product 0 * infinity is NaN either for all x (scale 0) or only for x = origin
+// (scale infinite), which is the least x with a value above 0. So q(a.lower) > q(b.upper) implies
+// a.lower > b.upper for any range; equal steps imply nothing.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,20 @@
 
 namespace throng::pipeline {
 
-// The steps of three axes in a word, ten, ten and nine bits, each with a bit above that is a guard:
-// in the first word it is 0, in the second 1.
+// The steps of three axes packed in 10, 10 and 9 bits, each with a guard bit above: 0 in `lower`, 1
+// in `upper`.
 struct RoughBox {
   std::uint32_t lower, upper;
   static constexpr std::uint32_t guards = 1u << 10 | 1u << 21 | 1u << 31;
 };
 
-// A step of an upper end, less one of a lower end: the guard is left where it is not below 0.
+// Subtracts steps of lower ends from steps of upper ends: a guard bit is cleared where the result
+// is negative.
 THRONG_HD constexpr bool apart(const RoughBox& a, const RoughBox& b) noexcept {
   return (~((a.upper - b.lower) & (b.upper - a.lower)) & RoughBox::guards) != 0;
 }
 
-// The range of an axis that is cut into steps; beyond it all is as at its ends.
+// The range of an axis that is quantized; values beyond it are clamped.
 struct RoughRange {
   float origin[3], scale[3];
 
@@ -38,7 +39,7 @@ struct RoughRange {
   THRONG_HD void span(int axis, float low, float high) noexcept {
     origin[axis] = low;
 #if defined(__CUDA_ARCH__)
-    scale[axis] = __fdividef(last(axis), high - low);  // what it is does not matter
+    scale[axis] = __fdividef(last(axis), high - low);  // any value is correct
 #else
     scale[axis] = last(axis) / (high - low);
 #endif

@@ -1,7 +1,7 @@
-// What one thread of the pair search does, a candidate at a time: begin(i) gives a walk, step()
-// tests its next candidate. Whoever runs it decides what becomes of a hit, so that a warp can
-// gather its hits, and a host thread write its own. In a grid a walk is made of looks, of which a
-// warp takes the steps together.
+// The per-thread work of the pair search. begin(i) returns a walk, and step() tests its next
+// candidate. The device decides what to do with a hit, so that a warp can gather its hits while a
+// host thread writes its own. In a grid a walk consists of row queries, whose steps a warp takes
+// together.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,16 @@
 
 namespace throng::pipeline {
 
-// Which pairs are told: those whose first index is one of `count` from `begin`.
+// Limits the search to pairs whose first index is one of `count` from `begin`.
 struct FirstRange {
   std::uint32_t begin = 0, count = ~0u;
   THRONG_HD bool holds(std::uint32_t first) const noexcept { return first - begin < count; }
   THRONG_HD bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
-// Who looks, and for what, in a class grid (core/class_grid.hpp). Box i in the order of storage
-// looks for its partners: `plain`, in one set without filters; `filtered`, whatever it is.
-// `around`: boxes that are not of the grid look for all that it holds; not with worlds.
+// Which boxes search a class grid (core/class_grid.hpp). Box i in storage order searches for its
+// partners: `plain`, one set without filters; `filtered`, any input. `around`: boxes outside the
+// grid search for all boxes in it; without worlds.
 enum class Looking : std::uint8_t { plain, filtered, around };
 
 template <Looking looking>
@@ -32,12 +32,13 @@ struct GridSearchOf {
 
   Input in;
   const core::ClassGrid* grid;
-  const std::uint32_t* start;     // of each cell's records, and one more
+  const std::uint32_t* start;     // first record of each cell, and one entry more
   const std::uint32_t* occupied;  // see occupied_flags
   const Record* records;
   const Report* report;
   FirstRange range;
-  // Around: who looks, and for whom: (states[id] & mask_bits) == wanted_bits.
+  // With `around`: the query boxes, and which objects they report: (states[id] & mask_bits) ==
+  // wanted_bits.
   const Record* askers = nullptr;
   std::uint64_t asker_count = 0;
   const std::uint8_t* states = nullptr;
@@ -45,18 +46,18 @@ struct GridSearchOf {
 
   THRONG_HD std::uint64_t count() const noexcept { return Around ? asker_count : report->active; }
 
-  // A group and class to look into.
+  // Index of a group and class to search.
   THRONG_HD static constexpr std::uint32_t target(std::uint32_t group,
                                                   std::uint32_t size_class) noexcept {
     return group * core::max_size_classes + size_class;
   }
   static constexpr std::uint32_t most_targets = 8 * core::max_size_classes;
 
-  // Records from `begin` to `end`. `row`: which one it is, where they are `mixed` (Look).
+  // Records from `begin` to `end`. `row`: their row, needed if `mixed` (Look).
   struct Range {
     std::uint32_t begin, end, row;
   };
-  // Rows of a hashed grid, of which each axis has at most 2^13; and what stands for all.
+  // Row numbers of a hashed grid, with at most 2^13 per axis; and a number for all rows.
   static constexpr int row_bits = 26;
   static constexpr std::uint32_t all_rows = 1u << row_bits;
   THRONG_HD static std::uint32_t row_of(std::int32_t y, std::int32_t z) noexcept {
@@ -64,14 +65,14 @@ struct GridSearchOf {
            (all_rows - 1);
   }
 
-  // Whether a box that overlaps, found in a row of a target, makes a pair that is to be told.
+  // Whether an overlapping box that was found in a row of a target makes a pair to report.
   template <bool mixed>
   THRONG_HD bool allows(const core::ClassGrid& cells, std::uint32_t own, const Record& c,
                         std::uint32_t target_then, std::uint32_t row) const noexcept {
     if constexpr (Around)
       if ((states[c.id] & mask_bits) != wanted_bits) return false;
     if (!Plain && !in.allowed(own, c.id)) return false;
-    // Others may be stored in the same place as those of the target.
+    // Boxes of other targets may be stored in the same cells.
     if (mixed && (cells.hashed || row == all_rows) && !is_home_in(cells, c, target_then, row))
       return false;
     return Plain || range.holds(pair(own, c).first);
@@ -80,7 +81,7 @@ struct GridSearchOf {
     if constexpr (Plain) return own < c.id ? Pair{own, c.id} : Pair{c.id, own};
     return in.pair(own, c.id);
   }
-  // In one row each x has a place of its own.
+  // Within a row each x has a cell of its own.
   THRONG_HD bool is_home_in(const core::ClassGrid& cells, const Record& c,
                             std::uint32_t target_then, std::uint32_t row) const noexcept {
     const core::CellSpan span = core::cells_of(cells, c.box());
@@ -92,11 +93,10 @@ struct GridSearchOf {
             row == row_of(span.lower[1] >> k.shift[1], span.lower[2] >> k.shift[2]));
   }
 
-  // One box that looks, a target after another, and in each a row of cells after another. What is
-  // found is of the present target: whoever keeps ranges tests their records before the next aim()
-  // where `mixed`. The lanes of a warp go through the same targets together. `mixed`: records of
-  // others may stand between those of a row; only in a dense grid and for plain searches they never
-  // do.
+  // The search of one box: target by target, and within a target row by row. Results belong to the
+  // current target: if `mixed`, ranges must be tested before the next aim(). The lanes of a warp go
+  // through the same targets together. `mixed`: records of other rows may be stored among those of
+  // a row. Only plain searches of a dense grid have no such records.
   template <bool mixed>
   class Look {
    public:
@@ -114,8 +114,8 @@ struct GridSearchOf {
         world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
     }
 
-    // `around`: a box that is asked about, which may then be another one: by bits of its group,
-    // and of a world, or 0.
+    // `around`: a query box, which turn_to() may replace. `bits`: its group; `world`: its world or
+    // 0.
     THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, const Box& box,
                    std::uint32_t bits, std::uint32_t world) noexcept
         : s_(search), cells_(cells), index_(0), class_(0), bits_(bits), world_(world) {
@@ -126,7 +126,7 @@ struct GridSearchOf {
       span_ = core::cells_of(cells_, box);
     }
 
-    // Turns to a target; tells how many rows there are to look into.
+    // Selects a target; returns the number of rows to search.
     THRONG_HD std::uint32_t aim(std::uint32_t target) noexcept {
       const std::uint32_t group = Plain ? 0 : target / core::max_size_classes;
       const std::uint32_t size_class = Plain ? target : target % core::max_size_classes;
@@ -136,7 +136,7 @@ struct GridSearchOf {
       core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
       if constexpr (!Around) how = core::look(present, bits_, class_, bits, size_class);
       if (how == core::Look::no) return 0;
-      // Cells do not part boxes beyond the outermost ones from those in them, as movers far from a
+      // Boxes beyond the outermost cells share cells with boxes in them, such as movers far from a
       // heap of static boxes.
       if (present != 0 && !core::overlaps(box_.box(), occupied_bounds(s_.occupied, target)))
         return 0;
@@ -153,12 +153,11 @@ struct GridSearchOf {
       own_row_ = how == core::Look::forward;
       z_ = own_row_ || z == 0 ? z : z - 1;
       y_ = own_row_ ? y : y_first_;
-      // In the first slab those from y_ on, in the others all.
+      // In the first slab the rows from y_ on, in the others all.
       const std::uint64_t all =
           rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
-      // A large box may look into a fine class of another group: then there may be more rows than
-      // boxes, or of a hashed grid more cells than its table has, and going through all boxes costs
-      // less.
+      // A large box may search a fine class of another group. If that has more rows than there are
+      // boxes, or in a hashed grid more cells than the table, going through all boxes costs less.
       whole_ = mixed && !own_row_ &&
                (all > s_.report->active ||
                 (cells_.hashed &&
@@ -167,7 +166,7 @@ struct GridSearchOf {
     }
     THRONG_HD bool whole() const noexcept { return whole_; }
 
-    // The next row.
+    // Returns the records of the next row.
     THRONG_HD Range row() noexcept {
       if (whole_) return {0, s_.report->active, all_rows};
       const std::uint32_t row =
@@ -185,7 +184,7 @@ struct GridSearchOf {
 
     THRONG_HD const Record& box() const noexcept { return box_; }
 
-    // Whether this candidate overlaps, and makes a pair that is to be told.
+    // Whether this candidate overlaps and makes a pair to report.
     THRONG_HD bool accepts(const Record& c, std::uint32_t row) const noexcept {
       return core::overlaps(box_.box(), c.box()) &&
              s_.template allows<mixed>(cells_, box_.id, c, target_, row);
@@ -208,7 +207,7 @@ struct GridSearchOf {
     bool own_row_ = false, whole_ = false;
   };
 
-  // The same for a thread that looks alone.
+  // The same for a single thread.
   class Walk {
    public:
     THRONG_HD Walk(const GridSearchOf& search, std::uint64_t i) noexcept
@@ -217,7 +216,7 @@ struct GridSearchOf {
     }
     THRONG_HD bool over() const noexcept { return range_.begin == range_.end; }
     THRONG_HD std::uint32_t comparisons() const noexcept { return comparisons_; }
-    // Tests the next candidate; true where it is a pair. Not when over.
+    // Tests the next candidate; returns true for a pair. Requires !over().
     THRONG_HD bool step(Pair& pair) noexcept {
       ++comparisons_;
       const Record c = load(s_.records + range_.begin++);
@@ -228,7 +227,7 @@ struct GridSearchOf {
     }
 
    private:
-    // To the next range that is not empty, if there is one.
+    // Moves to the next non-empty range, if any.
     THRONG_HD void advance() noexcept {
       const std::uint32_t targets = target(core::group_count(s_.grid->present), 0);
       while (range_.begin == range_.end) {
@@ -254,8 +253,8 @@ struct GridSearchOf {
 
 using GridSearch = GridSearchOf<Looking::filtered>;
 
-// Brute force: the pairs of two tiles of boxes. Thread i has one box of the one tile, and goes
-// through those of the other, which all threads of a tile read together.
+// Brute force over pairs of tiles of boxes. Thread i owns one box of one tile and goes through
+// those of the other, which all threads of a tile read together.
 struct TileSearch {
   static constexpr std::uint32_t side = 64;
 

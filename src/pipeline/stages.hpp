@@ -1,4 +1,4 @@
-// What one thread does before the search: read a box, find its place, store it.
+// The per-thread steps before the search: read a box, compute its cell, store it.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace throng::pipeline {
 
-// The box as it is compared; false for one that takes no part.
+// Expands the box as it is compared; returns false if it takes no part.
 THRONG_HD inline bool check_box(const Input& in, Box& box, bool& nan) noexcept {
   nan = core::has_nan(box);
   if (!core::is_active(box)) return false;  // a NaN compares false
@@ -23,7 +23,7 @@ THRONG_HD inline bool read_box(const Input& in, std::uint32_t i, Box& box, bool&
   return check_box(in, box, nan);
 }
 
-// In place of one that takes no part: it overlaps nothing.
+// Replaces a box that takes no part: it overlaps nothing.
 THRONG_HD inline Box no_box() noexcept {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
   return {{none, none, none}, {none, none, none}};
@@ -36,7 +36,7 @@ THRONG_HD inline void tell_inactive(Report& report, std::uint32_t i, bool nan) n
   fetch_max(&report.nan_mark, ~i);
 }
 
-// A world below -1.
+// Reports a world below -1.
 THRONG_HD inline void tell_bad_world(const Input& in, Report& report, std::uint32_t i) noexcept {
   const Set& s = in.set_of(i);
   if (!s.world || s.world[in.local(i)] >= -1) return;
@@ -44,9 +44,9 @@ THRONG_HD inline void tell_bad_world(const Input& in, Report& report, std::uint3
   fetch_max(&report.bad_world_mark, ~i);
 }
 
-// Where a box is stored: the cell of its home.
+// Where a box is stored: its owner cell.
 struct Home {
-  std::uint32_t cell, class_index;  // of all groups' classes
+  std::uint32_t cell, class_index;  // (group, class)
 };
 THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std::uint32_t i,
                               const Box& box) noexcept {
@@ -64,7 +64,7 @@ THRONG_HD inline Home home_of(const Input& in, const core::ClassGrid& grid, std:
           group * core::max_size_classes + size_class};
 }
 
-// That a group and class has this box.
+// Records that a group and class contains this box.
 THRONG_HD inline void occupy(const Input& in, std::uint32_t* occupied, std::uint32_t class_index,
                              const Box& box) noexcept {
   raise(occupied + class_index);
@@ -75,19 +75,20 @@ THRONG_HD inline void occupy(const Input& in, std::uint32_t* occupied, std::uint
   for (int k = 0; k < 6; ++k) raise_to(most + k, in_order(ends[k]));
 }
 
-// Where a box goes: its cell, and its rank among the boxes of that. No cell: it takes no part.
+// Where a box is stored: its cell and its rank among the boxes of that cell. no_cell: it takes no
+// part.
 struct Place {
   std::uint32_t cell, rank;
 };
 constexpr std::uint32_t no_cell = ~0u;
 
-// Counts each cell's boxes.
+// Counts the boxes per cell.
 struct CountBoxes {
   Input in;
   const core::ClassGrid* grid;
-  std::uint32_t* counts;    // a cell; cleared
-  std::uint32_t* occupied;  // see occupied_flags; cleared
-  Place* places;            // a box
+  std::uint32_t* counts;    // per cell; zeroed
+  std::uint32_t* occupied;  // see occupied_flags; zeroed
+  Place* places;            // per box
   Report* report;
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
@@ -106,11 +107,11 @@ struct CountBoxes {
   }
 };
 
-// Stores each box at its cell's start plus its rank. Two threads a box, side by side: a memory
-// writes a sector at once that is written as a whole.
+// Stores each box at its cell's start plus its rank. Two adjacent threads per box, so that a sector
+// is written whole in one transaction.
 struct PlaceBoxes {
   Input in;
-  const std::uint32_t* start;  // a cell, and one more that counts all
+  const std::uint32_t* start;  // per cell, and one entry more for the total
   const Place* places;
   Record* records;
   Report* report;
@@ -130,7 +131,7 @@ struct PlaceBoxes {
   }
 };
 
-// For brute force: every box in its own place. An inactive one overlaps nothing.
+// For brute force: stores every box at its own index. An inactive one overlaps nothing.
 struct LoadBoxes {
   Input in;
   Record* records;
@@ -149,11 +150,11 @@ struct LoadBoxes {
   }
 };
 
-// How many pairs each first index has: for the consumer, who takes them in parts.
+// Counts the pairs per first index, for the consumer form, which delivers them in blocks.
 template <class Search>
 struct CountFirsts {
   Search search;
-  std::uint32_t* counts;  // an index of the first set; cleared
+  std::uint32_t* counts;  // per index of the first set; zeroed
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     if (i >= search.count()) return;

@@ -1,4 +1,4 @@
-// What one thread does of update_boxes: a body's box, and a word of a shape that is wrong.
+// The per-thread work of update_boxes: computes a body's box and reports an invalid shape.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace throng::pipeline {
 
 struct UpdateBodies {
   core::UpdateBoxes job;
-  cuda::BodyReport* report;  // cleared; null: nobody asks
+  cuda::BodyReport* report;  // zeroed; null: no report
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     if (job(i) == core::ShapeFault::none || !report) return;

@@ -1,7 +1,7 @@
-// Small worlds whose boxes stand together, as simulations of many alike have them: every world is
-// searched by brute force, straight from the caller's boxes. Whether the boxes are like that is
-// found out on the device; where they are not, the grid is wanted, and where they are, nothing is
-// done for it.
+// Small worlds (environments) whose boxes are contiguous, as in simulations of many similar
+// environments: every world is searched by brute force, directly in the caller's boxes. Whether the
+// boxes are of this kind is determined on the device. If they are not, the grid is built; if they
+// are, its launches do nothing.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@
 namespace throng::pipeline {
 
 struct WorldsTold {
-  std::uint32_t grid_wanted;  // not 0: the boxes are not like that
+  std::uint32_t grid_wanted;  // not 0: the boxes are not of this kind
   std::uint32_t everywhere;   // boxes of world -1, which come before all others
 };
 
-// Before a look at the worlds.
+// Resets the reports before LookAtWorlds.
 struct BeginWorlds {
   WorldsTold* told;
   Report* report;
@@ -29,18 +29,18 @@ struct BeginWorlds {
   }
 };
 
-// A box is compared with those of its world that follow, and with those of all worlds.
+// Compares a box with later boxes of its own world and with those of all worlds.
 struct WorldSearch {
   static constexpr std::uint32_t most_in_world = 512, most_everywhere = 32;
 
   Input in;
   const WorldsTold* told;
   FirstRange range;
-  Report* report = nullptr;  // null: what takes no part has been told
+  Report* report = nullptr;  // null: inactive boxes have been reported
 
   THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
 
-  // `to`, if there is one, is told of a box that takes no part.
+  // If `to` is not null, a box that takes no part is reported there.
   THRONG_HD Box box(std::uint32_t i, Report* to = nullptr) const noexcept {
     Box box;
     bool nan;
@@ -48,18 +48,18 @@ struct WorldSearch {
     if (to) tell_inactive(*to, i, nan);
     return no_box();
   }
-  // Of the one that looks, which does so once.
+  // The searching box, which is read once, and so reported once.
   THRONG_HD Box own_box(std::uint32_t i) const noexcept { return box(i, report); }
-  // Whether some that overlap, of one world or one of them of all, are not to be told.
+  // Whether some overlapping pairs of one world, or with a box of all worlds, must not be reported.
   THRONG_HD bool selects() const noexcept {
     return in.has_pair_filters || (in.present & core::static_bit) || !range.holds_all();
   }
-  // Whether such a pair is to be told.
+  // Whether such a pair is to be reported.
   THRONG_HD bool allows(std::uint32_t i, std::uint32_t j) const noexcept {
     return in.allowed(i, j) && range.holds(in.pair(i, j).first);
   }
 
-  // For a thread by itself.
+  // For a single thread.
   class Walk {
    public:
     THRONG_HD Walk(const WorldSearch& search, std::uint64_t i) noexcept
@@ -100,8 +100,8 @@ struct WorldSearch {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-// Whether worlds come in ascending order, each with few boxes; and what is told of each world, and
-// of each box unless the search does that.
+// Checks whether worlds come in ascending order with few boxes each. Reports bad worlds, and
+// inactive boxes unless the search reports them.
 struct LookAtWorlds {
   Input in;
   WorldsTold* told;
@@ -111,7 +111,7 @@ struct LookAtWorlds {
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
     const bool last = i + 1 == in.count;
-    // All that is looked up is on its way at once.
+    // All loads are in flight at once.
     const auto world_after = [&](std::uint32_t boxes) {
       return in.world(in.count - i > boxes ? i + boxes : in.count - 1);
     };

@@ -1,5 +1,5 @@
-// Proxies that are destroyed: their pairs leave the cache at once, whoever has changed it
-// meanwhile. Compiled for Bullet of floats and of doubles.
+// Destroyed proxies: their pairs leave the cache at once, even after other code has changed it.
+// Compiled for Bullet of floats and of doubles.
 #include <iterator>
 #include <vector>
 
@@ -12,7 +12,7 @@
 namespace throng::tests {
 namespace {
 
-// At once, and those of nobody else.
+// At once, and only its own.
 TEST(BulletDestroyed, who_goes_takes_its_pairs_out_of_the_cache) {
   for (const int others : {5, 63, 64, 65, 200}) {
     BulletBroadphase phase;
@@ -30,7 +30,7 @@ TEST(BulletDestroyed, who_goes_takes_its_pairs_out_of_the_cache) {
       return held(phase) == want;
     };
     EXPECT_TRUE(drop(around[1]));
-    EXPECT_TRUE(drop(around[2]));  // of whose pairs one went with the last
+    EXPECT_TRUE(drop(around[2]));  // one of whose pairs ended with the last
     EXPECT_TRUE(drop(middle));
     EXPECT_EQ(want.size(), static_cast<std::size_t>(others - 4));
     phase.calculateOverlappingPairs(nullptr);
@@ -51,8 +51,8 @@ TEST(BulletDestroyed, what_somebody_put_into_the_cache_goes_with_its_proxy) {
   EXPECT_TRUE(held(phase).empty());
 }
 
-// As by programs that end: without them a world's end goes through all pairs for each object. The
-// cache's hash table is left as it was, so nobody can be looked up.
+// As at program end: without them a world's destructor scans all pairs for each object. The cache's
+// hash table keeps its size, so no lookup is possible.
 TEST(BulletDestroyed, a_cache_whose_pairs_are_taken_out_by_hand) {
   BulletBroadphase phase;
   std::vector<btBroadphaseProxy*> all;

@@ -1,4 +1,4 @@
-// BulletBroadphase alone: its pair cache is what Bullet's own comparison and filters say of all
+// BulletBroadphase alone: its pair cache matches Bullet's own comparison and filters over all
 // proxies. Compiled for Bullet of floats and of doubles.
 #include <atomic>
 #include <cmath>
@@ -22,7 +22,7 @@ bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
   return TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
 }
 
-// Refuses by what is written in it; counts how often it was asked.
+// Refuses pairs by its own rule; counts the calls.
 struct Refuser : btOverlapFilterCallback {
   int modulus = 3;
   mutable int asked = 0;
@@ -36,7 +36,7 @@ struct Listener : btBroadphaseAabbCallback {
   std::set<int> uids;
   bool process(const btBroadphaseProxy* proxy) override {
     EXPECT_TRUE(uids.insert(proxy->m_uniqueId).second);
-    return false;  // nobody looks at it
+    return false;  // never read
   }
 };
 struct RayListener : btBroadphaseRayCallback {
@@ -57,7 +57,7 @@ struct RayListener : btBroadphaseRayCallback {
   }
 };
 
-// Of all proxies those that Bullet's own comparisons find.
+// Of all proxies the pairs that Bullet's own comparisons find.
 std::set<int> in_region(const std::vector<btBroadphaseProxy*>& proxies, const btVector3& lower,
                         const btVector3& upper) {
   std::set<int> uids;
@@ -94,7 +94,7 @@ class Play {
         if (a->m_uniqueId > b->m_uniqueId) std::swap(a, b);
         const std::pair<int, int> uids(a->m_uniqueId, b->m_uniqueId);
         const bool allowed = phase_.getOverlappingPairCache()->needsBroadphaseCollision(a, b);
-        // A filter callback is asked of pairs that begin alone.
+        // A filter callback is called only for pairs that begin.
         const bool stays = filtered_ && before.count(uids) != 0;
         if (touch(*a, *b) && (allowed || stays)) wanted.insert(uids);
       }
@@ -106,7 +106,7 @@ class Play {
   std::size_t total() const { return total_; }
 
  private:
-  // Corners meet often; and they are apart by less than a float tells, which doubles see.
+  // Corners often touch, or are apart by less than float resolution, which doubles resolve.
   btScalar corner() {
     return btScalar(random_.between(-16, 16)) * btScalar(0.25) +
            btScalar(random_.between(-1, 1)) * btScalar(1e-12);
@@ -140,17 +140,17 @@ class Play {
         for (const auto& pair : held(phase_)) ASSERT_TRUE(pair.first != uid && pair.second != uid);
         return;
       }
-      case 1: {  // who sets these calls setAabb, if only with the same box
+      case 1: {  // changes need a setAabb, even with the same box
         btBroadphaseProxy* proxy = any();
         proxy->m_collisionFilterMask = random_.between(0, 7);
         const btVector3 low = proxy->m_aabbMin, high = proxy->m_aabbMax;
         phase_.setAabb(proxy, low, high, nullptr);
         return;
       }
-      case 2:  // behind its back
+      case 2:  // without its knowledge
         phase_.getOverlappingPairCache()->removeOverlappingPairsContainingProxy(any(), nullptr);
         return;
-      case 3: {  // by less than a float tells
+      case 3: {  // by less than float resolution
         btBroadphaseProxy* proxy = any();
         const btVector3 by(btScalar(1e-12), 0, btScalar(-1e-12));
         phase_.setAabb(proxy, proxy->m_aabbMin + by, proxy->m_aabbMax + by, nullptr);
@@ -202,7 +202,7 @@ TEST(BulletPairs, any_sequence_of_calls) {
     }
     total += play.total();
   }
-  EXPECT_GT(total, 10000u);  // there was something to find
+  EXPECT_GT(total, 10000u);  // the test had pairs
 }
 
 TEST(BulletPairs, touching_to_the_last_bit) {
@@ -211,7 +211,7 @@ TEST(BulletPairs, touching_to_the_last_bit) {
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
   const btScalar next =
-      std::nextafter(btScalar(1), btScalar(2));  // of btScalar: no float, in doubles
+      std::nextafter(btScalar(1), btScalar(2));  // of btScalar; not a float in doubles
   put(phase, b, next, 2);
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_TRUE(held(phase).empty());
@@ -226,7 +226,7 @@ TEST(BulletPairs, touching_to_the_last_bit) {
   EXPECT_EQ(upper.x(), 2);
 }
 
-// Rays and regions from several threads at once, the first of which finds that boxes have moved.
+// Ray and region queries from several threads at once; the first one finds moved boxes.
 TEST(BulletPairs, several_threads_ask_at_once) {
   Random random(5);
   const auto corner = [](Random& r, int limit) {
@@ -285,7 +285,7 @@ TEST(BulletPairs, a_callback_that_changes_its_mind) {
   put(phase, a, 0, btScalar(2.5));
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
-  refuser.modulus = 3;  // what began stays until the boxes part
+  refuser.modulus = 3;  // begun pairs stay until the boxes separate
   put(phase, a, 0, 2);
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
@@ -314,7 +314,7 @@ TEST(BulletPairs, a_pool_that_is_reset_is_as_new) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);
   phase.calculateOverlappingPairs(nullptr);
-  phase.resetPool(nullptr);  // nothing, as there are proxies
+  phase.resetPool(nullptr);  // no effect while there are proxies
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
   phase.destroyProxy(a, nullptr);
   phase.destroyProxy(b, nullptr);
@@ -345,7 +345,7 @@ TEST(BulletPairs, planes_and_nan) {
 }
 
 TEST(BulletPairs, memory_that_runs_out_loses_no_pair) {
-  // Grants `left` bytes.
+  // Allows `left` more bytes.
   struct Scarce : std::pmr::memory_resource {
     std::size_t left = std::size_t{1} << 30;
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {

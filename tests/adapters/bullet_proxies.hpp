@@ -1,4 +1,4 @@
-// Proxies along a line, and the pairs that a broad phase holds of them in its cache.
+// Proxies along a line, and the pairs that a broad phase holds in its cache.
 #pragma once
 
 #include <set>

@@ -1,4 +1,4 @@
-// BulletBroadphase in a btDiscreteDynamicsWorld: what Bullet's users expect of a broad phase.
+// BulletBroadphase in a btDiscreteDynamicsWorld: the behaviour that Bullet's users expect.
 #include <memory>
 #include <vector>
 
@@ -57,7 +57,7 @@ class World : public ::testing::Test {
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };
 
-// Whatever is asked of Throng here holds of Bullet's own, too.
+// The expectations of Throng here also hold for Bullet's own broad phases.
 using Phases = ::testing::Types<BulletBroadphase, btDbvtBroadphase>;
 TYPED_TEST_SUITE(World, Phases);
 
@@ -92,8 +92,8 @@ TYPED_TEST(World, teleports_end_pairs_and_begin_others) {
   }
 }
 
-// Of btDbvtBroadphase this is not true: it keeps the pair and its contacts for another step, and
-// the solver draws the cube that stayed after the one that left.
+// btDbvtBroadphase fails this: it keeps the pair and its contacts for one more step, and the solver
+// pulls the remaining cube after the removed one.
 using ThrongWorld = World<BulletBroadphase>;
 TEST_F(ThrongWorld, who_touched_a_teleported_body_stays) {
   btRigidBody &a = add_cube(0, 1), &b = add_cube(1, 1);
@@ -107,7 +107,7 @@ TEST_F(ThrongWorld, who_touched_a_teleported_body_stays) {
 TYPED_TEST(World, groups_and_masks) {
   btRigidBody &a = this->add_cube(0, 5), &b = this->add_cube(btScalar(0.5), 5);
   this->world_.removeRigidBody(&b);
-  this->world_.addRigidBody(&b, 2, ~1);  // does not want group 1, the default
+  this->world_.addRigidBody(&b, 2, ~1);  // excludes group 1, the default
   this->step();
   EXPECT_FALSE(this->pair_of(a, b));
   b.getBroadphaseProxy()->m_collisionFilterMask = -1;
@@ -130,7 +130,7 @@ TYPED_TEST(World, a_ghost_knows_whom_it_meets) {
   EXPECT_EQ(ghost.getNumOverlappingObjects(), 2);
   EXPECT_EQ(ghost.getOverlappingPairCache()->getNumOverlappingPairs(), 2);
   this->teleport(a, btVector3(50, 0, 1));
-  this->step(12);  // Bullet's own keeps pairs that parted for some steps
+  this->step(12);  // Bullet's own keeps ended pairs for some steps
   EXPECT_EQ(ghost.getNumOverlappingObjects(), 1);
   this->world_.removeRigidBody(&b);
   EXPECT_EQ(ghost.getNumOverlappingObjects(), 0);
@@ -159,7 +159,7 @@ TYPED_TEST(World, rays_sweeps_and_contact_tests) {
   start.setIdentity();
   end.setIdentity();
   start.setOrigin(
-      btVector3(30, btScalar(0.8), 5));  // beside the cubes, less than the ball's radius
+      btVector3(30, btScalar(0.8), 5));  // next to the cubes, at less than the ball's radius
   end.setOrigin(btVector3(30, btScalar(0.8), 0));
   btCollisionWorld::ClosestConvexResultCallback swept(start.getOrigin(), end.getOrigin());
   this->world_.convexSweepTest(&ball, start, end, swept);
@@ -186,14 +186,14 @@ TYPED_TEST(World, fast_bodies_do_not_pass_through) {
   this->world_.setGravity(btVector3(0, 0, 0));
   target.setGravity(btVector3(0, 0, 0));
   bullet.setGravity(btVector3(0, 0, 0));
-  bullet.setLinearVelocity(btVector3(3000, 0, 0));  // 50 a step
+  bullet.setLinearVelocity(btVector3(3000, 0, 0));  // 50 per step
   bullet.setCcdMotionThreshold(btScalar(0.1));
   bullet.setCcdSweptSphereRadius(btScalar(0.4));
   this->step(3);
   EXPECT_LT(bullet.getWorldTransform().getOrigin().x(), target.getWorldTransform().getOrigin().x());
 }
 
-// What is kept of its contacts goes, and what is kept of those of others stays.
+// Its cached contacts are removed, those of others stay.
 TYPED_TEST(World, a_body_is_cleaned_from_its_pairs_alone) {
   this->add_ground();
   for (int i = 0; i < 80; ++i) this->add_cube(btScalar(0.95 * i), 0.5);
@@ -201,7 +201,7 @@ TYPED_TEST(World, a_body_is_cleaned_from_its_pairs_alone) {
   for (const std::size_t which : {std::size_t{4}, std::size_t{40}, std::size_t{0}}) {
     this->step();
     btBroadphaseProxy* const proxy = this->bodies_[which]->getBroadphaseProxy();
-    const auto kept = [&] {  // of whose pairs something is kept: its own, and others
+    const auto kept = [&] {  // with cached contacts: its own, and others'
       std::pair<int, int> count;
       for (int i = 0; i < cache.getNumOverlappingPairs(); ++i) {
         const btBroadphasePair& pair = cache.getOverlappingPairArrayPtr()[i];

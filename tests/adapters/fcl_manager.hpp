@@ -1,4 +1,4 @@
-// Objects of FCL that only have boxes, and what a manager of theirs calls back for.
+// FCL objects that only have boxes, and the callbacks of their manager.
 #pragma once
 
 #include <cmath>
@@ -51,7 +51,7 @@ class Manager : public ::testing::Test {
     std::size_t most = std::numeric_limits<std::size_t>::max();
   };
   static int number(const Object* o) { return static_cast<const Thing<S>*>(o)->number; }
-  // Pairs are unordered, but of two managers or an object: there the manager's own is the first.
+  // Pairs are unordered, except of two managers or an object: there the manager's own is first.
   static bool hear(Object* a, Object* b, void* data) {
     Heard& heard = *static_cast<Heard*>(data);
     heard.pairs.insert(std::minmax(number(a), number(b)));
@@ -71,7 +71,7 @@ class Manager : public ::testing::Test {
     things_.push_back(std::make_unique<Thing<S>>(static_cast<int>(things_.size()), bounds));
     return things_.back().get();
   }
-  // Corners meet often, and miss each other by less than a float tells.
+  // Corners often touch, or miss each other by less than float resolution.
   Bounds any() {
     V low, far;
     for (int k = 0; k < 3; ++k) {
@@ -94,7 +94,7 @@ class Manager : public ::testing::Test {
     return pairs;
   }
 
-  // What lies between the centres, less a half: never less than between the boxes of size 1.
+  // The distance of the centres minus a half: at least the distance of boxes of size 1.
   struct Nearest {
     S distance = std::numeric_limits<S>::max();
     std::pair<int, int> pair{-1, -1};

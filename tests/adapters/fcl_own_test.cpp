@@ -1,4 +1,4 @@
-// What FclManager does where FCL's own managers leave it open.
+// The behaviour of FclManager where FCL's own managers leave it open.
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -23,7 +23,7 @@ TEST_F(Throng, strangers_and_objects_given_twice) {
   EXPECT_EQ(manager.size(), 2u);
   EXPECT_EQ(self(manager), (Numbers{{0, 1}}));
   b->set(box(9, 9, 9));
-  manager.registerObject(b);  // an update
+  manager.registerObject(b);  // counts as an update
   EXPECT_TRUE(self(manager).empty());
   EXPECT_EQ(manager.size(), 2u);
 }
@@ -52,7 +52,7 @@ TEST_F(Throng, a_manager_of_another_class) {
   EXPECT_EQ(nearest.distance, least);
 }
 
-// As of FCL's sweep and prune; its trees tell each pair twice then, and each object with itself.
+// As FCL's sweep and prune; its trees report each pair twice here, and each object with itself.
 TEST_F(Throng, a_manager_and_itself) {
   FclManager<double> manager;
   std::vector<Object*> all;

@@ -1,4 +1,4 @@
-// The same assertions of FclManager and of FCL's own DynamicAABBTreeCollisionManager, in doubles
+// The same assertions for FclManager and for FCL's own DynamicAABBTreeCollisionManager, in doubles
 // and in floats.
 #include <cmath>
 #include <limits>
@@ -47,7 +47,7 @@ TYPED_TEST(Manager, finds_moves_removes_and_clears) {
   EXPECT_EQ(this->self(manager), (Numbers{{0, 1}, {2, 3}}));  // without setup()
 
   this->things_[1]->set(this->box(5, 5, 4));
-  EXPECT_EQ(this->self(manager), (Numbers{{0, 1}, {2, 3}}));  // it was not told
+  EXPECT_EQ(this->self(manager), (Numbers{{0, 1}, {2, 3}}));  // not updated
   manager.update();
   EXPECT_EQ(this->self(manager), (Numbers{{1, 2}, {1, 3}, {2, 3}}));
 
@@ -116,7 +116,7 @@ TYPED_TEST(Manager, one_object_against_all) {
   manager.registerObjects(all);
   manager.setup();
   for (int i = 0; i < 40; ++i) {
-    // One of its own meets itself, too.
+    // An object of its own overlaps itself, too.
     auto* object =
         i % 4 ? this->make(this->any()) : this->things_[static_cast<std::size_t>(i)].get();
     typename TestFixture::Heard heard;
@@ -184,7 +184,7 @@ TYPED_TEST(Manager, distances) {
   typename TestFixture::Nearest nearest;
   one.distance(&nearest, this->measure);
   EXPECT_EQ(nearest.distance, least(ours, ours));
-  EXPECT_LT(nearest.calls, 50 * 49 / 2);  // not all of them
+  EXPECT_LT(nearest.calls, 50 * 49 / 2);  // a subset
   EXPECT_NE(nearest.pair.first, nearest.pair.second);
 
   nearest = {};
@@ -211,7 +211,7 @@ TYPED_TEST(Manager, distances) {
 TYPED_TEST(Manager, infinite_and_real_objects) {
   using Real = typename TestFixture::S;
   TypeParam manager;
-  // Geometry's own boxes: a plane's is without end.
+  // Geometry's own boxes: that of a plane is infinite.
   Thing<Real> plane(0, {}), cube(1, {}), far_cube(2, {});
   fcl::CollisionObject<Real> half(std::make_shared<fcl::Plane<Real>>(0, 0, 1, 0));
   half.computeAABB();
@@ -222,7 +222,7 @@ TYPED_TEST(Manager, infinite_and_real_objects) {
   far_cube.computeAABB();
   manager.registerObjects({&plane, &cube, &far_cube});
   manager.setup();
-  const bool flat = half.getAABB().max_[2] < 100;  // FCL fits the box of a level plane
+  const bool flat = half.getAABB().max_[2] < 100;  // FCL computes a tight box of a level plane
   EXPECT_EQ(this->self(manager), flat ? (Numbers{{0, 1}}) : (Numbers{{0, 1}, {0, 2}}));
 }
 

@@ -1,5 +1,5 @@
-// throng-bench-frames: rivals that keep their objects find the same pairs in every frame as the
-// library does, and what it prints can be read line by line.
+// throng-bench-frames: the libraries with persistent objects find the same pairs in every frame as
+// this library, and its output can be parsed line by line.
 #ifndef _WIN32
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(Frames, EveryRivalFindsWhatTheLibraryFinds) {
   const Said list = run({"--list"});
   ASSERT_EQ(list.status, 0);
   ASSERT_GE(list.lines.size(), 2u);
-  // The boxes of the column slide outwards under the eyes of those who were told bounds at first.
+  // The boxes of the column move beyond the bounds that some libraries got at first.
   for (const Scene& s : {Scene{"column", "0.25", 2000, 49, 6}, Scene{"column", "1", 1500, 20, 5},
                          Scene{"nbody", "1", 1000, 0, 4}, Scene{"mixed", "0.5", 800, 7, 3},
                          Scene{"uniform", "1", 1, 0, 1}}) {
@@ -85,7 +85,7 @@ TEST(Frames, EveryRivalFindsWhatTheLibraryFinds) {
 TEST(Frames, BulletIsPlayed) {
   const Lines all = run({"--list"}).lines;
   const auto is_bullet = [](const std::string& name) { return name.rfind("Bullet ", 0) == 0; };
-  if (std::none_of(all.begin(), all.end(), is_bullet)) GTEST_SKIP() << "Bullet is not here";
+  if (std::none_of(all.begin(), all.end(), is_bullet)) GTEST_SKIP() << "Bullet is not installed";
   for (const char* name :
        {"Bullet btDbvt, default", "Bullet btDbvt, deferred", "Bullet bt32BitAxisSweep3"}) {
     EXPECT_EQ(std::count(all.begin(), all.end(), name), 1) << name;
@@ -104,7 +104,7 @@ TEST(Frames, BadInputIsSaid) {
   };
   refuses({}, "--rival: found none");
   refuses({"--rival", "no one"}, "found 'no one', wanted one of: " + rival);
-  refuses({"--rival", rival, "--scene", "cube"}, "no scene is called 'cube'");
+  refuses({"--rival", rival, "--scene", "cube"}, "no scene has the name 'cube'");
   refuses({"--rival", rival, "--scene", "worlds"}, "one world");
   refuses({"--rival", rival, "--objects", "0"}, "--objects: found 0");
   refuses({"--rival", rival, "--objects", "5X"}, "--objects: found '5X'");

@@ -1,4 +1,4 @@
-// Random calls on a BroadPhase, or on what has its calls, and on its model, hand in hand.
+// Random calls on a BroadPhase, or a class with the same calls, and the same on its model.
 #pragma once
 
 #include <string>
@@ -21,15 +21,15 @@ class ActorOf {
   Machine broad_phase;
   Model model;
   Random random;
-  bool in_worlds = true;  // whether filters give them
-  bool thin = false;      // whether most boxes are rods along an axis, or plates
+  bool in_worlds = true;  // whether filters set worlds
+  bool thin = false;      // whether most boxes are axis-aligned rods or plates
 
-  // Mostly of one size; now and then a point, a slab, a plane, everything, or an inactive one.
+  // Mostly of one size; sometimes a point, a slab, a plane, all of space, or an inactive box.
   Box any_box() {
     const Vec3 at = random.point(0, side_);
     const float e = random.one_in(4) ? random.magnitude(-3, 3) : 1.0f;
     Box box = {at, {at.x + e, at.y + e, at.z + e}};
-    if (random.one_in(4)) {  // whole numbers: faces that meet
+    if (random.one_in(4)) {  // integers: faces that touch
       const auto whole = [](float x) { return std::floor(x); };
       box = {{whole(at.x), whole(at.y), whole(at.z)},
              {whole(at.x) + 1, whole(at.y) + 1, whole(at.z) + 1}};
@@ -88,7 +88,7 @@ class ActorOf {
     f.is_static = random.one_in(4);
     return f;
   }
-  // `most` distinct ids that are alive.
+  // Up to `most` distinct ids that are alive.
   std::vector<ObjectId> some_ids(std::size_t most) {
     std::vector<ObjectId> ids = model.ids();
     shuffle(ids, random);
@@ -149,8 +149,8 @@ class ActorOf {
     const Result r = broad_phase.set_filters(ids.data(), ids.size(), given(filters));
     return model.check_call(r);
   }
-  // Up to two calls before an update: of few objects or, unless it is calm, of many; at most twice
-  // `objects` live.
+  // Up to two calls before an update: on few objects or, unless `calm`, on many; at most twice
+  // `objects` exist.
   testing::AssertionResult some_calls(bool calm, std::size_t objects, bool filtered,
                                       bool with_move_all) {
     const std::size_t few = calm ? 1 + random.below(4) : 1 + random.below(400);
@@ -182,7 +182,8 @@ class ActorOf {
     model.update();
     if (testing::AssertionResult a = model.check(broad_phase, look_at_pairs); !a)
       return a << " (" << r.plan.reason << ")";
-    if constexpr (!std::is_same_v<Machine, BroadPhase>) {  // a device counts no inactive objects
+    // the device class does not count inactive objects
+    if constexpr (!std::is_same_v<Machine, BroadPhase>) {
       if (r.found != broad_phase.pair_count())
         return testing::AssertionFailure() << r.found << " pairs found";
       return testing::AssertionSuccess();
@@ -190,7 +191,7 @@ class ActorOf {
     return model.check_update(r) << " (" << r.plan.reason << ")";
   }
 
-  // Worlds only where they are given.
+  // Worlds only if `in_worlds`.
   Filters given(const std::vector<Filter>& f) const {
     Filters view = view_of(f);
     if (!in_worlds) view.world = {};

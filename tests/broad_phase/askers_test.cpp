@@ -1,4 +1,4 @@
-// Questions by a BroadPhaseQuery: of many threads at once.
+// Concurrent queries by BroadPhaseQuery.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t askers = 4;
 
-// Calls ask(k) for each asker, on threads that begin together.
+// Calls ask(k) for each query object, on threads that start together.
 template <class Ask>
 void at_once(const Ask& ask) {
   std::atomic<std::size_t> ready{0};
@@ -29,8 +29,8 @@ void at_once(const Ask& ask) {
   for (std::thread& thread : threads) thread.join();
 }
 
-// Moves that no update has told yet, cells made by one of those who ask while the others do,
-// columns of an update in which all moved, and none of these.
+// Covers moves before an update, cells built by one query while others run, columns after all
+// objects moved, and none of these.
 void ask_at_once(std::uint64_t seed, bool filtered, std::size_t objects, std::size_t questions) {
   Options options;
   options.threads = 1;
@@ -76,7 +76,7 @@ TEST(BroadPhaseAskers, AtOnceWithFilters) {
   for (std::uint64_t seed = 4; seed < 6; ++seed) ask_at_once(seed, true, 400, 5);
 }
 
-// All ask all, each from another one on, of objects that nobody has asked before.
+// Every thread runs all queries, from a different start, on objects without an index.
 void ask_new_objects(const BoxList& boxes, const std::vector<Sweep>& sweeps) {
   BroadPhase original;
   ASSERT_TRUE(original.add(boxes, nullptr).ok());
@@ -87,14 +87,14 @@ void ask_new_objects(const BoxList& boxes, const std::vector<Sweep>& sweeps) {
     BroadPhase b;
     ASSERT_TRUE(b.add(boxes, nullptr).ok());
     if (round % 2) {
-      ASSERT_TRUE(b.update().ok());  // columns
+      ASSERT_TRUE(b.update().ok());  // makes columns
     }
     std::atomic<std::size_t> wrong{0};
     at_once([&](std::size_t asker) {
       Options options;
       options.threads = 1;
       BroadPhaseQuery query(options);
-      for (std::size_t k = 0; k < sweeps.size(); ++k) {  // each begins elsewhere
+      for (std::size_t k = 0; k < sweeps.size(); ++k) {  // each starts at another one
         const std::size_t i = (15 * asker + k) % sweeps.size();
         const Result r = query.find_hits(b, &sweeps[i], 1);
         const auto mine = std::find_if(want.begin(), want.end(),
@@ -111,7 +111,7 @@ void ask_new_objects(const BoxList& boxes, const std::vector<Sweep>& sweeps) {
   }
 }
 
-// One who asks makes cells while others go through all objects, or through columns.
+// One query builds cells while others loop over all objects or use columns.
 TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
   Random random(7);
   BoxList boxes;
@@ -124,7 +124,7 @@ TEST(BroadPhaseAskers, OneMakesCellsWhileOthersAsk) {
   ask_new_objects(boxes, sweeps);
 }
 
-// And one tells which blocks of these are empty while others go through all that lies between.
+// One query builds block data while others traverse the cells in between.
 TEST(BroadPhaseAskers, OneTellsBlocksWhileOthersAsk) {
   Random random(8);
   BoxList boxes;
@@ -143,7 +143,7 @@ TEST(BroadPhaseAskers, OneTellsBlocksWhileOthersAsk) {
   ask_new_objects(boxes, sweeps);
 }
 
-// What each of some boxes overlaps of all, and each of some sweeps meets, by loops over all.
+// Expected overlaps of some boxes and hits of some sweeps, by loops over all objects.
 struct Looped {
   std::vector<std::vector<ObjectId>> overlaps, hits;
 
@@ -166,9 +166,8 @@ struct Looped {
   }
 };
 
-// Cells cost large queries so much that one of the queries builds a forest while the others still
-// search in cells. The same queries look at little afterwards; and objects that change then are
-// where they belong.
+// Large queries cost so much in cells that one of them builds a forest while others still search
+// the cells. Afterwards the same queries do little work, and later changes are placed correctly.
 void query_while_index_changes(float margin, bool updated) {
   constexpr std::uint32_t heap = 10000, spread = 10000;
   Random random(12);
@@ -192,19 +191,19 @@ void query_while_index_changes(float margin, bool updated) {
     ASSERT_TRUE(b.update().ok());
   }
   const auto looked = [](const Result& r) { return r.comparisons + r.visited; };
-  const auto cost = [&](BroadPhaseQuery& query) {  // of a large one
+  const auto cost = [&](BroadPhaseQuery& query) {  // of a large query
     const Result r = query.find_overlaps(b, Boxes(&boxes[1], 1));
     EXPECT_TRUE(r.ok()) << r.message;
     return looked(r);
   };
   BroadPhaseQuery queries[askers];
   for (BroadPhaseQuery& query : queries) query = BroadPhaseQuery(of_query);
-  // Of the small one until there are cells, which waste nothing on it.
+  // Repeat the small query, which wastes nothing, until cells exist.
   for (int k = 0; k < 1000; ++k) {
     ASSERT_TRUE(queries[0].find_overlaps(b, Boxes(boxes.data(), 1)).ok());
   }
   const std::uint64_t in_cells = cost(queries[0]);
-  ASSERT_GT(in_cells, heap + spread) << "these are no cells";
+  ASSERT_GT(in_cells, heap + spread) << "cells were not used";
 
   const auto expect_found = [&] {
     const Looped want(all, boxes, sweeps);
@@ -228,7 +227,7 @@ void query_while_index_changes(float margin, bool updated) {
     EXPECT_EQ(wrong, 0u);
   };
   expect_found();
-  EXPECT_LT(cost(queries[0]), in_cells / 50) << "there is no forest";
+  EXPECT_LT(cost(queries[0]), in_cells / 50) << "the forest was not built";
   for (int round = 0; round < 3; ++round) {
     for (int k = 0; k < 40; ++k) {
       const ObjectId id = random.below(heap + spread);
@@ -246,7 +245,7 @@ TEST(BroadPhaseAskers, OneBuildsAForestOfBoxesWithAMargin) {
   query_while_index_changes(0.25f, true);
 }
 
-// A scheduler's thread that waits for tasks may be given another one, that asks, too.
+// A scheduler may give a thread that waits for tasks another task, which also runs a query.
 TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
   struct Scheduler {
     const BroadPhase* b = nullptr;
@@ -278,7 +277,7 @@ TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
   options.threads = 4;
   options.executor = &executor;
   BroadPhaseQuery query(options);
-  for (int k = 0; k < 3; ++k) {  // cells are made by the first
+  for (int k = 0; k < 3; ++k) {  // the first one builds cells
     ASSERT_TRUE(query.find_hits(b, scheduler.sweeps.data(), scheduler.sweeps.size()).ok());
   }
   EXPECT_EQ(scheduler.asked, 3u);
@@ -287,7 +286,7 @@ TEST(BroadPhaseAskers, TasksThatAskWhileOthersAreWaitedFor) {
   EXPECT_EQ(b.hits().size(), found);
 }
 
-// Calls from within a question, on the thread that asks.
+// Calls from within a query, on its thread.
 TEST(BroadPhaseAskers, NobodyChangesWhatIsAsked) {
   struct Meddler {
     BroadPhase b;
@@ -320,7 +319,7 @@ TEST(BroadPhaseAskers, NobodyChangesWhatIsAsked) {
   EXPECT_EQ(m.query.hits().size(), 1u);
   EXPECT_EQ(m.refused, std::vector<Status>(6, Status::busy));
   EXPECT_EQ(m.found, std::vector<std::uint64_t>{2});
-  // Within a question of the BroadPhase's own nobody else asks.
+  // During a query by the BroadPhase itself, other queries are refused.
   struct Asks {
     Meddler& m;
     Result got;
@@ -334,8 +333,8 @@ TEST(BroadPhaseAskers, NobodyChangesWhatIsAsked) {
   ASSERT_TRUE(m.b.find_hits(&m.ray, 1, SweepHits::first, {}, asking).ok());
   EXPECT_EQ(asks.got.status, Status::busy);
   EXPECT_NE(std::string(asks.got.message).find("BroadPhase"), std::string::npos);
-  EXPECT_TRUE(m.other.overlaps().size() == 2) << "what was found before is gone";
-  // Then all is as it was.
+  EXPECT_TRUE(m.other.overlaps().size() == 2) << "earlier results were lost";
+  // The state is unchanged.
   EXPECT_TRUE(m.b.update().ok());
   EXPECT_TRUE(m.other.find_overlaps(m.b, m.boxes).ok());
 }
@@ -409,7 +408,7 @@ TEST(BroadPhaseAskers, MemoryRunsOut) {
         ++failed;
       }
       EXPECT_GT(failed, 1u);
-      // Warmed, it asks for nothing.
+      // Once warm, it allocates nothing.
       Asker asker{actor.broad_phase, query};
       ASSERT_TRUE(answers(asker, actor.model, *q));
       const std::size_t allocations = memory.allocations();

@@ -1,5 +1,4 @@
-// The C door of objects that live: what it tells is what the C++ one tells after the same calls,
-// and what it refuses.
+// C API of BroadPhase: the same results as the C++ API after the same calls, and its errors.
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
@@ -193,7 +192,7 @@ TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
   throng_broad_phase_destroy(other);
 }
 
-// Where there was no memory, the handle is NULL: every call says so and none crashes.
+// When out of memory, the handle is NULL: every call reports this and none crashes.
 TEST_F(CBroadPhase, ANullHandleIsAnswered) {
   throng_boxes c_view = view(boxes_);
   std::uint32_t id = 0;
@@ -252,7 +251,7 @@ TEST_F(CBroadPhase, AnUpdateThatIsStoppedChangesNothing) {
   throng_broad_phase_destroy(stopper.objects);
 }
 
-// Nothing is allocated beside the caller's memory, but the handle itself.
+// All allocations use the caller's memory, except the handle itself.
 TEST_F(CBroadPhase, TakesTheCallersMemory) {
   static size_t held;
   held = 0;

@@ -1,5 +1,4 @@
-// The C door of objects that live beside the C++ one: both are given the same, and what they tell
-// is compared.
+// Makes the same calls through the C API and the C++ API, and compares the results.
 #pragma once
 
 #include <throng/throng.h>

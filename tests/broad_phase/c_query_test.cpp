@@ -1,4 +1,4 @@
-// The C door's questions of several threads, each by a handle of its own.
+// Concurrent queries through the C API, with one handle per thread.
 #include "broad_phase/c_door.hpp"
 
 namespace throng::tests {
@@ -66,7 +66,7 @@ TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
   throng_query_destroy(none);
 }
 
-// From within a question, as from another thread.
+// Calls from within a query, as from another thread.
 TEST_F(CBroadPhase, NothingChangesWhileAQueryAsks) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();

@@ -1,4 +1,4 @@
-// What each call promises: ids, slots, errors that name what was wrong, and that change nothing.
+// The contract of each call: ids, slots, and errors that name the cause and change nothing.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -45,7 +45,7 @@ TEST(BroadPhaseCalls, BeginAndEnd) {
   EXPECT_TRUE(w.b.pairs().empty());
 
   EXPECT_TRUE(w.b.update().ok());
-  EXPECT_TRUE(w.b.ended().empty()) << "told twice";
+  EXPECT_TRUE(w.b.ended().empty()) << "reported twice";
 }
 
 TEST(BroadPhaseCalls, TheLastMoveWins) {
@@ -73,7 +73,7 @@ TEST(BroadPhaseCalls, IdsComeBackAfterTheirEndWasTold) {
   World w;
   EXPECT_EQ(w.b.remove(1), Status::ok);
   EXPECT_FALSE(w.b.is_alive(1));
-  EXPECT_EQ(w.b.add(three[1]), 3u) << "1 has not been told";
+  EXPECT_EQ(w.b.add(three[1]), 3u) << "the end of id 1 is not reported yet";
   EXPECT_TRUE(w.b.update().ok());
   EXPECT_EQ(plain(w.b.ended()), (List{{0, 1}}));
   EXPECT_EQ(plain(w.b.begun()), (List{{0, 3}}));
@@ -81,7 +81,7 @@ TEST(BroadPhaseCalls, IdsComeBackAfterTheirEndWasTold) {
   EXPECT_EQ(w.b.add(three[1]), 1u);
   EXPECT_TRUE(w.b.update().ok());
   EXPECT_EQ(plain(w.b.begun()), (List{{0, 1}, {1, 3}}));
-  // Added and removed between two updates: nobody hears of it.
+  // Added and removed between two updates: not reported.
   const ObjectId brief = w.b.add(three[0]);
   EXPECT_EQ(w.b.remove(brief), Status::ok);
   EXPECT_TRUE(w.b.update().ok());
@@ -94,12 +94,12 @@ TEST(BroadPhaseCalls, FiltersOfLiveObjects) {
   f.group = 2;
   EXPECT_EQ(w.b.set_filter(0, f), Status::ok);
   EXPECT_TRUE(w.b.update().ok());
-  EXPECT_TRUE(w.b.ended().empty()) << "a mask of all ones takes any group";
+  EXPECT_TRUE(w.b.ended().empty()) << "a mask of all ones accepts any group";
   f.mask = 1;
   EXPECT_EQ(w.b.set_filter(1, f), Status::ok);
   EXPECT_TRUE(w.b.update().ok());
   EXPECT_EQ(plain(w.b.ended()), (List{{0, 1}}));
-  // What is absent stays.
+  // Absent filters stay.
   const std::uint32_t mask = 2;
   Filters filters;
   filters.mask = {&mask, 1};
@@ -117,7 +117,7 @@ TEST(BroadPhaseCalls, ShiftOfOrigin) {
   EXPECT_EQ(w.b.box(1).upper.y, 1 + 0.1f);
   EXPECT_TRUE(w.b.update().ok());
   EXPECT_TRUE(w.b.begun().empty() && w.b.ended().empty());
-  // So far that 1 is less than a float's step: all touch.
+  // At this distance one float spacing exceeds 1: all boxes touch.
   EXPECT_TRUE(w.b.shift_origin({1e12f, 0, 0}).ok());
   EXPECT_TRUE(w.b.update().ok());
   EXPECT_EQ(plain(w.b.pairs()), (List{{0, 1}, {0, 2}, {1, 2}}));
@@ -126,7 +126,7 @@ TEST(BroadPhaseCalls, ShiftOfOrigin) {
   EXPECT_NE(std::string(r.message).find("inf"), std::string::npos);
 }
 
-// Rounding brings the corners of an empty slot together; it stays one, and goes on meeting nothing.
+// Rounding makes the corners of an empty slot equal; it stays inactive.
 TEST(BroadPhaseCalls, AShiftWakesNoEmptySlot) {
   for (int axis = 0; axis < 3; ++axis) {
     BroadPhase b;
@@ -229,20 +229,20 @@ TEST(BroadPhaseCalls, WrongBoxes) {
   EXPECT_EQ(w.b.add(boxes[1], {}, id), Status::nan_box);
   EXPECT_EQ(id, 77u);
   EXPECT_EQ(Snapshot(w.b), before);
-  // Of a list the words name the place and the id.
+  // For a list, the message names the index and the id.
   const ObjectId other_order[] = {1, 0};
   const BoxList listed = {three[1], boxes[1]};
   const Result told = w.b.move(other_order, listed);
   refused(told, Status::nan_box, 1);
   EXPECT_NE(std::string(told.message).find("box 1 of the list, for id 0"), std::string::npos)
       << told.message;
-  // The box of an id that is not alive may be anything.
+  // The box of an id that is not alive is ignored.
   boxes = three;
   boxes[2].lower.x = std::nanf("");
   EXPECT_TRUE(w.b.move_all(boxes).ok());
 }
 
-// Empty slots by default; where they are refused, nothing changes.
+// Empty slots by default; if refused, nothing changes.
 TEST(BroadPhaseCalls, InvertedBoxes) {
   BoxList boxes = three;
   boxes[1].lower.y = boxes[1].upper.y + 1;
@@ -271,7 +271,7 @@ TEST(BroadPhaseCalls, InvertedBoxes) {
   refused(w.b.find_overlaps(boxes), 1);
   refused(w.b.find_hits(sweeps, 2), 1);
   EXPECT_EQ(w.b.move(1, boxes[1]), Status::inverted_box);
-  // The box of an id that is not alive may be anything.
+  // The box of an id that is not alive is ignored.
   boxes = three;
   boxes[2].lower.x = 100;
   EXPECT_TRUE(w.b.move_all(boxes).ok());
@@ -332,7 +332,7 @@ TEST(BroadPhaseCalls, Empty) {
   EXPECT_TRUE(BroadPhase(b).update().ok());
 }
 
-// Through the planner's and the cells' extremes: nothing but infinite boxes, one point, far away.
+// Extremes for the planner and the cells: only infinite boxes, one point, far away.
 TEST(BroadPhaseCalls, ExtremeBoxes) {
   for (const auto& boxes :
        {infinite_bounds(300, 1), identical_boxes(200, 2), huge_among_small(600, 3),
@@ -342,7 +342,7 @@ TEST(BroadPhaseCalls, ExtremeBoxes) {
     ASSERT_TRUE(b.update().ok());
     const Answer all = reference_pairs(boxes);
     EXPECT_EQ(plain(b.begun()), all.pairs);
-    // Taken out and put back, a few at a time.
+    // Removed and added again, a few at a time.
     for (std::size_t step = 0; step < 60; ++step) {
       const auto id = static_cast<ObjectId>(step * 7 % boxes.size());
       const Box gone = {{1, 1, 1}, {-1, -1, -1}};
@@ -360,7 +360,7 @@ TEST(BroadPhaseCalls, ExtremeBoxes) {
   }
 }
 
-// Of first calls at once each is made alone, or told that it is not.
+// Concurrent first calls are made one at a time; others are refused as busy.
 TEST(BroadPhaseCalls, TwoFirstCallsAtOnce) {
   for (int round = 0; round < 500; ++round) {
     BroadPhase b;

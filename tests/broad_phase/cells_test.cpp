@@ -1,4 +1,4 @@
-// Questions to cells, whatever comes into them and goes once they are made, against a loop over all
+// Queries in cells, whatever objects enter and leave after they were built, against a loop over all
 // objects.
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace throng::tests {
 namespace {
 
-// Few move, this one between the first two boxes: cells pay, and are made.
+// Few objects move, this one between the first two boxes: cells pay off and are built.
 void make_cells(BroadPhase& b, ObjectId moves, const BoxList& boxes) {
   Result r;
   for (std::size_t k = 0; k < 20; ++k) {
@@ -25,7 +25,7 @@ bool is_hit(const BroadPhase& b, ObjectId id) {
                      [&](const SweepHit& hit) { return hit.object == id; });
 }
 
-// Cells are made for rods of one length; then comes a longer one, and is asked for at its far end.
+// Cells are built for rods of one length; a longer one is added and queried at its far end.
 TEST(BroadPhaseQuery, ALongerRod) {
   const auto rod = [](float x, float y, float z, float length) {
     return Box{{x, y, z}, {x + length, y + 0.5f, z + 0.5f}};
@@ -59,8 +59,8 @@ TEST(BroadPhaseQuery, ALongerRod) {
   }
 }
 
-// Cells are made for worlds; then comes a box of every world, of a size that none had, or one of
-// them grows. Those of each world meet it, in copies, too.
+// Cells are built for worlds; then a box of world -1 is added, of a new size, or one grows. Queries
+// of each world find it, in copies, too.
 TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
   Random random(6);
   BoxList boxes;
@@ -110,7 +110,7 @@ TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
   }
 }
 
-// A few large boxes go, which had no cells, and then all small ones but as many.
+// The few large boxes, which are in no class, are removed, then all but as few of the small ones.
 TEST(BroadPhaseQuery, LargeBoxesGo) {
   Random random(7);
   BoxList boxes;
@@ -129,11 +129,10 @@ TEST(BroadPhaseQuery, LargeBoxesGo) {
   }
 }
 
-// Clusters in an empty world, through which sweeps pass over blocks of cells that are empty: these
-// are told apart once it would have paid. Objects come to where nobody was, and go, until that is
-// done anew.
+// Clusters in an empty world: sweeps skip empty blocks of cells, once computing these pays off.
+// Objects enter empty regions and leave until the block data is rebuilt.
 TEST(BroadPhaseQuery, ClustersInAnEmptyWorld) {
-  constexpr std::uint32_t objects = 4000;  // of fewer all are gone through
+  constexpr std::uint32_t objects = 4000;  // with fewer, queries loop over all
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     Options options;
     options.threads = seed % 2 ? 1 : 3;
@@ -168,7 +167,7 @@ TEST(BroadPhaseQuery, ClustersInAnEmptyWorld) {
       std::vector<Filter> filters;
       const std::vector<ObjectId> ids = actor.model.ids();
       for (int k = 0; k < 60; ++k) {
-        // From one object to another and on.
+        // From one object to another and beyond.
         const auto any = [&] { return actor.model.at(ids[random.below(objects)]).box; };
         const ObjectId last = moved[random.below(static_cast<std::uint32_t>(moved.size()))];
         const Vec3 from = any().lower, to = (k % 3 ? any() : actor.model.at(last).box).upper;

@@ -1,5 +1,5 @@
-// Many objects come and go between two updates, with questions in between, in memory that is
-// guarded: what is kept of them has room for all of them, in whatever order they came and went.
+// Many objects are added and removed between two updates, with queries in between, in guarded
+// memory: the capacity of all lists suffices for any order of calls.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -73,7 +73,7 @@ class Churned : public Actor {
       return r;
     return same_hits(broad_phase, model, sweeps, filters);
   }
-  // A few updates in which one object moves to and fro: few changed, and cells pay.
+  // A few updates in which one object moves back and forth: few changes, so cells pay off.
   testing::AssertionResult few_move() {
     for (int k = 0; k < 6; ++k) {
       const std::vector<ObjectId> ids = model.ids();
@@ -139,7 +139,7 @@ TEST_P(BroadPhaseChurn, StaysWithinItsMemory) {
         ASSERT_TRUE(memory.check());
       }
     }
-    EXPECT_GT(memory.allocations(), 10u) << "the memory is not used";
+    EXPECT_GT(memory.allocations(), 10u) << "the memory resource is not used";
   }
 }
 

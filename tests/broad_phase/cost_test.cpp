@@ -1,5 +1,5 @@
-// What an update costs where few objects move, counted in boxes compared: on every scene, and with
-// ids in any rhythm.
+// Cost of updates in which few objects move, in comparisons: on every scene, and with periodic
+// patterns of ids.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -15,9 +15,8 @@ namespace {
 
 class MovingComparisons : public testing::TestWithParam<std::string> {};
 
-// A hundredth moves in each frame. Searching around those compares each with at most 40 boxes, and
-// 40 for each pair that it has; where that cannot be, it is soon given up for finding all pairs
-// anew.
+// 1 % moves in each frame. An incremental search compares each with at most 40 boxes, plus 40 per
+// pair that it has; where it cannot, it is soon abandoned for full searches.
 TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
   scene::Spec spec;
   spec.name = GetParam();
@@ -53,14 +52,14 @@ TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
     limit += 40 * static_cast<double>(movers) * (1 + 2 * pairs / static_cast<double>(boxes.size()));
   }
   EXPECT_LE(compared, limit);
-  // Rods along the axes have cells of their shape.
+  // Axis-aligned rods have cells of their shape.
   if (spec.name != "rods-any") {
     EXPECT_EQ(searched, frames - warm);
   }
 }
 
-// In sixty frames two hundred of the first `movers` boxes move a little. Mostly it is searched
-// around those, and a search compares at most so many on average.
+// In each of sixty frames, two hundred of the first `movers` boxes move a little. Most updates are
+// incremental, with at most this many comparisons per search on average.
 void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint32_t movers,
                      Random& random, double at_most) {
   double compared = 0, searches = 0;
@@ -81,9 +80,9 @@ void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint
   EXPECT_LE(compared, at_most * searches);
 }
 
-// Half of the objects are static and lie in a heap, the others far away. Updates search by turns
-// where that is cheap and where it is dear: each looks at little, once there has been time to see
-// that cells do not suit.
+// Half of the objects are static and in a heap, the others far away. Updates alternate between
+// cheap and expensive searches: after a while, when cells have proved unsuitable, each does little
+// work.
 TEST(Comparisons, OfCheapAndDearUpdatesByTurns) {
   for (const bool removing : {false, true}) {
     SCOPED_TRACE(removing);
@@ -131,8 +130,8 @@ TEST(Comparisons, OfCheapAndDearUpdatesByTurns) {
   }
 }
 
-// Boxes of two sizes that fill twice their world: what searches compare by cells that are planned
-// for both, and not for the usual one alone.
+// Boxes of two sizes that fill twice their world: comparisons per search with cells planned for
+// both sizes rather than for the median.
 TEST(Comparisons, OfTwoSizes) {
   Random random(2);
   std::vector<Box> boxes(20000);
@@ -149,8 +148,7 @@ TEST(Comparisons, OfTwoSizes) {
   expect_compared(broad_phase, boxes, static_cast<std::uint32_t>(boxes.size()), random, 150);
 }
 
-// Worlds in one place, with a plane of them all: what a search compares is of its own world, and
-// little beside.
+// Worlds at one place, with a plane common to all: searches compare few boxes of other worlds.
 TEST(Comparisons, OfWorlds) {
   Random random(3);
   std::vector<Box> boxes;
@@ -172,7 +170,7 @@ TEST(Comparisons, OfWorlds) {
   expect_compared(broad_phase, boxes, 20000, random, 45);
 }
 
-// A few large boxes are looked at in each search; once they are many they have cells of their own.
+// Each search compares a few large boxes; once they are many, they get cells.
 TEST(Comparisons, OfLargeBoxesThatBecomeMany) {
   const auto meet = [](const Box& a, const Box& b) {
     return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&

@@ -1,5 +1,5 @@
-// Objects of which so many move in each frame that several threads search around them; some are
-// large, each with hundreds of pairs.
+// Objects of which enough move in each frame for a parallel incremental search; some are large,
+// with hundreds of pairs each.
 #pragma once
 
 #include "support/hard_boxes.hpp"
@@ -11,7 +11,7 @@ struct Crowd {
   static constexpr std::size_t objects = 40000, large_every = 500;
 
   BoxList boxes = uniform_boxes(static_cast<int>(objects), 3);
-  std::vector<ObjectId> ids;  // of those that move
+  std::vector<ObjectId> ids;  // of the moving objects
   BoxList moved;
   Random random{11};
 

@@ -1,5 +1,4 @@
-// Filters of objects of which few move: few of them, so that kinds tell, owners, and more than
-// there are kinds.
+// Filters when few objects move: few filter classes, owners, and more filters than classes.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -12,7 +11,7 @@
 namespace throng::tests {
 namespace {
 
-// A few are moved at a time, and are looked around; all pairs are compared.
+// Moves a few objects at a time, for incremental updates; compares all pairs.
 void wander(Set set, unsigned filters, std::uint64_t seed) {
   Random random(seed);
   set.boxes = snapped_boxes(600, 9, 1, seed);

@@ -17,7 +17,7 @@ void must(bool good, const char* what) {
   if (!good) throw Difference(what);
 }
 
-// Whole numbers, now and then an ulp off, or an end of the floats.
+// Integers; sometimes an ulp off, or the largest floats.
 float coordinate(Bytes& bytes) {
   const std::uint32_t b = bytes.next();
   const float ends[] = {-INFINITY, INFINITY, 1e30f, -1e30f, 0x1p-149f, -0.0f, 3e7f, 16777216.0f};
@@ -106,7 +106,7 @@ class Life {
     return ids.empty() ? 0 : ids[bytes_.next() % ids.size()];
   }
 
-  // A row of one box: enough objects for few to be few, from few bytes.
+  // A row of equal boxes: from few input bytes, enough objects for incremental updates.
   void add(std::uint32_t call) {
     Box next = any_box(bytes_);
     const Filter f = call == 3 ? any_filter(bytes_) : Filter{};
@@ -121,7 +121,7 @@ class Life {
     }
   }
 
-  // Every so manyth box one further, the others as they were.
+  // Moves every n-th box by one, and passes the others unchanged.
   void move_all() {
     const std::uint32_t each = 1 + bytes_.next() % 16;
     const float by = static_cast<float>(bytes_.next() % 5) - 2;
@@ -202,7 +202,7 @@ class Life {
     } else {
       status = what % 2 ? phase_.remove(id) : phase_.move(id, some);
     }
-    must(status == Status::nan_box || status == Status::bad_id, "a wrong call was not refused");
+    must(status == Status::nan_box || status == Status::bad_id, "an invalid call was not refused");
     must(Snapshot(phase_) == before, "a refused call changed something");
   }
 
@@ -223,7 +223,7 @@ class Life {
   Bytes& bytes_;
   std::uint32_t flags_;
   BroadPhase phase_;
-  BroadPhaseQuery query_;  // asks every other time
+  BroadPhaseQuery query_;  // used by every other query
   Asker asker_{phase_, query_};
   Model model_;
   LifeCount count_;

@@ -1,5 +1,5 @@
-// Bytes become calls on a BroadPhase, good ones and wrong ones, and the same on its model. Whatever
-// is told must be what the model tells; a wrong call must be refused and change nothing.
+// Decodes bytes as valid and invalid calls on a BroadPhase, and makes the same calls on its model.
+// All results must equal those of the model; invalid calls must be refused and change nothing.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace throng::tests {
 
-// What a life compared: an object counts once an update whose whole answer was held against the
-// model's; a pair likewise.
+// Amounts compared in a sequence: objects and pairs, once per update whose full result was
+// compared.
 struct LifeCount {
   std::uint64_t updates = 0, boxes = 0, pairs = 0, questions = 0;
 };

@@ -1,5 +1,5 @@
-// Memory: it runs out at every allocation in turn, and a call that fails has changed nothing; none
-// is taken beside the resource; warm frames take none; snapshots.
+// Memory: each allocation fails in turn, and a failed call changes nothing; all allocations use the
+// resource; warm frames allocate nothing; snapshots.
 #include <gtest/gtest.h>
 
 #include "broad_phase/actor.hpp"
@@ -26,7 +26,7 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
   const auto see = [&] { return Snapshot(actor.broad_phase); };
   std::size_t failures = 0, searched = 0, updates_failed = 0;
   for (int step = 0; step < 60; ++step) {
-    // Grows in jumps, so that there is something to allocate; few and many move in turn.
+    // Grows in steps, to force allocations; few and many objects move in turn.
     if (step % 10 == 0) {
       BoxList boxes;
       for (int k = 0; k < 80 + 10 * step; ++k) boxes.push_back(actor.any_box());
@@ -51,10 +51,10 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
   }
   EXPECT_GT(failures, 10u);
   EXPECT_GT(updates_failed, 20u);
-  EXPECT_GT(searched, 2u) << "no failure while only the movers were searched";
+  EXPECT_GT(searched, 2u) << "no failure in an incremental search";
 }
 
-// Of several threads that search around the movers any may be the one that it runs out for.
+// In a parallel incremental search, the allocation of any thread may fail.
 TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
   FailingResource memory;
   const Options options = options_of(memory, 3);
@@ -74,8 +74,8 @@ TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
   EXPECT_EQ(plain(b.pairs()), crowd.pairs());
 }
 
-// Cells that questions want and that there is no memory for: those after them do without, and not
-// by the columns of an update that is long past.
+// Building cells for queries fails. Later queries work without cells, and do not use the columns of
+// an outdated update.
 TEST(BroadPhaseMemory, NoHitsAreLeftOfOverlapsThatRanOut) {
   FailingResource memory;
   const Options options = options_of(memory, 1);
@@ -134,7 +134,7 @@ TEST(BroadPhaseMemory, QuestionsRunOut) {
   ask();
 }
 
-// The remedy is one that the call has: an update takes no pairs in blocks.
+// The suggested fix applies to the call: an update cannot deliver pairs in blocks.
 TEST(BroadPhaseMemory, TheRemedyFitsTheCall) {
   FailingResource memory;
   BroadPhase b(options_of(memory, 1));
@@ -169,7 +169,7 @@ TEST(BroadPhaseMemory, CopiesRunOutToo) {
                 [&] { return copy.copy_from(actor.broad_phase); }),
             3u);
   EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
-  // Once more it takes no memory.
+  // A repetition allocates nothing.
   memory.fail(0, true);
   EXPECT_TRUE(copy.copy_from(actor.broad_phase).ok());
   memory.calm();
@@ -177,8 +177,8 @@ TEST(BroadPhaseMemory, CopiesRunOutToo) {
   EXPECT_EQ(copy.memory_bytes(), memory.held());
 }
 
-// A copy of a copy of a copy needs no more than a copy: what an object takes does not grow with how
-// often it was handed on.
+// A copy of a copy of a copy needs no more than a copy: memory per object does not grow with the
+// number of copies.
 TEST(BroadPhaseMemory, CopiesOfCopiesStaySmall) {
   Actor actor({}, 6, 10);
   ASSERT_TRUE(actor.add(400, true));
@@ -196,8 +196,7 @@ TEST(BroadPhaseMemory, CopiesOfCopiesStaySmall) {
   EXPECT_EQ(Snapshot(copy), Snapshot(actor.broad_phase));
 }
 
-// Blocks below a large page, of one, and of several and a part: all theirs, from the first byte to
-// the last.
+// Blocks smaller than a large page, of one, and of several and a fraction: every byte is usable.
 TEST(BroadPhaseMemory, LargePages) {
   std::pmr::memory_resource& memory = *large_pages();
   constexpr std::size_t page = std::size_t{2} << 20;
@@ -223,7 +222,8 @@ TEST(BroadPhaseMemory, LargePages) {
   EXPECT_EQ(plain(b.pairs()), crowd.pairs());
 }
 
-// A snapshot goes its own way; rolled back, the same calls tell the same, slots and ids included.
+// A snapshot is independent; after a rollback the same calls give the same results, including slots
+// and ids.
 TEST(BroadPhaseMemory, SnapshotAndRollback) {
   for (std::uint64_t seed = 0; seed < seeds(4); ++seed) {
     Options options;
@@ -234,7 +234,7 @@ TEST(BroadPhaseMemory, SnapshotAndRollback) {
       ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 ? 3 : 200)));
       ASSERT_TRUE(actor.update());
     }
-    ASSERT_TRUE(actor.move(5));  // what has not been told is part of it
+    ASSERT_TRUE(actor.move(5));  // unreported changes are part of it
     ASSERT_TRUE(actor.remove(2));
     const BroadPhase saved = actor.broad_phase;
     const Actor twin = actor;
@@ -272,7 +272,7 @@ TEST(BroadPhaseMemory, Moves) {
   EXPECT_EQ(Snapshot(other), before);
 }
 
-// What is allocated here is none of what HeapCount counts.
+// HeapCount does not count its allocations.
 class UncountedResource : public CountingResource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     const bool counting = HeapCount::pause();
@@ -319,7 +319,7 @@ TEST(BroadPhaseMemory, WarmFramesTakeNone) {
     frames(200);
   }
   EXPECT_EQ(memory.allocations(), warm) << "a warm frame allocates";
-  EXPECT_EQ(HeapCount::stop(), 0u) << "allocations beside the resource";
+  EXPECT_EQ(HeapCount::stop(), 0u) << "allocations outside the resource";
   EXPECT_EQ(b.memory_bytes(), memory.held());
   // 9000 objects and 4500 pairs.
   EXPECT_LT(memory.held(), 9000u * 400 + 4500u * 300 + 2000000u);

@@ -1,5 +1,5 @@
-// What a BroadPhase must tell, found in the plainest way: a list of objects, a double loop before
-// and one after each update, and sets. It shares nothing with the library but the door's types.
+// Reference model of BroadPhase: a list of objects, a double loop before and after each update, and
+// sets. Shares no code with the library, only the public types.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace throng::tests {
 
-// What shift_origin() makes of a box: both corners plus `by`; one that was inactive stays so.
+// The result of shift_origin() for a box: both corners plus `by`; an inactive box stays inactive.
 inline Box shifted_box(Box b, const Vec3& by) {
   const auto along = [](float& lower, float& upper, float d) {
     const bool inverted = lower > upper;
@@ -47,15 +47,15 @@ class Model {
   Object& at(ObjectId id) { return *objects_[id]; }
   const Object& at(ObjectId id) const { return *objects_[id]; }
 
-  // The one that the library gives next: that which became free last, else the next number.
+  // The id that the library assigns next: the most recently freed one, otherwise the next number.
   ObjectId free_id() const {
     return free_.empty() ? static_cast<ObjectId>(objects_.size()) : free_.back();
   }
-  // The id is the library's to choose, but must be free.
+  // The library chooses the id, but it must be free.
   testing::AssertionResult add(ObjectId id, const Box& box, const Filter& filter) {
     if (alive(id)) return testing::AssertionFailure() << "id " << id << " is in use";
     if (std::count(leaving_.begin(), leaving_.end(), id))
-      return testing::AssertionFailure() << "id " << id << " is used before its end was told";
+      return testing::AssertionFailure() << "id " << id << " is reused before its end was reported";
     if (id > objects_.size()) return testing::AssertionFailure() << "ids leave gaps at " << id;
     if (id == objects_.size()) objects_.emplace_back();
     objects_[id] = Object{box, filter};
@@ -71,7 +71,7 @@ class Model {
     pairs_.clear();
     free_.insert(free_.end(), leaving_.begin(), leaving_.end());
     leaving_.clear();
-    // Read through the reference's own eyes.
+    // Read with the model's own code.
     std::vector<ObjectId> id;
     std::vector<Item> items;
     inactive_ = 0;
@@ -106,20 +106,20 @@ class Model {
     return all;
   }
 
-  // The Result of a call that changed objects, and of the update that came after the model's: every
-  // field but times, comparisons and plan, which are the library's own choice.
+  // Checks the Result of a call that changed objects, or of the update after the model's: every
+  // field but times, comparisons and plan, which the library may choose.
   testing::AssertionResult check_call(const Result& r) const { return check(r, count(), 0, 0); }
   testing::AssertionResult check_update(const Result& r) const {
     return check(r, pairs_.size(), pairs_.size(), inactive_);
   }
-  // Of a question.
+  // Of a query.
   static testing::AssertionResult check_answer(const Result& r, std::uint64_t found) {
     return check(r, found, found, 0);
   }
   std::size_t inactive() const { return inactive_; }
 
-  // Everything that the last update told, against the library, but for slots. A machine is a
-  // BroadPhase, or what has its calls.
+  // Compares all results of the last update except slots. A machine is a BroadPhase or a class with
+  // the same calls.
   template <class Machine>
   testing::AssertionResult check_told(Machine& b) const {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
@@ -130,7 +130,7 @@ class Model {
       return testing::AssertionFailure() << b.object_count() << " objects";
     return same(b.pairs(), pairs(), "pairs");
   }
-  // The same, pairs() only if wanted; and follows the slots.
+  // The same, with pairs() only if wanted; and checks slots across updates.
   template <class Machine>
   testing::AssertionResult check(Machine& b, bool look_at_pairs = true) {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
@@ -139,7 +139,8 @@ class Model {
     for (const LivePair& p : b.ended()) {
       const auto it = slots_.find(p.slot);
       if (it == slots_.end() || it->second != Pair{p.first, p.second})
-        return testing::AssertionFailure() << "ended tells slot " << p.slot << ", another's";
+        return testing::AssertionFailure()
+               << "ended reports slot " << p.slot << ", which belongs to another pair";
       slots_.erase(it);
       ended_now.insert(p.slot);
     }
@@ -154,16 +155,17 @@ class Model {
     most_slots_ = std::max(most_slots_, slots_.size() + ended_now.size());
     if (b.slot_limit() > most_slots_)
       return testing::AssertionFailure()
-             << b.slot_limit() << " slots where " << most_slots_ << " would do";
+             << b.slot_limit() << " slots where " << most_slots_ << " suffice";
     if (!look_at_pairs) return testing::AssertionSuccess();
     if (testing::AssertionResult r = check_told(b); !r) return r;
     for (const LivePair& p : b.pairs())
       if (const auto it = slots_.find(p.slot);
           it == slots_.end() || it->second != Pair{p.first, p.second})
-        return testing::AssertionFailure() << "a pair lies at slot " << p.slot << ", another's";
+        return testing::AssertionFailure()
+               << "a pair has slot " << p.slot << ", which belongs to another pair";
     return testing::AssertionSuccess();
   }
-  // Those of one object, once check() has followed the slots.
+  // Pairs of one object; requires check() after each update.
   testing::AssertionResult check_pairs_of(const BroadPhase& b, ObjectId id) const {
     std::vector<Pair> want;
     for (const auto& p : pairs_)
@@ -184,7 +186,7 @@ class Model {
                                         std::uint64_t inactive) {
     if (r.status != Status::ok)
       return testing::AssertionFailure() << to_string(r.status) << ": " << r.message;
-    if (r.message[0] != 0) return testing::AssertionFailure() << "it says " << r.message;
+    if (r.message[0] != 0) return testing::AssertionFailure() << "message: " << r.message;
     if (r.found != found || r.written != written)
       return testing::AssertionFailure() << "found " << r.found << " and wrote " << r.written
                                          << ", not " << found << " and " << written;

@@ -1,4 +1,4 @@
-// Boxes handed over in every layout, each of which differs in one coordinate.
+// Boxes in every memory layout, each changed in one coordinate.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ void set(Box& box, int k, float value) {
   std::memcpy(&box, c, sizeof c);
 }
 
-// The ways to hand over boxes: as they lie, apart from one another, an array a coordinate.
+// The layouts: contiguous, strided, and one array per coordinate.
 class Layouts {
  public:
   static constexpr std::size_t count = 3;

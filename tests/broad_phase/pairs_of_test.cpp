@@ -1,4 +1,4 @@
-// The pairs of one object: what pairs() has of it, whichever form pairs are in.
+// pairs_of() against pairs(), in each internal form of the pairs.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,8 +17,7 @@ std::vector<Row> rows_of(const BroadPhase& b, ObjectId id) {
   return rows({pairs.data(), pairs.size()});
 }
 
-// Of all objects, and of ids that are none. A copy is asked for all pairs: to ask for them puts
-// them into order.
+// For all objects and some invalid ids. Calls pairs() on a copy, because that sorts them.
 testing::AssertionResult right_of_all(const BroadPhase& b) {
   BroadPhase copy(b);
   const LivePairs all = copy.pairs();
@@ -43,13 +42,13 @@ void live(std::uint64_t seed, bool filtered) {
   for (std::size_t step = 0; step < 72; ++step) {
     const bool calm = step / 12 % 3 != 2;
     ASSERT_TRUE(actor.some_calls(calm, 250, filtered, true));
-    if (step % 5 == 0) {  // what no update has told yet plays no part
+    if (step % 5 == 0) {  // changes before an update have no effect
       ASSERT_TRUE(right_of_all(actor.broad_phase)) << "before update " << step;
     }
     const bool around = searched_around(BroadPhase(actor.broad_phase).update());
     (around ? searched : found) = true;
     ASSERT_TRUE(actor.update(step % 3 == 0));
-    if (step % 4 == 1) continue;  // pairs that nobody has asked for
+    if (step % 4 == 1) continue;  // pairs() was never called
     ASSERT_TRUE(right_of_all(actor.broad_phase)) << "after update " << step << " seed " << seed;
   }
   EXPECT_TRUE(searched && found);
@@ -65,7 +64,7 @@ TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
   ASSERT_TRUE(b.update().ok());
   EXPECT_EQ(BroadPhase().pairs_of(0, nullptr, 0), 0u);
-  for (int again = 0; again < 300; ++again) {  // looked at all, then by an index
+  for (int again = 0; again < 300; ++again) {  // by scanning, then by an index
     std::vector<LivePair> out(41, LivePair{9, 9, 9});
     for (const std::size_t room : {0, 1, 38, 39}) {
       ASSERT_EQ(b.pairs_of(20, out.data(), room), 39u);
@@ -75,7 +74,7 @@ TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
   }
 }
 
-// One of those who ask makes an index while the others look at all.
+// One thread builds the index while the others scan.
 TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
   Options one;
   one.threads = 1;
@@ -107,8 +106,7 @@ TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
   }
 }
 
-// What was told of which each object has is another scene's after a copy; and it knows nothing of
-// objects that came after it.
+// After a copy the index belongs to another scene, and it does not know objects added later.
 TEST(BroadPhasePairsOf, OfAnotherSceneAndOfObjectsThatCameLater) {
   Options one;
   one.threads = 1;
@@ -124,8 +122,7 @@ TEST(BroadPhasePairsOf, OfAnotherSceneAndOfObjectsThatCameLater) {
   ASSERT_TRUE(right_of_all(b));
 }
 
-// There is no index where there is no memory for that; the answer is the same, and the next update
-// is right.
+// If memory for the index is unavailable, results are the same, and the next update is correct.
 TEST(BroadPhasePairsOf, WithoutMemoryForAnIndex) {
   FailingResource memory;
   Options options;
@@ -149,7 +146,7 @@ TEST(BroadPhasePairsOf, WithoutMemoryForAnIndex) {
   ASSERT_TRUE(right_of_all(b));
 }
 
-// A search of all that was stopped leaves the pairs as they were, linked or in order.
+// A stopped full search leaves the pairs unchanged, linked or sorted.
 TEST(BroadPhasePairsOf, AfterAnUpdateThatWasStopped) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   std::atomic<bool> stop{false};

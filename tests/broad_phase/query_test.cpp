@@ -1,5 +1,5 @@
-// Questions, against a loop over all objects: overlaps by the reference's own comparison; sweeps by
-// whole numbers multiplied crosswise, and by the formula that the header gives.
+// Queries against a loop over all objects: overlaps by the reference comparison; sweeps by exact
+// integer arithmetic and by the formula in the header.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool fil
   return same_overlaps(actor.broad_phase, actor.model, boxes, filters, filtered);
 }
 
-// Cells made or not, moves that no update has told yet, one thread and several.
+// With and without cells, moves before an update, one thread and several.
 void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
          bool thin = false) {
   Options options;
@@ -77,7 +77,7 @@ TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
 }
 
-// Without an index each object is compared.
+// Without an index every object is compared.
 TEST(BroadPhaseQuery, ComparisonsAreCounted) {
   BroadPhase objects;
   BoxList boxes;
@@ -91,16 +91,16 @@ TEST(BroadPhaseQuery, ComparisonsAreCounted) {
   EXPECT_GE(r.comparisons, boxes.size());
 }
 
-// After an update in which most have moved questions look into the columns in which it found its
-// pairs, and at what has changed since. A copy has none; nor are there any once many boxes have
-// been searched in that memory, or few objects have moved.
+// After an update in which most objects moved, queries use the columns of its full search, plus
+// later changes. There are none in a copy, after a two-set search in the same memory, or when few
+// objects moved.
 void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
   Options options;
   options.threads = seed % 2 ? 1 : 3;
   options.margin = margin;
   const float side = 26;
   Actor actor(options, seed, side);
-  actor.in_worlds = false;  // whose columns are their own
+  actor.in_worlds = false;  // worlds have separate columns
   ASSERT_TRUE(actor.add(2000, filtered));
   const auto ask = [&](Actor& asked, const char* when) {
     SCOPED_TRACE(when);
@@ -139,15 +139,15 @@ void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
     ask(actor, "some removed and added");
     if (step == 1) {
       ASSERT_TRUE(same_overlaps(actor, 300, filtered));
-      ask(actor, "many asked");
+      ask(actor, "a large query");
     }
     ASSERT_TRUE(actor.move(100));
     ask(actor, "more moved");
     ASSERT_TRUE(actor.update());
-    ask(actor, "some moved and told");
+    ask(actor, "some moved, updated");
     ASSERT_TRUE(actor.move(3));
     ASSERT_TRUE(actor.update());
-    ask(actor, "few moved and told");
+    ask(actor, "few moved, updated");
   }
 }
 TEST(BroadPhaseQuery, AfterAllMoved) {
@@ -156,7 +156,7 @@ TEST(BroadPhaseQuery, AfterAllMoved) {
 TEST(BroadPhaseQuery, AfterAllMovedWithFilters) { ask_after_all_moved(2, 0, true); }
 TEST(BroadPhaseQuery, AfterAllMovedWithAMargin) { ask_after_all_moved(3, 0.25f, false); }
 
-// An update that ends early, all pairs of few changes sought anew, leaves columns of nobody's.
+// A stopped update, which finds all pairs from scratch after few changes, leaves no valid columns.
 TEST(BroadPhaseQuery, AfterAnUpdateThatWasStopped) {
   struct Stopper {
     std::atomic<bool> stop{false};
@@ -193,14 +193,15 @@ TEST(BroadPhaseQuery, AfterAnUpdateThatWasStopped) {
   EXPECT_EQ(ask(b), before);
 }
 
-// What a copy brings is not where questions to what was there looked.
+// A copy replaces the contents on which queries prepared their index.
 TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
   Random random(22);
   BoxList boxes;
   for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 30), 1));
   BroadPhase b;
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
-  for (int k = 0; k < 200; ++k) ASSERT_TRUE(b.find_overlaps(Boxes(&boxes[0], 1)).ok());  // cells
+  // builds cells
+  for (int k = 0; k < 200; ++k) ASSERT_TRUE(b.find_overlaps(Boxes(&boxes[0], 1)).ok());
   BroadPhase other(b);
   const Box far = cube(90, 90, 90, 1);
   ASSERT_EQ(b.move(5, far), Status::ok);
@@ -212,7 +213,8 @@ TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
   EXPECT_EQ(other.overlaps()[0].second, 5u);
 }
 
-// Slanted sweeps through many small boxes: what is near the way at first may be met late, or never.
+// Slanted sweeps through many small boxes: a box near the start of the path may be hit late, or
+// never.
 TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
   Random random(3);
   BroadPhase b;
@@ -243,8 +245,8 @@ TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
   }
 }
 
-// On a lattice of touching cubes, sweeps by whole numbers graze edges and corners. Whether a
-// grazing one hits is decided by fractions; here they are multiplied crosswise, in integers.
+// On a lattice of touching cubes, integer sweeps graze edges and corners. Whether they hit depends
+// on fractions, compared here exactly by cross multiplication.
 TEST(BroadPhaseQuery, GrazingSweeps) {
   Actor actor({}, 1, 8);
   Random& random = actor.random;
@@ -271,7 +273,7 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
       hits.push_back(hit);
     }
   };
-  // Many at once, for which cells are made, and one by one, each of which looks at all objects.
+  // One batch, for which cells are built, and single queries, which loop over all objects.
   std::vector<SweepHit> hits, one_by_one;
   ask(0, sweeps.size(), hits);
   for (std::size_t i = 0; i < sweeps.size(); ++i) ask(i, 1, one_by_one);
@@ -317,8 +319,8 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
   EXPECT_GT(grazing, 100u);
 }
 
-// Infinity minus infinity is no limit: what reaches an infinity meets what lies at it from the
-// start.
+// Infinity minus infinity sets no limit: a box that reaches an infinity hits one that lies at it
+// from the start.
 TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
   constexpr float inf = infinity;
   for (const float sign : {1.0f, -1.0f}) {
@@ -329,7 +331,7 @@ TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
         (&box.upper.x)[axis] = sign > 0 ? to : -from;
         return box;
       };
-      // At the infinity, reaching it from 5 on, everywhere, and a box that lies at 2 to 3.
+      // At infinity, reaching it from 5 on, everywhere, and a box from 2 to 3.
       const BoxList objects = {between(inf, inf), between(5, inf), between(-inf, inf),
                                between(2, 3)};
       BroadPhase b;
@@ -340,7 +342,7 @@ TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
         ASSERT_TRUE(b.find_hits(&sweep, 1).ok());
         ASSERT_EQ(b.hits().size(), 4u) << axis << " by " << by;
         for (const SweepHit& hit : b.hits()) EXPECT_EQ(hit.time, 0) << hit.object << " by " << by;
-        // One that ends at 1 never comes to the infinity, and to the others in its time.
+        // A sweep that ends at 1 never reaches infinity, and hits the others at the regular times.
         sweep.box = between(0, 1);
         ASSERT_TRUE(b.find_hits(&sweep, 1).ok());
         std::vector<ObjectId> met;
@@ -352,7 +354,7 @@ TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
   }
 }
 
-// No limit: a length beyond the scene finds what a length that just leaves it finds.
+// An unbounded ray has the same hits as one that just leaves the scene.
 TEST(BroadPhaseQuery, ARayOfTheGreatestLengthFindsTheSame) {
   const BoxList boxes = uniform_boxes(400, 6);
   BroadPhase b;
@@ -385,7 +387,8 @@ TEST(BroadPhaseQuery, WrongQuestions) {
   Result r = b.find_hits(sweeps, 2);
   EXPECT_EQ(r.status, Status::nan_box);
   EXPECT_EQ(r.first_invalid, 1u);
-  EXPECT_NE(std::string(r.message).find("3.4e38"), std::string::npos) << "no remedy: " << r.message;
+  EXPECT_NE(std::string(r.message).find("3.4e38"), std::string::npos)
+      << "no suggested fix: " << r.message;
   EXPECT_TRUE(b.hits().empty());
   sweeps[1] = {{{0, std::nanf(""), 0}, {1, 1, 1}}, {1, 0, 0}};
   EXPECT_EQ(b.find_hits(sweeps, 2).status, Status::nan_box);

@@ -1,5 +1,5 @@
-// What questions to a BroadPhase must answer, by a loop over the model's objects: overlaps by the
-// reference's own comparison, sweeps by the formula that the header gives.
+// Expected results of BroadPhase queries, by a loop over the model's objects: overlaps by the
+// reference comparison, sweeps by the formula in the header.
 #pragma once
 
 #include <cmath>
@@ -18,7 +18,7 @@ inline Item item_of(const Box& box, const Filter& f) {
   return read_items(one, 0)[0];
 }
 
-// One value of each filter an element.
+// One value of each filter per element.
 inline Filters view_of(const std::vector<Filter>& f) {
   const std::size_t n = f.size(), stride = sizeof(Filter);
   if (n == 0) return {};
@@ -29,7 +29,7 @@ inline Filters view_of(const std::vector<Filter>& f) {
           {&f[0].is_static, n, stride}};
 }
 
-// A BroadPhaseQuery, with the questions of a BroadPhase.
+// A BroadPhaseQuery with the query interface of a BroadPhase.
 struct Asker {
   const BroadPhase& objects;
   BroadPhaseQuery& by;
@@ -65,7 +65,7 @@ testing::AssertionResult same_overlaps(Asked& b, const Model& model, const std::
   return same_pairs(got, want);
 }
 
-// As the header says it.
+// As the header defines it.
 inline bool meets(const Sweep& s, const Box& b, double& time) {
   const float sl[3] = {s.box.lower.x, s.box.lower.y, s.box.lower.z};
   const float su[3] = {s.box.upper.x, s.box.upper.y, s.box.upper.z};
@@ -127,7 +127,7 @@ testing::AssertionResult same_hits(Asked& b, const Model& model, const std::vect
   return testing::AssertionSuccess();
 }
 
-// Any at all, as an actor makes them.
+// Random queries from an actor.
 struct Questions {
   std::vector<Box> boxes;
   std::vector<Sweep> sweeps;
@@ -150,7 +150,7 @@ testing::AssertionResult answers(Asked& asked, const Model& model, const Questio
   return same_hits(asked, model, q.sweeps, q.filters, test);
 }
 
-// First hits that stand in a row, each at its own sweep's place, as a GPU tells them.
+// First hits at the index of their sweep, in the layout of the GPU.
 inline std::vector<SweepHit> in_place(const SweepHitList& firsts, std::size_t count) {
   std::vector<SweepHit> hits;
   for (std::uint32_t i = 0; i < count; ++i)

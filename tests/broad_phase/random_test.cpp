@@ -1,4 +1,4 @@
-// Long random lives: whatever is called in whatever order, what is told is what the model says.
+// Long random call sequences; all results must equal those of the model.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,11 +11,10 @@
 namespace throng::tests {
 namespace {
 
-// Few move for a while, then many, then few: both ways to update, and the way from each to the
-// other.
+// Few objects move for a while, then many, then few: both kinds of update and the transitions.
 void live(Options options, std::uint64_t seed, std::size_t objects, float side, bool filtered,
           std::size_t steps, bool thin = false) {
-  options.threads = 1;  // SameEverywhere has several
+  options.threads = 1;  // SameEverywhere uses several
   Actor actor(options, seed, side);
   actor.thin = thin;
   Random& random = actor.random;
@@ -30,8 +29,8 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
     found = found || std::string(r.plan.reason).find("changed") == std::string::npos;
     ASSERT_TRUE(actor.update(random.one_in(3))) << "step " << step << " seed " << seed;
   }
-  EXPECT_TRUE(searched) << "no update went around the movers";
-  EXPECT_TRUE(found) << "no update found all pairs";
+  EXPECT_TRUE(searched) << "no update was incremental";
+  EXPECT_TRUE(found) << "no update was a full search";
 }
 
 TEST(BroadPhaseRandom, Plain) {
@@ -53,7 +52,7 @@ TEST(BroadPhaseRandom, RodsAndPlates) {
   for (std::uint64_t seed = 0; seed < seeds(8); ++seed)
     live({}, seed, 300, 30, seed % 2, 150, true);
 }
-// First cubes, then rods, then cubes: cells of each are made of what was there.
+// First cubes, then rods, then cubes: cells are built for each.
 TEST(BroadPhaseRandom, RodsComeAndGo) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < seeds(4); ++seed) {
@@ -71,7 +70,7 @@ TEST(BroadPhaseRandom, RodsComeAndGo) {
     }
   }
 }
-// A rod grows where it is; then another comes to touch nothing but its new end, in a copy.
+// A rod grows in place; then another moves to touch only its new end, in a copy.
 TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   Random random(5);
@@ -96,7 +95,7 @@ TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
       EXPECT_EQ(plain(b.pairs()), find_pairs(boxes, canonical)) << "trial " << trial;
       return searched;
     };
-    // Cells are made once that pays.
+    // Repeat until cells pay off and are built.
     for (int k = 0; k < 50 && !put(grown, 2, rod(random.point(0, 60), 8)); ++k) continue;
     EXPECT_TRUE(put(grown, 0, rod(boxes[0].lower, 8.5f)));
     BroadPhase copy(grown);
@@ -144,7 +143,7 @@ testing::AssertionResult same_lists(const Lists& a, const Lists& b) {
   return testing::AssertionSuccess();
 }
 
-// The same calls give the same bytes, slots included, for every thread count and instruction set.
+// The same calls give the same bytes, including slots, for every thread count and instruction set.
 TEST(BroadPhaseRandom, SameEverywhere) {
   Lists first;
   for (const Isa isa : supported_isas()) {
@@ -189,7 +188,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
       shared += searched_around(r) && r.plan.threads == threads;
       for (const LivePairs& p : {b.begun(), b.ended()}) told.emplace_back(p.begin(), p.end());
     }
-    EXPECT_GT(shared, 10) << "updates that searched around the movers on " << threads << " threads";
+    EXPECT_GT(shared, 10) << "incremental updates on " << threads << " threads";
     const LivePairs pairs = b.pairs();
     told.emplace_back(pairs.begin(), pairs.end());
     EXPECT_EQ(plain(pairs), crowd.pairs());
@@ -198,7 +197,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
   }
 }
 
-// THRONG_SOAK: so many random operations, a million for a night; some thousands otherwise.
+// THRONG_SOAK: number of random operations, a million for a night; some thousands by default.
 TEST(BroadPhaseRandom, Soak) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   const char* wanted = std::getenv("THRONG_SOAK");

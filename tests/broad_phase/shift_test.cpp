@@ -15,8 +15,8 @@ namespace {
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
-// Ids that are not alive stay as they are: so far that all boxes become one place, that are told of
-// neither then nor when their ids are given away again.
+// Unused ids stay unused: even if the shift collapses all boxes to one place, they are not reported
+// then, nor when the ids are reused.
 TEST(BroadPhaseShift, DeadIdsStayDead) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Actor actor({}, seed, 6);
@@ -45,7 +45,7 @@ TEST(BroadPhaseShift, DeadIdsStayDead) {
   }
 }
 
-// Each coordinate by itself, each value that is no shift; and nothing has changed.
+// Each coordinate, each non-finite value; nothing changes.
 TEST(BroadPhaseShift, WhatIsNotFiniteIsRefused) {
   Actor actor({}, 3, 6);
   ASSERT_TRUE(actor.add(50, true));
@@ -65,8 +65,8 @@ TEST(BroadPhaseShift, WhatIsNotFiniteIsRefused) {
   EXPECT_TRUE(actor.broad_phase.shift_origin({float_max, -float_max, 0}).ok());
 }
 
-// Objects of a margin, copied in every way: the pairs are those of the margin. A new object has all
-// options; one that is there already keeps its own but for the margin.
+// Objects with a margin, copied in every way: the pairs respect the margin. A new object copies all
+// options; an existing one keeps its own except for the margin.
 TEST(BroadPhaseCopy, KeepsOptions) {
   const BoxList apart = {cube(0, 0, 0, 1), cube(1.5f, 0, 0, 1), cube(9, 0, 0, 1)};
   for (const float margin : {0.0f, 0.5f, 20.0f}) {
@@ -86,7 +86,7 @@ TEST(BroadPhaseCopy, KeepsOptions) {
     const auto goes_on = [&](BroadPhase& b) {
       EXPECT_EQ(b.options().margin, margin);
       EXPECT_EQ(Snapshot(b), Snapshot(from));
-      ASSERT_TRUE(b.shift_origin({64, 0, 0}).ok());  // all anew
+      ASSERT_TRUE(b.shift_origin({64, 0, 0}).ok());  // a full search
       ASSERT_TRUE(b.update().ok());
       EXPECT_EQ(b.pair_count(), pairs);
     };

@@ -1,4 +1,4 @@
-// What is kept up to date between updates, and few objects left of many: against the model.
+// Incremental state between updates, and few objects left of many, against the model.
 #include <gtest/gtest.h>
 
 #include "broad_phase/actor.hpp"
@@ -22,7 +22,7 @@ testing::AssertionResult ask(Questioner& actor) {
   return same_hits(actor.broad_phase, actor.model, sweeps, filters);
 }
 
-// Each step changes something, some objects often, and asks; updates are rare.
+// Each step changes objects, some of them often, and runs queries; updates are rare.
 TEST(Sparse, QuestionsBetweenChanges) {
   for (std::uint64_t seed = 1; seed <= seeds(8); ++seed) {
     Options options;
@@ -49,7 +49,7 @@ TEST(Sparse, QuestionsBetweenChanges) {
           }
           break;
         default:
-          // More often than there are any that have changed, too.
+          // More changes than there are changed objects, too.
           for (int k = 0; k < (step % 40 == 4 ? 1500 : 3); ++k) {
             const ObjectId id = few[actor.random.below(5)];
             if (!actor.model.alive(id)) continue;
@@ -67,7 +67,7 @@ TEST(Sparse, QuestionsBetweenChanges) {
   }
 }
 
-// Of many objects some are left, with ids from all over: whatever way an update goes.
+// Few of many objects are left, with scattered ids, in every kind of update.
 TEST(Sparse, FewAreLeftOfMany) {
   for (const bool filtered : {false, true}) {
     Options options;
@@ -104,8 +104,8 @@ TEST(Sparse, FewAreLeftOfMany) {
   }
 }
 
-// Objects of world -1 among those of few worlds, which are looked into one by one, and of more than
-// are listed; worlds come and go.
+// Objects of world -1 with few worlds, which are searched one by one, and with more than are
+// listed; worlds appear and disappear.
 TEST(Sparse, FewWorldsAndMany) {
   for (const int worlds : {1, 5, 33, 60}) {
     Options options;

@@ -1,4 +1,4 @@
-// All that can be seen of a BroadPhase, to be compared.
+// The observable state of a BroadPhase, for comparisons.
 #pragma once
 
 #include <cstring>
@@ -11,7 +11,7 @@
 
 namespace throng::tests {
 
-// Pairs with their slots, to be compared.
+// Pairs with their slots, for comparisons.
 using Row = std::tuple<ObjectId, ObjectId, std::uint32_t>;
 inline std::vector<Row> rows(const LivePairs& pairs) {
   std::vector<Row> all;
@@ -25,9 +25,9 @@ inline std::vector<Pair> plain(const LivePairs& pairs) {
   return all;
 }
 
-// Whether an update searched around what changed, and did not find all pairs anew.
+// Whether an update was incremental rather than a full search.
 inline bool searched_around(const Result& r) {
-  return std::string(r.plan.reason).find("around") != std::string::npos;
+  return std::string(r.plan.reason).find("incremental") != std::string::npos;
 }
 
 struct Snapshot {

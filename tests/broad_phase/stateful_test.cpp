@@ -1,6 +1,5 @@
-// The state machine as rapidcheck sees it: commands drawn at random against the model, and shrunk
-// to a shortest history where one fails. Boxes are whole numbers in a small space, so that faces
-// meet.
+// A rapidcheck state machine: random commands against the model, shrunk to a shortest failing
+// sequence. Boxes are integers in a small space, so that faces touch.
 #include <rapidcheck.h>
 #include <rapidcheck/state.h>
 
@@ -20,7 +19,7 @@ rc::Gen<Box> small_box() {
       [](const std::tuple<int, int, int, int>& t) {
         const auto [x, y, z, e] = t;
         const auto f = [](int i) { return static_cast<float>(i); };
-        // Mostly 0 to 3 wide; inactive; or without end.
+        // Mostly 0 to 3 wide; inactive; or infinite.
         const float side = e < 24 ? f(e % 4) : e == 29 ? infinity : f(e);
         return Box{{f(x), f(y), f(z)}, {f(x) + (e < 0 ? -1.0f : side), f(y) + side, f(z) + side}};
       });
@@ -63,7 +62,7 @@ struct Add : Command {
   void show(std::ostream& out) const override { out << "Add(" << boxes.size() << ")"; }
 };
 
-// What is common to commands on one object that is alive.
+// Base of commands on one object that is alive.
 struct OnOne : Command {
   ObjectId id = 0;
   explicit OnOne(const Model& m) {
@@ -102,7 +101,7 @@ struct SetFilter : OnOne {
   void show(std::ostream& out) const override { out << "SetFilter(" << id << ")"; }
 };
 
-// All by the same step: nothing begins or ends but by what else was done.
+// All by the same step: only other commands cause events.
 struct MoveAll : Command {
   float by = static_cast<float>(*rc::gen::inRange(-2, 3));
   void apply(Model& m) const override {
@@ -132,7 +131,7 @@ struct Update : Command {
   void show(std::ostream& out) const override { out << "Update"; }
 };
 
-// The copy goes on in the object's stead.
+// The copy replaces the object.
 struct Copy : Command {
   void apply(Model&) const override {}
   void run(const Model&, Machine& b) const override { b = BroadPhase(b); }
@@ -140,7 +139,7 @@ struct Copy : Command {
 };
 
 TEST(BroadPhaseStateful, TellsWhatTheModelTells) {
-  EXPECT_TRUE(rc::check("what is told is what the model tells", [] {
+  EXPECT_TRUE(rc::check("results equal those of the model", [] {
     const Model model;
     BroadPhase machine;
     rc::state::check(

@@ -1,4 +1,4 @@
-// Questions with a test of each object, by a BroadPhase and a BroadPhaseQuery.
+// Queries with an exact test per object, by a BroadPhase and a BroadPhaseQuery.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -9,7 +9,7 @@
 namespace throng::tests {
 namespace {
 
-// Some are met later than their boxes are, some never, one earlier, which does not count.
+// Some are hit later than their boxes, some never, one earlier, which is ignored.
 double some_later(void*, std::uint32_t sweep, ObjectId object, double time) {
   switch ((sweep * 7 + object * 5) % 8) {
     case 0:
@@ -23,7 +23,7 @@ double some_later(void*, std::uint32_t sweep, ObjectId object, double time) {
     case 4:
       return 1;
     case 5:
-      return 0.5;  // several at once, and earlier than some boxes
+      return 0.5;  // several at the same time, earlier than some boxes
     default:
       return time;
   }
@@ -51,31 +51,31 @@ TEST(BroadPhaseAskers, ATestOfEachObject) {
   }
 }
 
-// A ray through a thousand boxes in a row whose first is a hit asks of few of them, and one that
-// hits nothing asks once of each but for those that lie where its parts meet.
+// A ray through a thousand boxes in a row whose first is a hit tests few of them. A ray without a
+// hit tests each once, except those at the ends of its pieces.
 TEST(BroadPhaseAskers, WhatPlaysNoPartIsNotTested) {
   BroadPhase b;
   BoxList row;
   for (int k = 0; k < 1000; ++k) row.push_back(cube(static_cast<float>(2 * k), 0, 0, 1.9f));
   ASSERT_TRUE(b.add(row, nullptr).ok());
-  BoxList others;  // for which cells are made
+  BoxList others;  // for which cells are built
   Random random(3);
   for (int k = 0; k < 30000; ++k) {
     const Vec3 at = random.point(0, 1);
     others.push_back(cube(2000 * at.x, 10 + 90 * at.y, 90 * at.z, 1));
   }
   ASSERT_TRUE(b.add(others, nullptr).ok());
-  BoxList planks;  // over many of the ray's parts
+  BoxList planks;  // across many pieces of the ray
   for (int k = 0; k < 40; ++k) {
     const auto y = static_cast<float>(10 + k);
     planks.push_back({{1000, y, -10}, {1001, y + 40, -9}});
   }
   ASSERT_TRUE(b.add(planks, nullptr).ok());
-  ASSERT_TRUE(b.update().ok());  // which leaves columns
+  ASSERT_TRUE(b.update().ok());  // makes columns
   const Sweep ray{{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {2000, 0, 0}};
   const Sweep along{{{1000.5f, 0, -9.5f}, {1000.5f, 0, -9.5f}}, {0, 100, 0}};
   BroadPhaseQuery query;
-  for (int round = 0; round < 200; ++round) {  // before cells are made, and after
+  for (int round = 0; round < 200; ++round) {  // before cells are built, and after
     std::atomic<std::size_t> count{0};
     const auto test = [&](double (*when)(void*, std::uint32_t, ObjectId, double)) {
       count = 0;

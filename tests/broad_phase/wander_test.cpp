@@ -1,5 +1,5 @@
-// Objects that leave the place that cells were planned for, a little and very far, on all sides:
-// the same pairs as of all boxes anew, and no more looked at for them than for others.
+// Objects that leave the region that cells were planned for, slightly and very far, in all
+// directions: the same pairs as from scratch, and searches visit no more than elsewhere.
 #include <cfloat>
 #include <limits>
 #include <vector>
@@ -12,7 +12,7 @@ namespace throng::tests {
 namespace {
 
 constexpr int object_count = 6000;
-constexpr float range = 36;  // of uniform_boxes() of so many
+constexpr float range = 36;  // of uniform_boxes() of this count
 
 struct Herd {
   BoxList boxes = uniform_boxes(object_count, 5);
@@ -42,8 +42,8 @@ struct Herd {
   }
 };
 
-// Movers go to where cells begin again: about each corner of the range, and some ranges beyond.
-// Each sixteenth object stays.
+// Movers go to where cells wrap around: near each corner of the range, and some ranges beyond.
+// Every 16th object stays.
 void wander(Herd& herd, Vec3 at) {
   herd.start();
   Random random(17);
@@ -76,17 +76,17 @@ TEST(Wanderers, AreFoundWhereverTheyGo) {
 TEST(Wanderers, AreFoundInTheirWorldsAndInThoseOfAll) {
   const Vec3 at = {-50, 7, 1000};
   Herd herd(at);
-  // Those of all worlds stay: around one of them all cells are looked at.
+  // Those of world -1 stay: a search around one visits all cells.
   for (int i = 0; i < object_count; ++i) herd.worlds.push_back(i % 16 == 0 ? -1 : i % 3);
   wander(herd, at);
 }
 
-// One at a time: at the ends of what a float can tell, too, some lines of cells are looked at.
+// One at a time: at the limits of float, too, a search visits few lines of cells.
 TEST(Wanderers, AreLookedForInAFewCells) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Herd herd({0, 0, 0});
   herd.start();
-  // Until searching around what changed is how an update goes.
+  // Until updates are incremental.
   for (int frame = 0; frame < 200; ++frame) {
     herd.move(static_cast<ObjectId>(frame), herd.boxes[static_cast<std::size_t>(frame) + 1]);
     ASSERT_TRUE(herd.broad_phase.update().ok());

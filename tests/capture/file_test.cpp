@@ -1,5 +1,5 @@
-// Files that are cut, damaged or made up: each is refused with its name, or what is missing is
-// told; and the log of a BroadPhase.
+// Truncated, corrupted and forged files: each is refused with its name, or the truncation is
+// reported; and captures of a BroadPhase.
 #include <cstring>
 
 #include <throng/throng.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 class CaptureFile : public CaptureTest {
  protected:
-  // The bytes of a small capture of two sets with a filter.
+  // A small capture of two sets with a filter, as bytes.
   std::string small() {
     const BoxList a = uniform_boxes(5, 1), b = uniform_boxes(4, 2);
     const std::vector<std::uint32_t> group(5, 1);
@@ -32,13 +32,13 @@ std::uint64_t get64(const std::string& bytes, std::size_t at) {
   for (int k = 7; k >= 0; --k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
   return value;
 }
-// Where the sections begin.
+// The offsets of the sections.
 std::vector<std::size_t> sections(const std::string& bytes) {
   std::vector<std::size_t> at;
   for (std::size_t k = 16; k < bytes.size(); k += 24 + get64(bytes, k + 8)) at.push_back(k);
   return at;
 }
-// Made whole again: the sum of the section that begins at `at`.
+// Updates the hash of the section at `at`.
 void seal(std::string& bytes, std::size_t at) {
   const std::size_t size = 16 + get64(bytes, at + 8);
   const std::uint64_t sum =
@@ -56,7 +56,7 @@ TEST_F(CaptureFile, CutAnywhere) {
     if (size < at[4]) {
       EXPECT_THROW((void)parse(cut), scene::FileError) << size;
     } else {
-      const scene::Capture c = parse(cut);  // all that was given, and no answer
+      const scene::Capture c = parse(cut);  // the complete input, and no answer
       EXPECT_EQ(c.calls[0].sets.size(), 2u);
       EXPECT_FALSE(c.calls[0].answer);
       EXPECT_EQ(c.cut, size != at[4]);
@@ -71,15 +71,15 @@ TEST_F(CaptureFile, DamagedAnywhere) {
     damaged[at] = static_cast<char>(damaged[at] ^ 0x21);
     try {
       const scene::Capture c = parse(damaged);
-      // The length of the last section alone can make the file look cut instead.
-      EXPECT_TRUE(c.cut && !c.calls[0].answer) << "byte " << at << " went unseen";
+      // A corrupted length of the last section can look like a truncation.
+      EXPECT_TRUE(c.cut && !c.calls[0].answer) << "byte " << at << ": corruption not detected";
     } catch (const scene::FileError& error) {
       EXPECT_NE(std::string(error.what()).find("capture"), std::string::npos);
     }
   }
 }
 
-// Claims that are sealed as if they were true.
+// Invalid values with a valid hash.
 TEST_F(CaptureFile, HostileNumbers) {
   const std::string whole = small();
   const auto at = sections(whole);
@@ -93,16 +93,16 @@ TEST_F(CaptureFile, HostileNumbers) {
     refused(2, 16, huge);  // the count of boxes
     refused(2, 20, huge);
   }
-  refused(0, 16, 3);          // an algorithm that is none
+  refused(0, 16, 3);          // an invalid algorithm
   refused(0, 16 + 16, 9);     // an instruction set
-  refused(0, 64 + 16, 0x1b);  // a version that would be sent to a terminal
+  refused(0, 64 + 16, 0x1b);  // a version with an escape character
   refused(1, 4, 11);          // an operation
   refused(1, 4, 1);           // add, with two sets
   refused(1, 16 + 20, 3);     // a form
   refused(1, 16 + 24, 3);     // three sets
   refused(2, 4, 64);          // flags of boxes
-  refused(2, 4, 3);           // one filter more than there are bytes for
-  refused(2, 0, 5);           // boxes that say they are sweeps
+  refused(2, 4, 3);           // one filter more than the payload holds
+  refused(2, 0, 5);           // boxes tagged as sweeps
   refused(4, 4, 18);          // a status
 }
 
@@ -135,7 +135,7 @@ TEST_F(CaptureFile, TheLifeOfABroadPhase) {
     still.is_static = 1;
     ASSERT_EQ(live.set_filter(ids[6], still), Status::ok);
     ASSERT_TRUE(live.shift_origin({1, 2, 3}).ok());
-    ASSERT_EQ(live.remove(ids[3]), Status::bad_id);  // refused: it stands nowhere
+    ASSERT_EQ(live.remove(ids[3]), Status::bad_id);  // refused locally: not captured
     ASSERT_TRUE(live.update().ok());
     ASSERT_TRUE(live.find_overlaps(boxes).ok());
     const Sweep sweep{boxes[0], {10, 0, 0}};
@@ -162,7 +162,7 @@ TEST_F(CaptureFile, TheLifeOfABroadPhase) {
     EXPECT_EQ(c.calls[8].sweeps.size(), 1u);
     EXPECT_EQ(c.calls[8].form, 1u);
     EXPECT_FALSE(c.cut);
-    // Cut within any call, those before it stand.
+    // A file truncated within a call keeps the earlier calls.
     const std::string whole = last_bytes();
     std::size_t most = 0;
     for (std::size_t size = 0; size < whole.size(); size += 7) {

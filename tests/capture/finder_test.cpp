@@ -1,5 +1,5 @@
-// What a Finder's capture holds: each form, each filter, each bit; and what happens to the answer
-// where it cannot be written.
+// The content of a Finder's capture: each form, each filter, each bit; and the result if it cannot
+// be written.
 #include <sys/resource.h>
 
 #include <csignal>
@@ -21,7 +21,7 @@ class FinderCapture : public CaptureTest {};
 
 TEST_F(FinderCapture, HoldsBoxesFiltersAndAnswer) {
   BoxList boxes = uniform_boxes(300, 1);
-  std::uint32_t payload = 0x7fc12345u;  // a NaN of one's own
+  std::uint32_t payload = 0x7fc12345u;  // a NaN with a payload
   std::memcpy(&boxes[7].lower.y, &payload, 4);
   boxes[8].upper.z = -0.0f;
   const std::size_t n = boxes.size();
@@ -72,7 +72,7 @@ TEST_F(FinderCapture, HoldsBoxesFiltersAndAnswer) {
   EXPECT_EQ(c.calls[0].answer->inactive, r.inactive);
   EXPECT_EQ(c.calls[0].answer->checksum,
             pair_checksum(finder.pairs().data(), finder.pairs().size()));
-  // Read back it is the same problem.
+  // Searching the captured boxes gives the same pairs.
   o.capture = nullptr;
   Finder again(o);
   ASSERT_TRUE(again.find(set.view()).ok());
@@ -146,7 +146,7 @@ TEST_F(FinderCapture, FlatStridedAndRefusedBoxes) {
   EXPECT_EQ(last().calls[0].answer->status, Status::nan_box);
 }
 
-// What ends a call from within leaves what it was given, without an answer.
+// If the consumer throws, the capture has the input but no answer.
 TEST_F(FinderCapture, ACallThatDoesNotReturn) {
   const BoxList boxes = identical_boxes(50, 1);
   Finder finder(options());
@@ -171,12 +171,12 @@ TEST_F(FinderCapture, CannotBeWritten) {
     EXPECT_NE(std::string(r.message).find("capture was not written"), std::string::npos)
         << r.message;
   }
-  EXPECT_EQ(files().size(), 1u) << "the file that was there, and nothing else";
+  EXPECT_EQ(files().size(), 1u) << "only the existing file";
   EXPECT_EQ(last_bytes(), "mine");
 }
 
-// A file system that ends in the middle of each write in turn: the answer is right, the message
-// says so, and no half file is left.
+// A file system that fails in the middle of each write in turn: the result is correct, the message
+// reports it, and no partial file is left.
 TEST_F(FinderCapture, AFullDisk) {
   const BoxList boxes = identical_boxes(100, 1);
   rlimit before{};
@@ -201,7 +201,7 @@ TEST_F(FinderCapture, AFullDisk) {
   std::signal(SIGXFSZ, old);
 }
 
-// Calls of the same microsecond: no file is lost and none is written over.
+// Calls within the same microsecond: no file is lost or overwritten.
 TEST_F(FinderCapture, ManyThreadsAtOnce) {
   const BoxList boxes = uniform_boxes(20, 1);
   std::vector<std::thread> threads;

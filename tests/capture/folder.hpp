@@ -1,4 +1,4 @@
-// A folder for the captures of a test, and what stands in it.
+// A temporary folder for the captures of a test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class CaptureTest : public testing::Test {
     o.capture = folder_.c_str();
     return o;
   }
-  // In the order in which they were begun.
+  // Sorted by creation.
   std::vector<std::string> files() const {
     std::vector<std::string> paths;
     for (const auto& entry : std::filesystem::directory_iterator(folder_))

@@ -1,4 +1,4 @@
-// What is refused, with which words, and what is left on the disk then.
+// Refused input: the messages, and the files left on disk.
 #include <throng/cuda.hpp>
 
 #include "cli/child.hpp"
@@ -62,7 +62,7 @@ TEST_F(BadInput, a_header_that_claims_2_to_the_40_takes_no_memory) {
   spill(at("claim.npy"), npy("<f4", "1099511627776, 6", few));
   Limits limits;
 #if !THRONG_SANITIZED                      // which itself takes terabytes of address space
-  limits.address_space = rlim_t{4} << 30;  // 24 TiB would not go in
+  limits.address_space = rlim_t{4} << 30;  // 24 TiB does not fit
 #endif
   refuses({"pairs", at("claim.npy")}, {"claim.npy"}, limits);
   spill(at("claim.npy"), npy("<f4", "1099511627776, 1099511627776, 6", few));
@@ -193,13 +193,13 @@ TEST_F(BadInput, output_in_no_folder_or_on_a_full_disk) {
   refuses({"pairs", at("good.npy"), "-o", at("no/such/folder/p.npy")}, {"no/such/folder/p.npy"});
   refuses({"scene", "uniform", "--objects", "100", "-o", at("no/u.npy")}, {"no/u.npy"});
   Limits limits;
-  limits.file_size = 8192;  // what a full disk does, without filling one
+  limits.file_size = 8192;  // acts like a full disk
   const std::size_t before = files();
   refuses({"pairs", at("good.npy"), "-o", at("p.npy")}, {"p.npy"}, limits);
   refuses({"pairs", at("good.npy"), "-o", at("p.npy"), "--memory", "64M"}, {"p.npy"}, limits);
   refuses({"scene", "uniform", "--objects", "1000", "-o", at("u.npy")}, {"u.npy"}, limits);
   EXPECT_EQ(files(), before) << "something is left behind";
-  // What stood there before stays.
+  // The older file stays.
   spill(at("p.npy"), "old");
   refuses({"pairs", at("good.npy"), "-o", at("p.npy")}, {"p.npy"}, limits);
   EXPECT_EQ(slurp(at("p.npy")), "old");

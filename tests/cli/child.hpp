@@ -1,4 +1,4 @@
-// Runs the built program as a child and tells what it said.
+// Runs the built program as a child process and collects its output.
 #pragma once
 
 #include <fcntl.h>
@@ -23,7 +23,7 @@ namespace throng::test {
 namespace fs = std::filesystem;
 
 struct Said {
-  int status = -1;  // exit status; 128 + signal where one ended it
+  int status = -1;  // exit status; 128 + the signal that ended it
   std::string out, err;
 };
 
@@ -39,10 +39,10 @@ inline void spill(const fs::path& path, const std::string& bytes) {
 struct Limits {
   rlim_t address_space = RLIM_INFINITY;
   rlim_t file_size = RLIM_INFINITY;
-  std::string out_path;  // standard output goes there instead of into `out`
+  std::string out_path;  // standard output goes there instead of to `out`
 };
 
-// A folder of its own for each test, gone afterwards.
+// A temporary folder per test.
 class CliTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -58,7 +58,7 @@ class CliTest : public ::testing::Test {
 
   std::string at(const std::string& name) const { return (folder_ / name).string(); }
   bool exists(const std::string& name) const { return fs::exists(folder_ / name); }
-  // Everything in the folder but what the test runner itself put there.
+  // All files in the folder, except the test runner's own.
   std::size_t files() const {
     std::size_t count = 0;
     for (const auto& entry : fs::directory_iterator(folder_)) {
@@ -114,7 +114,7 @@ class CliTest : public ::testing::Test {
     return run_program(THRONG_PROGRAM, arguments, limits);
   }
 
-  // Runs with --json, wants success and one object.
+  // Runs with --json; expects success and one object.
   nlohmann::json json(std::vector<std::string> arguments) const {
     arguments.push_back("--json");
     const Said said = run(arguments);
@@ -139,7 +139,7 @@ class CliTest : public ::testing::Test {
   fs::path folder_;
 };
 
-// The bytes of a .npy file, written here so that nothing of the reader's house takes part.
+// The bytes of a .npy file, written here to be independent of the reader.
 inline std::string npy(const std::string& descr, const std::string& shape, const void* data,
                        std::size_t bytes, bool fortran = false) {
   std::string header = "{'descr': '" + descr +

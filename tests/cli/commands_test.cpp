@@ -92,7 +92,7 @@ TEST_F(Commands, check_agrees_on_scenes_and_two_sets) {
   }
 }
 
-// The double loop of `check` against `pairs`, through what both tell.
+// The double loop of `check` against `pairs`, by their output.
 TEST_F(Commands, check_tells_the_number_of_pairs) {
   ASSERT_EQ(run({"scene", "pile", "--objects", "3000", "-o", at("p.npy")}).status, 0);
   const auto found = json({"pairs", at("p.npy")}).at("pairs").get<std::size_t>();
@@ -111,12 +111,12 @@ TEST_F(Commands, demo_ends_with_a_table_and_a_picture) {
   EXPECT_NE(said.out.find("27.9"), std::string::npos) << said.out;
   EXPECT_NE(said.out.find("heap.png"), std::string::npos) << said.out;
   EXPECT_EQ(said.err, "");
-  // Told before the work, not after it.
+  // Reported before the work, not after it.
   refuses({"demo", "--objects", "1M", "--frames", "100000", "-o", at("no/heap.png")},
           {"no/heap.png"});
 }
 
-// A stand-in for the benchmark shows what it was given.
+// A fake benchmark program prints its arguments.
 TEST_F(Commands, bench_hands_its_arguments_on_as_they_are) {
   fs::copy_file(THRONG_PROGRAM, at("throng"));
   const Said without = run_program(at("throng"), {"bench", "--quick"});
@@ -171,7 +171,7 @@ TEST_F(Commands, interrupted_scene_leaves_nothing) {
   }
 }
 
-// A shell has the jobs that a script puts in the background ignore Ctrl-C.
+// Shells make background jobs of a script ignore Ctrl-C.
 TEST_F(Commands, a_signal_that_was_ignored_stays_so) {
   for (const std::string name : {"INT", "TERM", "HUP"}) {
     const std::string line = "trap '' " + name +
@@ -187,7 +187,7 @@ TEST_F(Commands, a_signal_that_was_ignored_stays_so) {
 
 TEST_F(Commands, a_reader_that_goes_away_is_no_crash) {
   ASSERT_EQ(run({"scene", "uniform", "--objects", "100", "-o", at("u.npy")}).status, 0);
-  // `true` reads nothing; the program is held back until the pipe has lost its reader.
+  // `true` reads nothing; the program starts after the reader has closed the pipe.
   const std::string line = "(sleep 0.3; \"$0\" pairs u.npy; echo $? >status) | true; sleep 1.5";
   const Said said = run_program("/bin/sh", {"-c", line, THRONG_PROGRAM});
   EXPECT_EQ(slurp(at("status")), "141\n");

@@ -1,4 +1,4 @@
-// throng explain, as a user runs it.
+// throng explain, as users run it.
 #include <limits>
 #include <string>
 #include <vector>
@@ -27,7 +27,7 @@ TEST_F(Explain, TellsTheSameAsTextAsJsonAndAsAPage) {
   const Said said = run({"explain", at("m.npy"), "--html", at("page.html"), "--threads", "1"});
   EXPECT_EQ(said.status, 0) << said.err;
   for (const char* words :
-       {"What was done", "The largest boxes", "The densest cells", "tests a pair", "Memory"}) {
+       {"What was done", "The largest boxes", "The densest cells", "tests per pair", "Memory"}) {
     EXPECT_NE(said.out.find(words), std::string::npos) << words;
   }
   const std::string page = slurp(at("page.html"));

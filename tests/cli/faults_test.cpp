@@ -1,5 +1,5 @@
-// Disks that are full and signals that come at any time: under the final name stands a whole file,
-// an older one or none, and nothing is left beside it.
+// Full disks and signals at any time: the final name holds a complete file, an older one or none,
+// and no other file remains.
 #include "cli/child.hpp"
 
 #include <chrono>
@@ -25,7 +25,7 @@ class Faults : public CliTest {
   }
 };
 
-// The write that meets the limit is a short one; the next fails.
+// The write at the limit is a short one; the next fails.
 TEST_F(Faults, a_disk_that_is_full_at_any_byte) {
   write_heaps(1, 400);
   const std::vector<std::string> pairs = {"pairs", at("heaps.npy"), "-o", at("out.npy")};
@@ -41,7 +41,7 @@ TEST_F(Faults, a_disk_that_is_full_at_any_byte) {
                               (rlim_t{1} << 18) - 1, (rlim_t{1} << 18) + 1, whole - 1}) {
       Limits limits;
       limits.file_size = room;
-      // What the program says goes to a file, too.
+      // Redirects the program's messages to a file, too.
       limits.out_path = "/dev/null";
       const Said said = run(command, limits);
       EXPECT_EQ(said.status, 2) << command[0] << " with " << room;
@@ -56,7 +56,7 @@ TEST_F(Faults, a_disk_that_is_full_at_any_byte) {
 }
 
 TEST_F(Faults, a_signal_while_pairs_are_written) {
-  write_heaps(4000, 300);  // 1.4 GB of pairs, were it left to itself
+  write_heaps(4000, 300);  // 1.4 GB of pairs if it is not stopped
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const pid_t pid = start(THRONG_PROGRAM, {"pairs", at("heaps.npy"), "-o", at("pairs.npy")},
                             at("said.out"), at("said.err"), folder_, {});
@@ -67,7 +67,7 @@ TEST_F(Faults, a_signal_while_pairs_are_written) {
     EXPECT_EQ(wait_for(pid), 128 + signal) << slurp(at("said.err"));
     EXPECT_FALSE(exists("pairs.npy"));
     EXPECT_EQ(parts(), 0u);
-    EXPECT_NE(slurp(at("said.err")).find("no half file is left"), std::string::npos);
+    EXPECT_NE(slurp(at("said.err")).find("no partial file is left"), std::string::npos);
   }
 }
 

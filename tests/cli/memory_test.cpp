@@ -1,4 +1,4 @@
-// throng pairs --memory: boxes that do not fit, and what is left when it goes wrong.
+// throng pairs --memory: boxes that do not fit, and the files left after failures.
 #include "cli/child.hpp"
 #include "support/sanitized.hpp"
 
@@ -13,7 +13,7 @@ class Memory : public CliTest {
  protected:
   void SetUp() override {
     CliTest::SetUp();
-    // Temporary files go where files() sees them.
+    // Puts temporary files where files() sees them.
     setenv("TMPDIR", folder_.c_str(), 1);
   }
   void TearDown() override {
@@ -37,7 +37,7 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
     EXPECT_GT(j.at("streamed").at("slabs"), 2);
     EXPECT_GT(j.at("streamed").at("scratch_bytes"), 100000 * 28);
 #if !THRONG_SANITIZED
-    // Besides what is counted there are pages of the program first touched now, and stacks.
+    // Not counted: pages of the program touched for the first time, and stacks.
     EXPECT_LT(j.at("peak_bytes").get<std::size_t>(), (6u << 20) + (3u << 20));
 #endif
     EXPECT_EQ(slurp(at("slabs.npy")).size(), slurp(at("free.npy")).size());
@@ -53,7 +53,7 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
           {"1 boxes have lower > upper, the first is box 99679; for empty slots use --inverted"});
   const auto left = json({"pairs", at("boxes.npy"), "--memory", "6M", "--inverted", "inactive"});
   EXPECT_EQ(left.at("inactive"), 1);
-  // Where all fits nothing is streamed.
+  // If all fits, nothing is streamed.
   EXPECT_FALSE(json({"pairs", at("boxes.npy"), "--inverted", "inactive", "--memory", "64M"})
                    .contains("streamed"));
 }
@@ -88,7 +88,7 @@ TEST_F(Memory, a_truncated_file_is_one_error) {
 TEST_F(Memory, a_full_disk_is_one_error) {
   make("pile", "50K");
   spill(at("p.npy"), "old");
-  // The temporary file of rows is what meets the limit first, then the pairs.
+  // The limit applies first to the temporary file of rows, then to the pairs.
   Limits limits;
   limits.file_size = 1 << 20;
   refuses({"pairs", at("boxes.npy"), "--memory", "4M", "-o", at("p.npy")},
@@ -114,9 +114,9 @@ TEST_F(Memory, an_interrupted_search_leaves_nothing) {
       ASSERT_GT(pid, 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
       kill(pid, signal);
-      // Before the first file is made a signal ends the program at once: nothing is to be cleared.
+      // Before the first file is created a signal ends the program at once: nothing to clean up.
       const int status = wait_for(pid);
-      const bool done = fs::exists(at("p.npy"));  // it was faster, if only just
+      const bool done = fs::exists(at("p.npy"));  // it was faster than the signal
       if (done) {
         EXPECT_TRUE(slurp(at("p.npy")) == whole);
         EXPECT_TRUE(fs::remove(at("p.npy")));

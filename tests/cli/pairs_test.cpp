@@ -1,4 +1,4 @@
-// throng pairs: what it tells, what it writes, in one set and two, one frame and many.
+// throng pairs: its output, text and files, for one set and two, one frame and many.
 #include "cli/child.hpp"
 
 #include <cmath>
@@ -33,7 +33,7 @@ class Pairs : public CliTest {
     return text;
   }
 
-  // The values of a pairs file, after a look at its header.
+  // The values of a pairs file, after a check of its header.
   std::vector<std::uint32_t> read_pairs(const std::string& name) const {
     const std::string bytes = slurp(at(name));
     if (bytes.size() < 10) return {};
@@ -80,7 +80,7 @@ TEST_F(Pairs, tells_the_same_to_people) {
   for (const std::string& word : {std::string("5 boxes"), checksum({{0, 1}, {1, 3}})}) {
     EXPECT_NE(said.out.find(word), std::string::npos) << said.out;
   }
-  EXPECT_EQ(said.err, "");  // no progress where no terminal is
+  EXPECT_EQ(said.err, "");  // no progress without a terminal
 }
 
 TEST_F(Pairs, chosen_algorithm_and_isa_are_used) {
@@ -167,13 +167,13 @@ TEST_F(Pairs, margin_and_nan_and_rounding) {
   const auto j = json({"pairs", at("d.npy"), "--nan", "inactive", "--margin", "0.125"});
   EXPECT_EQ(j.at("pairs"), 1);
   EXPECT_EQ(j.at("inactive"), 1);
-  boxes[6] = 1.0000000001;  // no float; its outward rounding touches box 0
+  boxes[6] = 1.0000000001;  // not a float; its outward rounding touches box 0
   spill(at("d.npy"), npy("<f8", "3, 6", boxes));
   refuses({"pairs", at("d.npy"), "--nan", "inactive"}, {"d.npy", "float64", "float32"});
   EXPECT_EQ(json({"pairs", at("d.npy"), "--nan", "inactive", "--round", "outward"}).at("pairs"), 1);
 }
 
-// An inverted box is a mistake until it is said to be an empty slot, in memory and in slabs.
+// An inverted box is an error unless declared an empty slot, in memory and in slabs.
 TEST_F(Pairs, inverted_boxes_are_refused) {
   write_row("row.npy");
   for (const bool capped : {false, true}) {
@@ -188,10 +188,10 @@ TEST_F(Pairs, inverted_boxes_are_refused) {
   }
   refuses({"pairs", at("row.npy"), at("row.npy")}, {"box 4", "the first set"});
   refuses({"pairs", at("row.npy"), "--inverted", "maybe"}, {"maybe"});
-  // As VTK orders them.
+  // In VTK's order.
   spill(at("vtk.npy"), npy("<f4", "2, 6", std::vector<float>{5, 6, 1, 2, 0, 1, 7, 8, 2, 3, 0, 1}));
   refuses({"pairs", at("vtk.npy")}, {"xmin, xmax, ymin"});
-  // What looks at boxes as they are takes them.
+  // Commands that inspect boxes accept them.
   EXPECT_EQ(run({"check", at("row.npy")}).status, 0);
   EXPECT_EQ(run({"explain", at("row.npy")}).status, 0);
 }

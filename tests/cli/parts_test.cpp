@@ -1,5 +1,5 @@
-// The parts of the program that are more than talk: the double loop that `check` believes, what it
-// says of a wrong list, and the heap of the demo.
+// The testable parts of the program: the double loop of `check`, its report of a wrong list, and
+// the heap of the demo.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 const auto quiet = [](std::size_t) {};
 
-// Small whole numbers, so that many faces touch; here and there an endless, an inverted, a NaN box.
+// Small integers, so that many faces touch; a few infinite, inverted and NaN boxes.
 std::vector<Box> boxes(std::size_t n, std::uint64_t seed) {
   std::vector<Box> all(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -85,13 +85,13 @@ TEST(DoubleLoop, two_sets_and_their_worlds_and_owners) {
 }
 
 TEST(DoubleLoop, a_margin_is_rounded_outward) {
-  // 1 + 2^-24 is no float. Rounded outward it is the next above 1, where the other box begins.
+  // 1 + 2^-24 is not a float. Rounded outward it is the float after 1, where the other box begins.
   const float next = std::nextafter(1.0f, 2.0f);
   const std::vector<Box> touching = {{{0, 0, 0}, {1, 1, 1}}, {{2 * next - 1, 0, 0}, {9, 1, 1}}};
   const float tiny = std::ldexp(1.0f, -24);
   EXPECT_EQ(cli::double_loop(touching, nullptr, tiny, quiet).pairs.size(), 1u);
   EXPECT_EQ(cli::double_loop(touching, nullptr, 0, quiet).pairs.size(), 0u);
-  // So small that only the lost part of the sum tells that anything was added at all.
+  // So small that only the rounding error of the sum shows that anything was added.
   const std::vector<Box> far = {{{0, 0, 0}, {1, 1, 1}}, {{next, 0, 0}, {9, 1, 1}}};
   EXPECT_EQ(cli::double_loop(far, nullptr, 1e-30f, quiet).pairs.size(), 1u);
 }
@@ -113,11 +113,14 @@ TEST(Truth, knows_each_kind_of_difference) {
   EXPECT_NE(says(list, true).find("order"), std::string::npos);
   list = right;
   list.pop_back();
-  EXPECT_NE(says(list, false).find("in all 1 missing, 0 extra, 0 told twice"), std::string::npos);
+  EXPECT_NE(says(list, false).find("in all 1 missing, 0 extra, 0 reported twice"),
+            std::string::npos);
   list.push_back(right[0]);
-  EXPECT_NE(says(list, false).find("in all 1 missing, 0 extra, 1 told twice"), std::string::npos);
+  EXPECT_NE(says(list, false).find("in all 1 missing, 0 extra, 1 reported twice"),
+            std::string::npos);
   list.back() = {right[0].second, right[0].first};  // the wrong way round
-  EXPECT_NE(says(list, false).find("in all 1 missing, 1 extra, 0 told twice"), std::string::npos);
+  EXPECT_NE(says(list, false).find("in all 1 missing, 1 extra, 0 reported twice"),
+            std::string::npos);
   list.back() = {7000000, 1};
   EXPECT_NE(says(list, true).find("extra (7000000, 1)"), std::string::npos);
 }

@@ -1,4 +1,4 @@
-// throng replay: what a program asked, run again; and captures that tell what is not so.
+// throng replay: repeats a program's calls; detects captures with wrong results.
 #include "cli/child.hpp"
 
 #include <throng/capture.hpp>
@@ -34,7 +34,7 @@ class Replay : public CliTest {
     }
     return list;
   }
-  // Changes a number of the last section, the answer, and seals it again.
+  // Changes a number of the last section, the result, and updates the checksum.
   static void lie(const std::string& path, std::size_t offset) {
     std::string bytes = slurp(path);
     const std::size_t at = bytes.size() - (16 + 7 * 8 + 4 * 4 + 8);
@@ -60,8 +60,8 @@ TEST_F(Replay, what_the_program_asked) {
   EXPECT_EQ(told["n"], 700);
   EXPECT_EQ(told["options"]["margin"], 0.5);
   EXPECT_EQ(told["options"]["order"], "canonical");
-  EXPECT_EQ(told["right"]["by"], "the double loop");
-  EXPECT_GT(told["right"]["pairs"], 100);
+  EXPECT_EQ(told["expected"]["by"], "the double loop");
+  EXPECT_GT(told["expected"]["pairs"], 100);
   EXPECT_GE(told["rows"].size(), 9u);
   const Said text = run({"replay", newest()});
   EXPECT_EQ(text.status, 0);
@@ -76,7 +76,7 @@ TEST_F(Replay, a_capture_that_cannot_be_written_is_told) {
   EXPECT_NE(said.err.find("capture was not written"), std::string::npos) << said.err;
   EXPECT_NE(said.out.find("checksum"), std::string::npos);
   EXPECT_FALSE(exists("no"));
-  // Nor does an empty name mean the folder at hand.
+  // An empty name does not mean the current folder, either.
   EXPECT_EQ(captured({"pairs", at("a.npy")}, "").err, "");
   EXPECT_EQ(files(), 2u);
 }
@@ -87,7 +87,7 @@ TEST_F(Replay, a_wrong_answer_differs) {
   options.capture = folder.c_str();
   ASSERT_EQ(find_pairs(boxes(100), options).size(), 99u);
   const std::string good = slurp(newest());
-  for (const std::size_t offset : {16, 16 + 6 * 8}) {  // how many pairs; their checksum
+  for (const std::size_t offset : {16, 16 + 6 * 8}) {  // the number of pairs; their checksum
     spill(newest(), good);
     EXPECT_EQ(run({"replay", newest()}).status, 0);
     lie(newest(), offset);
@@ -141,7 +141,7 @@ TEST_F(Replay, the_life_of_a_broad_phase) {
     nlohmann::json told = json({"replay", first});
     EXPECT_EQ(told["agrees"], true);
     EXPECT_EQ(told["updates"], 7);
-    // What a copy did, from the objects that it began with.
+    // The calls of a copy, from its initial objects.
     BroadPhase copy(options);
     ASSERT_TRUE(copy.copy_from(live).ok());
     live_on(copy);
@@ -162,9 +162,9 @@ TEST_F(Replay, files_that_are_no_captures) {
   refuses({"replay", at("nowhere")}, {"nowhere"});
   refuses({"replay", folder_.string()}, {folder_.string()});
   spill(at("a"), "");
-  refuses({"replay", at("a")}, {"no capture"});
+  refuses({"replay", at("a")}, {"not a capture"});
   spill(at("b"), npy("<f4", "1, 6", std::vector<float>(6)));
-  refuses({"replay", at("b")}, {"no capture"});
+  refuses({"replay", at("b")}, {"not a capture"});
   const std::string folder = at("captures");
   Options options;
   options.capture = folder.c_str();

@@ -1,11 +1,12 @@
-// Backend::automatic: with or without a GPU the answer is right, and the plan says who gave it.
+// Backend::automatic: the pairs are correct with or without a GPU, and the plan names the backend
+// used.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
 namespace {
 
-// So few pairs that the boxes are what it is about.
+// Few pairs, so that the boxes dominate the cost.
 const BoxList& many_boxes() {
   static const BoxList boxes = [] {
     BoxList all;
@@ -29,13 +30,13 @@ std::vector<Pair> by_the_cpu() {
   return find_pairs(many_boxes(), o);
 }
 
-// What a GPU that cannot be used is told of; empty where there is one, or this build has none.
+// The message for a GPU that cannot be used; empty if one can, or if this build has no GPU backend.
 bool says_why(const Result& r) { return std::string(r.plan.reason).find("on the CPU: ") == 0; }
 
 TEST(Automatic, ALargeSetComesBackRight) {
   const Result available = cuda::available();
   const bool gpu = available.ok();
-  // A build without the backend never had the choice.
+  // A build without the backend has no choice.
   const bool told = !gpu && std::string(available.message).find("this build") == std::string::npos;
   const std::vector<Pair> want = by_the_cpu();
   ASSERT_GT(want.size(), 1000u);
@@ -52,7 +53,7 @@ TEST(Automatic, ALargeSetComesBackRight) {
       EXPECT_NE(r.plan.isa, Isa::automatic) << "the rest of the plan is the CPU's";
     }
   }
-  // In the other forms, and in two sets.
+  // The other forms, and two sets.
   std::vector<Pair> out(want.size());
   EXPECT_TRUE(finder.find(many_boxes(), out.data(), out.size()).ok());
   EXPECT_TRUE(out == want);
@@ -68,11 +69,12 @@ TEST(Automatic, ALargeSetComesBackRight) {
   EXPECT_TRUE(two.ok());
   EXPECT_GT(two.found, 0u);
   EXPECT_EQ(says_why(two), told);
-  EXPECT_FALSE(says_why(finder.find(Boxes(many_boxes().data(), 199999)))) << "so few are the CPU's";
+  EXPECT_FALSE(says_why(finder.find(Boxes(many_boxes().data(), 199999))))
+      << "so few boxes run on the CPU";
 }
 
-// Whoever brings threads or memory, names an instruction set, has many threads or few boxes: the
-// CPU, without a word of a GPU.
+// With caller's threads or memory, a named instruction set, many threads or few boxes: the CPU, and
+// no message about a GPU.
 TEST(Automatic, NotWhereTheCallerWantsTheCpu) {
   std::pmr::synchronized_pool_resource memory;
   Executor executor;

@@ -1,4 +1,4 @@
-// The C door: the same pairs as the C++ one's, in every layout, and what it refuses.
+// The C API: the same pairs as the C++ API in every layout, and its errors.
 #include <throng/throng.h>
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST_F(CApi, EveryLayoutGivesTheReferencesPairs) {
   ASSERT_EQ(throng_find(finder(), &split, nullptr), THRONG_OK) << message();
   EXPECT_EQ(pairs(), want);
 
-  // Further apart than a box is large, and without z.
+  // A stride larger than a box, and without z.
   struct Wide {
     Box box;
     float other[3];
@@ -113,7 +113,7 @@ TEST_F(CApi, TwoSetsFiltersAndMargin) {
   EXPECT_NE(message().find("margin"), std::string::npos) << message();
 }
 
-// Side by side where no stride is given.
+// Contiguous values if no stride is given.
 TEST_F(CApi, FiltersWithoutAStride) {
   std::vector<std::int32_t> world;
   std::vector<std::uint8_t> still;
@@ -130,15 +130,15 @@ TEST_F(CApi, FiltersWithoutAStride) {
   EXPECT_EQ(pairs(), reference_pairs(cpp).pairs);
 }
 
-// A stride of 0, as zeroed memory has it, is that of boxes that lie side by side, in every layout;
-// no layout is one box again and again.
+// A stride of 0, as in zeroed memory, means contiguous boxes, in every layout; no layout repeats
+// one box.
 TEST_F(CApi, BoxesWithoutAStride) {
   const Found want = reference_pairs(boxes_).pairs;
   std::vector<Box> flat = boxes_;
   for (Box& b : flat) b.lower.z = b.upper.z = 0;
   const Found want_flat = reference_pairs(flat).pairs;
   ASSERT_NE(want.size(), want_flat.size());
-  // Rows of so many values, with the coordinates at these places.
+  // Rows of `per_row` values, with the coordinates at positions `at`.
   const auto expect = [&](bool is_flat, std::size_t per_row, const std::size_t(&at)[6],
                           std::size_t between) {
     const std::size_t n = boxes_.size();
@@ -161,7 +161,7 @@ TEST_F(CApi, BoxesWithoutAStride) {
   expect(true, 4, {0, 1, 9, 2, 3, 9}, 0);
   expect(true, 2, {0, 1, 9, 2 * n, 2 * n + 1, 9}, 0);
   expect(true, 1, {0, n, 9, 2 * n, 3 * n, 9}, 0);
-  // Of doubles, too.
+  // Doubles, too.
   std::vector<double> doubles;
   for (const Box& b : boxes_)
     for (int k = 0; k < 6; ++k) doubles.push_back(double{(&b.lower.x)[k]});
@@ -171,7 +171,7 @@ TEST_F(CApi, BoxesWithoutAStride) {
   EXPECT_EQ(pairs(), want);
 }
 
-// What zeroed structs mean: nothing, or the defaults.
+// Zeroed structs mean nothing, or the defaults.
 TEST_F(CApi, ZeroedStructs) {
   const throng_boxes none{};
   EXPECT_EQ(throng_find(finder(), &none, nullptr), THRONG_OK);
@@ -284,7 +284,7 @@ TEST_F(CApi, CallersBufferAndConsumer) {
   EXPECT_EQ(throng_consume(finder(), &view_, nullptr, stop, nullptr), THRONG_STOPPED);
 }
 
-// All memory and all work through the caller's functions; and nothing is leaked.
+// All memory and all work go through the caller's functions, without leaks.
 TEST_F(CApi, CallersMemoryAndThreads) {
   struct Host {
     std::map<void*, size_t> blocks;
@@ -353,7 +353,7 @@ TEST_F(CApi, BadInputIsToldWithItsRemedy) {
   throng_finder_destroy(nullptr);
 }
 
-// By the caller's threads, once these have begun.
+// Stopped by the caller's threads after they have begun.
 TEST_F(CApi, StopEndsACallThatIsUnderWay) {
   struct Stopper {
     throng_finder* finder = nullptr;
@@ -373,13 +373,13 @@ TEST_F(CApi, StopEndsACallThatIsUnderWay) {
   view_ = throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes_.data()), boxes_.size());
   EXPECT_EQ(throng_finder_memory_bytes(finder()), 0u);
   stopper.finder = finder_;
-  ASSERT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << "no option says that it can be";
+  ASSERT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << "no option makes it stoppable";
   EXPECT_GT(throng_finder_memory_bytes(finder_), 20000u);
   throng_finder_destroy(finder_);
   finder_ = nullptr;
   options_.stoppable = 1;
   options_.isa = THRONG_ISA_SCALAR;
-  throng_finder_stop(finder());  // nothing is under way
+  throng_finder_stop(finder());  // no call is running
   stopper.finder = finder_;
   EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_STOPPED);
   EXPECT_EQ(throng_finder_result(finder_)->found, 0u);
@@ -399,7 +399,7 @@ TEST_F(CApi, StopEndsACallThatIsUnderWay) {
   EXPECT_NE(message().find("isa (6)"), std::string::npos) << message();
 }
 
-// A caller that knows only the first fields, and one that knows more than there are.
+// A caller that knows only the first fields, and one that knows more than exist.
 TEST_F(CApi, OtherVersionsOfTheOptions) {
   EXPECT_EQ(throng_c_version(), static_cast<unsigned>(THRONG_C_VERSION));
   EXPECT_STREQ(throng_version(), THRONG_VERSION);
@@ -419,14 +419,14 @@ TEST_F(CApi, OtherVersionsOfTheOptions) {
   throng_options older;
   std::memset(static_cast<void*>(&older), 0xff, sizeof older);
   throng_options_init_sized(&older, offsetof(throng_options, threads));
-  EXPECT_EQ(older.threads, 0xffffffffu) << "what an older caller does not have is not written";
+  EXPECT_EQ(older.threads, 0xffffffffu) << "fields that an older caller lacks are not written";
   older.order = THRONG_ORDER_CANONICAL;
   finder_ = throng_finder_create(&older);
   EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_OK) << message();
   EXPECT_EQ(pairs(), want);
   throng_finder_destroy(finder_);
 
-  older.struct_bytes = sizeof older.struct_bytes - 1;  // no version's
+  older.struct_bytes = sizeof older.struct_bytes - 1;  // no version has this size
   finder_ = throng_finder_create(&older);
   EXPECT_EQ(throng_find(finder_, &view_, nullptr), THRONG_BAD_OPTION);
   EXPECT_NE(message(), "");

@@ -1,5 +1,5 @@
-// Each option of the C door has the effect that throng.h names, on each kind of handle that it
-// holds for; and the names of all statuses.
+// Each option of the C API has the effect that throng.h documents, on each kind of handle that it
+// applies to; and each status has a name.
 #include <throng/throng.h>
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 namespace throng::tests {
 namespace {
 
-// Memory and threads of a caller, which notes what was taken.
+// A caller's memory and threads, which record what was used.
 struct Host {
   std::map<void*, size_t> blocks;
   size_t held = 0, peak = 0, allocations = 0, limit = std::numeric_limits<size_t>::max();
@@ -69,7 +69,7 @@ throng_options defaults() {
   return o;
 }
 
-// A new option makes this fail to compile: it wants a test here.
+// A new option makes this fail to compile: add a test for it here.
 [[maybe_unused]] void options_are_those_below(const throng_options& o) {
   const auto& [struct_bytes, algorithm, order, backend, nan, margin, threads, memory_cap_bytes,
                concurrency, run, run_self, allocate, deallocate, memory_self, isa, stoppable,
@@ -83,7 +83,7 @@ throng_boxes view_of(const BoxList& boxes) {
   return throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
 }
 
-// What one call of a finder shows.
+// The observable results of one finder call.
 struct Seen {
   throng_status status;
   throng_result result;
@@ -101,7 +101,7 @@ Seen find(const throng_options& options, const BoxList& boxes) {
   throng_finder_destroy(finder);
   return seen;
 }
-// Of a consumer that notes whether two calls overlap.
+// With a consumer that detects overlapping calls.
 Seen consume(const throng_options& options, const BoxList& boxes) {
   throng_finder* const finder = throng_finder_create(&options);
   const throng_boxes view = view_of(boxes);
@@ -246,7 +246,7 @@ TEST_F(COptions, ThreadsAndExecutor) {
       EXPECT_TRUE(same_pairs(consume(o, boxes_).pairs, answer_.pairs));
     }
   }
-  // The default executor, too, runs no more than that.
+  // The default executor also runs no more tasks than that.
   throng_options o = defaults();
   o.threads = 1;
   EXPECT_EQ(find(o, boxes_).result.threads, 1u);
@@ -261,7 +261,7 @@ TEST_F(COptions, MemoryCap) {
       o.order = order;
       o.threads = threads;
       o.memory_cap_bytes = 1000;
-      EXPECT_EQ(find(o, boxes_).status, THRONG_OK) << "it is of throng_consume";
+      EXPECT_EQ(find(o, boxes_).status, THRONG_OK) << "it applies to throng_consume";
       int refusals = 0;
       for (;; ++refusals) {
         ASSERT_LT(refusals, 10);
@@ -277,7 +277,7 @@ TEST_F(COptions, MemoryCap) {
         ASSERT_GT(seen.result.bytes_needed, o.memory_cap_bytes);
         o.memory_cap_bytes = static_cast<size_t>(seen.result.bytes_needed);
       }
-      EXPECT_GT(refusals, 0) << "a cap of 1000 bytes was taken";
+      EXPECT_GT(refusals, 0) << "a cap of 1000 bytes was accepted";
     }
   }
 }
@@ -289,7 +289,7 @@ TEST_F(COptions, Memory) {
   o.threads = 2;
   ASSERT_EQ(find(o, boxes_).status, THRONG_OK);
   EXPECT_GT(host.allocations, 0u);
-  EXPECT_TRUE(host.blocks.empty()) << "not given back";
+  EXPECT_TRUE(host.blocks.empty()) << "not released";
   host.limit = 1000;
   const Seen seen = find(o, boxes_);
   EXPECT_EQ(seen.status, THRONG_OUT_OF_MEMORY);
@@ -321,7 +321,7 @@ TEST_F(COptions, InstructionSet) {
   }
 }
 
-// From the tasks' threads, before they begin: with the option it ends, without it does not.
+// Stopped from the tasks' threads before they begin: ends with the option, not without it.
 TEST_F(COptions, Stoppable) {
   const throng_boxes view = view_of(boxes_);
   for (const int stoppable : {0, 1}) {
@@ -341,7 +341,7 @@ TEST_F(COptions, Stoppable) {
   }
 }
 
-// One below the first value and one above the last of each choice, on each kind of handle.
+// One below the first value and one above the last of each enumeration, on each kind of handle.
 TEST_F(COptions, ValuesThatAreNone) {
   struct Choice {
     const char* name;
@@ -385,7 +385,7 @@ TEST_F(COptions, ValuesThatAreNone) {
   }
 }
 
-// Those that hold for objects that live, and the two that must be left alone.
+// The options that apply to persistent objects, and the two that must keep their defaults.
 TEST_F(COptions, OfABroadPhase) {
   const auto update = [&](const throng_options& o, const BoxList& boxes, Seen& seen) {
     throng_broad_phase* const live = throng_broad_phase_create(&o);
@@ -433,7 +433,7 @@ TEST_F(COptions, OfABroadPhase) {
     EXPECT_GT(host.allocations, 0u);
     EXPECT_TRUE(host.blocks.empty());
   }
-  // Without effect: the pairs are in order anyway, and a cap is of throng_consume.
+  // No effect: the pairs are sorted anyway, and a cap applies only to throng_consume.
   o = defaults();
   o.algorithm = THRONG_ALGORITHM_ALL_PAIRS;
   o.order = THRONG_ORDER_CANONICAL;
@@ -477,7 +477,7 @@ TEST_F(COptions, OfAQuery) {
       throng_options o = defaults();
       o.nan = nan;
       o.threads = threads;
-      o.margin = 7;  // plays no part
+      o.margin = 7;  // ignored
       host.give_threads(o, 4);
       host.give_memory(o);
       throng_query* const query = throng_query_create(&o);
@@ -509,8 +509,8 @@ TEST_F(COptions, OfAQuery) {
   throng_broad_phase_destroy(live);
 }
 
-// C gives what it likes: all numbers around those that are statuses, those that look like one in
-// their last byte, and the ends.
+// C may pass any number: all numbers around the valid statuses, those that match one in the last
+// byte, and the extremes.
 TEST(CStatus, EveryNumberHasItsText) {
   constexpr std::uint32_t statuses = static_cast<std::uint32_t>(Status::inverted_box) + 1;
   const auto text = [](std::uint32_t number) {

@@ -44,7 +44,7 @@ void expect_buffer(const Result& result, const Buffer& buffer, const Config& con
   EXPECT_EQ(result.status, Status::buffer_too_small);
   EXPECT_NE(std::string(result.message).find(std::to_string(answer.pairs.size())),
             std::string::npos)
-      << "the message does not name the room needed: " << result.message;
+      << "the message does not name the capacity needed: " << result.message;
   if (config.order == Order::canonical) {
     EXPECT_EQ(result.written, 0u);
     for (const Pair& pair : buffer.memory)
@@ -52,9 +52,9 @@ void expect_buffer(const Result& result, const Buffer& buffer, const Config& con
     return;
   }
   std::sort(got.begin(), got.end());
-  EXPECT_TRUE(std::adjacent_find(got.begin(), got.end()) == got.end()) << "a pair told twice";
+  EXPECT_TRUE(std::adjacent_find(got.begin(), got.end()) == got.end()) << "a pair reported twice";
   EXPECT_TRUE(std::includes(answer.pairs.begin(), answer.pairs.end(), got.begin(), got.end()))
-      << "a pair that should not be";
+      << "a pair that does not overlap";
 }
 
 TEST_P(Capacity, EveryRoom) {
@@ -75,8 +75,8 @@ TEST_P(Capacity, EveryRoom) {
   }
 }
 
-// So many pairs that several threads each write into pieces of the room, and leave some of them
-// half empty at the end.
+// Enough pairs that several threads write into pieces of the buffer, and leave some of them half
+// empty at the end.
 TEST_P(Capacity, EveryRoomOfMany) {
   static const BoxList boxes = [] {
     Random random(7);
@@ -109,8 +109,8 @@ TEST_P(Capacity, EveryRoomOfMany) {
   expect_pairs(result, config(), answer, out, boxes.size());
 }
 
-// More pairs than are guessed of so many boxes, and more than are ever guessed: of a Finder, in a
-// vector, and in one that has some room.
+// More pairs than the estimate for these boxes, and more than any estimate: from a Finder, into an
+// empty vector, and into one with some capacity.
 TEST_P(Capacity, MoreThanWasGuessed) {
   for (const std::size_t count : {std::size_t{150}, std::size_t{420}}) {
     const BoxList boxes = identical_boxes(count, 3);
@@ -141,7 +141,7 @@ TEST_P(Capacity, EveryRoomOfTwoSets) {
   }
 }
 
-// With no room at all, null is a buffer.
+// With a capacity of 0 the buffer may be null.
 TEST_P(Capacity, CountingOnly) {
   const BoxList boxes = uniform_boxes(1000, 5);
   const Answer answer = reference_pairs(boxes);
@@ -151,7 +151,7 @@ TEST_P(Capacity, CountingOnly) {
   EXPECT_EQ(result.found, answer.pairs.size());
   EXPECT_EQ(result.written, 0u);
   const Result none = finder.find(Boxes(), nullptr, 0);
-  EXPECT_EQ(none.status, Status::ok) << "nothing found fits in no room";
+  EXPECT_EQ(none.status, Status::ok) << "no pairs fit a capacity of 0";
 }
 
 // After a buffer that was too small the same Finder finds all.
@@ -179,7 +179,7 @@ TEST_P(Capacity, VectorForms) {
   const Result second = find_pairs(a, b, out, options());
   expect_pairs(second, config(), two, out, b.size());
   EXPECT_TRUE(find_pairs(Boxes(), out, options()).ok());
-  EXPECT_TRUE(out.empty()) << "what was in the vector is replaced";
+  EXPECT_TRUE(out.empty()) << "the contents of the vector are replaced";
 }
 
 THRONG_INSTANTIATE(Capacity, suite_configs);

@@ -1,5 +1,4 @@
-// Cells of any size find the same pairs: what the planner makes of the boxes decides how fast,
-// never what.
+// Cells of any size find the same pairs: the plan decides the speed, never the result.
 #include <cmath>
 
 #include "support/configs.hpp"
@@ -57,10 +56,10 @@ TEST_P(CellScale, TwoSetsAndFilters) {
 
 THRONG_INSTANTIATE(CellScale, suite_configs);
 
-// What takes longer: of each algorithm and instruction set one.
+// The slower tests: once per algorithm and instruction set.
 class CellScaleOfMany : public CellScale {};
 
-// Clusters in clusters, for which columns get grids of their own; of one layer, of several, and of
+// Nested clusters, for which columns get grids of their own; of one layer, of several, and of
 // several worlds.
 TEST_P(CellScaleOfMany, GridsInGrids) {
   static BoxList boxes;
@@ -100,8 +99,8 @@ TEST_P(CellScaleOfMany, GridsInGrids) {
   }
 }
 
-// Needles, the shorter the nearer to one of some places, for which grids go three deep; of one
-// layer and of several, whose words have room for two.
+// Needles that get shorter towards some points, for which grids nest three deep; of one layer and
+// of several, whose reject bits fit two.
 TEST_P(CellScaleOfMany, GridsInGridsInGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
@@ -133,7 +132,7 @@ TEST_P(CellScaleOfMany, GridsInGridsInGrids) {
   expect_exact(layers, config(), of_layers);
 }
 
-// The same where boxes lie across the columns that get such a grid, and over much of one.
+// The same with boxes across the columns that get such a grid, and over much of one.
 TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
@@ -153,8 +152,8 @@ TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
   expect_exact(boxes, config(), answer);
 }
 
-// And where some are too wide for such a grid: in the plain form's, whose columns are many, they
-// would be entered in more than 64.
+// The same with boxes too wide for such a grid: in the scalar implementation, which has many
+// columns, they would be binned into more than 64.
 TEST_P(CellScaleOfMany, TooWideForGridsInGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
@@ -179,10 +178,10 @@ double cells(const Result& r) {
 }
 
 TEST_P(CellScaleOfMany, MakesCellsSoLong) {
-  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no cells, or none that are told";
+  if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no cells, or none that are reported";
   const BoxList boxes = uniform_boxes(40000, 3);
   Finder finder(options());
-  // The first call also estimates how many pairs there are.
+  // The first call also estimates the number of pairs.
   ASSERT_TRUE(finder.find(boxes).ok());
   const Result planned = finder.find(boxes);
   ASSERT_TRUE(planned.ok()) << planned.message;
@@ -208,7 +207,7 @@ TEST_P(CellScaleOfMany, MakesCellsSoLong) {
   EXPECT_LT(cells(coarsest), 0.01 * cells(planned) + 40);
 }
 
-// Boxes as large as many cells would be entered in each of them.
+// Boxes as large as many cells would be binned into each of them.
 TEST_P(CellScaleOfMany, LargeBoxesInSmallCells) {
   BoxList boxes = uniform_boxes(3000, 8);
   for (std::size_t i = 0; i < boxes.size(); i += 3) {

@@ -1,5 +1,5 @@
-// How many candidates the library compares: a bound a box and reported pair, on every scene, and
-// on boxes that lie in layers.
+// The number of candidate comparisons: a bound per box and reported pair, on every scene, and on
+// boxes in layers.
 #include <limits>
 
 #include "scene/scene.hpp"
@@ -27,7 +27,7 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name << ' ' << c.obje
 
 class Comparisons : public testing::TestWithParam<Case> {};
 
-// `limit`: of the CPU's own grid, and of the pipeline's.
+// `limit`: for the CPU grid; `limit_of_pipeline`: for the device pipeline.
 void expect_few(const Boxes& view, double limit, double limit_of_pipeline) {
   std::vector<Config> configs = single_configs();
   Config two_threads = configs.back();
@@ -37,7 +37,7 @@ void expect_few(const Boxes& view, double limit, double limit_of_pipeline) {
     if (config.algorithm == Algorithm::all_pairs) continue;
     SCOPED_TRACE(config.name());
     Finder finder(config.options());
-    // A first search may find its pairs twice, where it has no room for them yet.
+    // The first search may find its pairs twice, as it has no buffer for them yet.
     ASSERT_TRUE(finder.find(view).ok());
     const Result result = finder.find(view);
     ASSERT_TRUE(result.ok()) << result.message;
@@ -61,7 +61,7 @@ TEST_P(Comparisons, AreFew) {
   expect_few(made.view(), limit, limit);
 }
 
-// Along an axis of layers neither windows nor columns tell boxes of one layer apart.
+// Along the axis of the layers neither windows nor columns separate boxes of one layer.
 TEST(ComparisonsOfLayers, AreFew) {
   Random r(7);
   BoxList rods, sheet;
@@ -76,22 +76,22 @@ TEST(ComparisonsOfLayers, AreFew) {
   expect_few(Boxes(sheet.data(), sheet.size()), 50, 50);
 }
 
-// What the CPU's own grid compares, as a share of boxes and pairs, by one instruction set.
+// Comparisons of the CPU grid relative to boxes and pairs, on one instruction set.
 double share_of(const Boxes& a, const Boxes* b = nullptr, const Options& options = {}) {
   Options with = options;
   with.backend = Backend::cpu;
   with.algorithm = Algorithm::grid;
   Finder finder(with);
   const auto find = [&] { return b ? finder.find(a, *b) : finder.find(a); };
-  EXPECT_TRUE(find().ok());  // it may find pairs twice, for want of room
+  EXPECT_TRUE(find().ok());  // it may find pairs twice, without a buffer yet
   const Result result = find();
   EXPECT_TRUE(result.ok()) << result.message;
   const double size = static_cast<double>(a.size() + (b ? b->size() : 0) + result.found);
   return static_cast<double>(result.comparisons) / size;
 }
 
-// Layers at equal distances: cells of a sample have as many boxes as if these were spread evenly,
-// and yet no window along the axis tells those of a layer apart.
+// Layers at equal distances: cells of a sample have as many boxes as with an even spread, yet no
+// window along the axis separates those of one layer.
 TEST(ComparisonsOfLayers, AreFewWhereLayersAreEven) {
   for (const std::size_t n : {1500u, 8000u, 16000u, 60000u}) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -112,8 +112,8 @@ TEST(ComparisonsOfLayers, AreFewWhereLayersAreEven) {
   }
 }
 
-// Coordinates over so many decades, by themselves on each of some axes, on one side of 0 or on
-// both; all boxes a thousandth of these, or of any size from there to a billionth.
+// Coordinates over some decades, independently per axis, on one side of 0 or on both; box sizes are
+// a thousandth of these, or anything from that to a billionth.
 struct Decades {
   float count;
   bool both;
@@ -175,7 +175,7 @@ TEST(ComparisonsOfDecades, AreFew) {
   }
 }
 
-// Decades around another place than 0, where floats are some 5e-7 apart.
+// Decades around a centre other than 0, where floats are some 5e-7 apart.
 TEST(ComparisonsOfDecades, AroundAnotherPlace) {
   for (const bool both : {false, true}) {
     BoxList list = Decades{12, both, 3, false}.boxes(30000, 3);
@@ -185,8 +185,8 @@ TEST(ComparisonsOfDecades, AroundAnotherPlace) {
   }
 }
 
-// A scene of any scale costs what it does at 1: down to where floats are denormal, up to where
-// differences overflow.
+// A scene at any scale costs the same as at 1: down to denormal floats, up to overflowing
+// differences.
 TEST(ComparisonsOfScales, AreAlike) {
   const BoxList usual = uniform_boxes(30000, 1), others = uniform_boxes(30000, 2);
   BoxList thin = usual;
@@ -210,7 +210,7 @@ TEST(ComparisonsOfScales, AreAlike) {
     EXPECT_LE(share_of(at_scale, &second), 2 * of_two);
     EXPECT_LE(share_of(scaled(thin, factor)), 2 * of_thin);
     EXPECT_LE(in_worlds(at_scale), 2 * of_worlds);
-    BoxList around = at_scale;  // on both sides of 0: the range is no float at the largest scale
+    BoxList around = at_scale;  // on both sides of 0: at the largest scale the range is no float
     for (Box& box : around)
       for (int k = 0; k < 6; ++k) (&box.lower.x)[k] -= 20 * factor;
     EXPECT_LE(share_of(around), 2 * of_usual);
@@ -220,8 +220,8 @@ TEST(ComparisonsOfScales, AreAlike) {
   }
 }
 
-// Boxes in one place of which filters let no two pair are not compared with one another: all of one
-// owner, or of layers that do not see one another; a few others among them meet all.
+// Boxes in one place that no filter allows to pair are not compared with each other: all of one
+// owner, or of layers that do not collide; a few others among them pair with all.
 TEST(ComparisonsOfForbidden, AreFew) {
   constexpr std::size_t n = 15000, others = 100;
   Random r(3);
@@ -247,7 +247,7 @@ TEST(ComparisonsOfForbidden, AreFew) {
   EXPECT_LE(share_of(owned), 1);
 }
 
-// What the pipeline compares, as a share of boxes and pairs.
+// Comparisons of the device pipeline relative to boxes and pairs.
 double share_of_pipeline(const Boxes& boxes) {
   Options options;
   options.backend = Backend::emulated;
@@ -258,8 +258,7 @@ double share_of_pipeline(const Boxes& boxes) {
   return static_cast<double>(result.comparisons) / static_cast<double>(boxes.size() + result.found);
 }
 
-// A grid is as large as most boxes are, here a heap of static ones; movers far away share its
-// outermost cells.
+// The grid covers most boxes, here a heap of static ones; distant movers share its outermost cells.
 TEST(ComparisonsOfFarMovers, AreFew) {
   for (const float side : {1.0f, 8.0f}) {
     Random r(3);
@@ -277,7 +276,7 @@ TEST(ComparisonsOfFarMovers, AreFew) {
   }
 }
 
-// Boxes without end along an axis are parted along the others, however few they are.
+// Boxes unbounded along one axis are separated along the others, even if they are few.
 TEST(ComparisonsOfUnbounded, AreFew) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   for (const std::uint32_t one_in : {1u, 3u, 20u}) {

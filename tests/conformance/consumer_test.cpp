@@ -20,11 +20,11 @@ namespace {
 
 class Consume : public Conformance {
  protected:
-  // Which takes a hundred times as long, and gets less to do.
+  // A hundred times slower, so it gets smaller scenes.
   bool emulated() const { return config().backend == Backend::emulated; }
 };
 
-// Takes blocks and notices when two come at once.
+// Collects blocks and detects concurrent calls.
 struct Collector {
   std::vector<Pair> pairs;
   std::atomic<int> inside{0};
@@ -49,7 +49,7 @@ void expect_collected(const Result& result, const Collector& taken, const Config
 }
 
 TEST_P(Consume, BlocksMakeUpThePairs) {
-  static std::vector<Answer> answers;  // the same in every configuration
+  static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;
   for (const BoxList& boxes : {uniform_boxes(6000, 1), identical_boxes(500, 2),
                                snapped_boxes(1000, 9, 1, 3), infinite_bounds(700, 4), BoxList{}}) {
@@ -111,7 +111,7 @@ TEST_P(Consume, WhatItThrowsComesThrough) {
   };
   try {
     (void)finder.consume(boxes, thrower);
-    FAIL() << "nothing came through";
+    FAIL() << "the exception did not propagate";
   } catch (const Special& special) {
     EXPECT_EQ(special.value, 4711);
   }
@@ -137,8 +137,8 @@ TEST_P(Consume, SeveralAtOnceWhereAsked) {
   expect_pairs(result, config(), answer, pairs, boxes.size());
 }
 
-// The cap holds for all that the library takes; below the minimum it names the bytes needed, and
-// with just these it works.
+// The cap covers all memory that the library takes; below the minimum the error names the bytes
+// needed, and exactly these are enough.
 TEST_P(Consume, MemoryCap) {
   for (const BoxList& boxes :
        {uniform_boxes(2500, 1), identical_boxes(emulated() ? 300 : 600, 2)}) {
@@ -167,14 +167,15 @@ TEST_P(Consume, MemoryCap) {
         EXPECT_LE(memory.peak(), cap);
         needed = result.bytes_needed;
       }
-      if (config().backend != Backend::cpu) {  // whose estimate is less close
+      if (config().backend != Backend::cpu) {  // the estimate is less close
         with.memory_cap_bytes = static_cast<std::size_t>(needed - 1);
         CountingResource counted;
         with.memory = &counted;
         Finder finder(with);
         Collector taken;
         const Result result = finder.consume(boxes, taken);
-        EXPECT_EQ(result.status, Status::memory_cap_too_small) << "one byte short of what it names";
+        EXPECT_EQ(result.status, Status::memory_cap_too_small)
+            << "one byte less than the reported need";
         EXPECT_EQ(result.bytes_needed, needed);
         EXPECT_LE(counted.peak(), needed - 1);
       }
@@ -186,14 +187,15 @@ TEST_P(Consume, MemoryCap) {
         Finder finder(with);
         Collector taken;
         expect_collected(finder.consume(boxes, taken), taken, config(), answer);
-        EXPECT_LE(counted.peak(), enough) << "more taken than the cap allows";
+        EXPECT_LE(counted.peak(), enough) << "allocated more than the cap allows";
         EXPECT_LE(finder.memory_bytes(), enough) << "more held, a device's memory included";
       }
     }
   }
 }
 
-// How often a Finder says what it needs until it has it; at most ten times.
+// Retries with the bytes that the Finder names until it succeeds; returns their number, at most
+// ten.
 int refusals(Finder& finder, Options with, const Boxes& a, const Boxes* b) {
   for (int calls = 0; calls < 10; ++calls) {
     finder.set_options(with);
@@ -207,7 +209,7 @@ int refusals(Finder& finder, Options with, const Boxes& a, const Boxes* b) {
   return 10;
 }
 
-// What a Finder keeps of other searches it gives back before it refuses.
+// A Finder releases memory kept from other searches before it fails.
 TEST_P(Consume, MemoryOfOtherSearchesDoesNotCount) {
   const BoxList boxes = uniform_boxes(900, 4), other = uniform_boxes(2500, 5);
   Options with = options();
@@ -219,7 +221,7 @@ TEST_P(Consume, MemoryOfOtherSearchesDoesNotCount) {
   EXPECT_LE(refusals(warm, with, boxes, nullptr), refusals(fresh, with, boxes, nullptr));
 }
 
-// Boxes of sizes and places of all exponents, of which a sample says little.
+// Boxes with sizes and positions of all exponents, which a sample represents poorly.
 TEST_P(Consume, WhatIsNamedComesToAnEnd) {
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Random random(seed);
@@ -244,7 +246,7 @@ TEST_P(Consume, WhatIsNamedComesToAnEnd) {
   }
 }
 
-// Far more pairs than fit under the cap: they pass through in blocks, in order where asked.
+// Far more pairs than fit under the cap: they are delivered in blocks, sorted if requested.
 TEST_P(Consume, MorePairsThanMemory) {
   const std::uint32_t n = emulated() ? 600 : 1100;
   const BoxList boxes = identical_boxes(n, 3);
@@ -284,8 +286,8 @@ TEST_P(Consume, MorePairsThanMemory) {
   EXPECT_LE(counted.peak(), needed);
 }
 
-// Under a cap that is just enough sorted pairs come in few blocks, as each is one more search: what
-// finding leaves of the cap is theirs.
+// Under a cap that is just enough sorted pairs come in few blocks, as each block takes another
+// search: they get the memory that the search leaves unused.
 TEST(ConsumeUnderACap, SortedPairsComeInFewBlocks) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   BoxList boxes = uniform_boxes(20'000, 4);
@@ -317,7 +319,7 @@ TEST(ConsumeUnderACap, SortedPairsComeInFewBlocks) {
   }
 }
 
-// Pairs that a consumer was handed before memory ran short are told of.
+// The result counts the pairs that a consumer received before memory ran out.
 TEST(ConsumeUnderACap, WhatWasHandedOutIsTold) {
   if (watches_threads) GTEST_SKIP() << one_thread;
   // Some columns have many more boxes than others.
@@ -340,7 +342,7 @@ TEST(ConsumeUnderACap, WhatWasHandedOutIsTold) {
     EXPECT_EQ(r.found, r.ok() ? handed : 0) << "cap " << cap;
     told += !r.ok() && handed != 0;
   }
-  EXPECT_GT(told, 0u) << "never halfway";
+  EXPECT_GT(told, 0u) << "never partially";
 }
 
 TEST_P(Consume, InvalidInputReachesNoConsumer) {
@@ -357,8 +359,8 @@ TEST_P(Consume, InvalidInputReachesNoConsumer) {
 THRONG_INSTANTIATE(Consume, suite_configs);
 
 #if defined(THRONG_TESTS_TBB)
-// A consumer that waits for tasks of its own, on the threads that also search: it is given none of
-// the search around it, which would wait for the consumer.
+// A consumer that waits for its own tasks, on the threads that also search: it must not be given
+// tasks of the outer search, which would wait for the consumer.
 TEST(ConsumeOnTheSameThreads, TasksAndSearchesOfItsOwn) {
   const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism, 4);
   tbb::task_arena arena(4);

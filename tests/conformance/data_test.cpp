@@ -1,4 +1,4 @@
-// Recorded boxes with known answers, in the folder that THRONG_DATA names.
+// Recorded boxes with known pairs, in the folder THRONG_DATA.
 #include <algorithm>
 #include <cstdlib>
 #include <iterator>
@@ -37,7 +37,7 @@ TEST_P(Data, HasTheKnownPairs) {
   const Boxes boxes(file.frame(0), file.count);
   std::vector<Pair> pairs(r.pairs);
   for (const Config& config : all_configs()) {
-    // Brute force where it takes less than a second; canonical order once an instruction set.
+    // Brute force if it takes less than a second; canonical order once per instruction set.
     if (config.algorithm == Algorithm::all_pairs && r.boxes > 5000) continue;
     if (config.order == Order::canonical && config.threads != 2 && r.boxes > 5000) continue;
     SCOPED_TRACE(config.name());
@@ -53,7 +53,8 @@ TEST_P(Data, HasTheKnownPairs) {
   }
 }
 
-// Layers each of which meets all others, static boxes, and worlds: what is left of the known pairs.
+// Layers that collide with all others, static boxes, and worlds: the allowed part of the known
+// pairs.
 TEST_P(Data, FiltersLeaveTheirPairs) {
   const char* folder = std::getenv("THRONG_DATA");
   if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded boxes";

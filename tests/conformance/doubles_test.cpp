@@ -1,4 +1,4 @@
-// Boxes of doubles: the pairs are theirs, where floats could not tell them apart, too.
+// Boxes of doubles: exact pairs, even if floats do not distinguish the boxes.
 #include <cmath>
 #include <cstring>
 
@@ -19,8 +19,8 @@ std::vector<Config> cpu_configs() {
   return configs;
 }
 
-// Where the boxes of a scene of floats lie as doubles: scale * x + origin, and each coordinate up
-// to two doubles beside that. Faces that met do so by less than floats tell, or just do not.
+// Converts a scene of floats to doubles: scale * x + origin, and each coordinate moved by up to two
+// ulps. Touching faces then overlap or miss by less than float resolution.
 struct Setting {
   const char* name;
   double scale;
@@ -103,8 +103,8 @@ TEST_P(Doubles, HardScenesInTwoSets) {
   }
 }
 
-// So many in one column that it gets a grid of its own, and boxes over most columns, all of them
-// within few floats of one another.
+// Enough boxes in one column for a nested grid, and boxes over most columns, all of them within few
+// floats of one another.
 TEST_P(Doubles, ClustersAndWideBoxes) {
   static const Hard hard = [] {
     BoxList boxes = clusters_and_outliers(sanitized ? 4000 : 12000, 5);
@@ -127,7 +127,7 @@ struct Filtered {
   std::vector<std::uint32_t> group, mask;
   std::vector<std::int32_t> owner, world;
   std::vector<std::uint8_t> still;
-  std::vector<Answer> one, two;  // by which filters are given; of all, and with all unfiltered
+  std::vector<Answer> one, two;  // per combination of filters; `two`: the second set unfiltered
 
   Filtered() {
     Random random(3);
@@ -163,7 +163,7 @@ TEST_P(Doubles, EveryFilter) {
   }
 }
 
-// Grown by a margin, they meet or miss each other by the last place of a double.
+// With a margin they overlap or miss each other by one ulp of a double.
 TEST_P(Doubles, Margin) {
   static const std::vector<Hard> gaps = [] {
     std::vector<Hard> all;
@@ -192,7 +192,7 @@ TEST_P(Doubles, Margin) {
   }
 }
 
-// Where a double is a ten-thousandth the margin falls between two: it is rounded outward.
+// If the margin falls between two doubles, it is rounded outward.
 TEST_P(Doubles, MarginBetweenDoubles) {
   constexpr float margin = 0.1f;
   static const Hard hard = [] {
@@ -217,7 +217,7 @@ TEST_P(Doubles, MarginBetweenDoubles) {
   expect_pairs(result, config(), hard.answer, to_vector(finder.pairs()), 0);
 }
 
-// An inverted box is an empty slot by however little it is, and stays one under a margin.
+// An inverted box is an empty slot even if inverted by one ulp, and stays one under a margin.
 TEST_P(Doubles, InvertedByTheLastPlace) {
   DoubleList boxes(700, {{1, 1, 1}, {1, 1, 1}});
   for (std::size_t i = 0; i < boxes.size(); i += 3) boxes[i].upper.y = nudged(1, -1);
@@ -284,7 +284,7 @@ TEST_P(Doubles, EveryLayout) {
                reference_pairs(DoubleBoxes(&boxes[0], 300, 0)));  // one box 300 times
 }
 
-// Every form of the call tells the same.
+// Every form of the call returns the same.
 TEST_P(Doubles, EveryForm) {
   const Hard& hard = hard_doubles()[1];
   std::vector<Pair> pairs;
@@ -318,7 +318,8 @@ TEST_P(Doubles, EveryForm) {
   expect_pairs(result, config(), hard.parted, pairs, 0);
 }
 
-// A cap that is too small names one that does, the floats that stand for the doubles among it.
+// The error for a cap that is too small names one that is enough, including the floats for the
+// doubles.
 TEST_P(Doubles, UnderACap) {
   const Hard& hard = hard_doubles()[1];
   Options o = options();
@@ -368,7 +369,7 @@ TEST_P(Doubles, WhatIsWrong) {
   o.backend = Backend::emulated;
   try {
     find_pairs(boxes, o);
-    FAIL() << "emulated takes no doubles";
+    FAIL() << "the emulated backend does not support doubles";
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::bad_option);
     EXPECT_NE(std::string(error.what()).find("backend emulated"), std::string::npos);

@@ -1,5 +1,5 @@
-// The main promise: exactly the pairs that a double loop finds, for every algorithm, instruction
-// set, number of threads and order.
+// The main guarantee: exactly the pairs of a double loop, for every algorithm, instruction set,
+// number of threads and order.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -13,7 +13,7 @@ struct Solved {
   Answer answer;
 };
 
-// The double loop once for all configurations.
+// The double loop, run once for all configurations.
 const std::vector<Solved>& solved_scenes(int n) {
   static std::vector<Solved> small, large;
   std::vector<Solved>& solved = n < 1000 ? small : large;
@@ -54,8 +54,8 @@ TEST_P(Exact, TwentyThousand) {
   expect_exact(boxes, config(), answer);
 }
 
-// Enough boxes for many columns, and boxes over most of them that meet each other: with everything,
-// by worlds, by static, and in two sets.
+// Enough boxes for many columns, and overlapping boxes over most of them: with all pairs, by
+// worlds, by static, and in two sets.
 TEST_P(Exact, WideAmongMany) {
   static const BoxList boxes = [] {
     BoxList all = uniform_boxes(12000, 31);
@@ -119,7 +119,7 @@ TEST_P(Exact, HardScenes) {
   }
 }
 
-// The same Finder over one scene after another: nothing of the last may show in the next.
+// One Finder over several scenes: no state may carry over.
 TEST_P(Exact, OneFinderForAll) {
   Finder finder(options());
   const std::vector<Solved>& scenes = solved_scenes(300);
@@ -135,7 +135,7 @@ TEST_P(Exact, OneFinderForAll) {
   }
 }
 
-// Each hard scene cut in two and the halves set against each other; then against itself.
+// Each hard scene split in two halves as two sets; then against itself.
 TEST_P(Exact, TwoSets) {
   static std::vector<Answer> halves, selves;
   const std::vector<Solved>& scenes = solved_scenes(300);
@@ -190,7 +190,7 @@ TEST_P(Exact, PermutedInputPermutesPairs) {
   }
 }
 
-// Boxes grown in place keep every pair they had.
+// Expanding boxes in place keeps every pair.
 TEST_P(Exact, InflatingNeverLosesAPair) {
   Finder finder(options());
   for (const Solved& s : solved_scenes(300)) {
@@ -249,8 +249,8 @@ TEST_P(Exact, MarginsOfTwoSets) {
   }
 }
 
-// Points in the last place of the last column: beyond them lies what a larger scene left behind,
-// and nothing of it may be met.
+// Points at the end of the last column: memory behind them holds data of a larger scene, which must
+// not be found.
 TEST_P(Exact, NothingBeyondTheLastBox) {
   BoxList boxes(600, Box{{1, 1, 1}, {1, 1, 1}});
   for (std::size_t i = 0; i < boxes.size(); i += 7) boxes[i] = cube(0, 0, 0, 0.5f);
@@ -263,9 +263,9 @@ TEST_P(Exact, NothingBeyondTheLastBox) {
   }
 }
 
-// Sets smaller than any batch, tile, vector or row: in a grid, too, where that is asked for.
+// Sets smaller than any batch, tile, vector or row; in a grid, too, if one is requested.
 TEST_P(Exact, TinySets) {
-  // Two boxes in a grid so fine that one of them looks into more rows than there are boxes.
+  // Two boxes in a grid so fine that one of them visits more rows than there are boxes.
   const BoxList apart = {{{0, 3, 4}, {0.764f, 4.0536f, 4.9559f}},
                          {{2.7906f, 0.4171f, 5.2914f}, {3.4139f, 2.2969f, 6.4506f}}};
   expect_exact(apart, config(), reference_pairs(apart));

@@ -1,4 +1,4 @@
-// What a search tells of itself: held against plain counts of the same boxes.
+// The explanation of a search, against plain counts of the same boxes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ float extent(const Box& b) {
 
 TEST(Explain, CountsAreThoseOfTheBoxes) {
   BoxList boxes = uniform_boxes(5000, 3);
-  boxes[17] = {{0, 0, 0}, {90, 60, 1}};  // whichever axis cells are swept along
+  boxes[17] = {{0, 0, 0}, {90, 60, 1}};  // for any sweep axis
   boxes[4711] = {{-3, 1, 1}, {20, 30, 2}};
   boxes[99] = {{1, 1, 1}, {0, 0, 0}};  // inactive
   boxes[100] = {{1, 1, 1}, {1, 1, 1}};
@@ -28,7 +28,7 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   const Explanation e = finder.explain(boxes);
   EXPECT_EQ(e.boxes, 5000u);
   EXPECT_EQ(e.result.found, reference_pairs(boxes).pairs.size());
-  EXPECT_EQ(finder.pairs().size(), e.result.found) << "the pairs are there as after find";
+  EXPECT_EQ(finder.pairs().size(), e.result.found) << "the pairs are available as after find";
   EXPECT_EQ(e.result.inactive, 1u);
 
   std::uint64_t in_classes = 0;
@@ -63,7 +63,7 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   EXPECT_EQ(*std::max_element(e.occupancy.begin(), e.occupancy.end()), e.densest[0].boxes);
   EXPECT_LE(e.grid.lower.x, e.densest[0].bounds.lower.x);
   EXPECT_GE(e.grid.upper.x, e.densest[0].bounds.upper.x);
-  // Where the densest cell is told to be, there it is.
+  // The densest cell is at the reported position.
   std::size_t at = 0;
   const float lower[3] = {e.grid.lower.x, e.grid.lower.y, e.grid.lower.z};
   const float upper[3] = {e.grid.upper.x, e.grid.upper.y, e.grid.upper.z};
@@ -100,8 +100,8 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   EXPECT_EQ(in_parts, e.memory_bytes);
 }
 
-// The boxes that a cell is told to hold are those that touch its bounds; on them ties are the
-// cell's beside it, so that a few may be told of neighbours.
+// The boxes reported for a cell are those that touch its bounds; boxes on the bounds may count for
+// the neighbour cell, so counts may differ slightly.
 TEST(Explain, DensestCellsHoldTheirBoxes) {
   BoxList boxes = uniform_boxes(20000, 4);
   Random r(5);
@@ -121,7 +121,7 @@ TEST(Explain, DensestCellsHoldTheirBoxes) {
                   b.lower.y <= inside.upper.y && inside.lower.y <= b.upper.y &&
                   b.lower.z <= inside.upper.z && inside.lower.z <= b.upper.z;
     }
-    // The outermost cells hold what lies beyond them as well.
+    // The outermost cells also hold everything beyond them.
     EXPECT_NEAR(static_cast<double>(touching), static_cast<double>(cell.boxes),
                 0.2 * static_cast<double>(cell.boxes) + 8);
   }
@@ -157,10 +157,11 @@ TEST(Explain, AdviceFollowsWhatWasSeen) {
   EXPECT_TRUE(says(finder.explain(boxes), "40 % of the boxes overlap nothing"));
   EXPECT_TRUE(says(finder.explain(uniform_boxes(50, 1)), "are few"));
   BoxList same = identical_boxes(3000, 2);
-  EXPECT_TRUE(says(finder.explain(same), "pairs a box fill"));
+  EXPECT_TRUE(says(finder.explain(same), "pairs per box fill"));
   Options options;
   options.order = Order::canonical;
-  // That hangs on times: what is said must follow them, and of some tries one is undisturbed.
+  // This depends on measured times: the text must follow them, and at least one of some attempts is
+  // undisturbed.
   bool said = false;
   for (int tries = 0; tries < 50 && !said; ++tries) {
     const Explanation e = Finder(options).explain(same);
@@ -185,7 +186,7 @@ TEST(Explain, TwoSetsWorldsAndFewBoxes) {
   Boxes view = a;
   view.filters.world = {worlds.data(), worlds.size()};
   const Explanation apart = finder.explain(view);
-  EXPECT_EQ(apart.cells, 0u) << "a problem a world";
+  EXPECT_EQ(apart.cells, 0u) << "one problem per world";
   EXPECT_TRUE(apart.densest.empty());
   EXPECT_FALSE(apart.size_classes.empty());
   EXPECT_EQ(finder.explain(BoxList{}).boxes, 0u);

@@ -1,4 +1,4 @@
-// Group and mask, owner, world, static: alone, together, strided, in one set and in two, wrong.
+// Group and mask, owner, world, static: alone, combined, strided, in one set and in two, invalid.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -7,7 +7,7 @@ namespace {
 
 class Filter : public Conformance {};
 
-// All five filters for n boxes, in one array of records: strided views of it.
+// All five filters for n boxes, as strided views of one array of records.
 struct Labels {
   struct Record {
     std::uint32_t group, mask;
@@ -55,7 +55,7 @@ TEST_P(Filter, EveryCombinationInTwoSets) {
   const BoxList a = snapped_boxes(150, 9, 1, 1), b = snapped_boxes(230, 9, 1, 2);
   const Labels of_a(a.size(), 3), of_b(b.size(), 4);
   for (int which = 0; which < 32; ++which) {
-    // All in both, and some in one only: the other set then allows everything.
+    // All filters in both sets, then some in one only: the other set then allows everything.
     for (const int of_second : {which, (which * 7 + 3) % 32}) {
       SCOPED_TRACE("filters " + std::to_string(which) + " and " + std::to_string(of_second));
       Boxes view_a = a, view_b = b;
@@ -66,9 +66,9 @@ TEST_P(Filter, EveryCombinationInTwoSets) {
   }
 }
 
-// In one place, most of one owner, of layers that do not see one another, or of both: what is
-// forbidden is not compared, and all else is found. Others are of several owners, and two of the
-// layers see themselves.
+// Clusters in which most boxes have one owner, or layers that do not collide, or both: forbidden
+// pairs are not compared, and all others are found. The other boxes have several owners, and two of
+// the layers collide with themselves.
 TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
   struct Crowd {
     BoxList boxes;
@@ -100,7 +100,7 @@ TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
   };
   static const Crowd one = crowd(1), two = crowd(2);
   struct Case {
-    int first, second;  // second below 0: one set
+    int first, second;  // second < 0: one set
     Answer answer;
   };
   static std::vector<Case> cases;
@@ -132,10 +132,10 @@ TEST_P(Filter, OnHardScenes) {
   }
 }
 
-// Many worlds in one place, few boxes each; some boxes meet them all.
+// Many worlds in one place with few boxes each; some boxes are in every world.
 TEST_P(Filter, ManyWorlds) {
   const BoxList boxes = snapped_boxes(2000, 9, 1, 1);
-  static std::vector<Answer> answers;  // the same in every configuration
+  static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;
   for (const int worlds : {2, 60, 2000, 2000000000}) {
     SCOPED_TRACE(std::to_string(worlds) + " worlds");
@@ -149,7 +149,7 @@ TEST_P(Filter, ManyWorlds) {
   }
 }
 
-// Worlds of many boxes, as many as fill columns of their own.
+// Worlds with enough boxes to fill columns of their own.
 TEST_P(Filter, LargeWorlds) {
   const BoxList boxes = uniform_boxes(6000, 8);
   const Labels labels(boxes.size(), 6, 3);
@@ -187,8 +187,8 @@ TEST_P(Filter, AllStaticAllOneOwnerAllOneWorld) {
   expect_exact(view, config(), Answer{});
 }
 
-// Scenes of a few kinds of boxes: layers that meet some others, as games have them. What pairs with
-// what is told by as many bits as a sweep has for it, or by a few more, or by far too many.
+// Scenes with a few filter classes: layers that collide with some others, as in games. The classes
+// fit the reject bits of a sweep, exceed them slightly, or exceed them by far.
 TEST_P(Filter, Layers) {
   const BoxList boxes = snapped_boxes(1500, 20, 1, 21);
   const std::size_t n = boxes.size();
@@ -217,7 +217,7 @@ TEST_P(Filter, Layers) {
   }
 }
 
-// Two sets whose kinds differ, the sets in either role.
+// Two sets with different filter classes, in both roles.
 TEST_P(Filter, LayersOfTwoSets) {
   const BoxList a = snapped_boxes(900, 14, 1, 22), b = snapped_boxes(700, 14, 1, 23);
   std::vector<std::uint32_t> group_a, mask_a, group_b, mask_b;
@@ -243,8 +243,8 @@ TEST_P(Filter, LayersOfTwoSets) {
   expect_exact(second, first, config(), reference_pairs(second, first));
 }
 
-// A crowd of static boxes in one place costs nothing that grows with its square, be they few or
-// many; and boxes that pair with none are not compared at all.
+// A dense cluster of static boxes has no quadratic cost, whether few boxes or many; and boxes that
+// pair with none are not compared at all.
 TEST_P(Filter, CrowdsOfStaticBoxes) {
   if (config().backend != Backend::cpu || config().algorithm == Algorithm::all_pairs) GTEST_SKIP();
   for (const std::size_t one_in : {2, 6}) {
@@ -263,7 +263,7 @@ TEST_P(Filter, CrowdsOfStaticBoxes) {
   }
 }
 
-// What can never pair is not even compared, but by brute force of a device.
+// Pairs that are never allowed are not even compared, except by brute force on a device.
 TEST_P(Filter, StaticBoxesAreNotCompared) {
   if (config().backend != Backend::cpu && config().algorithm != Algorithm::grid) GTEST_SKIP();
   const BoxList boxes = uniform_boxes(5000, 1);
@@ -276,7 +276,7 @@ TEST_P(Filter, StaticBoxesAreNotCompared) {
   EXPECT_EQ(result.comparisons, 0u);
 }
 
-// Filters and empty slots together: an inactive box of any world stays inactive.
+// Filters with empty slots: an inactive box of any world stays inactive.
 TEST_P(Filter, WithInactiveBoxes) {
   const BoxList boxes = with_inverted(900, 3);
   const Labels labels(boxes.size(), 9);
@@ -313,10 +313,10 @@ TEST_P(Filter, WrongLengthIsRefused) {
       expect_bad_filter(finder.find(boxes, view), what.c_str());
     }
   }
-  EXPECT_TRUE(finder.find(boxes).ok()) << "and the Finder is as good as before";
+  EXPECT_TRUE(finder.find(boxes).ok()) << "the Finder is still usable";
 }
 
-// Words that lie at odd addresses: a fault on a device, undefined here.
+// Unaligned 32-bit values: a fault on a device, undefined behaviour here.
 TEST_P(Filter, OddStrideIsRefused) {
   const BoxList boxes = uniform_boxes(20, 1);
   const Labels labels(60, 1);
@@ -340,7 +340,7 @@ TEST_P(Filter, OddStrideIsRefused) {
   }
   std::vector<std::uint8_t> still(60, 1);
   Boxes view = boxes;
-  view.filters.is_static = {still.data(), boxes.size(), 3};  // bytes may lie anywhere
+  view.filters.is_static = {still.data(), boxes.size(), 3};  // bytes need no alignment
   expect_exact(view, config(), reference_pairs(view));
 }
 

@@ -1,11 +1,11 @@
-// A set of flat boxes with one that is not, in both orders: flat boxes lie at z = 0.
+// A set of 2-D boxes with one of 3-D boxes, in both orders: 2-D boxes are at z = 0.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
 namespace {
 
-// Boxes that reach from both sides over z = 0, touch it, miss it by a step, or lie in it.
+// Boxes that cross z = 0, touch it, miss it by one ulp, or lie in it.
 BoxList around_zero(int n, std::uint64_t seed) {
   Random random(seed);
   BoxList boxes = uniform_boxes(n, seed);
@@ -86,7 +86,7 @@ class Flat : public Conformance {};
 
 TEST_P(Flat, WithASetThatIsNot) { expect_mixed<float>(config(), 0); }
 
-// By a margin boxes above and below come to meet those at 0.
+// A margin makes boxes above and below overlap those at 0.
 TEST_P(Flat, WithASetThatIsNotAndAMargin) {
   const Planes<float> a(around_zero(300, 3)), b(around_zero(400, 4));
   Options options = config().options();

@@ -1,5 +1,5 @@
-// Whatever the caller has done to the floating-point state of its thread, the pairs are the same,
-// and the state is as it was afterwards.
+// The pairs are the same for any floating-point state of the calling thread, and the call restores
+// that state.
 #include "support/configs.hpp"
 #include "support/disturbed.hpp"
 #include "support/hard_boxes.hpp"

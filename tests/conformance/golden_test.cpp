@@ -1,6 +1,5 @@
-// The pairs of the scenes are the very bytes that they always were: for every compiler,
-// optimisation and machine that runs this, every instruction set, 1 to 8 threads, brute force, and
-// what a GPU runs.
+// The pairs of the scenes are byte-identical for every compiler, optimisation level and machine,
+// every instruction set, 1 to 8 threads, brute force, and the GPU.
 #include "scene/golden.hpp"
 
 #include <cstdlib>
@@ -37,8 +36,7 @@ void expect_golden(const scene::Golden& want, const SceneBoxes& scene, const Con
 
 class Golden : public testing::TestWithParam<scene::Golden> {};
 
-// The table was printed by the library, once. This is what shows that it is right: the double loop
-// gives the same numbers.
+// The library printed the table once. This proves it: the double loop gives the same numbers.
 TEST_P(Golden, AreTheDoubleLoops) {
   const scene::Golden& want = GetParam();
   const SceneBoxes scene = boxes_of(want);
@@ -66,7 +64,7 @@ TEST_P(Golden, EveryWayGivesTheSameBytes) {
     expect_golden(want, scene, {Algorithm::grid, Isa::scalar, 0, Order::canonical, Backend::cuda});
 }
 
-// THRONG_GOLDEN: scenes of up to so many boxes; the table goes to a million.
+// THRONG_GOLDEN: the largest scene to run; the table goes to a million boxes.
 std::vector<scene::Golden> small_ones() {
   const char* wanted = std::getenv("THRONG_GOLDEN");
   const std::size_t most = wanted ? std::strtoull(wanted, nullptr, 10) : sanitized ? 1000 : 10000;
@@ -85,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Golden, testing::ValuesIn(small_ones()), [](con
   return name;
 });
 
-// Each scene is there, and the table's own checksums differ from one another.
+// Each scene is present, and the table's checksums differ from one another.
 TEST(GoldenTable, HasEveryScene) {
   std::vector<std::uint64_t> seen;
   for (const std::string& name : scene::names()) {
@@ -101,7 +99,7 @@ TEST(GoldenTable, HasEveryScene) {
   EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end());
 }
 
-// Another order, or another pair, has another sum.
+// Another order, or another pair, changes the checksum.
 TEST(GoldenTable, SequencesAreTold) {
   const Pair pairs[3] = {{0, 1}, {0, 2}, {1, 2}}, other[3] = {{0, 2}, {0, 1}, {1, 2}};
   EXPECT_NE(scene::sequence_checksum(pairs, 3), scene::sequence_checksum(other, 3));

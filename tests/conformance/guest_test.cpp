@@ -1,5 +1,5 @@
-// A good guest: with an executor given no thread is started, with a memory resource given no byte
-// is taken beside it, and a Finder that has seen a scene allocates nothing for the next.
+// Embedding: a given executor is the only source of threads, a given memory resource the only
+// source of memory, and a warmed Finder allocates nothing for the next scene.
 #include <atomic>
 #include <cstdlib>
 #include <set>
@@ -14,7 +14,7 @@
 namespace throng::tests {
 namespace {
 
-// Runs every task on the caller, the last first: nothing may wait for another task.
+// Runs every task on the caller, the last first: no task may wait for another.
 struct InlineExecutor {
   std::set<std::thread::id> threads;
   std::size_t most_threads = 0;
@@ -26,7 +26,7 @@ struct InlineExecutor {
     e.self = this;
     e.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
       auto& me = *static_cast<InlineExecutor*>(self);
-      const bool counting = HeapCount::pause();  // what is done here is not the library's
+      const bool counting = HeapCount::pause();  // this work is not the library's
       me.threads.insert(std::this_thread::get_id());
       me.most_threads = std::max(me.most_threads, thread_count());
       me.most_tasks = std::max(me.most_tasks, count);
@@ -37,7 +37,7 @@ struct InlineExecutor {
   }
 };
 
-// A resource whose own calls of the allocator are not counted: they are not beside it.
+// A resource whose own allocator calls are not counted as the library's.
 class HiddenResource : public CountingResource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     const bool counting = HeapCount::pause();
@@ -68,7 +68,7 @@ const std::vector<GuestScene>& guest_scenes() {
 
 class Guest : public Conformance {
  protected:
-  // As a guest's: on the caller's thread, in the caller's memory if there is one.
+  // Options of an embedded call: the caller's thread, and the caller's memory if given.
   Options guest_options(std::pmr::memory_resource* memory = nullptr) const {
     Options with = options();
     with.executor = &executor_;
@@ -94,7 +94,7 @@ std::vector<Config> guest_configs() {
   return configs;
 }
 
-// Named so that it runs first, while the process has one thread.
+// Named to run first, while the process has one thread.
 TEST_P(Guest, AGivenExecutorStartsNoThread) {
   const std::size_t before = thread_count();
   for (const auto& [boxes, answer] : guest_scenes()) {
@@ -127,15 +127,15 @@ TEST_P(Guest, AGivenExecutorStartsNoThread) {
   EXPECT_EQ(thread_count(), before);
 }
 
-// One thread asked for: none is started either, with the default executor.
+// One thread requested: none is started, with the default executor either.
 TEST_P(Guest, BOneThreadIsTheCaller) {
-  if (config().threads != 1) GTEST_SKIP() << "several threads are asked for";
+  if (config().threads != 1) GTEST_SKIP() << "several threads are requested";
   const std::size_t before = thread_count();
   expect_exact(guest_scenes()[0].boxes, config(), guest_scenes()[0].answer);
   EXPECT_EQ(thread_count(), before);
 }
 
-// Executors that start a thread a task, and that run tasks in odd orders, give the same pairs.
+// Executors that start a thread per task, or run tasks in unusual orders, give the same pairs.
 TEST_P(Guest, AnyExecutorWillDo) {
   Executor threads;
   threads.concurrency = 3;
@@ -153,8 +153,8 @@ TEST_P(Guest, AnyExecutorWillDo) {
   }
 }
 
-// Where one task does all of the work, and the others sit on room in the output, that room is used:
-// with room for the very pairs, and for one less, too.
+// If one task does all of the work, and the others hold blocks of the output, that space is used:
+// with capacity for exactly the pairs, and for one less.
 TEST_P(Guest, FillsTheOutputWhoeverDoesTheWork) {
   InlineExecutor inline_executor;
   const Executor executor = inline_executor.view(4);
@@ -172,7 +172,7 @@ TEST_P(Guest, FillsTheOutputWhoeverDoesTheWork) {
       EXPECT_EQ(result.written, fits || with.order == Order::any ? std::min(found, capacity) : 0u);
       if (fits) {
         out.resize(found);
-        EXPECT_TRUE(same_pairs(out, answer.pairs)) << found << " pairs, room for " << capacity;
+        EXPECT_TRUE(same_pairs(out, answer.pairs)) << found << " pairs, capacity " << capacity;
       }
     }
   }
@@ -187,12 +187,12 @@ TEST_P(Guest, AllBytesComeFromTheResource) {
       HeapCount::start();
       const Result result = finder.find(boxes);
       const std::size_t beside = HeapCount::stop();
-      EXPECT_EQ(beside, 0u) << "allocations beside the memory resource";
+      EXPECT_EQ(beside, 0u) << "allocations outside the memory resource";
       EXPECT_GT(memory.allocations(), 0u);
       expect_pairs(result, config(), answer, to_vector(finder.pairs()), boxes.size());
       EXPECT_EQ(finder.memory_bytes(), memory.held());
     }
-    EXPECT_EQ(memory.held(), 0u) << "not given back";
+    EXPECT_EQ(memory.held(), 0u) << "not released";
   }
 }
 
@@ -253,7 +253,7 @@ TEST_P(Guest, FiltersAllocateNothingBeside) {
     Finder finder(with);
     HeapCount::start();
     const Result first = finder.find(view);
-    EXPECT_EQ(HeapCount::stop(), 0u) << "allocations beside the memory resource";
+    EXPECT_EQ(HeapCount::stop(), 0u) << "allocations outside the memory resource";
     (void)finder.find(view);
     const std::size_t before = memory.allocations();
     HeapCount::start();
@@ -264,7 +264,7 @@ TEST_P(Guest, FiltersAllocateNothingBeside) {
   }
 }
 
-// Frames of a moving scene, gone through for the second time.
+// Frames of a moving scene, processed for the second time.
 TEST_P(Guest, AWarmFinderAllocatesNothingForMovingBoxes) {
   std::vector<BoxList> frames;
   Random random(6);
@@ -285,8 +285,8 @@ TEST_P(Guest, AWarmFinderAllocatesNothingForMovingBoxes) {
   EXPECT_EQ(found, 4);
 }
 
-// The same with the default executor, where chance decides which thread meets what: it must come to
-// rest soon, ten runs without a single allocation. With one thread chance has no part.
+// The same with the default executor, where scheduling decides which thread gets which work:
+// allocations must soon cease, for ten runs. One thread is deterministic.
 TEST_P(Guest, AWarmFinderTakesNothingFromItsResource) {
   for (const auto& scene : guest_scenes()) {
     HiddenResource memory;
@@ -305,8 +305,8 @@ TEST_P(Guest, AWarmFinderTakesNothingFromItsResource) {
   }
 }
 
-// Memory that runs dry at every possible place: told, nothing lost, nothing leaked, and the Finder
-// works again when there is memory.
+// Memory that fails at every possible point: reported, nothing lost, nothing leaked, and the Finder
+// works again once there is memory.
 TEST_P(Guest, OutOfMemoryIsTold) {
   const BoxList boxes = huge_among_small(4000, 2);
   const Answer answer = swept_pairs(boxes);

@@ -1,4 +1,4 @@
-// What is wrong is refused in words, and nothing is found; empty slots are counted.
+// Invalid input is rejected with a message, and no pair is found; empty slots are counted.
 #include <cstdlib>
 #include <set>
 
@@ -17,7 +17,7 @@ class Invalid : public Conformance {
 
 constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
 
-// NaN in every one of the six places in turn.
+// NaN in each of the six coordinates in turn.
 BoxList with_nan(BoxList boxes, std::size_t first, std::size_t step) {
   int k = 0;
   for (std::size_t i = first; i < boxes.size(); i += step, ++k)
@@ -52,7 +52,7 @@ TEST_P(Invalid, NanIsRefusedByIndexAndCount) {
         EXPECT_EQ(result.status, Status::nan_box);
         EXPECT_EQ(result.first_invalid, first);
         EXPECT_EQ(result.invalid_count, count);
-        EXPECT_EQ(result.inactive, 0u) << "a box that is refused is not an empty slot";
+        EXPECT_EQ(result.inactive, 0u) << "a rejected box is not an empty slot";
         const char* set = second ? "of the second set" : "of the first set";
         EXPECT_NE(std::string(result.message).find(set), std::string::npos) << result.message;
       }
@@ -60,7 +60,7 @@ TEST_P(Invalid, NanIsRefusedByIndexAndCount) {
   }
 }
 
-// Every single coordinate, at every place of a vector.
+// Every coordinate, in every vector lane.
 TEST_P(Invalid, NanIsSeenInEveryPlace) {
   Finder finder(options());
   for (std::size_t i = 0; i < 40; ++i) {
@@ -97,7 +97,7 @@ TEST_P(Invalid, NanIsInactiveWhereAsked) {
   EXPECT_EQ(result.found, 0u);
 }
 
-// A NaN box among NaN boxes with a margin, which must not bring it to life; nor an empty slot.
+// A margin must activate neither a NaN box nor an empty slot.
 TEST_P(Invalid, MarginWakesNothing) {
   Options with = options();
   with.nan = NanPolicy::inactive;
@@ -125,7 +125,7 @@ TEST_P(Invalid, Options) {
     EXPECT_STRNE(result.message, "");
     EXPECT_EQ(finder.pairs().size(), 0u);
     finder.set_options(options());
-    EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
+    EXPECT_TRUE(finder.find(boxes).ok()) << "with the option fixed";
   }
   for (const float scale : {0.0f, -1.0f, denormal, 0.0156f, 64.01f, infinity, -infinity, quiet}) {
     throng::Options with = options();
@@ -139,7 +139,7 @@ TEST_P(Invalid, Options) {
   EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());
 }
 
-// As a cast or a struct that was never initialised gives it.
+// As from a cast or an uninitialised struct.
 TEST_P(Invalid, NoConstantOfAnEnumeration) {
   const BoxList boxes = uniform_boxes(40, 1);
   const auto is_refused = [&](auto option, const char* name, auto last) {
@@ -155,7 +155,7 @@ TEST_P(Invalid, NoConstantOfAnEnumeration) {
       EXPECT_THROW((void)finder.explain(boxes), Error) << told;
       EXPECT_EQ(BroadPhase(with).update().status, Status::bad_option) << told;
       finder.set_options(options());
-      EXPECT_TRUE(finder.find(boxes).ok()) << "with the option mended";
+      EXPECT_TRUE(finder.find(boxes).ok()) << "with the option fixed";
     }
   };
   is_refused(&throng::Options::algorithm, "Options::algorithm", Algorithm::grid);
@@ -190,7 +190,7 @@ TEST_P(Invalid, MissingArrays) {
   }
 }
 
-// Four times ten to the nine boxes in one: refused before the first is read.
+// 4e9 boxes in one set: rejected before the first is read.
 TEST_P(Invalid, TooManyBoxes) {
   const Box box = cube(0, 0, 0, 1);
   Finder finder(options());
@@ -204,9 +204,9 @@ TEST_P(Invalid, TooManyBoxes) {
   }
 }
 
-// A device takes fewer, and says so before it takes memory for them.
+// A device has a lower limit, and reports it before it allocates.
 TEST_P(Invalid, TooManyBoxesForADevice) {
-  if (config().backend == Backend::cpu) GTEST_SKIP() << "a processor takes them";
+  if (config().backend == Backend::cpu) GTEST_SKIP() << "the CPU supports them";
   const Box box = cube(0, 0, 0, 1);
   Finder finder(options());
   constexpr std::size_t most = 1800000000;
@@ -237,7 +237,7 @@ TEST_P(Invalid, ShortFormThrows) {
   EXPECT_THROW((void)find_pairs(boxes, options()), std::runtime_error);
 }
 
-// Every value of an enumeration has a name of its own, which messages are made of.
+// Every enumerator has a distinct name, for messages.
 template <class Enum>
 void expect_names(Enum last) {
   std::set<std::string> names;
@@ -305,7 +305,7 @@ TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
 }
 #endif
 
-// Run by ctest with THRONG_ISA=scalar; means nothing without.
+// Run by ctest with THRONG_ISA=scalar; otherwise it tests nothing.
 TEST(ForcedIsa, IsTheOneOfTheEnvironment) {
   const char* forced = std::getenv("THRONG_ISA");
   if (!forced) GTEST_SKIP() << "THRONG_ISA is not set";
@@ -352,7 +352,7 @@ TEST(RoundOutward, IsTheSmallestFloatBoxAround) {
     EXPECT_EQ(box.upper.z, up);
   }
   const double nan[3] = {0, static_cast<double>(quiet), 0}, zero[3] = {0, 0, 0};
-  EXPECT_TRUE(std::isnan(round_outward(nan, zero).lower.y)) << "a NaN must stay to be refused";
+  EXPECT_TRUE(std::isnan(round_outward(nan, zero).lower.y)) << "a NaN must remain, to be rejected";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Boxes with lower > upper: find_pairs refuses them, in words that name the likely mistake; Finder
-// takes them as empty slots; an option makes either do the other.
+// Boxes with lower > upper: find_pairs rejects them and names the likely mistake; Finder treats
+// them as empty slots; an option swaps either behaviour.
 #include <algorithm>
 
 #include "support/configs.hpp"
@@ -35,7 +35,7 @@ void expect_refused(const Result& result, std::uint64_t first, std::uint64_t cou
   EXPECT_TRUE(says(result, "Options::inverted")) << result.message;
 }
 
-// Boxes far from the origin, so that each mistake is seen in nearly all of them.
+// Boxes far from the origin, so that each mistake shows in nearly all of them.
 BoxList far_boxes(int n) {
   BoxList boxes = uniform_boxes(n, 4);
   for (Box& b : boxes) {
@@ -110,7 +110,7 @@ TEST_P(Inverted, AnOptionAllowsEmptySlots) {
   }
 }
 
-// A Finder keeps them by default, whichever form; and refuses them where an option says so.
+// A Finder accepts them by default, in every form, and rejects them if an option says so.
 TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
   const BoxList boxes = with_inverted(700, 8);
   const Answer answer = reference_pairs(boxes);
@@ -141,14 +141,14 @@ TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
     expect_refused(r, first, answer.inactive);
   }
   EXPECT_EQ(finder.pairs().size(), 0u);
-  EXPECT_EQ(given, 0u) << "a consumer was given pairs of boxes that are refused";
+  EXPECT_EQ(given, 0u) << "a consumer received pairs of rejected boxes";
   const BoxList good = uniform_boxes(700, 8);
   const Result fine = finder.find(good);
   EXPECT_TRUE(fine.ok()) << fine.message;
   EXPECT_EQ(fine.found, reference_pairs(good).pairs.size());
 }
 
-// A box with a NaN is judged as one, never as inverted.
+// A box with a NaN counts as NaN, never as inverted.
 TEST_P(Inverted, NanIsJudgedFirst) {
   BoxList boxes = uniform_boxes(60, 1);
   boxes[20] = {{1, quiet, 0}, {0, 1, 1}};
@@ -181,7 +181,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   const auto names = [](const std::string& message, const char* cause) {
     return message.find(cause) != std::string::npos;
   };
-  // Far on the positive side a size and a swapped corner look alike: both are named.
+  // At large positive coordinates a size and a swapped corner look alike: both are named.
   const std::string sizes = message_of(each(good, as_center_and_size));
   EXPECT_TRUE(names(sizes, "looks like a size") && names(sizes, "swapped")) << sizes;
   const BoxList centred = around_zero(good);
@@ -191,7 +191,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
   EXPECT_TRUE(names(corners, "look swapped") && !names(corners, "size")) << corners;
   const std::string order = message_of(each(good, as_intervals));
   EXPECT_TRUE(names(order, "xmin, xmax, ymin")) << order;
-  // Some empty slots among good boxes are no layout, nor are odd ones.
+  // Some empty slots among valid boxes are no layout mistake, nor are single invalid ones.
   BoxList some = good;
   for (std::size_t i = 0; i < some.size(); i += 50) some[i] = swapped(some[i]);
   for (std::size_t k = 0; k < 2; ++k) {
@@ -201,12 +201,12 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
     for (std::size_t i = 0; i < some.size(); i += 3)
       some[i] = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
   }
-  // A third swapped far on the positive side, where each upper corner could be a size.
+  // A third swapped at large positive coordinates, where each upper corner could be a size.
   some = good;
   for (std::size_t i = 0; i < some.size(); i += 3) some[i] = swapped(some[i]);
   const std::string third = message_of(some);
   EXPECT_FALSE(names(third, "size") || names(third, "look")) << third;
-  // Good ones whose numbers would be intervals, too.
+  // Valid boxes whose numbers also fit the interval layout.
   BoxList tall(100, Box{{0, 100, -5}, {1, 101, 200}});
   tall[60] = swapped(tall[60]);
   const std::string one = message_of(tall);
@@ -216,8 +216,7 @@ TEST_P(Inverted, TheLikelyMistakeIsNamed) {
 TEST_P(Inverted, OfTwoDimensions) {
   const BoxList good = far_boxes(300);
   std::vector<float> part[4];
-  for (const Box& b :
-       good) {  // x from, x to, y from, y to, where lower x, y, upper x, y are wanted
+  for (const Box& b : good) {  // intervals x, y, where lower x, y, upper x, y is expected
     part[0].push_back(b.lower.x);
     part[1].push_back(b.upper.x);
     part[2].push_back(b.lower.y);
@@ -233,7 +232,7 @@ TEST_P(Inverted, OfTwoDimensions) {
   const Result r = find_pairs(view(0, 1, 2, 3), out, o);
   EXPECT_EQ(r.status, Status::inverted_box);
   EXPECT_TRUE(says(r, "xmin, xmax, ymin")) << r.message;
-  // Lower corners and sizes: of these one is as often the greater as the other.
+  // Lower corners and sizes: either is the greater equally often.
   std::vector<float> size[2];
   for (std::size_t i = 0; i < good.size(); ++i) {
     size[0].push_back(size[0].size() % 2 ? 1.0f : 2.0f);
@@ -245,7 +244,7 @@ TEST_P(Inverted, OfTwoDimensions) {
   EXPECT_TRUE(says(of_sizes, "size") && !says(of_sizes, "xmin")) << of_sizes.message;
 }
 
-// A mistaken layout can have more pairs than memory holds; the result names the mistake then.
+// A mistaken layout can have more pairs than memory holds; the error then names the mistake.
 TEST(InvertedMemory, TheMistakeIsNamedWhereMemoryRunsOut) {
   FailingResource memory;
   Options options;
@@ -269,7 +268,7 @@ TEST(InvertedDoubles, AreRefusedByTheShortForm) {
   std::vector<Pair> out;
   EXPECT_TRUE(find_pairs(boxes, out).ok());
   EXPECT_EQ(out.size(), 1u);
-  // By less than a float shows.
+  // By less than float resolution.
   boxes[1].lower.y = std::nextafter(2.0, 3.0);
   const Result r = find_pairs(boxes, out);
   expect_refused(r, 1, 1);
@@ -286,7 +285,7 @@ TEST(InvertedDoubles, AreRefusedByTheShortForm) {
 TEST(BoxFromCenter, IsTheSmallestFloatBoxAround) {
   const Box exact = box_from_center({1, 2, 3}, {0.5f, 1, 1.5f});
   EXPECT_TRUE(same_bits(exact, Box{{0.5f, 1, 1.5f}, {1.5f, 3, 4.5f}}));
-  // 1 - 2^-60 is no float: lower goes down, and upper up.
+  // 1 - 2^-60 is no float: lower is rounded down, upper up.
   const Box tight = box_from_center({1, 1, -1}, {0x1p-60f, 0, 0x1p-60f});
   EXPECT_EQ(tight.lower.x, std::nextafter(1.0f, 0.0f));
   EXPECT_EQ(tight.upper.x, std::nextafter(1.0f, 2.0f));

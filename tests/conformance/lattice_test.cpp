@@ -1,5 +1,5 @@
 // Lattices of touching boxes, more than ten million touching pairs in all, in every configuration:
-// what random boxes never show.
+// random boxes never test this.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -25,15 +25,15 @@ Solved solve(const Lattice& lattice) {
   return solve(lattice.describe(), make_lattice(lattice), longest);
 }
 
-// Boxes of few thousand each: every shape, pitch, place and nudge.
+// A few thousand boxes each: every shape, pitch, position and perturbation.
 const std::vector<Solved>& small_lattices() {
   static const std::vector<Solved> solved = [] {
     std::vector<Solved> all;
     for (std::uint64_t seed = 1000; seed < 1175; ++seed) {
       all.push_back(solve(random_lattice(seed, seed % 4 == 0 ? 1200 : 5000)));
     }
-    // Unit cubes on whole numbers, worlds of a power of two: uppers fall on the edges of whatever
-    // regular grid is laid over them.
+    // Unit cubes on integers, worlds of a power of two: upper ends fall on the boundaries of any
+    // regular grid.
     for (const int side : {1, 2, 3, 4, 8, 16}) {
       for (int axis = 0; axis < 3; ++axis) {
         Lattice lattice;
@@ -47,8 +47,7 @@ const std::vector<Solved>& small_lattices() {
   return solved;
 }
 
-// Large ones, where columns are many or very full, and the planner does what it does for many
-// boxes.
+// Large ones, where columns are many or very full, and the planner takes its paths for many boxes.
 const std::vector<Solved>& large_lattices() {
   static const std::vector<Solved> solved = [] {
     std::vector<Solved> all;
@@ -64,7 +63,7 @@ const std::vector<Solved>& large_lattices() {
       lattice.seed = seed++;
       all.push_back(solve(lattice));
     }
-    // More boxes in one column than 16 bits can number: 70,000 sheets one upon the other, and a few
+    // More boxes in one column than 16 bits can number: 70,000 stacked sheets, and a few boxes
     // through them all.
     for (int axis = 0; axis < 3; ++axis) {
       BoxList boxes;
@@ -82,8 +81,8 @@ const std::vector<Solved>& large_lattices() {
   return solved;
 }
 
-// Brute force takes no short cut that a larger lattice would show: it does the small ones, and all
-// of them once.
+// Brute force has no shortcut that needs a larger lattice: it runs the small ones, and each of them
+// once.
 TEST_P(Lattices, Small) {
   const bool all = config().algorithm != Algorithm::all_pairs ||
                    (config().isa == supported_isas().back() && config().threads == 1);
@@ -91,7 +90,7 @@ TEST_P(Lattices, Small) {
     if (!all && s.boxes.size() > 2000) continue;
     SCOPED_TRACE(s.name);
     expect_exact(s.boxes, config(), s.answer);
-    if (HasFailure()) return;  // one lattice tells enough
+    if (HasFailure()) return;  // one lattice is enough
   }
 }
 
@@ -116,9 +115,9 @@ TEST_P(LargeLattices, AreExact) {
   }
 }
 
-// So many boxes that every instruction set makes many columns of them, and boxes over most columns
-// that meet each other: with everything, by worlds, by static, and in two sets. The answers are
-// taken from that of the plain set.
+// Enough boxes for many columns on every instruction set, and overlapping boxes over most columns:
+// with all pairs, by worlds, by static, and in two sets. The expected pairs derive from those of
+// the plain set.
 TEST_P(LargeLattices, WideAmongMany) {
   constexpr std::size_t n = 60000, cut = 20000;
   static const BoxList boxes = [] {
@@ -162,7 +161,7 @@ TEST_P(LargeLattices, WideAmongMany) {
 
 INSTANTIATE_TEST_SUITE_P(All, LargeLattices, testing::ValuesIn(grid_configs()), config_name);
 
-// More pairs than 32 bits can count, none of which is kept.
+// More pairs than 32 bits can count, none of which is stored.
 class Totals : public Conformance {};
 
 TEST_P(Totals, MoreThan32Bits) {
@@ -188,7 +187,7 @@ std::vector<Config> total_configs() {
 }
 INSTANTIATE_TEST_SUITE_P(All, Totals, testing::ValuesIn(total_configs()), config_name);
 
-// What is tested above is worth the name: this many pairs meet face to face.
+// Validates the tests above: this many pairs touch face to face.
 TEST(LatticeCount, MoreThanTenMillionTouch) {
   std::uint64_t touches = 0, boxes = 0, narrow = 0;
   for (const auto* solved : {&small_lattices(), &large_lattices()}) {

@@ -1,4 +1,4 @@
-// Options::stop: a search that is told to end does, leaves no thread behind and can search again.
+// Options::stop: a cancelled search ends, leaves no thread behind and can search again.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -45,9 +45,9 @@ TEST_P(Stop, BeforeItBegins) {
   }
 }
 
-// From the consumer, which a search has reached its middle to call: more blocks would follow.
+// From the consumer, which runs in the middle of a search: more blocks would follow.
 TEST_P(Stop, InTheMiddle) {
-  if (config().order == Order::canonical) GTEST_SKIP() << "pairs come when all are found";
+  if (config().order == Order::canonical) GTEST_SKIP() << "pairs are delivered at the end";
   const BoxList boxes = identical_boxes(3000, 2);
   Finder finder(stoppable());
   std::uint64_t seen = 0;
@@ -56,7 +56,7 @@ TEST_P(Stop, InTheMiddle) {
     stop_ = true;
     return true;
   });
-  // A column of so few is not looked into: where all boxes lie in one, everything has been found.
+  // So few boxes per column are not checked: if all boxes are in one column, all pairs are found.
   expect_stopped(r);
   EXPECT_GT(seen, 0u);
   stop_ = false;
@@ -67,7 +67,7 @@ TEST_P(Stop, InTheMiddle) {
 TEST_P(Stop, InTheMiddleOfAColumn) {
   if (config().order == Order::canonical || config().threads != 1 ||
       config().backend != Backend::cpu)
-    GTEST_SKIP() << "one way to do it is enough";
+    GTEST_SKIP() << "one configuration is enough";
   const BoxList boxes(sanitized ? 20000 : 60000, Box{{0, 0, 0}, {1, 1, 1}});
   const std::uint64_t all = boxes.size() * (boxes.size() - 1) / 2;
   Finder finder(stoppable());
@@ -80,7 +80,7 @@ TEST_P(Stop, InTheMiddleOfAColumn) {
   expect_stopped(r);
   EXPECT_GT(seen, 0u);
   EXPECT_LT(seen, all / 2);
-  // Two sets, each asking the other's strip.
+  // Two sets, each searching the other's strip.
   stop_ = false;
   seen = 0;
   r = finder.consume(boxes, boxes, [&](const Pair*, std::size_t count) {
@@ -93,12 +93,12 @@ TEST_P(Stop, InTheMiddleOfAColumn) {
   EXPECT_LT(seen, all);
 }
 
-// Of brute force over 8e10 comparisons, of which each thread makes 10^8 or so once it is to stop,
-// as Options::stop promises. The first boxes meet all others: pairs come at once.
+// Brute force of 8e10 comparisons: after the stop each thread makes about 10^8 more, as
+// Options::stop documents. The first boxes overlap all others, so pairs come immediately.
 TEST_P(Stop, SoonAfterItIsSet) {
   Options o = stoppable();
   if (o.algorithm != Algorithm::all_pairs || o.order != Order::any || o.backend != Backend::cpu)
-    GTEST_SKIP() << "a grid is done too soon; else pairs come when all are found";
+    GTEST_SKIP() << "a grid ends too soon; otherwise pairs are delivered at the end";
   BoxList boxes = uniform_boxes(400000, 1);
   std::fill_n(boxes.begin(), 4096, Box{{-9, -9, -9}, {999, 999, 999}});
   Finder finder(o);
@@ -111,11 +111,11 @@ TEST_P(Stop, SoonAfterItIsSet) {
   EXPECT_LT(r.comparisons, r.plan.threads * 100'000'000ull);
 }
 
-// As a user interface does it: 8e10 comparisons, of which there is time for some hundred million,
-// and a device may make 10^9 more.
+// As in a user interface: 8e10 comparisons, with time for some hundred million; a device may make
+// 10^9 more.
 TEST_P(Stop, FromAnotherThread) {
   Options o = stoppable();
-  if (o.algorithm != Algorithm::all_pairs) GTEST_SKIP() << "a grid would be done too soon";
+  if (o.algorithm != Algorithm::all_pairs) GTEST_SKIP() << "a grid would end too soon";
   const BoxList boxes = uniform_boxes(400000, 1);
   std::thread impatient([this] {
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
@@ -128,12 +128,11 @@ TEST_P(Stop, FromAnotherThread) {
   EXPECT_LT(r.comparisons, 8'000'000'000u);
 }
 
-// Before the first box is entered into the grid, which is when there is room for all of them: none
-// is looked at.
+// Stops when space for all boxes is allocated, before the first box is binned: no box is visited.
 TEST_P(Stop, WhileBoxesAreBinned) {
   Options o = stoppable();
   if (config().backend != Backend::cpu || o.algorithm != Algorithm::grid)
-    GTEST_SKIP() << "has no grid, or not this one";
+    GTEST_SKIP() << "has no grid, or another one";
   struct Room : CountingResource {
     explicit Room(std::atomic<bool>& s) : stop(s) {}
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
@@ -145,7 +144,7 @@ TEST_P(Stop, WhileBoxesAreBinned) {
   o.memory = &room;
   const BoxList boxes(100000, Box{{1, 1, 1}, {-1, -1, -1}});
   const Result r = Finder(o).find(boxes);
-  EXPECT_TRUE(stop_) << "there was no room for all";
+  EXPECT_TRUE(stop_) << "not all boxes had space";
   expect_stopped(r);
   EXPECT_EQ(r.inactive, 0u);
 }
@@ -185,7 +184,7 @@ TEST(StopBroadPhase, ChangesNothing) {
   };
   update_after_a_stop();  // all are new
   EXPECT_EQ(live.pair_count(), reference_pairs(boxes).pairs.size());
-  // Few: cells are made once they have paid.
+  // Few updates: cells are built once they pay off.
   for (int k = 1; k < 300; ++k) {
     for (const ObjectId id : {7u, 8u, 9u}) ASSERT_EQ(live.move(id, boxes[id + k % 2]), Status::ok);
     update_after_a_stop();
@@ -206,7 +205,7 @@ TEST(StopBroadPhase, ChangesNothing) {
   EXPECT_EQ(live.find_overlaps(Boxes(&all.box, 1)).found, boxes.size());
 }
 
-// Threads that find they are to stop, and none that is told so afterwards.
+// The stop flag is set for the threads, then cleared.
 struct TakenBack {
   std::atomic<bool> stop{false};
   bool disturbs = false;
@@ -229,7 +228,7 @@ struct TakenBack {
   }
 };
 
-// What broke off does not pass for whole.
+// An aborted result does not count as complete.
 TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
   const BoxList boxes = uniform_boxes(8000, 3);
   BoxList away = boxes;

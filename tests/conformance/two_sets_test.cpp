@@ -1,4 +1,4 @@
-// Two sets, of as many boxes each and of a few against many: hard scenes parted, also by filters.
+// Two sets, of equal sizes and of a few against many: hard scenes split, also with filters.
 #include <algorithm>
 #include <limits>
 
@@ -10,7 +10,7 @@ namespace {
 
 class TwoSets : public Conformance {};
 
-// The boxes of a scene, of which the first `first` are a set, and the others the other one.
+// The boxes of a scene: the first `first` form one set, the rest the other.
 struct Parted {
   std::string name;
   BoxList boxes;
@@ -29,7 +29,7 @@ const std::vector<Parted>& parted_scenes() {
   for (HardScene& scene : scenes) {
     const std::size_t size = scene.boxes.size();
     Random random(size);
-    shuffle(scene.boxes, random);  // so that both sets lie everywhere
+    shuffle(scene.boxes, random);  // so that both sets are everywhere
     for (const std::size_t part : {2u, 9u, 60u, 400u}) {
       const std::size_t first = std::max<std::size_t>(1, size / part);
       all.push_back({scene.name + ", 1 in " + std::to_string(part), scene.boxes, first});
@@ -43,7 +43,7 @@ const std::vector<Parted>& parted_scenes() {
 }
 
 TEST_P(TwoSets, HardScenesParted) {
-  static std::vector<Answer> answers;  // the same in every configuration
+  static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;
   for (const Parted& scene : parted_scenes()) {
     SCOPED_TRACE(scene.name);
@@ -52,8 +52,8 @@ TEST_P(TwoSets, HardScenesParted) {
   }
 }
 
-// Two sets that lie apart along the axis that is swept, but for a few boxes of the one: of many
-// boxes few are near the other set's, and of these in turn few are near those that are left.
+// Two sets that are separate along the sweep axis, except for a few boxes of one: of many boxes few
+// are near the other set, and of these in turn few are near the remaining ones.
 TEST_P(TwoSets, ThatMeetInFewPlaces) {
   static BoxList few, many;
   static Answer answers[2];
@@ -72,7 +72,8 @@ TEST_P(TwoSets, ThatMeetInFewPlaces) {
   expect_exact(many, few, config(), answers[1]);
 }
 
-// Static boxes, and layers that each meet others: told by bits beside those of the sets.
+// Static boxes, and layers that each collide with others: their reject bits stand next to those of
+// the sets.
 TEST_P(TwoSets, HardScenesPartedWithFilters) {
   static std::vector<Answer> answers;
   static std::vector<std::uint8_t> still;
@@ -99,7 +100,7 @@ TEST_P(TwoSets, HardScenesPartedWithFilters) {
   }
 }
 
-// What is no box is counted in its own set, by its own number there.
+// Invalid boxes are counted in their own set, by their index there.
 TEST_P(TwoSets, TheFirstInvalidBoxOfTheSecondSet) {
   BoxList one = uniform_boxes(700, 3), other = uniform_boxes(900, 4);
   other[613].upper.y = std::numeric_limits<float>::quiet_NaN();

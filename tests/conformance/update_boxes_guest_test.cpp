@@ -1,4 +1,4 @@
-// update_boxes as a guest: beside a given executor no thread is started, and nothing is allocated.
+// Embedded update_boxes: a given executor is the only source of threads, and nothing is allocated.
 // In the program of guest_test, before it, while the process has one thread.
 #include <thread>
 
@@ -17,7 +17,7 @@ struct Backwards {
   // Runs every task on the caller, the last first.
   static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
     auto& me = *static_cast<Backwards*>(self);
-    const bool counting = HeapCount::pause();  // what is done here is not the library's
+    const bool counting = HeapCount::pause();  // this work is not the library's
     ++me.runs;
     me.most_tasks = std::max(me.most_tasks, count);
     me.strangers += std::this_thread::get_id() != me.caller;
@@ -47,14 +47,14 @@ TEST(UpdateBoxesGuest, NoThreadAndNoByte) {
     EXPECT_EQ(allocations, 0u);
     EXPECT_EQ(r.plan.threads, threads == 0 ? 4u : threads);
   }
-  EXPECT_EQ(backwards.runs, 2u) << "one thread is the caller";
+  EXPECT_EQ(backwards.runs, 2u) << "one thread: the caller";
   EXPECT_EQ(backwards.most_tasks, 4u);
   EXPECT_EQ(backwards.strangers, 0u);
   EXPECT_EQ(backwards.most_threads, before);
   EXPECT_EQ(thread_count(), before);
 }
 
-// Its errors, too.
+// Errors allocate nothing, too.
 TEST(UpdateBoxesGuest, ErrorsAllocateNothing) {
   BodyScene scene = body_scene(100, 2);
   scene.shape[7] = 1u << 30;

@@ -1,4 +1,4 @@
-// Boxes of bodies: what is refused, and in what words.
+// Boxes of bodies: rejected inputs and their messages.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
 
-// A wrong shape costs its own body only.
+// An invalid shape affects only its own body.
 TEST(UpdateBoxes, WrongShapesAreNamed) {
   const BodyScene scene = body_scene(20000, 7);
   const std::vector<Box> want = boxes_of(scene.view());
@@ -65,10 +65,11 @@ TEST(UpdateBoxes, WrongShapesAreNamed) {
   std::vector<Box> boxes(want.size());
   Result r = update_boxes(broken.view(), boxes.data());
   EXPECT_EQ(r.status, Status::bad_shape);
-  EXPECT_STREQ(r.message,
-               "1 bodies have no good shape, the first is body 3 with shape 100 of 100; use 0 to "
-               "one less than that");
-  // One for all, and it is wrong.
+  EXPECT_STREQ(
+      r.message,
+      "1 bodies have an invalid shape, the first is body 3 with shape 100 of 100; use 0 to "
+      "one less than that");
+  // One invalid shape for all bodies.
   const Shape negative = Shape::sphere(-1);
   r = update_boxes(Bodies(scene.transforms.data(), 100, &negative, 1), boxes.data());
   EXPECT_EQ(r.status, Status::bad_shape);
@@ -106,7 +107,7 @@ TEST(UpdateBoxes, Refusals) {
      [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shape = {}; }},
     {"no shapes", Status::bad_bodies, "there are 0 shapes for 10 bodies",
      [](Bodies& b, Box*&, UpdateOptions&, std::size_t&) { b.shape = {}, b.shapes = {}; }},
-    {"null boxes", Status::bad_bodies, "give room for 10 boxes",
+    {"null boxes", Status::bad_bodies, "provide space for 10 boxes",
      [](Bodies&, Box*& out, UpdateOptions&, std::size_t&) { out = nullptr; }},
     {"narrow boxes", Status::bad_bodies, "the stride of the boxes is 20 bytes",
      [](Bodies&, Box*&, UpdateOptions&, std::size_t& stride) { stride = 20; }},
@@ -142,7 +143,7 @@ TEST(UpdateBoxes, Refusals) {
   EXPECT_STREQ(to_string(Status::bad_shape), "bad shape");
 }
 
-// An executor that cannot start all that it is given: the caller does the rest.
+// An executor that cannot start all its tasks: the caller does the rest.
 TEST(UpdateBoxes, ExecutorThatFails) {
   const BodyScene scene = body_scene(30000, 9);
   Executor executor;

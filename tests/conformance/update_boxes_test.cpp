@@ -1,5 +1,5 @@
-// Boxes of bodies through the door: exact for every shape, the same bits for every instruction set
-// and thread count, in every layout, whatever the state of the floating point unit.
+// Boxes of bodies through the public API: exact for every shape, the same bits for every
+// instruction set and thread count, in every layout, in any floating-point state.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST(UpdateBoxes, EveryShapeIsContainedTightly) {
       if (HasFatalFailure()) FAIL() << "body " << i;
     }
     EXPECT_GT(inactive, 0u);
-    // Shapes of no size lie on floats, and there a step outward is not to be had for nothing.
+    // Zero-size shapes lie on floats, where the outward step is unavoidable.
     EXPECT_GT(seen.tightest, seen.sides / 100 * 95);
   }
 }
@@ -52,7 +52,7 @@ TEST(UpdateBoxes, SameBitsEverywhere) {
         bodies.shape = {};
         bodies.shapes = {&scene.shapes[form == 4 ? 1 : 4], 1};
       }
-      // One body a call: the form that takes one at a time, or a block of one.
+      // One body per call: the scalar path, or a block of one.
       UpdateOptions plain;
       plain.isa = Isa::scalar;
       plain.threads = 1;
@@ -78,7 +78,7 @@ TEST(UpdateBoxes, SameBitsEverywhere) {
   }
 }
 
-// FNV-1a over the bits, as words.
+// FNV-1a over the bits, in 32-bit words.
 std::uint64_t checksum(const std::vector<Box>& boxes) {
   std::uint64_t sum = 0xcbf29ce484222325u;
   for (const Box& b : boxes) {
@@ -89,7 +89,7 @@ std::uint64_t checksum(const std::vector<Box>& boxes) {
   return sum;
 }
 
-// For every compiler and processor, too: the number is that of GCC 12 on x86-64, without vectors.
+// For every compiler and processor, too: the number is from GCC 12 on x86-64, without vectors.
 TEST(UpdateBoxes, SameBitsOnEveryMachine) {
   EXPECT_EQ(checksum(boxes_of(body_scene(20000, 10).view())), 675090157258462416u);
 }
@@ -128,7 +128,7 @@ TEST(UpdateBoxes, AnyLayout) {
     ASSERT_EQ(things[i].shape, scene.shape[i]);
     ASSERT_EQ(things[i].after, 8);
   }
-  // A shape a body, without indices.
+  // One shape per body, without indices.
   bodies.shape = {};
   bodies.shapes = {own.data(), own.size()};
   EXPECT_TRUE(same_bits(boxes_of(bodies), want));
@@ -154,12 +154,12 @@ TEST(UpdateBoxes, ConvexOfCornersIsTheBox) {
     scene.shape = *which;
     boxes[(*which)[0]] = boxes_of(scene.view());
   }
-  // The bound is larger for the hull by as much as |v| is counted twice: floats show none of it.
+  // The bound is larger for the hull, as |v| counts twice: floats do not show it.
   EXPECT_TRUE(same_bits(boxes[0], boxes[1]));
   EXPECT_TRUE(same_bits(boxes[2], boxes[3]));
 }
 
-// A caller's rounding mode and flushing change nothing, and are as they were afterwards.
+// A caller's rounding mode and flushing have no effect, and are restored.
 TEST(UpdateBoxes, AnyFloatState) {
   BodyScene scene = body_scene(10000, 5);
   for (std::size_t i = 0; i < scene.transforms.size(); i += 2) {
@@ -191,7 +191,7 @@ TEST(UpdateBoxes, AnyFloatState) {
   }
 }
 
-// What is not finite becomes a NaN, and find_pairs names the body.
+// Non-finite input gives a NaN box, and find_pairs names the body.
 TEST(UpdateBoxes, NotFiniteIsSeen) {
   for (const float bad : {quiet, inf, -inf}) {
     for (int where = 0; where < 16; ++where) {
@@ -235,8 +235,8 @@ TEST(UpdateBoxes, NotFiniteIsSeen) {
   }
 }
 
-// A ball that all bodies share takes a shorter way, on which no rotation is looked at but whether
-// it is finite: the bits are those of the long way, which a shape a body takes.
+// A sphere shared by all bodies takes a shorter path, which only checks that rotations are finite:
+// the bits are those of the general path, which one shape per body takes.
 TEST(UpdateBoxes, SharedBallsTakeTheSameBits) {
   BodyScene scene = body_scene(1000, 9);
   const std::vector<Shape> each(1000, Shape::sphere(0.75f));

@@ -1,4 +1,4 @@
-// The same boxes in every layout that a view can show give the same pairs.
+// The same boxes in every layout that a view supports give the same pairs.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -20,7 +20,7 @@ TEST_P(View, PackedWithAStride) {
   expect_exact(Boxes(&bodies[0].box, bodies.size(), sizeof(Body)), config(), answer);
 }
 
-// Each stride of some whole number of floats, the last box ending where the memory ends.
+// Each stride of a whole number of floats; the last box ends where the memory ends.
 TEST_P(View, EveryStride) {
   const BoxList boxes = snapped_boxes(75, 6, 1, 2);
   const Answer answer = reference_pairs(boxes);
@@ -40,7 +40,7 @@ TEST_P(View, SplitCorners) {
   std::vector<Vec3> lower, upper;
   for (const Box& box : boxes) lower.push_back(box.lower), upper.push_back(box.upper);
   expect_exact(Boxes::split(lower.data(), upper.data(), boxes.size()), config(), answer);
-  // Four floats a corner, as SIMD engines keep them.
+  // Four floats per corner, as in SIMD engines.
   std::vector<float> wide_lower(boxes.size() * 4 - 1), wide_upper(boxes.size() * 4 - 1);
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     std::memcpy(&wide_lower[4 * i], &boxes[i].lower, sizeof(Vec3));

@@ -1,4 +1,5 @@
-// Worlds: in one place and apart, alike and not, with boxes that are of all, in one set and in two.
+// Worlds (environments): in one place and in different places, similar and not, with boxes in every
+// world, in one set and in two.
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -15,7 +16,7 @@ Boxes in_worlds(const BoxList& boxes, const Numbers& worlds) {
   return view;
 }
 
-// Box i's world, some boxes of all.
+// World of box i; some boxes are in every world.
 Numbers dealt_out(std::size_t boxes, int worlds, std::uint64_t seed, std::uint32_t one_of_all_in) {
   Random r(seed);
   Numbers numbers;
@@ -24,11 +25,11 @@ Numbers dealt_out(std::size_t boxes, int worlds, std::uint64_t seed, std::uint32
   return numbers;
 }
 
-// All hard scenes, dealt out to worlds that lie in one place: boxes that span many columns, words
-// that are equal, boxes that are none.
+// All hard scenes, distributed over worlds in one place: boxes that span many columns, quantization
+// ties, inactive boxes.
 TEST_P(Worlds, HardScenesInOnePlace) {
   static const std::vector<HardScene> scenes = hard_scenes(1200);
-  static std::vector<Answer> answers;  // the same in every configuration
+  static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;
   for (const HardScene& scene : scenes) {
     SCOPED_TRACE(scene.name);
@@ -41,8 +42,8 @@ TEST_P(Worlds, HardScenesInOnePlace) {
   }
 }
 
-// Worlds of many columns, finer ones than are planned, and boxes over most of them that meet each
-// other, of one world and of all.
+// Worlds with many columns, finer than planned, and overlapping boxes over most of them, of one
+// world and of every world.
 TEST_P(Worlds, WideAmongMany) {
   static const BoxList boxes = [] {
     BoxList all = uniform_boxes(15000, 33);
@@ -65,7 +66,7 @@ TEST_P(Worlds, WideAmongMany) {
   }
 }
 
-// The sizes of worlds: all alike, one that has half of all boxes, one box each, numbers with gaps.
+// World sizes: all equal, one with half of all boxes, one box each, numbers with gaps.
 TEST_P(Worlds, OfAnySize) {
   const BoxList boxes = snapped_boxes(3000, 12, 1, 3);
   static std::vector<Answer> answers;
@@ -86,7 +87,8 @@ TEST_P(Worlds, OfAnySize) {
   }
 }
 
-// Side by side, as some hand them over, so dense that any two in one place would be costly.
+// Worlds next to each other in space, so dense that comparing two of them in one place would be
+// expensive.
 TEST_P(Worlds, Apart) {
   BoxList boxes = snapped_boxes(2400, 8, 1, 4);
   Numbers worlds;
@@ -101,7 +103,7 @@ TEST_P(Worlds, Apart) {
   expect_exact(view, config(), answer);
 }
 
-// With layers and static boxes, and owners, in the same call.
+// With layers, static boxes and owners in the same call.
 TEST_P(Worlds, WithOtherFilters) {
   const BoxList boxes = snapped_boxes(2500, 10, 1, 5);
   const std::size_t n = boxes.size();
@@ -136,7 +138,7 @@ TEST_P(Worlds, OfTwoSets) {
   expect_exact(first, b, config(), one_sided);
 }
 
-// Boxes of different worlds are not compared, be they all in one place.
+// Boxes of different worlds are not compared, even if all are in one place.
 TEST_P(Worlds, InOnePlaceAreNotCompared) {
   if (config().backend != Backend::cpu || config().algorithm == Algorithm::all_pairs) GTEST_SKIP();
   BoxList boxes = uniform_boxes(20000, 11);

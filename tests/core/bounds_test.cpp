@@ -1,5 +1,5 @@
-// Bounds against other ways to the same answer: directed rounding by the processor's own mode, and
-// 128-bit floats.
+// Bounds against independent computations: the processor's directed rounding modes, and 128-bit
+// floats.
 #include "core/bounds.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ TEST(NextDown, IsTheFloatBelow) {
   EXPECT_EQ(next_down(-largest), -inf);
 }
 
-// The operands and the result go through memory, and nothing between is moved across the mode.
+// Operands and result pass through memory, so the compiler moves no arithmetic across the mode
+// change.
 [[gnu::noinline]] float sum_in_mode(float a, float b, int mode) {
   volatile float x = a, y = b;
   std::fesetround(mode);
@@ -186,8 +187,8 @@ TEST(Active, InvertedOnAnyAxisIsNot) {
   }
 }
 
-// Whatever the shift rounds away: an active axis stays active, an inverted one inverted, and both
-// corners are the nearest floats where that holds already.
+// For any rounding of the shift: an active axis stays active, an inverted one inverted, and both
+// corners are the nearest floats if these already satisfy that.
 TEST(Shift, KeepsActiveAndInactiveApart) {
   std::vector<float> values = {0.0f,    -0.0f,    1.0f, -1.0f, 0.1f, 16777216.0f,
                                largest, -largest, tiny, inf,   -inf};
@@ -209,7 +210,7 @@ TEST(Shift, KeepsActiveAndInactiveApart) {
       }
     }
   }
-  EXPECT_GT(kept, 100) << "no shift that rounds two corners to one";
+  EXPECT_GT(kept, 100) << "no shift rounds two corners to one";
   const Box slot{{0, 1, 0}, {1, 0.5f, 1}};
   const Box far = shifted(slot, {1e12f, 1e12f, 0});
   EXPECT_FALSE(is_active(far));

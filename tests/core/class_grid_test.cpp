@@ -1,4 +1,4 @@
-// The rules by which a class grid loses no pair and tells none twice, each by itself.
+// The separate rules by which a class grid loses no pair and reports none twice.
 #include "core/class_grid.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 using tests::infinity;
 using tests::Random;
 
-// A grid as the planner might lay it out, with odd numbers of cells and a place anywhere.
+// A grid that the planner could produce, with odd numbers of cells and any origin.
 ClassGrid random_grid(Random& r) {
   ClassGrid grid;
   std::uint32_t cells[3];
@@ -29,7 +29,7 @@ ClassGrid random_grid(Random& r) {
     float length = r.magnitude(-4, 12) * grid.unit;
     grid.origin[k] = r.in(-1, 1) * r.magnitude(-4, 14) * grid.unit;
     if (grid.among_knots) {
-      // Spans of any length, and of none; the last one has one, so that it has cells.
+      // Spans of any length, zero included; the last span has a length, so that it has cells.
       Knots& knots = grid.knots[k];
       knots.at[0] = grid.origin[k];
       for (std::uint32_t i = 0; i < knot_spans; ++i) {
@@ -62,7 +62,7 @@ ClassGrid random_grid(Random& r) {
   return grid;
 }
 
-// Of one of them, or of all on average.
+// Length of one cell, or the mean with knots.
 float cell_length(const ClassGrid& grid, int axis) {
   return static_cast<float>(
       (where_before(grid, axis, grid.last[axis] + 1) - where_before(grid, axis, 0)) /
@@ -70,7 +70,7 @@ float cell_length(const ClassGrid& grid, int axis) {
 }
 float coordinate(const ClassGrid& grid, int axis, Random& r) {
   if (r.one_in(40)) return r.one_in(2) ? infinity : -infinity;
-  // On a cell's edge as near as floats come, beside it, or anywhere.
+  // The float nearest to a cell edge, a neighbour of it, or any value.
   const float cell = static_cast<float>(r.between(-2, static_cast<int>(grid.last[axis]) + 2));
   const auto at = static_cast<float>(where_before(grid, axis, cell));
   return r.one_in(4) ? at + r.in(-2, 2) * cell_length(grid, axis)
@@ -89,7 +89,7 @@ Box random_box(const ClassGrid& grid, Random& r) {
   return b;
 }
 
-// Where so many cells are before is where so many are before.
+// where_before() is the inverse of cells_before().
 TEST(ClassGrid, CellsBeforeAndWhere) {
   Random r(11);
   for (int round = 0; round < 200; ++round) {
@@ -101,7 +101,7 @@ TEST(ClassGrid, CellsBeforeAndWhere) {
         ASSERT_LE(before, grid.last[axis] + 1);
         ASSERT_EQ(std::min(static_cast<float>(static_cast<int>(before)), grid.last[axis]),
                   static_cast<float>(cell_of(grid, axis, x)));
-        // As near as floats come, and their products.
+        // To float precision, products included.
         const auto where = static_cast<float>(where_before(grid, axis, before));
         const float slack = 1e-4f * (grid.last[axis] + 1);
         ASSERT_GE(before, cells_before(grid, axis, tests::nudge(where, -3)) - slack);
@@ -148,7 +148,7 @@ TEST(ClassGrid, EveryBoxBelongsToAClassInWhichItSpansTwoCells) {
   EXPECT_GT(coarsest, 1000);
 }
 
-// The statement that all rests on.
+// The central lemma of the grid.
 TEST(ClassGrid, AnOverlappingBoxIsAtHomeWhereOneLooks) {
   Random r(3);
   int overlapping = 0, at_first = 0, at_last = 0;
@@ -174,7 +174,7 @@ TEST(ClassGrid, AnOverlappingBoxIsAtHomeWhereOneLooks) {
     }
   }
   EXPECT_GT(overlapping, 100000);
-  EXPECT_GT(at_first, 1000) << "neither end may be left out";
+  EXPECT_GT(at_first, 1000) << "neither end may be skipped";
   EXPECT_GT(at_last, 1000);
 }
 
@@ -191,8 +191,8 @@ TEST(ClassGrid, GroupsPackAndUnpack) {
   }
 }
 
-// Of two boxes that may meet exactly one looks for the other; of one group and class, either, by
-// the order of cells. Of two that may not, none does.
+// Of two boxes that may pair exactly one searches for the other; within one group and class either
+// does, by the order of cells. Of two that may not pair, none does.
 TEST(ClassGrid, ExactlyOneLooks) {
   for (const bool two_sets : {false, true}) {
     const std::uint32_t present = two_sets ? 7 : 3;
@@ -212,11 +212,11 @@ TEST(ClassGrid, ExactlyOneLooks) {
               EXPECT_EQ(looks, 1) << g << ' ' << c << ' ' << h << ' ' << d;
               EXPECT_NE(there, Look::forward);
             }
-            // Into coarser cells, of which it meets three an axis at most.
+            // Searches coarser cells, of which a box touches at most three per axis.
             if (may && c < d && !((g ^ h) & everywhere_bit)) {
               EXPECT_EQ(there, Look::all);
             }
-            // An everywhere box cannot know in which world to look.
+            // A box in every world cannot select a world to search.
             if ((g & everywhere_bit) && !(h & everywhere_bit)) {
               EXPECT_EQ(there, Look::no);
             }
@@ -253,7 +253,7 @@ TEST(ClassGrid, CellsOfTheTableAreDistinct) {
   }
 }
 
-// Scattered evenly: no part of the table holds much more than its share.
+// Uniform hashing: no part of the table holds much more than its share.
 TEST(ClassGrid, HashedRowsSpread) {
   ClassGrid grid;
   grid.hashed = true;

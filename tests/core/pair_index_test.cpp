@@ -1,5 +1,5 @@
-// The pair numberings against sums formed step by step, at the first and last index of every row:
-// a root that errs shows there and nowhere else.
+// The pair numberings against stepwise sums, at the first and last index of every row: an error of
+// the root shows only there.
 #include "core/pair_index.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ static_assert(pair_count(0) == 0 && pair_count(1) == 0 && pair_count(2) == 1);
 static_assert(pair_count(4294967296u) == 9223372034707292160u);
 static_assert(pair_of_column_index(0) == Pair{0, 1});
 static_assert(pair_of_column_index(9223372034707292159u) == Pair{4294967294u, 4294967295u});
-// The paper's own two examples, which it counts from 1.
+// The paper's two examples, which count from 1.
 static_assert(pair_of_row_index(71452, 1000) == Pair{75 - 1, 303 - 1});
 static_assert(pair_of_row_index(46108, 1000) == Pair{48 - 1, 285 - 1});
 
@@ -25,7 +25,7 @@ const std::uint64_t hard_counts[] = {
     65536,      65537,      92682,      92683,      94906267,  117440513, 117440514,
     1518500251, 2147483647, 2147483648, 4294967294, 4294967295};
 
-// Every row where that is quick, else the first and last 50,000 and some thousand between.
+// Every row if that is fast, else the first and last 50,000 and some thousand between.
 std::vector<std::uint64_t> rows_to_test(std::uint64_t n) {
   std::vector<std::uint64_t> rows;
   const std::uint64_t dense = 50000, last = n - 1;
@@ -50,7 +50,7 @@ class HardCount : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(HardCount, FirstAndLastOfRows) {
   const std::uint64_t n = GetParam();
   for (const std::uint64_t i : rows_to_test(n)) {
-    // In 128 bits: a form that cannot overflow, written the other way round than the library's.
+    // In 128 bits: a form that cannot overflow, in the opposite order to the library's.
     const auto start =
         static_cast<std::uint64_t>((static_cast<unsigned __int128>(i) * (2 * n - i - 1)) / 2);
     ASSERT_EQ(row_start(i, n), start);
@@ -106,7 +106,8 @@ TEST(PairIndex, LargestIndices) {
   EXPECT_EQ(triangle_column((std::uint64_t{1} << 63) - 1), 4294967296u);
 }
 
-// To nearest the root never errs downward; rounded down it does, and upward it errs far more often.
+// Rounding to nearest, the root never errs downward; rounding down, it does; rounding up, it errs
+// upward far more often.
 TEST(PairIndex, AnyRoundingMode) {
   for (const int mode : {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO}) {
     std::fesetround(mode);

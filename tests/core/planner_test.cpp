@@ -1,4 +1,4 @@
-// Scaled plans keep to what binds every plan, whatever the boxes are.
+// Scaled plans respect the limits of every plan, for any boxes.
 #include <gtest/gtest.h>
 
 #include "core/planner.hpp"
@@ -49,7 +49,7 @@ TEST(Planner, ScaledPlansAreWithinLimits) {
   }
 }
 
-// Without boxes there is nothing to measure, and no number that is none.
+// Without boxes the statistics are empty and finite.
 TEST(Planner, NothingMeasured) {
   const Stats s = measure(nullptr, 0, 5, 7);
   EXPECT_EQ(s.query_count, 5u);
@@ -62,8 +62,7 @@ TEST(Planner, NothingMeasured) {
   EXPECT_EQ(s.crowding, 1);
 }
 
-// Ends at infinity are taken for the last floats: the others are laid out as if they were not
-// there.
+// Infinite ends count as the largest floats: the other boxes are planned as if these were absent.
 TEST(Planner, InfiniteBoxesSpoilNoPlan) {
   const tests::BoxList plain = tests::uniform_boxes(500, 3);
   tests::BoxList boxes = plain;
@@ -80,8 +79,8 @@ TEST(Planner, InfiniteBoxesSpoilNoPlan) {
   EXPECT_GT(p.map.column_count(), own.map.column_count() / 16);
 }
 
-// Of boxes in layers most share a slab along that axis, however many slabs there are; no plan
-// sweeps along it, or cuts it finely. Evenly spread boxes are not crowded.
+// Most boxes in layers share a slab along that axis, for any number of slabs; no plan sweeps along
+// it, or divides it finely. Evenly spread boxes are not clustered.
 TEST(Planner, LayersAreSeen) {
   EXPECT_FALSE(measure(tests::uniform_boxes(512, 3).data(), 512, 512, 512).crowded);
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -112,8 +111,8 @@ TEST(Planner, LayersAreSeen) {
   }
 }
 
-// Layers at equal distances are spread evenly over the cells of a sample, and yet all boxes of one
-// begin within each other. Boxes of very different sizes are no layers.
+// Layers at equal distances are spread evenly over the cells of a sample, yet all boxes of one
+// layer begin within each other. Boxes of very different sizes are no layers.
 TEST(Planner, EvenLayersAreSeen) {
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     for (const float thickness : {0.0f, 0.01f}) {
@@ -146,8 +145,8 @@ TEST(Planner, EvenLayersAreSeen) {
   }
 }
 
-// Along a diagonal boxes are crowded across one axis alone: those that share a slab along either of
-// the others share both.
+// Boxes along a diagonal are clustered across one axis only: boxes that share a slab along either
+// of the other axes share both.
 TEST(Planner, DiagonalsAreSeen) {
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     tests::BoxList boxes = tests::uniform_boxes(512, 3);
@@ -170,7 +169,7 @@ TEST(Planner, DiagonalsAreSeen) {
   }
 }
 
-// Boxes of a thousandth of their coordinates, which span so many decades along each axis.
+// Boxes of a thousandth of their coordinates, over `count` decades along each axis.
 tests::BoxList decades(float count, bool both_sides, float centre) {
   tests::Random r(5);
   tests::BoxList boxes;
@@ -187,7 +186,7 @@ tests::BoxList decades(float count, bool both_sides, float centre) {
   return boxes;
 }
 
-// Such boxes are spread by the bits of their coordinates, about evenly; others lie as they are.
+// Positions by bits spread such boxes about evenly; other boxes keep their coordinates.
 TEST(Planner, ManyDecadesAreSeen) {
   for (const float count : {8.0f, 12.0f, 60.0f}) {
     for (const bool both : {false, true}) {
@@ -202,7 +201,7 @@ TEST(Planner, ManyDecadesAreSeen) {
       EXPECT_LT(p.expected_ns, 4 * plan_of(tests::uniform_boxes(512, 3), 100000, 1).expected_ns);
     }
   }
-  // Around another place, from which floats are at least so far apart.
+  // Around a centre other than 0, where floats are at least this far apart.
   for (const bool both : {false, true}) {
     const Stats s = measure(decades(12, both, 5).data(), 512, 100000, 100000);
     for (int k = 0; k < 3; ++k) {
@@ -217,8 +216,7 @@ TEST(Planner, ManyDecadesAreSeen) {
   }
 }
 
-// The same boxes at any scale, each axis at its own, are planned alike, and the range is resolved
-// as finely.
+// The same boxes at any scale, per axis, get the same plan and the same resolution.
 TEST(Planner, ScaledScenesHaveTheSamePlan) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);
   const GridPlan own = plan_of(boxes, 100000, 1);
@@ -247,7 +245,8 @@ TEST(Planner, ScaledScenesHaveTheSamePlan) {
   }
 }
 
-// The plan is the cheapest: scaled, it is expected to cost more, and as much where nothing changed.
+// The plan is the cheapest: a scaled plan has a higher expected cost, or the same if nothing
+// changed.
 TEST(Planner, ScaledPlansCostMore) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);
   const GridPlan own = plan_of(boxes, 1000000, 1);

@@ -1,4 +1,5 @@
-// The map from floats to columns and words is non-decreasing, whatever its positions are.
+// The map from floats to columns and quantized coordinates is non-decreasing for all kinds of
+// positions.
 #include "core/quantise.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ namespace {
 
 using tests::Random;
 
-// Floats of all magnitudes, of both signs, with their neighbours, in order; 0 twice.
+// Sorted floats of all magnitudes and both signs, with their neighbours; 0 twice.
 std::vector<float> all_kinds() {
   std::vector<float> values = {-0.0f, 0.0f, tests::infinity, -tests::infinity};
   Random r(1);
@@ -51,7 +52,7 @@ Quantiser map_of(bool by_bits, float centre, float factor, float origin, float s
   return map;
 }
 
-// Of some maps how many values of an index there are, which none but a poor one has few of.
+// Returns the number of distinct indices; only a poor map has few.
 std::size_t expect_monotone(const Quantiser& map) {
   std::int32_t before = 0;
   float last = std::numeric_limits<float>::quiet_NaN();
@@ -87,7 +88,7 @@ TEST(Quantise, NeverDecreases) {
   }
 }
 
-// Both zeros are one place, and the least floats on either side are others.
+// Both zeros have one position, the least floats on either side other ones.
 TEST(Quantise, BitsAreInTheOrderOfFloats) {
   EXPECT_EQ(ordered_bits(0.0f), 0);
   EXPECT_EQ(ordered_bits(-0.0f), 0);

@@ -1,4 +1,4 @@
-// The arithmetic of a body's box against 113-bit numbers, before and after it is rounded to floats.
+// The arithmetic of a body's box against 113-bit floats, before and after rounding to float.
 #include "core/update_boxes.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ OneBody random_body(Random& random) {
   return b;
 }
 
-// Any finite float: of either sign, of any exponent up to `top`, zeros and denormals among them.
+// Any finite float: either sign, any exponent up to `top`, zeros and denormals included.
 float any_float(Random& random, int top) {
   const float sign = random.one_in(2) ? -1.0f : 1.0f;
   switch (random.below(8)) {
@@ -67,13 +67,13 @@ TEST(WorldBox, ContainsAndIsTight) {
     tests::expect_tight(box_of(b), tests::exact_box(b), seen);
     if (HasFatalFailure()) return;
   }
-  // A side is one float further out only where a float lies within 2^-48 of the sum: one in some
-  // millions of those of random size.
+  // A side is one float further out only if a float lies within 2^-48 of the sum: one in some
+  // millions at random sizes.
   EXPECT_EQ(seen.sides, 300000u);
   EXPECT_GE(seen.tightest, seen.sides - 3);
 }
 
-// Any exponents, quaternions that are far from unit, denormals: no case is a special one.
+// Any exponents, quaternions far from unit length, denormals: no special cases.
 TEST(WorldBox, ContainsWhateverTheSizes) {
   Random random(2);
   Tightness seen;
@@ -94,7 +94,7 @@ TEST(WorldBox, ContainsWhateverTheSizes) {
   }
 }
 
-// What makes a double round away from the body: the bound that is added is needed.
+// Inputs that round a double toward the body: the error bound is necessary.
 TEST(WorldBox, ContainsWhatADoubleRoundsOff) {
   Tightness seen;
   const float small = 0x1p-80f;
@@ -117,8 +117,7 @@ TEST(WorldBox, ContainsWhatADoubleRoundsOff) {
   EXPECT_EQ(seen.sides, 108u);
 }
 
-// The greatest error of the doubles, in units of their rounding and of the weight that E is made
-// of.
+// The greatest error of the doubles, in units of their rounding and of the weight in E.
 double worst_error(const OneBody& b) {
   const Extents e = extents_of(b.rotation, b.shape.center, b.shape.half_extents,
                                static_cast<double>(b.shape.radius));
@@ -135,14 +134,15 @@ double worst_error(const OneBody& b) {
   return static_cast<double>(worst);
 }
 
-// Within what is proved, and so in millions of cases where no float is near enough to show it.
+// Within the proven bound, which also covers the cases where no float is near enough to show an
+// error.
 TEST(WorldBox, ErrsByLessThanTheBound) {
   Random random(3);
   double worst = 0, worst_cancelled = 0;
   for (int trial = 0; trial < 50000; ++trial) {
     OneBody b = random_body(random);
     worst = std::max(worst, worst_error(b));
-    // 1 - t where t is nearly 1, and nothing else along the axis: that error alone.
+    // 1 - t with t near 1, and no other term along the axis: this error alone.
     b.rotation.y = random.in(0.1f, 0.7f);
     b.rotation.z = std::sqrt(0.5f - b.rotation.y * b.rotation.y);
     b.rotation.x = b.rotation.y;
@@ -150,14 +150,14 @@ TEST(WorldBox, ErrsByLessThanTheBound) {
     b.shape = Shape::box({random.unit(), 0, 0});
     worst_cancelled = std::max(worst_cancelled, worst_error(b));
   }
-  // Of the 13 u S of the proof these steps have 9. That they err at all shows that it is seen.
+  // These steps have 9 of the 13 u S of the proof. A nonzero error shows that the test measures it.
   EXPECT_LT(worst, 10);
   EXPECT_GT(worst, 0.5);
   EXPECT_LT(worst_cancelled, 10);
   EXPECT_GT(worst_cancelled, 0.05);
 }
 
-// Half turns, quarter turns, thirds of a turn, and what is no rotation at all.
+// Half turns, quarter turns, thirds of a turn, and quaternions that are no rotation.
 TEST(WorldBox, KnownRotations) {
   const float s = 0.70710678f;
   const std::vector<Quaternion> rotations = {
@@ -176,18 +176,18 @@ TEST(WorldBox, KnownRotations) {
       }
     }
   }
-  // A quarter turn about z: x and y change places, to within the float quaternion's error.
+  // A quarter turn about z swaps x and y, to within the float quaternion's error.
   const Box quarter = box_of({{10, 20, 30}, {0, 0, s, s}, {0, 0, 0}, Shape::box({1, 2, 3}), 0});
   EXPECT_NEAR(quarter.lower.x, 8, 1e-5);
   EXPECT_NEAR(quarter.upper.y, 21, 1e-5);
   EXPECT_NEAR(quarter.upper.z, 33, 1e-5);
-  // And which way round: what lies along x turns to y.
+  // The direction: x rotates to y.
   const Box turned = box_of({{0, 0, 0}, {0, 0, s, s}, {0, 0, 0}, Shape::sphere(0, {1, 0, 0}), 0});
   EXPECT_NEAR(turned.lower.y, 1, 1e-6);
   EXPECT_NEAR(turned.lower.x, 0, 1e-6);
 }
 
-// Without a rotation the short form is the long one.
+// Without a rotation the short form equals the general one.
 TEST(WorldBox, UnrotatedIsTheIdentity) {
   Random random(4);
   for (int trial = 0; trial < 20000; ++trial) {
@@ -215,7 +215,7 @@ TEST(WorldBox, OverflowsOutward) {
   EXPECT_EQ(far.upper.x, inf);
   EXPECT_EQ(far.lower.y, -inf);
   EXPECT_LT(far.lower.x, largest);
-  // All of it beyond the largest float: the box still has a float in it.
+  // Entirely beyond the largest float: the box still contains a float.
   const Box beyond = box_of({{largest, 0, 0}, {}, {0, 0, 0}, Shape::sphere(0, {largest, 0, 0}), 0});
   EXPECT_EQ(beyond.lower.x, largest);
   EXPECT_EQ(beyond.upper.x, inf);
@@ -237,7 +237,7 @@ TEST(WorldBox, InfiniteSizes) {
     EXPECT_GE(box.upper.y, 0.0f);
   }
   OneBody tilted = ground;
-  tilted.rotation = {tiny, 0, 0, 1};  // the least there is
+  tilted.rotation = {tiny, 0, 0, 1};  // the least float
   EXPECT_EQ(box_of(tilted).lower.y, -inf);
   EXPECT_EQ(box_of(tilted).upper.y, inf);
   const Box all = box_of({{1, 2, 3}, {.5f, .5f, .5f, .5f}, {0, 0, 0}, Shape::sphere(inf), 0});

@@ -1,4 +1,4 @@
-// What tasks tell of boxes that are none.
+// Merging the tasks' reports of inactive and NaN boxes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ TEST(BinReport, TellsTheFirstInWhateverOrderTheyAreFound) {
     std::uint64_t id;
     bool nan, is_target;
   };
-  // The first NaN is that of index 5 of the queries; lower ones of the targets come after it.
+  // The first NaN is index 5 of the queries; lower indices of the targets come after it.
   std::vector<Inactive> all = {
       {3, false, false}, {2, true, true}, {5, true, false}, {9, true, false}};
   std::vector<std::size_t> order = {0, 1, 2, 3};

@@ -1,4 +1,4 @@
-// Buckets of the canonical order, each instruction set, beside std::sort.
+// Sorted buckets on each instruction set against std::sort.
 #include "cpu/bucket.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ std::vector<const Kernels*> all_kernels() {
   return all;
 }
 
-// Sorts with so much room, and with guards behind it and behind the pairs.
+// Sorts with exactly this scratch space, with guards behind it and behind the pairs.
 void expect_sorted(const Kernels& kernels, std::vector<Pair> pairs, Bucket bucket,
                    std::size_t room_count) {
   std::vector<Pair> want = pairs;
@@ -39,7 +39,7 @@ void expect_sorted(const Kernels& kernels, std::vector<Pair> pairs, Bucket bucke
 
 enum class Lists { even, random, one_long, empty_between };
 
-// Pairs of a bucket, in any order; about `seconds` for each first.
+// Pairs of a bucket, unsorted, with about `seconds` per first.
 std::vector<Pair> make_pairs(const Bucket& bucket, Lists lists, std::uint32_t seconds,
                              std::mt19937& random) {
   std::vector<Pair> pairs;
@@ -81,7 +81,7 @@ TEST(Buckets, AreSortedWhateverTheirLists) {
   }
 }
 
-// The greatest ids there are, which must not be taken for the places that a column leaves empty.
+// The greatest ids must not be mistaken for the empty entries of a column.
 TEST(Buckets, KeepTheGreatestIds) {
   std::mt19937 random(2);
   for (const Kernels* kernels : all_kernels()) {
@@ -95,7 +95,8 @@ TEST(Buckets, KeepTheGreatestIds) {
   }
 }
 
-// Runs of every length at every place, each of two keys only: what puts these in order puts any.
+// Runs of every length at every position, each of two distinct keys: by the 0-1 principle this
+// covers all keys.
 TEST(SortedRuns, EqualOnesSortedByThemselves) {
   for (const Kernels* kernels : all_kernels()) {
     if (!kernels->sort_runs) continue;
@@ -123,7 +124,7 @@ TEST(SortedRuns, EqualOnesSortedByThemselves) {
   }
 }
 
-// As many keys a digit as still go by runs, and one more; and firsts that fill 32 bits with
+// The maximum of keys per digit for runs, and one more; and firsts that fill 32 bits together with
 // seconds.
 TEST(Buckets, MayHaveLongRuns) {
   std::mt19937 random(7);
@@ -147,8 +148,7 @@ TEST(Buckets, MayHaveLongRuns) {
   }
 }
 
-// Lists and what they are sorted in take two numbers of 64 bits a pair; with one less there are
-// digits.
+// Lists and their scratch take two 64-bit words per pair; with one word less, digits are used.
 TEST(Buckets, TakeNoMoreRoomThanThereIs) {
   std::mt19937 random(4);
   for (const Kernels* kernels : all_kernels()) {

@@ -1,5 +1,5 @@
-// Counts at the edge of 32 and of 64 bits, where nothing so large needs to be there: what is asked
-// of memory is the right number, and what is counted goes on.
+// Counts near 32 and 64 bits, without the memory for them: requested sizes and counters must not
+// wrap around.
 #include <gtest/gtest.h>
 
 #include <throng/types.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t all_ones = static_cast<std::size_t>(-1);
 
-// Keeps what was asked for last, and gives nothing.
+// Records the last requested size and fails every allocation.
 struct Asked : std::pmr::memory_resource {
   std::size_t bytes = 0;
   void* do_allocate(std::size_t wanted, std::size_t) override {
@@ -36,7 +36,7 @@ TEST(Edges, BytesThatHaveNoNumberAreRefused) {
     for (const bool exact : {false, true}) {
       try {
         pairs.room(count, exact);
-        ADD_FAILURE() << count << " pairs were given";
+        ADD_FAILURE() << count << " pairs were returned";
       } catch (const NoMemory& e) {
         EXPECT_GE(e.bytes / sizeof(Pair), std::min(count, all_ones / sizeof(Pair))) << count;
       }
@@ -53,13 +53,13 @@ TEST(Edges, ACapThatTheSumPassesIsTold) {
   memory.set_cap(1000);
   try {
     memory.take(all_ones - 50, 8);
-    ADD_FAILURE() << "was given";
+    ADD_FAILURE() << "was returned";
   } catch (const CapExceeded& e) {
     EXPECT_EQ(e.bytes_needed, all_ones);
   }
 }
 
-// The arrays of a strip as long as a set may be: in 32 bits their length would begin anew.
+// The arrays of a strip of maximum length: 32-bit sizes would wrap around.
 TEST(Edges, AStripOfTheMostBoxes) {
   Asked asked;
   Memory memory(&asked, 0);
@@ -72,7 +72,7 @@ TEST(Edges, AStripOfTheMostBoxes) {
   }
 }
 
-// Pairs without room for one of them are only counted.
+// Pairs beyond the capacity are only counted.
 TEST(Edges, ASinkCountsOn) {
   BufferSink sink(nullptr, 0, nullptr, 0);
   const std::size_t blocks[] = {(std::size_t{1} << 24) + 1, (std::size_t{1} << 31) + 1,

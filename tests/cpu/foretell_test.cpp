@@ -1,5 +1,5 @@
-// What a few columns, or worlds, tell of the pairs that there will be: enough and not much more
-// where they are alike, and nothing where they are not.
+// Estimates from a few columns or worlds: sufficient and close if these are similar, none if they
+// are not.
 #include <gtest/gtest.h>
 
 #include <throng/find_pairs.hpp>
@@ -86,7 +86,7 @@ TEST(Foretell, EnoughOfTwoSetsAndWithAMargin) {
   expect_close(foretell(boxes, nullptr, 0.25f).pairs, find_pairs(boxes, options).size());
 }
 
-// Half of the boxes in crowds.
+// Half of the boxes in clusters.
 TEST(Foretell, NothingWhereColumnsAreUnlike) {
   BoxList boxes = cubes(60000, 90, 6);
   tests::Random random(7);
@@ -114,10 +114,10 @@ TEST(Foretell, NothingWithoutPairs) {
   }
   EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u);
   for (Box& box : boxes) std::swap(box.lower.x, box.upper.x);
-  EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u) << "no box takes part";
+  EXPECT_EQ(foretell(boxes, nullptr).pairs, 0u) << "no active box";
 }
 
-// So many worlds of 60 boxes; of every tenth the boxes are so many times as far apart.
+// `worlds` worlds of 60 boxes; in every tenth the boxes are `apart` times as far apart.
 void expect_of_worlds(std::size_t worlds, float apart, bool close) {
   tests::Random random(9);
   BoxList boxes;

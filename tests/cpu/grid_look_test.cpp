@@ -1,5 +1,5 @@
-// A grid's columns asked for what is around a region: all that overlaps it is told, and little
-// else.
+// Region queries on a grid's columns: they report all boxes that overlap the region, and few
+// others.
 #include "cpu/grid_look.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 using tests::BoxList;
 using tests::Random;
 
-// Binned by one task or several, and found: the records are to stay as they were.
+// Binned by one task or several, and searched: the records must stay unchanged.
 class Grid {
  public:
   Grid(const BoxList& boxes, unsigned tasks, float cell_scale = 1)
@@ -46,7 +46,7 @@ void ask(const Grid& grid, const BoxList& boxes, const Box& region, Sum& sum) {
   }
 }
 
-// Around some box, or one that begins where another ends; any corner moved far away; everything.
+// Around some box, or touching one; with any corner moved far away; or everything.
 Box any_region(Random& random, const BoxList& boxes) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   const Box& a = boxes[random.below(static_cast<std::uint32_t>(boxes.size()))];
@@ -90,7 +90,7 @@ TEST(GridLook, FewOthersAreTold) {
   }
 }
 
-// Boxes that span too many columns to be entered in each; and where they end.
+// Boxes that span too many columns to be binned, and the boundaries of that.
 TEST(GridLook, BoxesThatSpanManyColumns) {
   BoxList boxes = tests::uniform_boxes(20'000, 3);
   Vec3 end = {0, 0, 0};
@@ -132,7 +132,7 @@ TEST(GridLook, WhatItTellsOfColumns) {
   EXPECT_EQ(look.columns_between(low, high), look.columns_between(high, low));
   EXPECT_GE(look.columns_between(low, high) + 1, 4u);
   EXPECT_LE(look.columns_between(low, high) + 1, all);
-  // As many records as there are boxes, and copies: about so much for all of them.
+  // As many records as boxes, plus replicas: about this cost for all of them.
   EXPECT_GE(look.cost(all), 20'000);
   EXPECT_LE(look.cost(all), 100'000);
 }

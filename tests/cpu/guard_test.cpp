@@ -1,4 +1,4 @@
-// The caller's boxes are read, and nothing behind them: there is a page that must not be touched.
+// Reads stay within the caller's boxes: a protected page follows them.
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/mman.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 namespace throng::tests {
 namespace {
 
-// Memory whose last byte is the last that may be read.
+// Memory that ends at a protected page.
 class Guarded {
  public:
   explicit Guarded(std::size_t bytes)

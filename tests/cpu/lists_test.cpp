@@ -1,4 +1,4 @@
-// Lists of the canonical order, each instruction set, beside std::sort.
+// Sorted lists on each instruction set against std::sort.
 #include "cpu/lists.hpp"
 
 #include <gtest/gtest.h>
@@ -24,8 +24,8 @@ std::vector<const Kernels*> kernels_with_lists() {
   return all;
 }
 
-// Lists of lengths up to `rows`, one behind the other, with a guard behind each; their seconds are
-// elsewhere, or in the latter half of where the pairs go.
+// Lists of lengths up to `rows`, one after another, with a guard behind each; their seconds are
+// elsewhere, or in the second half of the output memory.
 TEST(SortedLists, EqualOnesSortedByThemselves) {
   std::mt19937 random(3);
   constexpr Pair guard{77, 78};
@@ -76,7 +76,7 @@ TEST(SortedLists, MayBeNone) {
 
 struct Scene {
   const char* name;
-  std::vector<std::uint32_t> lengths;  // of each first's list
+  std::vector<std::uint32_t> lengths;  // list length per first
   std::uint64_t second_count;
 };
 
@@ -94,13 +94,13 @@ std::vector<Scene> scenes() {
   };
   add("short", 3000, 100000, any(24));
   add("about a hundred", 1500, 1u << 19, any(200));
-  add("of every class", 700, 0xffffffff, [](std::size_t f) { return std::uint32_t(f); });
-  add("one first", 1, 1u << 20, [](std::size_t) { return 30000u; });
-  add("one short first", 1, 1u << 20, [](std::size_t) { return 3000u; });
-  // One that goes by digits beside others, one longer than what is sorted in the cache.
+  add("of every length class", 700, 0xffffffff, [](std::size_t f) { return std::uint32_t(f); });
+  add("one list", 1, 1u << 20, [](std::size_t) { return 30000u; });
+  add("one short list", 1, 1u << 20, [](std::size_t) { return 3000u; });
+  // One list sorted by digits among others, longer than the cached sort takes.
   add("long", 2000, 1u << 31, [&](std::size_t f) { return f == 700 ? 5000u : f % 40; });
   add("longest", 2000, 0xffffffff, [&](std::size_t f) { return f == 1999 ? 200000u : f % 9; });
-  add("empty but for one in a hundred", 1000, 5000,
+  add("all but one in a hundred empty", 1000, 5000,
       [](std::size_t f) { return f % 100 == 99 ? 1500u : 0u; });
   return all;
 }

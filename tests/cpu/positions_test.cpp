@@ -1,4 +1,4 @@
-// Boxes whose positions are not the floats themselves, by each instruction set: exactly the pairs
+// Boxes with positions other than the floats themselves, on each instruction set: exactly the pairs
 // of a double loop.
 #include <gtest/gtest.h>
 
@@ -35,8 +35,8 @@ void expect_exact(const BoxList& boxes, bool by_bits) {
   }
 }
 
-// A handful of the least floats, with both zeros: words are finer than their bits, so that every
-// two floats that differ are separated by words, and the two zeros are not.
+// A few of the least floats, with both zeros: quantization is finer than their bits, so all
+// different floats have different quantized coordinates, and the two zeros have one.
 TEST(Positions, OfTheLeastFloats) {
   Random r(1);
   BoxList boxes;
@@ -55,7 +55,7 @@ TEST(Positions, OfTheLeastFloats) {
   expect_exact(boxes, true);
 }
 
-// The same at scales at which a scale, or a difference, would be no float.
+// The same at scales where a scale, or a difference, overflows.
 TEST(Positions, OfScaledWholeNumbers) {
   for (const float factor : {0x1p-120f, 0x1p123f}) {
     SCOPED_TRACE(factor);

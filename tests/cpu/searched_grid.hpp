@@ -1,4 +1,4 @@
-// A grid by itself: boxes binned by some tasks, and its pairs found.
+// A grid alone: boxes binned by several tasks, then searched.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ class SearchedGrid {
     Isa isa = Isa::automatic;
     std::size_t stream_from = usual_stream_from;
   };
-  // Those of one set; or, with `others`, of one with another.
+  // One set or, with `others`, two.
   SearchedGrid(const tests::BoxList& boxes, const tests::BoxList& others, How how)
       : view_(boxes), others_(others), grid_(memory_), workers_(memory_) {
     Search search;
@@ -66,7 +66,7 @@ class SearchedGrid {
   const GridSpace& grid() const { return grid_; }
   const core::GridPlan& plan() const { return plan_; }
   std::uint64_t inactive() const { return inactive_; }
-  // Whether records were written by way of buffers.
+  // Whether records were written through buffers.
   bool buffered() const { return buffered_; }
   std::vector<Pair> sorted_pairs() const {
     std::vector<Pair> sorted = pairs_;

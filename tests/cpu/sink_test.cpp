@@ -1,4 +1,4 @@
-// Where pairs end up, each sink by itself: to the last place there is, and not beyond.
+// Each sink alone: it fills its memory to the last element, and never beyond.
 #include "cpu/sink.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ TEST(RangeSinks, TakeTheirRangeToTheLastPlace) {
   std::vector<Pair> all, want;
   for (std::uint32_t first = 0; first < 20; ++first)
     for (std::uint32_t second = 0; second < 5; ++second) all.push_back({first, second});
-  // Slices of four first indices, from 8 on: three of them.
+  // Three slices of four first indices, from 8 on.
   for (const Pair& p : all)
     if (p.first >= 8) want.push_back(p);
   for (const std::size_t room : {want.size() + 3, want.size(), want.size() - 1, std::size_t{0}}) {
@@ -67,8 +67,8 @@ TEST(BufferSinks, LetARoomGrowWhereItEnds) {
   EXPECT_LT(last.end, one.end);
 }
 
-// A worker as the sink sees it: it writes into a room until that is full but for its slack, then
-// asks for more; what it has is filled before anything is taken.
+// A worker as seen by the sink: it fills a block up to the slack, then requests the next; at the
+// end, its block is filled before any other.
 struct Writer {
   BufferSink& sink;
   Room room{}, gap{};
@@ -90,8 +90,8 @@ struct Writer {
   }
 };
 
-// Workers write so many pairs of 0, 1, 2, ... However unevenly they do, the output is full to the
-// last place.
+// Workers write the pairs 0, 1, 2, ... For any distribution over them, the output is full to the
+// last element.
 TEST(BufferSinks, FillWhatWorkersLeaveEmpty) {
   constexpr std::size_t workers = 3;
   const std::size_t shares[][workers] = {{20000, 0, 0}, {0, 0, 20000}, {5000, 9000, 6000},

@@ -1,5 +1,4 @@
-// Records that go to their columns by way of buffers: the pairs are those that records found which
-// were written at once.
+// Records written to their columns through buffers give the same pairs as direct writes.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -46,9 +45,9 @@ TEST(Streamed, TwoSets) {
   }
 }
 
-// Buffers are shorter, and then there are none, the more columns there are.
+// With more columns buffers become shorter, then disappear.
 TEST(Streamed, ManyColumns) {
-  if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no vectors here";
+  if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no SIMD available";
   constexpr float finer = 0.02f;
   struct Case {
     int boxes;
@@ -70,7 +69,7 @@ TEST(Streamed, ManyColumns) {
 TEST(Streamed, FromSoManyBoxesOn) {
   if (tests::watches_threads) GTEST_SKIP() << tests::one_thread;
   EXPECT_FALSE(SearchedGrid(tests::uniform_boxes(100'000, 4), How{}).buffered());
-  if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no vectors here";
+  if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no SIMD available";
   constexpr int boxes = static_cast<int>(usual_stream_from / sizeof(Record));
   EXPECT_TRUE(SearchedGrid(tests::uniform_boxes(boxes, 4), How{}).buffered());
 }

@@ -1,4 +1,4 @@
-// The threads of one call, whoever lends them.
+// The threads of one call, for different executors.
 #include "cpu/team.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using RunTasks = void (*)(void*, unsigned, void (*)(void*, unsigned), void*);
 
-// All on the caller, the last first: whoever waits for a task that has not begun waits for ever.
+// All tasks on the caller, the last first: waiting for a task that has not begun would deadlock.
 void run_inline(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
   for (unsigned i = count; i-- > 0;) task(context, i);
 }
@@ -25,7 +25,7 @@ void run_on_threads(void*, unsigned count, void (*task)(void*, unsigned), void* 
   for (unsigned i = 0; i < count; ++i) threads.emplace_back(task, context, i);
   for (std::thread& t : threads) t.join();
 }
-// Each begins when the one before it has had some time.
+// Each task begins some time after the one before it.
 void run_late(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < count; ++i) {
@@ -62,7 +62,7 @@ TEST(Team, RunsEachTaskOnceWhoeverComes) {
   }
 }
 
-// Two tasks of which each ends only once the other has begun.
+// Two tasks, each of which ends only after the other has begun.
 TEST(Team, ThoseWhoComeHelp) {
   const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   lead(run_on_threads, 2, [&](const Executor& team) {
@@ -78,7 +78,7 @@ TEST(Team, ThoseWhoComeHelp) {
   });
 }
 
-// A body may lead a team of its own team.
+// A body may run a nested team on its team.
 TEST(Team, Nests) {
   for (const RunTasks run : {run_inline, run_on_threads}) {
     std::atomic<int> ran{0};
@@ -99,11 +99,11 @@ TEST(Team, WhatTheBodyThrowsComesThrough) {
     for (const unsigned tasks : {1u, 3u}) {
       std::string caught;
       try {
-        lead(run, tasks, [](const Executor&) { throw std::runtime_error("no room"); });
+        lead(run, tasks, [](const Executor&) { throw std::runtime_error("no space"); });
       } catch (const std::runtime_error& e) {
         caught = e.what();
       }
-      EXPECT_EQ(caught, "no room") << tasks << " tasks";
+      EXPECT_EQ(caught, "no space") << tasks << " tasks";
     }
   }
 }

@@ -1,4 +1,4 @@
-// What tasks share out among themselves.
+// Work distribution among tasks.
 #include "cpu/threads.hpp"
 
 #include <gtest/gtest.h>
@@ -60,16 +60,16 @@ TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
         for (const unsigned char t : taken) wrong += t != 1;
         EXPECT_EQ(wrong, 0u) << tasks << " tasks, " << count << " by " << step;
         std::size_t begin, end;
-        EXPECT_FALSE(shares.take(0, begin, end)) << "what is over is over";
+        EXPECT_FALSE(shares.take(0, begin, end)) << "finished ranges stay finished";
       }
     }
   }
 }
 
-// Of what four threads take by turns: how many indices are not taken once.
+// Returns the number of indices not taken exactly once by four concurrent threads.
 std::size_t race(std::size_t count, std::size_t step) {
   Shares shares(count, 4, step);
-  std::vector<std::atomic<unsigned>> taken(count + 1);  // the last: beyond all
+  std::vector<std::atomic<unsigned>> taken(count + 1);  // the last element: out of range
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
@@ -87,11 +87,11 @@ std::size_t race(std::size_t count, std::size_t step) {
 
 TEST(Shares, ThreadsTakeNoneTwice) {
   EXPECT_EQ(race(std::size_t{1} << 20, 16), 0u);
-  // Where ranges end is where they race.
+  // Races occur at the ends of ranges.
   for (int again = 0; again < 300; ++again) ASSERT_EQ(race(64, 1), 0u);
 }
 
-// A task that comes late finds little left: there are several shares for each.
+// There are several chunks per task, so that a late task finds little left.
 TEST(Shares, AreMoreThanTasks) {
   Shares shares(100000, 4, 256);
   unsigned count = 0;

@@ -1,5 +1,5 @@
-// Where a worker leaves pairs: straight in the output, as long as that has room, but for those of
-// brute force within a frame.
+// Where a worker writes pairs: directly into the output while that has space, except in brute force
+// within a nested grid.
 #include "cpu/worker.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ void put(Worker& worker, std::uint32_t k) {
   if (worker.cursor > worker.limit) worker.flush(&worker);
 }
 
-// Two workers write 0, 1, 2, ... by turns, each as a search by words and as brute force by turns.
+// Two workers alternately write 0, 1, 2, ..., each alternating between grid search and brute force.
 TEST(Workers, GoStraightAgain) {
   constexpr std::uint32_t most = 60000;
   std::vector<std::uint32_t> ids(most + 1);
@@ -33,7 +33,7 @@ TEST(Workers, GoStraightAgain) {
     SCOPED_TRACE(seed);
     tests::Random random(seed);
     const std::uint32_t count = static_cast<std::uint32_t>(random.unit() * most);
-    // As many as there are, with room for some more or, now and then, for fewer.
+    // Capacity for all pairs and some more or, sometimes, for fewer.
     const std::size_t capacity = seed % 4 == 0 ? count / 2 : count + seed % 3 * 100;
     std::vector<Pair> out(capacity + 1, Pair{77, 78}), spill(BufferSink::spill_for(2, capacity));
     BufferSink sink(out.data(), capacity, spill.data(), spill.size());
@@ -52,7 +52,8 @@ TEST(Workers, GoStraightAgain) {
       const bool by_words = random.unit() < 0.7f;
       by_words ? w.by_words() : w.by_brute_force(&frame);
       EXPECT_FALSE(!by_words && inside(w));
-      // Of eighths of what is left there is always some, but for the last few.
+      // Blocks are an eighth of the rest, so one is always available, except for the last few
+      // pairs.
       EXPECT_TRUE(!by_words || k + 20000 > capacity || inside(w));
       const float share = random.unit();
       const auto some = static_cast<std::uint32_t>(3000 * share * share * share) + 1;

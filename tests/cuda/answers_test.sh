@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# throng-bench-gpu holds what it finds against a file of answers: the CPU's part of that, which needs no
-# GPU. answers_test.sh PROGRAM ANSWERS.csv
+# throng-bench-gpu compares its results with a file of expected answers: the CPU part, which needs
+# no GPU. answers_test.sh PROGRAM ANSWERS.csv
 set -euo pipefail
 program="$1" kept="$2"
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 cases=0
 
-# expect STATUS WORDS ARGUMENT...: ends with that status, and says the words.
+# expect STATUS WORDS ARGUMENT...: requires that exit status and the words in the output.
 expect() {
   local wanted="$1" words="$2" status=0
   shift 2
@@ -22,14 +22,14 @@ expect() {
 by_cpu=(--part scaling --part stages --most 10000 --threads 1 --cpu-answers)
 
 expect 0 '10000 boxes, frame 3' "${by_cpu[@]}" "$folder/a.csv"
-[ "$(wc -l < "$folder/a.csv")" -eq 9 ]  # two sizes of four frames, and the names
+[ "$(wc -l < "$folder/a.csv")" -eq 9 ]  # two sizes of four frames, and the header
 expect 0 '8 answers compared with those expected, 0 differ' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/a.csv"
 cmp "$folder/a.csv" "$folder/b.csv"
-# What was found when this was written.
+# The results at the time of writing.
 expect 0 '8 answers compared with those expected, 0 differ' "${by_cpu[@]}" "$folder/b.csv" --expect "$kept"
 expect 0 'worlds, 524288 boxes' --part scenes --least 500000 --most 600000 --cpu-answers "$folder/b.csv" --expect "$kept"
 
-changed() {  # sed's command
+changed() {  # the sed command
   sed "$1" "$folder/a.csv" > "$folder/changed.csv"
   ! cmp -s "$folder/a.csv" "$folder/changed.csv"
 }
@@ -47,7 +47,7 @@ expect 2 'absent.csv' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/absent.cs
 expect 2 'no part is called' --part nothing
 expect 2 'absent.npy' --files "$folder/absent.npy" --cpu-answers "$folder/b.csv"
 
-# Without a GPU it says so; with one it measures, and finds the same.
+# Without a GPU it reports that; with one it measures and finds the same.
 if "$program" --device > /dev/null 2>&1; then
   expect 0 '4 answers compared with those expected, 0 differ' --part stages --part scaling --most 1000 \
     --budget 0.01 --csv "$folder/rows.csv" --expect "$folder/a.csv"

@@ -1,5 +1,5 @@
-// Calls that are only put on a stream: they wait for nothing, take no memory, and can be recorded
-// and replayed over other boxes.
+// Asynchronous calls: they do not synchronize or allocate, and can be captured and replayed with
+// other boxes.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -12,7 +12,7 @@ namespace {
 
 class GpuAsync : public OnGpu {};
 
-// What a Report must say of boxes that have this answer.
+// The Report must equal this answer.
 void expect_report(const cuda::Report& report, const BoxList& boxes, const Answer& answer) {
   EXPECT_EQ(report.found, answer.pairs.size());
   EXPECT_EQ(report.inactive, answer.inactive);
@@ -68,7 +68,8 @@ TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
   ASSERT_TRUE(finder.reserve(list.size(), capacity, stream()).ok());
   EXPECT_GT(memory.held(), 0u);
   EXPECT_EQ(finder.memory_bytes(), memory.held());
-  // Told in cuda.hpp: 49 bytes a box, and under canonical order 16 a pair; a few KiB beside.
+  // As documented in cuda.hpp: 49 bytes per box and, with sorted order, 16 per pair; plus a few
+  // KiB.
   EXPECT_LE(memory.held(), 49 * list.size() + 16 * capacity + (std::size_t{2} << 20));
   const std::size_t before = memory.allocations();
   memory.limit(memory.held());
@@ -76,7 +77,7 @@ TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
   const auto call = [&] {
     return finder.find_async(view(boxes), room.out(), capacity, report.data(), stream());
   };
-  // The kernels are loaded, and the events of find() made.
+  // Loads the kernels and creates the events of find().
   ASSERT_TRUE(call().ok());
   ASSERT_TRUE(finder.find(view(boxes), room.out(), capacity, stream()).ok());
   need(cudaDeviceSynchronize());
@@ -87,10 +88,10 @@ TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
   need(cudaMemGetInfo(&free_after, &total));
   EXPECT_EQ(memory.allocations(), before);
   EXPECT_EQ(memory.refusals(), 0u);
-  EXPECT_EQ(free_before, free_after) << "memory was taken beside the resource";
+  EXPECT_EQ(free_before, free_after) << "memory was allocated outside the resource";
 }
 
-// The stream is held up by a function of the host: a call that waited would never come back.
+// A host function blocks the stream: a call that synchronizes would time out.
 TEST_P(GpuAsync, WaitsForNothing) {
   struct Gate {
     std::atomic<bool> open{false}, gave_up{false};
@@ -105,7 +106,7 @@ TEST_P(GpuAsync, WaitsForNothing) {
   const auto call = [&] {
     return finder.find_async(view(boxes), room.out(), room.capacity(), report.data(), stream());
   };
-  ASSERT_TRUE(call().ok());  // the kernels are loaded, which may wait
+  ASSERT_TRUE(call().ok());  // loads the kernels, which may synchronize
   need(cudaDeviceSynchronize());
   room.clear();
   need(cudaDeviceSynchronize());
@@ -127,7 +128,7 @@ TEST_P(GpuAsync, WaitsForNothing) {
   const bool waited = gate.gave_up;
   gate.open = true;
   need(cudaDeviceSynchronize());
-  EXPECT_FALSE(waited) << "find_async came back only when the stream had run";
+  EXPECT_FALSE(waited) << "find_async waited for the stream";
   ASSERT_TRUE(r.ok()) << r.message;
   expect_report(report.get()[0], list, answer);
   EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
@@ -172,7 +173,7 @@ TEST_P(GpuAsync, TwoFindersAtOnce) {
   }
 }
 
-// One Finder's calls, one after another on a stream, each with pairs and report of its own.
+// Calls of one Finder in succession on a stream, each with its own pairs and report.
 TEST_P(GpuAsync, CallsInARow) {
   const std::vector<HardScene> scenes = hard_scenes(700);
   std::vector<OnDevice<Box>> boxes;

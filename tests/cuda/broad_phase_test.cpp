@@ -1,4 +1,4 @@
-// Objects that live on a GPU, held against the model as those of the CPU are.
+// Persistent objects on a GPU, compared with the model as those of the CPU are.
 #include <cmath>
 #include <string>
 
@@ -17,7 +17,8 @@ class GpuLive : public testing::Test {
 void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
           float side, bool filtered, int steps = 40) {
   GpuActor actor(options, seed, side, fat_margin);
-  actor.in_worlds = options.algorithm != Algorithm::grid;  // candidates are mended where none are
+  actor.in_worlds =
+      options.algorithm != Algorithm::grid;  // candidates are repaired only without worlds
   Random& random = actor.random;
   ASSERT_TRUE(actor.add(objects, filtered));
   ASSERT_TRUE(actor.update());
@@ -55,14 +56,14 @@ TEST_F(GpuLive, MarginAndGrid) {
   live(options, 0.7f, 4, 300, 9, true);
 }
 
-// For the sanitizers, under which everything takes long.
+// For the sanitizers, which slow everything down.
 TEST_F(GpuLive, Small) {
   Options options;
   options.algorithm = Algorithm::grid;
   live(options, 0.7f, 5, 100, 6, true, 8);
 }
 
-// More than one block of everything, and more changes than room was made for: against the CPU.
+// Several blocks of everything, and more changes than the capacity reserved: against the CPU.
 TEST_F(GpuLive, ManyObjects) {
   GpuMachine gpu({}, 0.3f);
   BroadPhase cpu;
@@ -114,14 +115,14 @@ TEST_F(GpuLive, RefusesAndStaysAsItWas) {
     r = m.move(ids.data(), boxes);
     EXPECT_EQ(r.status, Status::nan_box);
     EXPECT_EQ(r.first_invalid, 1u);
-    EXPECT_EQ(m.move_all(boxes).status, Status::bad_boxes) << "a box for every id";
+    EXPECT_EQ(m.move_all(boxes).status, Status::bad_boxes) << "not one box per id";
     cuda::BroadPhase& scene = m.scene();
     const OnDevice<Box> there(boxes);
     const ObjectId here = alive[0];
     EXPECT_EQ(scene.remove(&here, 1, nullptr).status, Status::bad_boxes) << "host memory";
     EXPECT_EQ(scene.update(Boxes(boxes.data(), 3), nullptr).status, Status::bad_boxes);
     EXPECT_EQ(scene.shift_origin({INFINITY, 0, 0}, nullptr).status, Status::bad_option);
-    // Memory runs out in an update that needs more; then it does not.
+    // An update that needs more memory fails; then memory is available again.
     memory.limit(memory.held());
     BoxList more(5000, Box{{0, 0, 0}, {1, 1, 1}});
     r = m.add(more, nullptr);

@@ -1,5 +1,5 @@
-// The caller's room for pairs on the device: nothing past its end, the exact total, and what stands
-// in it is valid.
+// The caller's buffer on the device: nothing is written past its end, the total is exact, and the
+// pairs in it are valid.
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -8,12 +8,12 @@ namespace {
 
 class GpuCapacity : public OnGpu {
  protected:
-  // After a call with `room`: `found` as told there.
+  // Checks the buffer after a call that reported `found`.
   void expect_room(const PairRoom& room, std::uint64_t found, const Answer& answer) {
     const std::size_t total = answer.pairs.size();
     EXPECT_EQ(found, total);
     std::size_t written = std::min(total, room.capacity());
-    if (canonical() && total > room.capacity()) written = 0;  // nothing at all is written
+    if (canonical() && total > room.capacity()) written = 0;  // nothing is written at all
     const std::vector<Pair> got = room.take(written);
     if (written == total) {
       if (canonical()) {
@@ -24,10 +24,11 @@ class GpuCapacity : public OnGpu {
     }
     std::vector<Pair> sorted = got;
     std::sort(sorted.begin(), sorted.end());
-    EXPECT_TRUE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) << "told twice";
+    EXPECT_TRUE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end())
+        << "reported twice";
     EXPECT_TRUE(
         std::includes(answer.pairs.begin(), answer.pairs.end(), sorted.begin(), sorted.end()))
-        << "a pair that should not be, or a place left unwritten";
+        << "a wrong pair or an unwritten entry";
   }
 };
 
@@ -53,7 +54,7 @@ TEST_P(GpuCapacity, EveryRoom) {
       EXPECT_EQ(r.status, fits ? Status::ok : Status::buffer_too_small) << r.message;
       EXPECT_EQ(r.written, fits ? r.found : canonical() ? 0 : std::uint64_t{capacity});
       EXPECT_EQ(std::string(r.message).find(std::to_string(r.found)) != std::string::npos, !fits)
-          << "the message names the room that is needed: " << r.message;
+          << "the message gives the required capacity: " << r.message;
     }
   }
 }
@@ -76,7 +77,7 @@ TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
   }
 }
 
-// Into memory of the Finder's own: it grows, is taken once, and holds what was found last.
+// Into the Finder's own memory: it grows, is allocated once, and holds the last result.
 TEST_P(GpuCapacity, Growing) {
   CountingDeviceMemory memory;
   cuda::Finder finder(options(), memory.resource());
@@ -106,7 +107,7 @@ TEST_P(GpuCapacity, Growing) {
     expect_found(finder.find(view(boxes), stream()), answer);
     const std::size_t before = memory.allocations();
     expect_found(finder.find(view(boxes), stream()), answer);
-    EXPECT_EQ(memory.allocations(), before) << "the second of its size takes no memory";
+    EXPECT_EQ(memory.allocations(), before) << "the second call of this size allocates nothing";
     EXPECT_EQ(memory.held(), finder.memory_bytes());
   }
   const BoxList a = uniform_boxes(1100, 1), b = uniform_boxes(900, 2);
@@ -116,12 +117,12 @@ TEST_P(GpuCapacity, Growing) {
   cuda::Finder moved(std::move(finder));
   EXPECT_EQ(moved.pairs().size(), found);
   EXPECT_EQ(finder.pairs().size(), 0u);
-  // What fails shows nothing.
+  // A failed call leaves no pairs.
   EXPECT_EQ(moved.find(a, stream()).status, Status::bad_boxes);
   EXPECT_EQ(moved.pairs().size(), 0u);
 }
 
-// With no room at all, null is a buffer.
+// With no capacity, the buffer may be null.
 TEST_P(GpuCapacity, CountingOnly) {
   const BoxList list = uniform_boxes(5000, 5);
   const OnDevice<Box> boxes(list);
@@ -133,7 +134,7 @@ TEST_P(GpuCapacity, CountingOnly) {
   EXPECT_EQ(finder.find(Boxes(), nullptr, 0, stream()).status, Status::ok);
 }
 
-// Far more pairs than boxes: every flush of the search ends past the room.
+// Far more pairs than boxes: every flush of the search ends past the capacity.
 TEST_P(GpuCapacity, ManyPairsLittleRoom) {
   const BoxList list = identical_boxes(1500, 3);
   const Answer answer = reference_pairs(list);

@@ -1,4 +1,4 @@
-// Device memory and streams of the tests: each call of CUDA is checked, everything is given back.
+// Device memory and streams for tests: all CUDA calls are checked, all memory is freed.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -19,12 +19,12 @@
 
 namespace throng::tests {
 
-// A failed call of CUDA ends the test with what CUDA says.
+// A failed CUDA call ends the test with CUDA's message.
 inline void need(cudaError_t error) {
   if (error != cudaSuccess) throw std::runtime_error(cudaGetErrorString(error));
 }
 
-// Tests that need a GPU begin with this.
+// The first line of tests that require a GPU.
 #define THRONG_NEEDS_GPU() \
   if (const Result gpu = cuda::available(); !gpu.ok()) GTEST_SKIP() << "no GPU: " << gpu.message
 
@@ -46,7 +46,7 @@ template <class T>
 class OnDevice {
  public:
   explicit OnDevice(std::size_t size) : size_(size) {
-    // No block of no bytes: a view of nothing may still want a pointer.
+    // Never zero bytes: an empty view may still require a pointer.
     need(cudaMalloc(reinterpret_cast<void**>(&data_), (size ? size : 1) * sizeof(T)));
   }
   explicit OnDevice(const std::vector<T>& values) : OnDevice(values.size()) { put(values); }
@@ -56,10 +56,10 @@ class OnDevice {
   OnDevice& operator=(OnDevice&&) = delete;
 
   void put(const std::vector<T>& values) {
-    if (values.size() > size_) throw std::logic_error("more values than room");
+    if (values.size() > size_) throw std::logic_error("more values than capacity");
     if (values.empty()) return;
     need(cudaMemcpy(data_, values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice));
-    // From pageable memory it may still be under way, and no stream of our own would wait for it.
+    // A copy from pageable memory may still run, and a non-blocking stream would not wait for it.
     need(cudaDeviceSynchronize());
   }
   std::vector<T> get() const {
@@ -79,7 +79,7 @@ class OnDevice {
 
 inline Boxes view(const OnDevice<Box>& boxes) { return Boxes(boxes.data(), boxes.size()); }
 
-// Room for pairs between guards; what is not written keeps its pattern.
+// A buffer for pairs between guard zones; unwritten entries keep the pattern.
 class PairRoom {
  public:
   static constexpr std::size_t guard = 256;
@@ -94,7 +94,7 @@ class PairRoom {
   }
   Pair* out() const { return memory_.data() + guard; }
   std::size_t capacity() const { return capacity_; }
-  // The first `count` pairs; the guards, and everything behind these, must be untouched.
+  // The first `count` pairs; the guards and all entries after these must be untouched.
   std::vector<Pair> take(std::size_t count) const {
     const std::vector<Pair> all = memory_.get();
     const auto begin = all.begin() + static_cast<std::ptrdiff_t>(guard);
@@ -103,7 +103,7 @@ class PairRoom {
     std::size_t touched = 0;
     for (std::size_t i = 0; i < all.size(); ++i)
       if (i < guard || i >= guard + count) touched += all[i] != untouched;
-    EXPECT_EQ(touched, 0u) << "pairs written past the " << count << " that were told";
+    EXPECT_EQ(touched, 0u) << "pairs written past the " << count << " that were reported";
     return {begin, begin + static_cast<std::ptrdiff_t>(count)};
   }
 
@@ -112,7 +112,7 @@ class PairRoom {
   OnDevice<Pair> memory_;
 };
 
-// Device memory that counts, and can run dry.
+// Device memory that counts and has a limit.
 class CountingDeviceMemory {
  public:
   ~CountingDeviceMemory() { EXPECT_TRUE(blocks_.empty()) << blocks_.size() << " blocks kept"; }
@@ -125,7 +125,7 @@ class CountingDeviceMemory {
             },
             this};
   }
-  // Refuse what would bring held() above `bytes`.
+  // Refuses allocations that would bring held() above `bytes`.
   void limit(std::size_t bytes) { limit_ = bytes; }
   std::size_t held() const { return held_; }
   std::size_t allocations() const { return allocations_; }
@@ -138,7 +138,7 @@ class CountingDeviceMemory {
       ++refusals_;
       return nullptr;
     }
-    // What a new block holds must not matter.
+    // The contents of a new block must not matter.
     need(cudaMemset(p, 0x5a, bytes));
     need(cudaDeviceSynchronize());
     ++allocations_;
@@ -148,9 +148,9 @@ class CountingDeviceMemory {
   }
   void deallocate(void* p, std::size_t bytes) {
     const auto found = blocks_.find(p);
-    EXPECT_TRUE(found != blocks_.end()) << "a block that was never given is taken back";
+    EXPECT_TRUE(found != blocks_.end()) << "deallocation of an unknown block";
     if (found == blocks_.end()) return;
-    EXPECT_EQ(found->second, bytes) << "a block is taken back with another size";
+    EXPECT_EQ(found->second, bytes) << "deallocation with another size";
     held_ -= found->second;
     blocks_.erase(found);
     (void)cudaFree(p);
@@ -160,7 +160,7 @@ class CountingDeviceMemory {
   std::size_t held_ = 0, allocations_ = 0, refusals_ = 0, limit_ = ~std::size_t{0};
 };
 
-// Algorithm and order, and whose stream.
+// Algorithm, order and stream of a test.
 struct Setting {
   Algorithm algorithm;
   Order order;
@@ -204,7 +204,7 @@ class OnGpu : public testing::TestWithParam<Setting> {
   bool canonical() const { return GetParam().order == Order::canonical; }
   cudaStream_t stream() const { return own_ ? static_cast<cudaStream_t>(*own_) : nullptr; }
 
-  // Finds with room for exactly what the answer has, and holds everything against it.
+  // Searches with exactly the capacity that the answer needs and compares everything.
   void expect_answer(cuda::Finder& finder, const Boxes& a, const Boxes* b, const Answer& answer) {
     const PairRoom room(answer.pairs.size());
     const Result r = b ? finder.find(a, *b, room.out(), room.capacity(), stream())

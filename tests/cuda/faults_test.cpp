@@ -1,4 +1,4 @@
-// What goes wrong on a device is told in words, and the Finder works afterwards.
+// Errors on a device are reported in the message, and the Finder works afterwards.
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -7,7 +7,7 @@ namespace {
 
 class GpuFaults : public OnGpu {
  protected:
-  // The Finder still gives the right answer.
+  // The Finder still returns the correct result.
   void expect_works(cuda::Finder& finder, int n = 1000) {
     const BoxList list = uniform_boxes(n, 9);
     const OnDevice<Box> boxes(list);
@@ -50,7 +50,7 @@ TEST_P(GpuFaults, HostPointersAreTold) {
   expect_works(finder);
 }
 
-// Memory of the device, but where no float or number of 64 bits can lie.
+// Device memory that is misaligned for floats or 64-bit integers.
 TEST_P(GpuFaults, MisalignedPointersAreTold) {
   const BoxList list = uniform_boxes(500, 1);
   const OnDevice<Box> boxes(501);
@@ -154,18 +154,18 @@ TEST_P(GpuFaults, AWorldBelowMinusOneIsTold) {
   expect_answer(finder, filtered, nullptr, reference_pairs(host));
 }
 
-// Each allocation in turn fails; what was there before still serves.
+// Each allocation fails in turn; the earlier memory remains usable.
 TEST_P(GpuFaults, MemoryRunsShort) {
   CountingDeviceMemory memory;
   cuda::Finder finder(options(), memory.resource());
   memory.limit(0);
   Result r = finder.reserve(1000, 10000, stream());
-  expect_says(r, Status::out_of_memory, "bytes were asked for in vain (by the MemoryResource)");
+  expect_says(r, Status::out_of_memory, "bytes failed (by the MemoryResource)");
   EXPECT_GT(r.bytes_needed, 0u);
   memory.limit(~std::size_t{0});
   ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
   expect_works(finder);
-  // More boxes and more pairs than fit; each step lets one more block through.
+  // More boxes and more pairs than fit; each step allows one more block.
   for (const std::size_t more :
        {std::size_t{0}, std::size_t{1} << 20, std::size_t{6} << 20, std::size_t{10} << 20}) {
     SCOPED_TRACE(more);
@@ -185,7 +185,7 @@ TEST_P(GpuFaults, MemoryRunsShort) {
   expect_works(finder);
 }
 
-// Short by one byte of what a call takes, and not short.
+// One byte less than a call needs, and exactly enough.
 TEST_P(GpuFaults, MemoryShortByAByte) {
   const BoxList list = uniform_boxes(3000, 4);
   const OnDevice<Box> boxes(list);
@@ -203,19 +203,19 @@ TEST_P(GpuFaults, MemoryShortByAByte) {
   CountingDeviceMemory memory;
   memory.limit(taken - 1);
   cuda::Finder finder(options(), memory.resource());
-  expect_says(call(finder), Status::out_of_memory, "bytes were asked for in vain");
+  expect_says(call(finder), Status::out_of_memory, "bytes failed");
   memory.limit(taken);
   expect_answer(finder, view(boxes), nullptr, answer);
   EXPECT_EQ(memory.held(), taken);
 }
 
-// What cudaMalloc says of a block that no device has.
+// CUDA's message for a block that no device has.
 TEST_P(GpuFaults, TheDevicesWordsComeThrough) {
   cuda::Finder finder(options());
   const Result r = finder.reserve(1000, std::size_t{1} << 45, stream());
-  expect_says(r, Status::out_of_memory, "bytes were asked for in vain (out of memory); free some");
+  expect_says(r, Status::out_of_memory, "bytes failed (out of memory); free some");
   EXPECT_GT(r.bytes_needed, std::size_t{1} << 45);
-  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "an error was left for the caller to find";
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "the call left a CUDA error behind";
   expect_works(finder);
 }
 
@@ -235,7 +235,7 @@ TEST_P(GpuFaults, AFinderMoves) {
   EXPECT_EQ(memory.held(), three.memory_bytes());
 }
 
-// The device that was current stays current.
+// The current device stays current.
 TEST_P(GpuFaults, TheCurrentDeviceIsLeftAlone) {
   int before = -1, after = -2;
   need(cudaGetDevice(&before));
@@ -243,7 +243,7 @@ TEST_P(GpuFaults, TheCurrentDeviceIsLeftAlone) {
   expect_works(finder);
   need(cudaGetDevice(&after));
   EXPECT_EQ(before, after);
-  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "an error was left for the caller to find";
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "the call left a CUDA error behind";
 }
 
 THRONG_INSTANTIATE_GPU(GpuFaults);

@@ -18,10 +18,10 @@ TEST_P(GpuFind, HardScenes) {
   }
 }
 
-// More boxes than one launch of 256 threads a block has in flight, for the grid and its scan.
+// More boxes than one launch of 256-thread blocks has resident, for the grid and its scan.
 TEST_P(GpuFind, ManyBoxes) {
-  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "would take long";
-  static const auto cases = [] {  // the sweep takes seconds
+  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "too slow";
+  static const auto cases = [] {  // the reference sweep takes seconds
     std::vector<std::pair<BoxList, Answer>> all;
     for (const int n : {5000, 70001, 300001}) {
       const BoxList list = uniform_boxes(n, 7);
@@ -38,9 +38,9 @@ TEST_P(GpuFind, ManyBoxes) {
 }
 
 // Boxes that overlap thousands of others, and one that overlaps all: the pairs of one first index
-// are more than a block takes at once.
+// exceed a block's capacity.
 TEST_P(GpuFind, VeryManyPairsOfOne) {
-  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "would take long";
+  if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "too slow";
   static const auto cases = [] {
     std::vector<std::pair<BoxList, Answer>> all;
     for (const std::size_t at : {std::size_t{0}, std::size_t{3000}}) {
@@ -63,7 +63,7 @@ TEST_P(GpuFind, VeryManyPairsOfOne) {
   }
 }
 
-// A Finder that goes from few boxes to many and back, none, and one.
+// One Finder with few boxes, many, none and one, in any sequence.
 TEST_P(GpuFind, AnySizeInAnyOrder) {
   cuda::Finder finder(options());
   for (const int n : {0, 1, 2, 3, 5, 6, 31, 32, 33, 63, 64, 65, 128, 129, 4097, 257, 1, 0, 4096}) {
@@ -75,8 +75,8 @@ TEST_P(GpuFind, AnySizeInAnyOrder) {
   }
 }
 
-// So few that a box looks into more rows of cells than there are boxes: going through all of them
-// must not make a box its own partner, nor tell a pair from both sides.
+// So few boxes that a box searches more rows of cells than there are boxes: the search over all
+// boxes must not pair a box with itself or report a pair twice.
 TEST_P(GpuFind, FewerBoxesThanRows) {
   cuda::Finder finder(options());
   const auto check = [&](const BoxList& list) {
@@ -150,7 +150,7 @@ TEST_P(GpuFind, Layouts) {
   }
 }
 
-// What each filter says of n boxes: on the host, and the same on the device.
+// Filters of n boxes: on the host, and the same on the device.
 struct Tags {
   explicit Tags(std::size_t n, std::uint64_t seed)
       : group(n), mask(n), owner(n), world(n), still(n) {
@@ -174,7 +174,7 @@ struct DeviceTags {
   OnDevice<std::int32_t> owner, world;
   OnDevice<std::uint8_t> still;
 };
-// The filters of bits 0 to 4.
+// Sets the filters whose bits 0 to 4 are set.
 template <class T>
 void hang(Boxes& boxes, const T& t, unsigned bits) {
   const std::size_t n = boxes.size();
@@ -197,7 +197,7 @@ TEST_P(GpuFind, EveryFilter) {
     hang(host, tags, bits);
     hang(device, there, bits);
     expect_answer(finder, device, nullptr, reference_pairs(host));
-    // The other set with other filters, none among them.
+    // The second set has other filters, or none.
     const unsigned bits2 = bits * 7 % 32;
     Boxes host2(other), device2 = view(boxes2);
     hang(host2, tags2, bits2);
@@ -206,7 +206,7 @@ TEST_P(GpuFind, EveryFilter) {
   }
 }
 
-// 64 boxes a world, all worlds in one place, and some boxes that meet every world.
+// 64 boxes per world, all worlds in one place, and some boxes that belong to every world.
 TEST_P(GpuFind, ManyWorlds) {
   cuda::Finder finder(options());
   const std::size_t n = 6400;
@@ -226,7 +226,7 @@ TEST_P(GpuFind, ManyWorlds) {
   expect_answer(finder, device, nullptr, reference_pairs(host));
 }
 
-// Of all sizes up to 512 boxes, with the ground of all of them first: each is searched by itself.
+// Worlds of all sizes up to 512 boxes, after the ground of all worlds: each is searched by itself.
 TEST_P(GpuFind, SmallWorldsOneByOne) {
   cuda::Finder finder(options());
   BoxList list = {{{-1, -1, -1}, {6, 6, 0.2f}}, {{0, 0, 5}, {1, 1, 6}}};
@@ -283,7 +283,7 @@ TEST_P(GpuFind, Margin) {
   }
 }
 
-// Both make the same plan, and so go through the same candidates; worlds are not searched alike.
+// Both make the same plan, and so compare the same candidates; worlds are searched differently.
 TEST_P(GpuFind, ComparesWhatTheHostCompares) {
   if (GetParam().algorithm == Algorithm::all_pairs) GTEST_SKIP() << "there is no plan";
   cuda::Finder finder(options());

@@ -1,5 +1,5 @@
-// A throng::cuda::BroadPhase with the calls of a throng::BroadPhase: what is given and told goes
-// through device memory.
+// A throng::cuda::BroadPhase with the interface of throng::BroadPhase: arguments and results are
+// copied through device memory.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace throng::tests {
 
-// A copy of a host's view in device memory.
+// A copy of a host view in device memory.
 class Upload {
  public:
   explicit Upload(const Boxes& from) {
@@ -52,7 +52,7 @@ class Upload {
   std::unique_ptr<OnDevice<std::uint8_t>> static_;
 };
 
-// The calls of a throng::BroadPhase, answered by the GPU.
+// The interface of throng::BroadPhase, executed on the GPU.
 class GpuMachine {
  public:
   GpuMachine(const Options& options, float fat_margin, const cuda::MemoryResource& memory = {})
@@ -103,7 +103,7 @@ class GpuMachine {
     fetch(there, pairs_);
     return {pairs_.data(), pairs_.size()};
   }
-  // A test is no device's to call.
+  // A SweepTest callback cannot run on a device.
   Result find_overlaps(const Boxes& boxes) {
     const Upload there(boxes);
     const Result r = scene_.find_overlaps(there.view(), stream_);

@@ -1,5 +1,5 @@
-// A call recorded once into a CUDA graph, and replayed over whatever boxes then lie there: the plan
-// is made on the device, so each replay must be right.
+// A call is captured once into a CUDA graph and replayed with other boxes in the same memory. The
+// plan is made on the device, so each replay must be correct.
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 
 class Recorded {
  public:
-  // Records what `put` puts on the stream.
+  // Captures what `put` launches on the stream.
   template <class F>
   Recorded(cudaStream_t stream, const F& put) {
     need(cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal));
@@ -35,7 +35,7 @@ class Graph : public OnGpu {};
 
 constexpr float quiet = std::numeric_limits<float>::quiet_NaN();
 
-// Scenes to replay, each filled up to `n` boxes by empty slots in odd places.
+// Scenes to replay, each padded to `n` boxes with empty slots at random places.
 std::vector<HardScene> replayed_scenes(std::size_t n) {
   std::vector<HardScene> scenes = hard_scenes(static_cast<int>(n) * 9 / 10);
   scenes.push_back({"all inactive", BoxList(n, Box{{1, 1, 1}, {0, 0, 0}})});
@@ -57,7 +57,7 @@ std::vector<HardScene> replayed_scenes(std::size_t n) {
   return scenes;
 }
 
-// The first work of its kind that the process does when this test runs alone.
+// When this test runs alone, this is the first GPU work of the process.
 TEST_P(Graph, ReplaysAreRightForAnyBoxes) {
   const Stream own;
   const std::size_t n = 2000;
@@ -105,7 +105,7 @@ TEST_P(Graph, ReplaysAreRightForAnyBoxes) {
   }
 }
 
-// Worlds change from replay to replay, too; so does the second set.
+// Worlds and the second set change between replays.
 TEST_P(Graph, ReplaysHeedFiltersAsTheyThenStand) {
   const Stream own;
   const std::size_t n = 3000, m = 1500;
@@ -148,7 +148,7 @@ TEST_P(Graph, ReplaysHeedFiltersAsTheyThenStand) {
   }
 }
 
-// Many replays in flight: each leaves the workspace fit for the next.
+// Many replays in flight: each leaves the workspace ready for the next.
 TEST_P(Graph, ReplaysInARow) {
   const Stream own;
   const BoxList list = uniform_boxes(30000, 4);
@@ -169,7 +169,7 @@ TEST_P(Graph, ReplaysInARow) {
   EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
 }
 
-std::vector<Setting> own_stream_settings() {  // the default stream cannot be recorded
+std::vector<Setting> own_stream_settings() {  // the default stream cannot be captured
   std::vector<Setting> settings;
   for (const Setting& s : all_settings())
     if (s.own_stream) settings.push_back(s);

@@ -1,5 +1,5 @@
-// So many boxes that they are sorted by cell (pipeline/cell_order.hpp), against the CPU. Fewer are
-// in a build with -DTHRONG_GPU_SORTED_ABOVE=0.
+// So many boxes that they are sorted by cell (pipeline/cell_order.hpp), against the CPU. A build
+// with -DTHRONG_GPU_SORTED_ABOVE=0 sorts any number.
 #include "cuda/device.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -11,7 +11,7 @@ class GpuMany : public OnGpu {
   void SetUp() override {
     OnGpu::SetUp();
     if (GetParam().algorithm != Algorithm::grid || GetParam().own_stream)
-      GTEST_SKIP() << "the same as others, or too long";
+      GTEST_SKIP() << "same as other settings, or too slow";
   }
 };
 
@@ -50,7 +50,7 @@ TEST_P(GpuMany, TwoSetsWithWorldsAndAMargin) {
   Boxes host = list;
   host.filters.world = {worlds.data(), worlds.size()};
   Boxes other_host = other;
-  other_host.filters.world = {worlds.data() + 1, other.size(), 0};  // all of one
+  other_host.filters.world = {worlds.data() + 1, other.size(), 0};  // all of one world
   Options wide = options();
   wide.margin = 0.1f;
   static const Answer answer = by_cpu(host, &other_host, wide.margin);
@@ -63,7 +63,7 @@ TEST_P(GpuMany, TwoSetsWithWorldsAndAMargin) {
   expect_answer(finder, device, &other_device, answer);
 }
 
-// One cell takes them all; no two of them are a pair.
+// One cell contains all boxes; no two of them are a pair.
 TEST_P(GpuMany, AllAlike) {
   const BoxList one = {cube(1, 2, 3, 4)};
   const OnDevice<Box> box(one);

@@ -1,4 +1,4 @@
-// Without a GPU every call of the door says so, with the remedy, and takes nothing.
+// Without a GPU every API call returns no_device with the advice, and allocates nothing.
 #include <cstdint>
 
 #include <throng/cuda_broad_phase.hpp>
@@ -14,7 +14,7 @@ class NoDevice : public testing::Test {
   void SetUp() override {
     if (cuda::available().ok()) GTEST_SKIP() << "there is a GPU";
   }
-  // Where device memory would be; never read.
+  // Stand-ins for device memory; never dereferenced.
   Box* const boxes_ = reinterpret_cast<Box*>(std::uintptr_t{0x1000});
   Pair* const pairs_ = reinterpret_cast<Pair*>(std::uintptr_t{0x2000});
   cuda::Report* const report_ = reinterpret_cast<cuda::Report*>(std::uintptr_t{0x3000});
@@ -49,7 +49,7 @@ TEST_F(NoDevice, EveryCallSaysWhy) {
   }
 }
 
-// No memory is asked for, so the resource is not called.
+// Nothing is allocated, so the resource is not called.
 TEST_F(NoDevice, TheMemoryResourceIsLeftAlone) {
   CountingDeviceMemory memory;
   cuda::Finder finder({}, memory.resource());
@@ -107,7 +107,7 @@ TEST_F(NoDevice, ObjectsThatLive) {
   expect_no_device(third.update(nullptr));
 }
 
-// A mistake that needs no GPU to be seen is told as such.
+// Errors that can be detected without a GPU are reported first.
 TEST_F(NoDevice, BadArgumentsAreToldFirst) {
   Options options;
   options.margin = -1;
@@ -145,7 +145,7 @@ TEST_F(NoDevice, MovesAndDiesQuietly) {
   expect_no_device(two.find(Boxes(boxes_, 5), pairs_, 10, nullptr));
 }
 
-// The hall, too: host arrays with Backend::cuda.
+// The host Finder with Backend::cuda, too.
 TEST_F(NoDevice, TheOtherFinderSaysWhy) {
   Options options;
   options.backend = Backend::cuda;

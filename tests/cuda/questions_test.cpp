@@ -1,4 +1,4 @@
-// Questions to objects that live on a GPU: against a loop over all objects, and byte for byte
+// Queries of persistent objects on a GPU: against a loop over all objects, and byte for byte
 // against throng::BroadPhase.
 #include <cmath>
 #include <string>
@@ -31,10 +31,10 @@ void live(std::uint64_t seed, std::size_t objects, float side, bool filtered, in
 
 TEST_F(GpuQuestions, Plain) { live(1, 2000, 22, false, 12); }
 TEST_F(GpuQuestions, Filtered) { live(2, 700, 14, true, 20); }
-// For the sanitizers, under which everything takes long.
+// For the sanitizers, which slow everything down.
 TEST_F(GpuQuestions, Small) { live(3, 150, 8, true, 4); }
 
-// More than one block of everything, and more to tell than room was made for.
+// Several blocks of everything, and more results than the capacity reserved.
 TEST_F(GpuQuestions, Many) {
   GpuMachine gpu({}, 0);
   BroadPhase cpu;
@@ -64,7 +64,7 @@ TEST_F(GpuQuestions, Many) {
   EXPECT_TRUE(same_bytes(out, in_place(cpu.hits(), out.size())));
 }
 
-// Where cells are empty is told from the second question on.
+// The bitmap of occupied blocks is used from the second query on.
 TEST_F(GpuQuestions, ClustersInAnEmptyWorld) {
   GpuMachine gpu({}, 0);
   BroadPhase cpu;

@@ -1,5 +1,5 @@
-// Boxes of bodies by a device: the bits of the CPU's, wrong shapes told, in a graph with the
-// search.
+// Boxes of bodies on a device: same bits as the CPU, wrong shapes reported, captured in a graph
+// with the search.
 #include <cstring>
 
 #include "cuda/device.hpp"
@@ -8,7 +8,7 @@
 namespace throng::tests {
 namespace {
 
-class GpuBodies : public testing::TestWithParam<bool> {  // a stream of its own
+class GpuBodies : public testing::TestWithParam<bool> {  // parameter: on its own stream
  protected:
   void SetUp() override {
     THRONG_NEEDS_GPU();
@@ -42,7 +42,7 @@ struct BodiesOnDevice {
   OnDevice<Vec3> points;
 };
 
-// The same bits, or both a NaN: of which kind is up to the processor.
+// The same bits, or both NaN: NaN payloads depend on the processor.
 void expect_same(const std::vector<Box>& got, const std::vector<Box>& want) {
   ASSERT_EQ(got.size(), want.size());
   std::size_t differ = 0;
@@ -85,7 +85,7 @@ TEST_P(GpuBodies, SameBitsAsTheHost) {
   }
 }
 
-// Boxes inside of structures: what stands between them stays as it is.
+// Boxes inside structures: the bytes between them stay unchanged.
 TEST_P(GpuBodies, AnyLayout) {
   struct Thing {
     std::uint32_t before;
@@ -124,7 +124,7 @@ TEST_P(GpuBodies, WrongShapesAreTold) {
   EXPECT_EQ(r.first_invalid, 4100u);
   EXPECT_NE(std::strstr(r.message, "body 4100"), nullptr) << r.message;
   expect_same(boxes.get(), want);
-  // The other form tells in device memory, and anew each time.
+  // The asynchronous form reports in device memory, and resets the report each time.
   for (int again = 0; again < 2; ++again) {
     r = cuda::update_boxes_async(there.view(), boxes.data(), report.data(), stream());
     ASSERT_TRUE(r.ok()) << r.message;
@@ -184,7 +184,7 @@ TEST_P(GpuBodies, BadPointersAreTold) {
   const Result r = cuda::update_boxes(good, out, nullptr, stream());
   EXPECT_EQ(r.status, Status::bad_bodies);
   EXPECT_NE(std::strstr(r.message, "the report is null"), nullptr) << r.message;
-  // The device is as good as before.
+  // The device still works.
   ASSERT_TRUE(cuda::update_boxes(good, out, told, stream()).ok());
   std::vector<Box> got = boxes.get();
   got.resize(1000);
@@ -201,9 +201,9 @@ TEST_P(GpuBodies, NoBodies) {
   EXPECT_EQ(report.get()[0].bad_shapes, 0u);
 }
 
-// A whole frame recorded once, from bodies to pairs, and replayed over bodies that have moved.
+// A whole frame is captured once, from bodies to pairs, and replayed with bodies that have moved.
 TEST_P(GpuBodies, AFrameInAGraph) {
-  if (!GetParam()) GTEST_SKIP() << "the default stream cannot be recorded";
+  if (!GetParam()) GTEST_SKIP() << "the default stream cannot be captured";
   constexpr std::size_t count = 3000;  // some of which overlap nearly all others
   std::vector<BodyScene> scenes;
   std::vector<Answer> answers;

@@ -1,5 +1,5 @@
-// Around 2^24, 2^31 and 2^32 pairs, counted with no room for any; indices beyond 2^24, which a
-// float no longer tells apart; and the stack that a search takes.
+// Counts around 2^24, 2^31 and 2^32 pairs without storing any; indices above 2^24, which floats
+// cannot represent; and the stack use of a search.
 #include <pthread.h>
 
 #include <cstring>
@@ -30,7 +30,7 @@ Options options_of(const Way& way) {
   return o;
 }
 
-// One box in one place, `a` times and `b` times: every two meet. b 0: one set.
+// One box in one place, `a` times and `b` times: all overlap. b 0: one set.
 void expect_count(const Way& way, std::uint64_t a, std::uint64_t b) {
   const std::uint64_t right = b ? a * b : a * (a - 1) / 2;
   const Boxes first(&unit, a, 0), second(&unit, b, 0);
@@ -47,7 +47,7 @@ void expect_count(const Way& way, std::uint64_t a, std::uint64_t b) {
 TEST(PairCounts, Around2To24) {
   for (const Way& way : ways) {
     expect_count(way, 4096, 4096);
-    expect_count(way, 4095, 4097);  // one less: the first that no float is
+    expect_count(way, 4095, 4097);  // one less: the first that is not a float
     expect_count(way, 257, 65537);
     expect_count(way, 5793, 0);  // 16,776,528
     expect_count(way, 5794, 0);
@@ -85,7 +85,7 @@ TEST(PairCounts, ConsumedBeyond2To32) {
   EXPECT_EQ(taken, r.found);
 }
 
-// Of more than 2^24 boxes only some are there; their indices do not fit a float.
+// Only some of more than 2^24 boxes are active; their indices do not fit a float.
 TEST(Indices, Beyond2To24) {
   constexpr std::uint32_t edge = 1u << 24;
   std::vector<Box> boxes(edge + 12, Box{{1, 1, 1}, {0, 0, 0}});
@@ -111,7 +111,7 @@ TEST(Indices, Beyond2To24) {
   }
 }
 
-// A thread of which the stack is painted; what is not the colour any more was used.
+// Runs on a thread with a painted stack; bytes that changed were used.
 std::size_t stack_of(void* (*start)(void*), void* argument) {
   static constexpr std::size_t bytes = std::size_t{1} << 20;
   void* stack = nullptr;
@@ -131,10 +131,10 @@ std::size_t stack_of(void* (*start)(void*), void* argument) {
   return bytes - unused;
 }
 
-// Nested grids, canonical order, filters, an object that lives: all on one thread, which runs every
-// task. What docs/trust.md says of the stack is this.
+// Nested grids, sorted order, filters and a persistent BroadPhase, all on one thread that runs
+// every task. This is the stack figure of docs/trust.md.
 TEST(Stack, IsSmall) {
-  if (sanitized) GTEST_SKIP() << "sanitizers put more on the stack";
+  if (sanitized) GTEST_SKIP() << "sanitizers use more stack";
   const auto run = [](void*) -> void* {
     const Executor here{4,
                         [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
@@ -142,7 +142,7 @@ TEST(Stack, IsSmall) {
                         },
                         nullptr};
     std::vector<Box> boxes;
-    for (int i = 0; i < 60000; ++i) {  // a crowd in a corner: its column has a grid of its own
+    for (int i = 0; i < 60000; ++i) {  // a cluster in a corner: its column has a grid of its own
       const float far = i % 50 == 0 ? 1000.0f : 1.0f;
       const auto at = [&](int prime) { return far * static_cast<float>(i % prime) / 97.0f; };
       const Vec3 p{at(1009), at(2003), at(3001)};

@@ -1,5 +1,5 @@
-// Memory that fails at each request in turn, once and for good: the documented error, nothing
-// leaked, nothing half done taken for whole, and the object as good as new afterwards.
+// Memory that fails at each request in turn, once or from then on: the documented error, no leak,
+// no partial result reported as complete, and an object that works afterwards.
 #include <functional>
 #include <string>
 
@@ -13,7 +13,8 @@
 namespace throng::tests {
 namespace {
 
-// Three tasks, run by the caller one after another: the same requests in the same order each time.
+// Three tasks, which the caller runs one after another: the same requests in the same order each
+// time.
 const Executor in_turn{3,
                        [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
                          for (unsigned i = 0; i < count; ++i) task(context, i);
@@ -32,7 +33,7 @@ struct Scene {
   }
 };
 
-// Enough for several tasks; but of what is quadratic, or slow.
+// Large enough for several tasks; small for what is quadratic or slow.
 Scene make_scene(bool large = false) {
   Scene s;
   s.a = huge_among_small(large && !sanitized ? 4500 : 900, 2);
@@ -44,8 +45,8 @@ Scene make_scene(bool large = false) {
   return s;
 }
 
-// Calls act(finder) with each request failing in turn; `act` returns the Result, and puts the pairs
-// that it was given into `got`. Tells how many requests there were.
+// Calls act(finder) with each request failing in turn; `act` returns the Result and puts the
+// received pairs into `got`. Returns the number of requests.
 using Act = std::function<Result(Finder&, std::vector<Pair>& got)>;
 std::size_t every_request(const Options& options, const Answer& answer, const Act& act) {
   FailingResource memory;
@@ -63,7 +64,7 @@ std::size_t every_request(const Options& options, const Answer& answer, const Ac
         const bool refused = memory.refused() != 0;
         memory.calm();
         if (r.ok()) {
-          // Where there is another way to go on, a request may fail in vain; then all is right.
+          // A failed request may have a fallback; then the result is complete.
           EXPECT_TRUE(same_pairs(got, answer.pairs)) << "request " << k;
         } else {
           EXPECT_TRUE(refused);
@@ -147,7 +148,7 @@ TEST_P(FailingMemory, Consumer) {
       got.insert(got.end(), pairs, pairs + count);
       return true;
     });
-    // What was handed out before memory failed were pairs, each once.
+    // The consumer received valid pairs before memory failed, each once.
     std::sort(got.begin(), got.end());
     EXPECT_TRUE(std::includes(answer.pairs.begin(), answer.pairs.end(), got.begin(), got.end()));
     return r;
@@ -218,7 +219,7 @@ TEST(FailingMemoryElsewhere, CInterface) {
   EXPECT_FALSE(refused);
 }
 
-// Each call of a BroadPhase, with the k-th request of its life failing.
+// A sequence of BroadPhase calls, with its k-th request failing.
 TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
   const BoxList boxes = uniform_boxes(1200, 5), others = uniform_boxes(1200, 6);
   std::vector<Sweep> sweeps;
@@ -229,7 +230,7 @@ TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
   options.memory = &memory;
   options.executor = &in_turn;
   std::vector<ObjectId> ids(boxes.size());
-  // One life; each call is made until it succeeds, and its answers are kept.
+  // One sequence; each call is repeated until it succeeds, and its results are recorded.
   const auto live = [&](std::size_t& failures) {
     BroadPhase b(options);
     std::vector<std::uint64_t> told;

@@ -1,4 +1,4 @@
-// What fails beside the memory resource: threads that cannot be started, and the process's own
+// Failures other than of the memory resource: threads that cannot be started, and the process's
 // operator new, at each call in turn.
 #include <dlfcn.h>
 #include <pthread.h>
@@ -18,7 +18,7 @@ namespace {
 
 std::atomic<bool> no_threads{false};
 std::atomic<unsigned> threads_refused{0};
-// Of the calls of operator new from now on this one fails; negative: none does.
+// Index of the call of operator new that fails, counted from now on; negative: none.
 std::atomic<long> failing_new{-1};
 std::atomic<unsigned> news_refused{0};
 
@@ -34,7 +34,7 @@ void* take(std::size_t bytes) noexcept {
 
 }  // namespace
 
-// A sanitizer has one of its own, which must see each thread.
+// Sanitizers have their own, which must see each thread.
 #if !THRONG_SANITIZED
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
                               void* (*start)(void*), void* argument) {
@@ -48,7 +48,7 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
 }
 #endif
 
-// GCC sees free() behind one and not malloc() behind the other.
+// GCC sees free() in one and does not see malloc() in the other.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 #endif
@@ -72,9 +72,9 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 namespace throng::tests {
 namespace {
 
-// First of all, while no thread has been started: what cannot be had is done by the caller.
+// Must run first, before any thread has been started. The caller runs the tasks of missing threads.
 TEST(AFailingProcess, HasNoThreads) {
-  if (sanitized) GTEST_SKIP() << "a sanitizer has a pthread_create of its own";
+  if (sanitized) GTEST_SKIP() << "sanitizers replace pthread_create";
   const BoxList boxes = uniform_boxes(20000, 1);
   const Answer answer = swept_pairs(boxes);
   Options options;
@@ -86,7 +86,7 @@ TEST(AFailingProcess, HasNoThreads) {
   std::vector<ObjectId> ids(boxes.size());
   const Result added = live.add(boxes, ids.data()), updated = live.update();
   no_threads = false;
-  EXPECT_GT(threads_refused, 0u) << "nobody asked for a thread";
+  EXPECT_GT(threads_refused, 0u) << "no thread was requested";
   EXPECT_TRUE(r.ok()) << r.message;
   EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
   EXPECT_TRUE(added.ok() && updated.ok());
@@ -95,8 +95,8 @@ TEST(AFailingProcess, HasNoThreads) {
   EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
 }
 
-// act() with each call of operator new failing in turn; it says whether it succeeded, and checks
-// what it gave.
+// Runs act() with each call of operator new failing in turn. act() checks its results and returns
+// whether it succeeded.
 template <class Act>
 unsigned every_new(const Act& act) {
   unsigned failures = 0;
@@ -111,7 +111,7 @@ unsigned every_new(const Act& act) {
     }
     failures += !done;
   }
-  ADD_FAILURE() << "there was no end to it";
+  ADD_FAILURE() << "failures did not end";
   return failures;
 }
 
@@ -136,7 +136,7 @@ TEST(AFailingProcess, FindPairs) {
         return r.ok();
       });
       EXPECT_GT(failures, 2u);
-      // The form that throws.
+      // The throwing form.
       every_new([&] {
         try {
           std::vector<Pair> pairs = find_pairs(boxes, options);
@@ -145,7 +145,7 @@ TEST(AFailingProcess, FindPairs) {
           return true;
         } catch (const Error& error) {
           EXPECT_EQ(error.result().status, Status::out_of_memory);
-        } catch (const std::bad_alloc&) {  // of the Error's own text
+        } catch (const std::bad_alloc&) {  // for the Error's own text
         }
         return false;
       });

@@ -1,5 +1,5 @@
-// Runs a target over files and folders of inputs, without a fuzzer: the corpus as a test, with any
-// compiler. With --random N: over so many random inputs, too.
+// Runs a target over files and folders of inputs without a fuzzer, so that the corpus is a test
+// with any compiler. --random N adds N random inputs.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>

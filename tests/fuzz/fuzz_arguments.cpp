@@ -1,5 +1,5 @@
-// The command line: any words are a command that would run, or a message. Nothing is run: words are
-// parsed as the program does, and numbers with their suffixes read.
+// The command line: any words give a valid command or a message. Nothing is run: the words are
+// parsed as the program does, and numbers with their suffixes.
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
@@ -114,10 +114,10 @@ void run(Bytes& bytes) {
   try {
     app.parse(static_cast<int>(argv.size()), argv.data());
   } catch (const CLI::ParseError& error) {
-    // Help and version are no errors; anything else must say something.
+    // Help and version are not errors; anything else needs a message.
     if (error.get_exit_code() != 0 && std::string(error.what()).empty())
-      throw Difference("refused without a word");
-  } catch (const program::Failure& failure) {  // a number, by the option that reads it
+      throw Difference("refused without a message");
+  } catch (const program::Failure& failure) {  // a number, from the option that parses it
     if (std::string(failure.what()).rfind("--", 0) != 0)
       throw Difference("a number was refused without the option's name");
   }

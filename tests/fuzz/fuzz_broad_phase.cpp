@@ -1,4 +1,4 @@
-// Bytes as calls on a BroadPhase and on its model: see broad_phase/life.hpp.
+// Bytes as a sequence of calls on a BroadPhase and its model: see broad_phase/life.hpp.
 #include "broad_phase/life.hpp"
 #include "fuzz/target.hpp"
 

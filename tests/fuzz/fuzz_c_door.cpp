@@ -1,4 +1,4 @@
-// The C door: right calls give the double loop's pairs in every layout and form; wrong ones a
+// The C API: valid calls give the double loop's pairs in every layout and form; invalid ones a
 // status and a message, whatever the structs hold.
 #include <throng/throng.h>
 
@@ -61,7 +61,7 @@ struct Handle {
   Handle& operator=(const Handle&) = delete;
 };
 
-// Spoils one thing; what the door must then say, or 0 where it may say anything but crash.
+// Makes one argument invalid. Returns the expected status, or THRONG_OK if any status will do.
 throng_status spoil(Bytes& bytes, throng_options& options, throng_boxes& a) {
   switch (bytes.next() % 7) {
     case 0:
@@ -118,7 +118,7 @@ void run(Bytes& bytes) {
     must(wrong.finder != nullptr, "no handle");
     const throng_status got = throng_find(wrong.finder, &a.view, second);
     const char* message = throng_finder_result(wrong.finder)->message;
-    must(got == want || want == THRONG_OK, std::string("a wrong call gave ") +
+    must(got == want || want == THRONG_OK, std::string("an invalid call returned ") +
                                                throng_status_text(got) + ", not " +
                                                throng_status_text(want) + ": " + message);
     must(got == THRONG_OK || *message, "no message");

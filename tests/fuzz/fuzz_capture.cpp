@@ -1,5 +1,5 @@
-// Any bytes as a capture: calls or a FileError, never a crash nor a large allocation. The sums are
-// mended first, so that the bytes behind them are reached.
+// Any bytes as a capture: calls or a FileError, never a crash nor a large allocation. Checksums are
+// fixed first, so that the parser reaches the bytes after them.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -51,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (std::size_t i = 0; i < view.size(); ++i) sum = sum + view[i].lower.x;
       }
     }
-    if (held > size) std::abort();  // every value was in the bytes
+    if (held > size) std::abort();  // every value came from the bytes
   } catch (const throng::scene::FileError& error) {
     if (std::string(error.what()).find("fuzz") == std::string::npos) std::abort();
   }

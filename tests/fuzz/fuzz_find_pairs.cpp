@@ -1,11 +1,11 @@
-// Whatever the bytes say: every algorithm, instruction set and number of threads finds what a
-// double loop finds, in the room given, with any filters, in one set or in two.
+// Every algorithm, instruction set and number of threads finds what a double loop finds, for any
+// capacity and filters, in one set or two.
 #include "fuzz/target.hpp"
 #include "support/judge.hpp"
 
 namespace throng::tests {
 
-// Four configurations an input: its first byte says which.
+// Four configurations per input, selected by its first byte.
 void run(Bytes& bytes) {
   static Judge judge;
   const std::uint32_t choice = bytes.next();

@@ -13,7 +13,7 @@ void run(Bytes& bytes) {
   for (const bool outward : {false, true}) {
     try {
       const scene::BoxFile file = scene::parse_boxes(file_bytes.data(), size, "fuzz.npy", outward);
-      // Every box there is was in the bytes: four bytes at least a coordinate.
+      // Every box came from the bytes: at least four per coordinate.
       if (file.count != 0 && file.frames > size / 24 / file.count)
         throw Difference("more boxes than bytes");
       volatile float sum = 0;

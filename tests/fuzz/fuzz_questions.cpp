@@ -1,5 +1,5 @@
-// Questions to a BroadPhase of hard boxes: overlaps against the double loop of two sets, sweeps
-// against the formula of the header.
+// Queries of a BroadPhase of hard boxes: overlap queries against the double loop of two sets, shape
+// casts against the formula of the header.
 #include "broad_phase/questions.hpp"
 #include "fuzz/target.hpp"
 #include "support/cases.hpp"
@@ -42,7 +42,7 @@ void run(Bytes& bytes) {
   must(phase.add(c.first(), ids.data()).ok(), "the objects were refused");
   for (std::size_t i = 0; i < ids.size(); ++i)
     must(bool(model.add(ids[i], c.a.boxes[i], filter_of(c.a, c.filters_a, i))), "a wrong id");
-  // With cells and without: they are made by an update that finds few changed.
+  // With cells and without: an update that finds few changes builds them.
   if (bytes.next() & 1) must(phase.update().ok(), "an update failed");
   const Set& askers = c.two_sets ? c.b : c.a;
   const unsigned filters = c.two_sets ? c.filters_b : c.filters_a;

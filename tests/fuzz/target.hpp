@@ -1,6 +1,6 @@
-// What a fuzz target is: a function of bytes that throws Difference where something is wrong. A
-// target's file includes this and defines run(). The thrown Difference ends a fuzzer's process, as
-// nobody catches it there; the driver of the corpus catches it.
+// A fuzz target is a function of bytes that throws Difference on a failure. Its file includes this
+// one and defines run(). In a fuzzer the exception terminates the process; the driver of the corpus
+// catches it.
 #pragma once
 
 #include "support/bytes.hpp"

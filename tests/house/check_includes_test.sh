@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The include check must pass a small sound tree, and fail it after each of these single changes.
+# The include check must accept a small valid tree, and reject it after each of these single changes.
 set -euo pipefail
 check="$1"
 tree="$(mktemp -d)"
@@ -28,7 +28,7 @@ sound_tree() {
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
 
-refused() {  # file, line to add, what the message must say
+refused() {  # file, added line, expected message
   sound_tree
   echo "$2" >> "$tree/$1"
   cases=$((cases + 1))
@@ -58,7 +58,7 @@ refused src/find_pairs.cpp 'void f() { printf("x"); }' 'never prints, exits or a
 refused src/find_pairs.cpp 'void f() { std::cerr << 1; }' 'never prints, exits or aborts'
 refused scene/npy.hpp '#include "core/bounds.hpp"' 'scene must not include core'
 refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include tests'
-refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a rival'
+refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a competitor'
 refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused scene/npy.hpp '#include <mpi.h>' 'see MPI'
 refused src/mpi/link.hpp '#include "cpu/grid.cpp"' 'mpi must not include cpu'
@@ -67,7 +67,7 @@ refused src/mpi/link.hpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused src/mpi/link.hpp '#include <unistd.h>' 'mpi includes the standard library only'
 refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
 refused program/child.hpp '#include "core/bounds.hpp"' 'program must not include core'
-refused program/child.hpp '#include <CLI/CLI.hpp>' 'program includes the door, the standard library, the operating system and fmt only'
+refused program/child.hpp '#include <CLI/CLI.hpp>' 'program includes the public API, the standard library, the operating system and fmt only'
 refused scene/npy.hpp '#include "program/child.hpp"' 'scene must not include program'
 refused scene/npy.hpp '#include "paper/search.hpp"' 'scene must not include paper'
 refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include paper'
@@ -76,7 +76,7 @@ refused paper/search.hpp '#include <cuda_runtime.h>' 'only a .cu file of paper m
 refused paper/search.hpp '#include <cub/cub.cuh>' 'only a .cu file of paper may include CUDA'
 refused scene/npy.hpp '#include <fcl/broadphase/x.h>' 'see an engine'
 refused tests/bounds_test.cpp '#include <LinearMath/btVector3.h>' 'see an engine'
-refused simulate/world.hpp '#include <embree3/rtcore.h>' 'only bench may include a rival'
+refused simulate/world.hpp '#include <embree3/rtcore.h>' 'only bench may include a competitor'
 refused scene/npy.hpp '#include <throng/bullet.hpp>' 'scene must not include adapters'
 refused adapters/bullet/throng/bullet.hpp '#include "core/bounds.hpp"' 'adapters must not include core'
 refused adapters/bullet/throng/bullet.hpp '#include "simulate/world.hpp"' 'adapters must not include simulate'

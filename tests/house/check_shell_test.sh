@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The check of shell scripts takes these lines, and refuses those.
+# The shell script check must accept these lines, and reject those.
 set -euo pipefail
 check="$1"
 folder="$(mktemp -d)"

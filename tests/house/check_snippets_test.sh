@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The snippet check must pass a paper that shows an example's text, and fail each of these changes.
+# The snippet check must accept a page that quotes an example, and reject each of these changes.
 set -euo pipefail
 check="$1"
 tree="$(mktemp -d)"
@@ -9,13 +9,13 @@ sound_tree() {
   mkdir -p "$tree/examples" "$tree/docs"
   printf 'int main() {\n  // snippet-begin: first\n  int a = 1;\n  if (a) {\n    a = 2;\n  }\n  // snippet-end: first\n}\n' \
     > "$tree/examples/one.cpp"
-  printf '# Paper\n<!-- snippet: examples/one.cpp first -->\n```cpp\nint a = 1;\nif (a) {\n  a = 2;\n}\n```\nEnd.\n' \
+  printf '# Page\n<!-- snippet: examples/one.cpp first -->\n```cpp\nint a = 1;\nif (a) {\n  a = 2;\n}\n```\nEnd.\n' \
     > "$tree/README.md"
   printf 'if True:\n    # snippet-begin: only\n    a = 1\n    # snippet-end: only\n' > "$tree/examples/one.py"
   printf '<!-- snippet: examples/one.py only -->\n```python\na = 1\n```\n' > "$tree/docs/python.md"
 }
 
-refused() {  # what changes, the sed command, the file
+refused() {  # description, sed command, file
   sound_tree
   sed -i "$2" "$tree/$3"
   if "$check" "$tree" > "$tree/said" 2>&1; then
@@ -26,8 +26,8 @@ refused() {  # what changes, the sed command, the file
 
 sound_tree
 "$check" "$tree"
-refused "the paper says something else" 's/int a = 1/int a = 3/' README.md
-refused "the example moved on" 's/a = 2;/a = 4;/' examples/one.cpp
+refused "the page differs" 's/int a = 1/int a = 3/' README.md
+refused "the example changed" 's/a = 2;/a = 4;/' examples/one.cpp
 refused "the example lost its marks" '/snippet-begin/d' examples/one.cpp
 refused "the example lost its end" '/snippet-end/d' examples/one.cpp
 refused "a snippet names no example" '/<!-- snippet/d' README.md
@@ -41,4 +41,4 @@ sed -i 's/a = 2;/a = 4;/' "$tree/examples/one.cpp"
 "$check" "$tree" > /dev/null
 grep -q '^  a = 4;$' "$tree/README.md"
 grep -q '^End\.$' "$tree/README.md"
-echo "check_snippets: 8 faults refused, 1 mended"
+echo "check_snippets: 8 faults refused, 1 fixed"

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Each step of scripts/check comes round: those of all turns together are those of --all, the light ones
-# in every turn, and each has a line in the paper on hacking that tells what it catches.
+# Every step of scripts/check runs in some turn: all turns together run the steps of --all, every turn runs
+# the light ones, and docs/hacking.md describes each step.
 set -euo pipefail
 check="$1" paper="$2"
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 
 "$check" --list --all | sort > "$folder/all"
-# More turns than there can be.
+# More turns than exist.
 for turn in {0..30}; do
   THRONG_TURN="$turn" "$check" --list | sort > "$folder/turn"
   cat "$folder/turn" >> "$folder/turns"
@@ -25,6 +25,6 @@ while read -r step; do
   grep -q "^| \`$step\` | $kind | " "$paper" || { echo "${paper##*/} has no line of the $kind step $step"; exit 1; }
 done < "$folder/all"
 [ "$("$check" --list asan format)" = $'asan\nformat' ]
-if "$check" --list none > "$folder/said" 2>&1; then echo "a step that is not there was taken"; exit 1; fi
+if "$check" --list none > "$folder/said" 2>&1; then echo "an unknown step was accepted"; exit 1; fi
 grep -q "no step 'none'" "$folder/said"
 echo "check_turns: $(wc -l < "$folder/all") steps, $(wc -l < "$folder/light") of them in every turn"

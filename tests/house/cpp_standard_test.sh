@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every public C++ header, compiled for an older standard, says one thing that names C++17, and stops
-# there; for C++17 it says nothing. throng.h is C, and any standard will do.
+# Every public C++ header, compiled for an older standard, gives a single error that names C++17, and for
+# C++17 none. throng.h is C, and compiles with any standard.
 # Usage: cpp_standard_test.sh SOURCE_DIR COMPILER
 set -euo pipefail
 cd "$1"
@@ -16,7 +16,7 @@ for header in include/throng/*.hpp; do
       echo "$name compiles as $standard; include throng/cpp17.hpp first"
       exit 1
     fi
-    # The #error, and the include that ends the compilation.
+    # The #error, and the failed include that stops the compilation.
     named="$(grep -c "error:.*Throng's headers need C++17" "$room/log" || true)"
     all="$(grep -c 'error:' "$room/log" || true)"
     if [ "$named" -ne 1 ] || [ "$all" -ne 2 ]; then

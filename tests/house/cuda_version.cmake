@@ -1,4 +1,4 @@
-# A toolkit that is too old is taken for none, and an nvcc that only pretends shows it.
+# A toolkit that is too old counts as none. A fake nvcc reports the versions.
 include(${ROOT}/cmake/ThrongCudaVersion.cmake)
 foreach(case "11.8=11.8" "12.4=12.4" "12.7=12.7" "12.8=" "12.10=" "13.0=" "strange=")
   string(REGEX MATCH "^([^=]*)=(.*)$" _ "${case}")

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Whatever the scripts install is told of, with its licence, in docs/dependencies.md.
+# docs/dependencies.md lists every package that the scripts install.
 set -euo pipefail
 root="$1" paper="$1/docs/dependencies.md"
 # shellcheck source=/dev/null disable=SC2154

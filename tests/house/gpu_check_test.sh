@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# scripts/gpu_check with programs that only pretend: what it makes of their endings.
+# Runs scripts/gpu_check with fake programs and checks how it reports their exit statuses.
 # gpu_check_test.sh scripts/gpu_check
 set -euo pipefail
 unset THRONG_DATA  # recorded scenes are given by an argument here
@@ -38,7 +38,7 @@ echo "goal: 0.1 reached"'
   echo 'scene,objects,frame,pairs,checksum' > "$bin/answers.csv"
   echo 'abc1234-dirty' > "$bin/stamp"
 }
-# A compute-sanitizer that says nothing and does what BODY says before it runs its program.
+# A fake compute-sanitizer that runs BODY, then its program.
 tool() {
   printf '#!/usr/bin/env bash\n%s\n%s\n' "$1" 'while [[ "$1" == --* ]]; do case "$1" in --tool | --error-exitcode) shift;; esac; shift; done; exec "$@"' \
     > "$folder/tools/compute-sanitizer"
@@ -56,18 +56,18 @@ expect() {
     exit 1
   fi
 }
-# None of these needs a GPU's tools.
+# None of these needs GPU tools.
 steps=(conformance door lattices check scaling scenes stages bodies live questions crossover machine files paper-tests paper)
 rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
-expect 0 'all that ran and must hold does' "${steps[@]}"
+expect 0 'all required checks that ran passed' "${steps[@]}"
 grep -q ', 24 of 26 checks ran' "$folder/said"
 [ -s "$out/gpu_check.log" ]
-[ "$(rows | wc -l)" -eq 9 ]  # the columns once, a row a part
+[ "$(rows | wc -l)" -eq 9 ]  # the header once, one row per part
 grep -q 'skipped: no throng-paper' "$folder/said"
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
-# A part by itself adds to what is there, data beside the programs are taken.
+# A single part appends to existing results; data next to the programs is used.
 mkdir "$bin/data"
 touch "$bin/data/boxes.npy"
 expect 0 '1 of 1 checks ran' files
@@ -84,14 +84,14 @@ program throng-bench-gpu 'echo "no GPU can be used"; exit 2'
 expect 2 'no GPU to check' "${steps[@]}"
 sound_programs
 expect 2 "no step 'nothing'" nothing
-expect 2 'is no number' --limit soon
+expect 2 'is not a number' --limit soon
 for broken in conformance_test cuda_test lattice_test paper_test; do
   sound_programs
   program "$broken" "$listing; echo '[  FAILED  ] one'; exit 1"
   expect 1 'FAILED: status 1' "${steps[@]}"
-  # What cannot be loaded, has no such tests, skips all of them, or is not there, has shown nothing.
+  # A program that cannot be loaded, has no matching tests, skips all, or is missing counts as failed.
   program "$broken" 'echo "error while loading shared libraries" >&2; exit 127'
-  expect 1 'FAILED: it cannot be started' "${steps[@]}"
+  expect 1 'FAILED: cannot be started' "${steps[@]}"
   program "$broken" 'true'
   expect 1 'FAILED: no such tests' "${steps[@]}"
   program "$broken" "$listing; echo '[  PASSED  ] 0 tests.'; echo '[  SKIPPED ] 3 tests.'"
@@ -108,7 +108,7 @@ sound_programs
 program throng-paper 'echo failed; exit 3'
 expect 1 'FAILED: status 3' "${steps[@]}"
 
-# A suite of the door by itself; and all of them side by side, each by a process of its own.
+# One suite of the public API; and all of them in parallel, one process each.
 sound_programs
 expect 0 '1 of 1 checks ran' door/GpuLive
 expect 2 "no step 'check/all'" check/all
@@ -116,18 +116,18 @@ tool ''
 together() { "${check}_together" --bin "$bin" --out "$out" --limit 100 > "$folder/said" 2>&1; }
 rm -rf "$out"
 together || { cat "$folder/said"; exit 1; }
-grep -q 'all that ran and must hold does' "$folder/said"
+grep -q 'all required checks that ran passed' "$folder/said"
 grep -q 'door: GpuFaults  *ok' "$folder/said"
 grep -q 'racecheck cuda_test  *ok' "$folder/said"
 [ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 8 ]
 [ "$(find "$out" -type f | wc -l)" -le 8 ]
 program lattice_test "$listing; echo '[  FAILED  ] one'; exit 1"
-if together; then echo "what fails beside others is not told"; exit 1; fi
+if together; then echo "a failure in a parallel run is not reported"; exit 1; fi
 grep -q 'failed: 1-lattices' "$folder/said"
 rm "$folder/tools/compute-sanitizer"
 cases=$((cases + 2))
 
-# Ranks, where an MPI is: here one that runs the program once.
+# Ranks, if MPI is present: here a fake mpirun that runs the program once.
 sound_programs
 printf '#!/usr/bin/env bash\nwhile [[ "$1" == -* ]]; do shift 2; done\nexec "$@"\n' > "$folder/tools/mpirun"
 chmod +x "$folder/tools/mpirun"
@@ -139,7 +139,7 @@ expect 1 'FAILED: every test was skipped' ranks
 program mpi_test 'exit 1'
 expect 1 'FAILED: status 1' ranks
 
-# The sanitizer: one that works, one that finds something, one that takes no device at all.
+# The sanitizer: one that passes, one that finds an error, one that does not support the device.
 sound_programs
 tool ''
 expect 0 'racecheck cuda_test' memcheck racecheck synccheck
@@ -151,7 +151,7 @@ program cuda_test "$listing; echo '[  PASSED  ] 0 tests.'"
 tool ''
 expect 1 'FAILED: every test was skipped' memcheck
 
-# Time runs out, or somebody ends it: what there is, is told.
+# On timeout or termination, partial results are reported.
 sound_programs
 expect 1 'nothing ran' --limit 0 check
 program throng 'case "$1" in check) sleep 30;; esac'
@@ -165,6 +165,6 @@ for _ in {1..100}; do [ -e "$folder/begun" ] || sleep 0.1; done
 kill -TERM "$pid"
 wait "$pid" || status=$?
 [ "$status" -eq 1 ]
-grep -q 'ended from outside' "$folder/said"
+grep -q 'terminated by a signal' "$folder/said"
 grep -q '1 of 1 checks ran' "$folder/said"
 echo "gpu_check: $cases runs"

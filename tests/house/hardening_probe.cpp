@@ -1,4 +1,4 @@
-// Something for the flags to harden: an array on the stack, filled by as much as one is given.
+// A program with something to harden: a stack buffer filled from an argument of any length.
 #include <cstdio>
 #include <cstring>
 

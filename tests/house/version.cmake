@@ -1,4 +1,4 @@
-# The header and the citation must tell the version that CMake tells.
+# The header and the citation must state CMake's version.
 file(READ "${ROOT}/include/throng/version.hpp" header)
 if(NOT header MATCHES "#define THRONG_VERSION \"${VERSION}\"")
   message(FATAL_ERROR "include/throng/version.hpp does not say ${VERSION}")

@@ -1,5 +1,5 @@
-# Configures, builds and tests one outside project from nothing, against the installed library or, where
-# THRONG_SOURCE tells of them, with the sources of it.
+# Configures, builds and tests one external project from scratch, against the installed library, or with the
+# sources in THRONG_SOURCE.
 file(REMOVE_RECURSE "${BINARY}")
 set(languages -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${FLAGS}")
 if(C)

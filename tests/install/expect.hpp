@@ -1,4 +1,4 @@
-// What the consumers expect; a function that finds it otherwise returns 1.
+// Returns 1 from the calling function if the condition is false.
 #pragma once
 
 #include <cstdio>

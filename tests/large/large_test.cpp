@@ -1,7 +1,7 @@
-// Inputs beyond every size at which the library changes its way: 4,096 pairs of a range of the
+// Inputs above every size at which the library changes its method: 4,096 pairs of a range of the
 // sorted order, 6,000 boxes for several threads, 65,536 boxes of a world for all of them and pairs
-// of a bucket, 400,000 rows; with every form of call, number of threads and order, and the least
-// cap that is taken. Expected are the pairs of one sort and one sweep (support/reference.hpp).
+// of a bucket, 400,000 rows; with every form of call, number of threads and order, and the smallest
+// accepted memory cap. Expected pairs come from one sort and one sweep (support/reference.hpp).
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -19,7 +19,7 @@ struct Scene {
   BoxList boxes;
   std::vector<std::int32_t> world;
   std::vector<std::uint8_t> still;
-  std::size_t first = 0;  // not 0: two sets, of which the first has so many
+  std::size_t first = 0;  // not 0: two sets; the size of the first
   Algorithm algorithm = Algorithm::automatic;
   Answer answer;
 
@@ -34,7 +34,7 @@ struct Scene {
   bool two_sets() const { return first != 0; }
 };
 
-// The sweep knows neither filters nor sets: they are applied to its pairs.
+// The reference sweep supports neither filters nor two sets: they are applied to its pairs.
 void answer(Scene& scene) {
   const std::vector<Item> items = read_items(scene.part(0, scene.boxes.size()), 0);
   const Answer all = swept_pairs(scene.boxes);
@@ -48,7 +48,7 @@ void answer(Scene& scene) {
   std::sort(scene.answer.pairs.begin(), scene.answer.pairs.end());
 }
 
-// Boxes in a row, each touching the next where `touch`, and `wide` ones over all of them.
+// Boxes in a row, touching if `touch`, and `wide` ones over all of them.
 Scene row(std::size_t n, const std::vector<std::size_t>& wide, bool touch) {
   Scene scene;
   scene.name = std::to_string(n) + " in a row, " + std::to_string(wide.size()) + " over all";
@@ -61,7 +61,7 @@ Scene row(std::size_t n, const std::vector<std::size_t>& wide, bool touch) {
   return scene;
 }
 
-// Worlds in one place: some of `large` boxes, and small ones.
+// Worlds in one place, of very different sizes.
 Scene worlds(const std::vector<int>& sizes, Algorithm algorithm, std::uint64_t seed) {
   Scene scene;
   Random random(seed);
@@ -72,7 +72,7 @@ Scene worlds(const std::vector<int>& sizes, Algorithm algorithm, std::uint64_t s
     scene.boxes.insert(scene.boxes.end(), boxes.begin(), boxes.end());
     scene.world.resize(scene.boxes.size(), static_cast<std::int32_t>(w));
   }
-  // In any order, so that a world's boxes are no range.
+  // Shuffled, so that a world's boxes are not contiguous.
   for (std::size_t i = scene.boxes.size(); i > 1; --i) {
     const std::size_t j = random.below(static_cast<std::uint32_t>(i));
     std::swap(scene.boxes[i - 1], scene.boxes[j]);
@@ -94,12 +94,12 @@ enum class Form { grow, exact, short_by_one, consume, at_once, least_cap };
 constexpr Form forms[] = {Form::grow,    Form::exact,   Form::short_by_one,
                           Form::consume, Form::at_once, Form::least_cap};
 const char* name_of(Form form) {
-  constexpr const char* names[] = {"own memory", "a buffer that fits",      "one pair too few",
-                                   "a consumer", "a consumer several call", "the least cap"};
+  constexpr const char* names[] = {"own memory", "a buffer that fits",    "one pair too few",
+                                   "a consumer", "a concurrent consumer", "the smallest cap"};
   return names[static_cast<int>(form)];
 }
 
-// Is slow now and then, and counts the calls that come while it is in one.
+// A consumer that is slow at first and counts calls that overlap another one.
 struct Slow {
   std::vector<Pair> pairs;
   std::mutex mutex;
@@ -153,7 +153,7 @@ class Search {
     EXPECT_EQ(r.inactive, scene_.answer.inactive);
     EXPECT_LE(r.plan.threads, options_.threads);
     if (in_order()) {
-      EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not in canonical order";
+      EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not sorted";
     }
     EXPECT_TRUE(same_pairs(got, scene_.answer.pairs));
   }
@@ -182,7 +182,7 @@ class Search {
     }
     out.resize(capacity);
     std::sort(out.begin(), out.end());
-    EXPECT_EQ(std::adjacent_find(out.begin(), out.end()), out.end()) << "a pair twice";
+    EXPECT_EQ(std::adjacent_find(out.begin(), out.end()), out.end()) << "a duplicate pair";
     EXPECT_TRUE(std::includes(want.begin(), want.end(), out.begin(), out.end()));
   }
 
@@ -197,7 +197,7 @@ class Search {
       const Result r = scene_.two_sets() ? finder.consume(scene_.one(), scene_.other(), taken)
                                          : finder.consume(scene_.one(), taken);
       if (form != Form::at_once) {
-        EXPECT_EQ(taken.overlapped, 0u) << "calls while another was under way";
+        EXPECT_EQ(taken.overlapped, 0u) << "overlapping calls";
       }
       EXPECT_EQ(taken.empty, 0u);
       if (form == Form::least_cap) {
@@ -207,7 +207,7 @@ class Search {
           options_.memory_cap_bytes = static_cast<std::size_t>(r.bytes_needed);
           continue;
         }
-        EXPECT_GT(refusals, 0) << "a cap of one byte was taken";
+        EXPECT_GT(refusals, 0) << "a cap of one byte was accepted";
       }
       return expect(r, taken.pairs);
     }
@@ -218,7 +218,7 @@ class Search {
   CountingResource memory_;
 };
 
-// So many of the ways to ask, drawn; 0: all of them.
+// Runs this many of the forms of call, drawn; 0: all of them.
 void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
   answer(scene);
   ASSERT_GT(scene.answer.pairs.size(), 1000u);
@@ -226,7 +226,7 @@ void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
   std::vector<std::pair<Order, Form>> asked;
   for (const Order order : {Order::any, Order::canonical})
     for (const Form form : forms)
-      // In order under the least cap some thousand pairs come from each search.
+      // In order under the smallest cap each search yields only some thousand pairs.
       if (form != Form::least_cap || scene.answer.pairs.size() < 100'000)
         asked.emplace_back(order, form);
   shuffle(asked, random);
@@ -236,7 +236,7 @@ void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
     options.order = order;
     options.threads = random.one_in(4) ? 1 + random.below(3) : 4;
     SCOPED_TRACE(scene.name + ", " + name_of(form) + ", " + std::to_string(options.threads) +
-                 " threads" + (order == Order::canonical ? ", in order" : ""));
+                 " threads" + (order == Order::canonical ? ", sorted" : ""));
     Search(scene, options).run(form);
     if (testing::Test::HasFatalFailure()) return;
   }
@@ -246,8 +246,8 @@ TEST(Large, ABoxOverAllOthersIsCutAgainAndAgain) {
   for (const std::size_t at : {0u, 6000u, 19'999u}) search(row(20'000, {at}, false), at);
 }
 
-// More pairs of neighbouring firsts than there is room for under the least cap, whatever the plan
-// and the number of threads leave: a range is cut, and its parts again.
+// More pairs of adjacent firsts than fit the smallest cap, for any plan and number of threads: a
+// range is split repeatedly.
 TEST(Large, ManyPairsOfAFewFirstsUnderTheLeastCap) {
   std::vector<std::size_t> first_16, apart;
   for (std::size_t i = 0; i < 16; ++i) first_16.push_back(i);
@@ -273,7 +273,7 @@ TEST(Large, RowsWithSomeBoxesOverAll) {
   search(row(n, wide, true), 1, sanitized ? 4 : 0);
 }
 
-// Brute force over some two thousand million pairs: two ways of them are enough.
+// Brute force over some two billion pairs: two forms are enough.
 TEST(Large, AWorldOfMoreBoxesThanOneThreadTakes) {
   if (sanitized) GTEST_SKIP() << "takes minutes";
   search(worlds({66'000, 700, 33, 5000, 1}, Algorithm::all_pairs, 3), 2, 2);
@@ -294,8 +294,8 @@ TEST(Large, TwoSets) {
   search(uniform(80'000, 300, 10), 8, 3);
 }
 
-// What threads that sort share shows where two are at it at once, which is by chance: so often the
-// same. As buckets, where a few firsts have very many seconds; and as lists, where all have many.
+// Repeated, as a race between sorting threads shows only by chance. By buckets, where a few firsts
+// have very many seconds; and by lists, where all have many.
 TEST(Large, SortedByManyThreadsAgainAndAgain) {
   Scene lists = uniform(60'000, 300, 10);
   for (std::size_t i = 0; i < lists.first; ++i) lists.boxes[i] = cube(lists.boxes[i].lower, 14);
@@ -313,12 +313,12 @@ TEST(Large, SortedByManyThreadsAgainAndAgain) {
       const Pairs pairs = finder.pairs();
       ASSERT_TRUE(std::equal(pairs.begin(), pairs.end(), scene.answer.pairs.begin(),
                              scene.answer.pairs.end()))
-          << "not the pairs in order, time " << k;
+          << "wrong pairs or order, iteration " << k;
     }
   }
 }
 
-// Two calls of a concurrent consumer are inside at once: each waits for another one, a while.
+// Two calls of a concurrent consumer run at once: each waits for another one, for a limited time.
 TEST(Large, SeveralThreadsCallAConcurrentConsumer) {
   const BoxList boxes = uniform_boxes(200'000, 3);
   Options options;
@@ -332,9 +332,9 @@ TEST(Large, SeveralThreadsCallAConcurrentConsumer) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(2);
     while (!together && std::chrono::steady_clock::now() < until) std::this_thread::yield();
     --inside;
-    return together.load();  // once is enough to see that it does not come to pass
+    return together.load();  // one failure suffices
   });
-  if (r.plan.threads == 1) GTEST_SKIP() << "one thread alone here";
+  if (r.plan.threads == 1) GTEST_SKIP() << "only one thread here";
   EXPECT_TRUE(together);
   EXPECT_TRUE(r.ok()) << r.message;
 }

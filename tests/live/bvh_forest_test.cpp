@@ -1,5 +1,5 @@
-// A forest finds what a loop over all objects does, whatever was inserted and erased; and looks at
-// little else.
+// BvhForest against a loop over all objects, after random inserts and erases; and bounds on the
+// work of searches.
 #include "live/bvh_forest.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 
 Box cube(const Vec3& v, float e) { return {v, {v.x + e, v.y + e, v.z + e}}; }
 
-// Objects in a forest, as a tracker has them.
+// Objects in a forest, updated as by Tracker.
 class World {
  public:
   explicit World(float margin = 0)
@@ -35,7 +35,7 @@ class World {
     forest_.build(objects_, false);
     objects_.settle();
   }
-  // Puts what changed where it belongs. False: the forest was built again.
+  // Places changed objects. Returns false if the forest was rebuilt.
   bool settle() {
     std::vector<ObjectId> entering;
     const List<ObjectId>& dirty = objects_.dirty_list();
@@ -63,7 +63,7 @@ class World {
   BvhForest forest_;
 };
 
-// What a search finds, beside what it has to.
+// Searches a box and compares with a loop over all objects.
 void expect_found(World& w, const Box& box, const Filter& filter, Work& work) {
   std::vector<ObjectId> found, wanted;
   w.forest().search(box, filter, work, [&](ObjectId id) {
@@ -78,7 +78,7 @@ void expect_found(World& w, const Box& box, const Filter& filter, Work& work) {
   ASSERT_EQ(found, wanted);
 }
 
-// What a sweep meets: all of it, and the first.
+// Casts a sweep, for all hits and for the first, and compares with a loop over all objects.
 void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) {
   const core::Cover cover(sweep);
   std::vector<ObjectId> met, wanted;
@@ -113,7 +113,7 @@ void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) 
   ASSERT_EQ(found, first);
 }
 
-// A number of any magnitude, often one that others are, too.
+// A number of any magnitude, often a repeated one.
 float any_number(Random& random) {
   const float some[] = {0, 1, 2, 3, 1e-20f, 1e-38f, 1e-42f, 1e20f, 1e30f, FLT_MAX, infinity};
   float x = some[random.between(0, random.one_in(2) ? 3 : 10)];
@@ -153,7 +153,7 @@ Sweep any_sweep(Random& random) {
   return s;
 }
 
-// Any boxes and filters; some thousands of changes, a few or many at once.
+// Any boxes and filters; thousands of changes, few or many at once.
 TEST(BvhForest, AnyBoxesAndChanges) {
   for (const bool filtered : {false, true}) {
     Random random(filtered ? 2 : 1);
@@ -192,7 +192,7 @@ TEST(BvhForest, AnyBoxesAndChanges) {
   }
 }
 
-// What searches look at: at most so much, and so much for each box found.
+// Bounds on the work of searches: a constant, plus a term per box found.
 struct Scene {
   const char* name;
   std::function<Box(Random&)> box;
@@ -202,15 +202,15 @@ std::vector<Scene> scenes() {
     return std::pow(10.0f, r.in(-18, 18)) * (r.one_in(2) ? 1.0f : -1.0f);
   };
   return {
-      {"one heap", [](Random& r) { return cube(r.point(0, 8), 4); }},
+      {"one cluster", [](Random& r) { return cube(r.point(0, 8), 4); }},
       {"all in one place",
        [](Random&) {
          return cube({1, 2, 3}, 1);
        }},
       {"uniform", [](Random& r) { return cube(r.point(0, 50), 1); }},
-      {"two heaps far apart",
+      {"two clusters far apart",
        [](Random& r) { return cube(r.point(0, 8), 1 + (r.one_in(2) ? 1e6f : 0)); }},
-      {"many decades",
+      {"many magnitudes",
        [decades](Random& r) {
          const Vec3 v{decades(r), decades(r), decades(r)};
          const auto end = [](float x) { return x + 0.001f * std::fabs(x); };
@@ -223,7 +223,7 @@ std::vector<Scene> scenes() {
          e[r.below(3)] = 60;
          return Box{v, {v.x + e[0], v.y + e[1], v.z + e[2]}};
        }},
-      {"without end along an axis",
+      {"unbounded along an axis",
        [](Random& r) {
          Box b = cube(r.point(0, 3000), 1);
          b.lower.z = -infinity;
@@ -261,7 +261,7 @@ TEST(BvhForest, LooksAtLittle) {
   }
 }
 
-// In one place a thousand are of a group that the query may not meet, and one is not.
+// At one place a thousand objects have a group that the query may not pair with, and one does not.
 TEST(BvhForest, PassesOverWhatFiltersForbid) {
   for (int what = 0; what < 4; ++what) {
     Random random(4);
@@ -286,8 +286,7 @@ TEST(BvhForest, PassesOverWhatFiltersForbid) {
   }
 }
 
-// However many of few are moved at a time, an object is moved log n times at most: counted in
-// builds of all.
+// However few objects move at a time, each is moved at most log n times: counted in full rebuilds.
 TEST(BvhForest, IsSeldomBuiltAgain) {
   Random random(5);
   World w;

@@ -1,4 +1,4 @@
-// What two objects may be told by the kinds of their filters is what the filters say.
+// FilterKinds against the filters themselves.
 #include "live/filter_kinds.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 
 using tests::Random;
 
-// Of `combinations`, some of which differ in one value alone.
+// One of `combinations` filters, some of which differ in one value only.
 Filter some_filter(Random& random, std::uint32_t combinations) {
   const std::uint32_t k = random.below(combinations);
   Filter f;

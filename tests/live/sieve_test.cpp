@@ -1,4 +1,4 @@
-// What a sweep meets passes its sieve, whatever the numbers; what is far from it mostly does not.
+// The conservative sweep test accepts every hit, for any numbers, and rejects most distant boxes.
 #include "live/sieve.hpp"
 
 #include <gtest/gtest.h>
@@ -23,13 +23,13 @@ Body body_of(const Box& box) { return {box, 0, none}; }
 struct Met {
   std::size_t met = 0, grazed = 0, passed = 0, lost = 0;
 };
-// Until time `end`.
+// Tests up to time `end`.
 void ask(const Sweep& sweep, double end, const Body (&four)[4], Met& sum) {
   const SieveTerms terms(sweep, core::Cover(sweep), end);
   const std::uint32_t passes = Sieve(terms).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
-    // In a line, alone or beside the next one.
+    // In a line, alone or with a second box.
     CellLine line = CellLine::empty();
     for (line.used = 0; line.used < 1 + i % 2; ++line.used)
       line.set(line.used, four[(i + line.used) % 4].box);
@@ -47,12 +47,12 @@ void ask(const Sweep& sweep, double end, const Body (&four)[4], Met& sum) {
                     << b.upper.x << ' ' << b.upper.y << ' ' << b.upper.z << "; sweep " << s.lower.x
                     << ' ' << s.lower.y << ' ' << s.lower.z << ", " << s.upper.x << ' ' << s.upper.y
                     << ' ' << s.upper.z << " by " << sweep.by.x << ' ' << sweep.by.y << ' '
-                    << sweep.by.z << ", met from " << t.enter << " to " << t.leave;
+                    << sweep.by.z << ", hit from " << t.enter << " to " << t.leave;
     }
   }
 }
 
-// A number of any magnitude, often one that others are, too, or next to that.
+// A number of any magnitude, often a repeated one or its neighbour.
 float any_number(Random& random, bool finite) {
   const float some[] = {0,     1,        2,        3,     10,        1e-20f, 1e-38f,  1e-42f,
                         1e20f, 0x1p-64f, 0x1p100f, 1e30f, 0x1p-126f, 3e38f,  FLT_MAX, infinity};
@@ -75,8 +75,7 @@ Box any_box(Random& random) {
   return box;
 }
 
-// A time until which a sweep may be looked at: all of it, that at which it meets or leaves a box,
-// or any.
+// An end time: the whole sweep, the time at which it hits or leaves a box, or any.
 double any_end(Random& random, const Sweep& sweep, const Box& box) {
   const core::Touch t = core::touch(sweep, box);
   const double ends[] = {1, t.enter, t.leave,
@@ -102,7 +101,7 @@ TEST(Sieve, AnyNumbers) {
   EXPECT_LT(sum.passed, 800'000u);
 }
 
-// Whole numbers times a pitch: edges and corners are grazed, at times that are no whole numbers.
+// Integers times a pitch: sweeps graze edges and corners at fractional times.
 TEST(Sieve, Grazing) {
   Random random(2);
   Met sum;
@@ -125,7 +124,7 @@ TEST(Sieve, Grazing) {
   EXPECT_GT(sum.grazed, 10'000u);
 }
 
-// Rays across a room of small boxes: few more pass than are met.
+// Rays through a volume of small boxes: few boxes pass that are not hit.
 TEST(Sieve, FewMorePassThanAreMet) {
   Random random(3);
   Met sum;
@@ -143,7 +142,7 @@ TEST(Sieve, FewMorePassThanAreMet) {
   EXPECT_LE(sum.passed, sum.met + sum.met / 20);
 }
 
-// The same rays, but 1e14 to 1e30 times as long, looked at until they leave the room.
+// The same rays, 1e14 to 1e30 times as long, tested until they leave the volume.
 TEST(Sieve, LongRaysPassAsFew) {
   Random random(4);
   Met sum;
@@ -164,7 +163,7 @@ TEST(Sieve, LongRaysPassAsFew) {
   EXPECT_LE(sum.passed, sum.met + sum.met / 20);
 }
 
-// What is no whole four at the end, and ids that are gone.
+// Counts that are no multiple of four, and removed ids.
 TEST(Sieve, EachOnce) {
   for (std::size_t count = 0; count < 14; ++count) {
     cpu::Memory memory(std::pmr::new_delete_resource(), 0);
@@ -172,7 +171,7 @@ TEST(Sieve, EachOnce) {
     objects.reserve_more(count);
     std::vector<ObjectId> want;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto x = static_cast<float>(i), y = i % 3 == 0 ? 9.0f : 0.0f;  // some out of the way
+      const auto x = static_cast<float>(i), y = i % 3 == 0 ? 9.0f : 0.0f;  // some off the path
       const ObjectId id = objects.add({{x, y, 0}, {x + 1, y + 1, 1}}, {});
       if (i % 5 != 2 && i % 3 != 0) want.push_back(id);
     }

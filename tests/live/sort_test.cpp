@@ -1,4 +1,4 @@
-// Radix sorts against the library's, at counts and limits of one to several digits.
+// Radix sorts against std::sort, at counts and limits of one to several digits.
 #include "live/sort.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(LiveSort, Hits) {
       for (std::size_t i = 0; i < count; ++i) {
         ASSERT_EQ(hits[i].object, want[i].object) << count << " below " << limit;
         ASSERT_EQ(hits[i].sweep, 3u);
-        // Of several with one object few may come in any order.
+        // With few hits, the order among equal objects is unspecified.
         if (count >= few_to_sort) {
           ASSERT_EQ(hits[i].time, want[i].time);
         }

@@ -1,5 +1,5 @@
-// What a sweep meets is looked at on its way through cells, whatever lies in them, and where it
-// ends with the first, that is the first; and it looks at little else.
+// CellWalk visits all hits of a sweep, for any contents of the cells, stops correctly at the first
+// hit, and visits little else.
 #include "live/cell_walk.hpp"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ struct Meeting {
   ObjectId id;
   core::Touch touch;
 };
-// What a sweep meets, of all objects.
+// Hits of a sweep, by a loop over all objects.
 std::vector<Meeting> meetings(const Objects& objects, const Sweep& sweep) {
   std::vector<Meeting> all;
   for (std::size_t i = 0; i < objects.limit(); ++i) {
@@ -65,13 +65,13 @@ std::vector<Meeting> meetings(const Objects& objects, const Sweep& sweep) {
   return all;
 }
 
-// Both ways of going through: for all, and to the first.
+// Both modes: all hits, and the first.
 void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
          const std::vector<Meeting>& wanted, Sum& sum) {
   const Objects& objects = w.objects();
   const core::Cover cover(sweep);
   std::set<ObjectId> looked;
-  double first = 2;  // of all objects, and as found by the one who ends there
+  double first = 2;  // of all objects; and as found with early termination
   for (const Meeting& m : wanted) first = std::min(first, m.touch.enter);
   CellWalk walk;
   Work work;
@@ -94,7 +94,7 @@ void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
                   << objects.limit() << "; sweep " << sweep.box.lower.x << ' ' << sweep.box.lower.y
                   << ' ' << sweep.box.lower.z << ", " << sweep.box.upper.x << ' '
                   << sweep.box.upper.y << ' ' << sweep.box.upper.z << " by " << sweep.by.x << ' '
-                  << sweep.by.y << ' ' << sweep.by.z << ", met from " << t.enter << " to "
+                  << sweep.by.y << ' ' << sweep.by.z << ", hit from " << t.enter << " to "
                   << t.leave;
   }
   double found = 2;
@@ -109,7 +109,7 @@ void ask(const World& w, const Blocks* blocks, const Sweep& sweep,
 Box cube(const Vec3& v, float e) { return {v, {v.x + e, v.y + e, v.z + e}}; }
 Vec3 any_way(Random& random, float most) { return random.point(-most, most); }
 
-// Boxes as `box` makes them, rays and fat sweeps as `sweep` does.
+// Random boxes from `box`, rays and wide sweeps from `sweep`.
 using Make = std::function<Box(Random&)>;
 Sum go_through(std::uint64_t seed, int boxes, const Make& box, int sweeps,
                const std::function<Sweep(Random&)>& sweep, float margin = 0) {
@@ -144,7 +144,7 @@ TEST(CellWalk, RaysAmongCubes) {
   }
 }
 
-// From far away, across all and to far behind it: it looks into cells where there are boxes alone.
+// From far away, across all boxes and far beyond: visits only cells near boxes.
 TEST(CellWalk, FarRays) {
   const Make box = [](Random& r) { return cube(r.point(0, 40), 1); };
   const Sum sum = go_through(8, 8000, box, 1000, [](Random& r) {
@@ -174,7 +174,7 @@ TEST(CellWalk, FatAndSlow) {
   EXPECT_LT(sum.given_up, 200u);
 }
 
-// Sizes of many classes, long and thin ones, and some too wide for any.
+// Sizes of many classes, long and thin boxes, and some too wide for any class.
 TEST(CellWalk, SizesOfAllKinds) {
   const Make log_uniform = [](Random& r) { return cube(r.point(0, 60), r.magnitude(-4, 3)); };
   const Make rods = [](Random& r) {
@@ -196,8 +196,8 @@ TEST(CellWalk, SizesOfAllKinds) {
   }
 }
 
-// Touching faces, edges and corners of a lattice, whose bounds lie on those of cells or next to
-// them, near and far from the origin.
+// Touching faces, edges and corners of a lattice, on cell bounds or next to them, near and far from
+// the origin.
 TEST(CellWalk, Grazing) {
   Random pitches(4);
   std::size_t met = 0;
@@ -229,7 +229,7 @@ TEST(CellWalk, Grazing) {
   EXPECT_GT(met, 20'000u);
 }
 
-// Numbers of any magnitude, infinite ones, and such as cells no longer tell apart.
+// Numbers of any magnitude, infinite ones, and some beyond the clamp of the cells.
 TEST(CellWalk, AnyNumbers) {
   const auto number = [](Random& r, bool finite) {
     const float some[] = {0,    1,     3,     10,       1e-20f,  1e-42f,   1e8f,
@@ -249,7 +249,7 @@ TEST(CellWalk, AnyNumbers) {
   };
   Sum all;
   for (int round = 0; round < 40; ++round) {
-    // Mostly small ones, which decide what cells are like.
+    // Mostly small boxes, which determine the cell size.
     const Make most = [&](Random& r) { return r.one_in(3) ? box(r) : cube(r.point(0, 20), 1); };
     const Sum sum = go_through(200 + round, 400, round % 2 ? box : most, 150, [&](Random& r) {
       Box b = box(r);
@@ -259,12 +259,12 @@ TEST(CellWalk, AnyNumbers) {
     all.met += sum.met;
     all.given_up += sum.given_up;
   }
-  EXPECT_GT(all.met, 100'000u);  // each by both ways
+  EXPECT_GT(all.met, 100'000u);  // each in both modes
   EXPECT_LT(all.given_up, 8'000u);
 }
 
-// Clusters in an empty world, and what lies along its diagonal: of the cells between a few are
-// looked into, and a sweep gives up no more.
+// Clusters in an empty world, and sweeps along its diagonal: few of the cells in between are
+// visited, and no more sweeps give up.
 TEST(CellWalk, PassesOverEmptyBlocks) {
   Random random(8);
   for (const bool diagonal : {false, true}) {
@@ -306,7 +306,7 @@ TEST(CellWalk, PassesOverEmptyBlocks) {
   }
 }
 
-// Bits stay when boxes go, so they are made anew once as many have come twice.
+// Bits stay when boxes leave, so they are rebuilt after twice as many insertions.
 TEST(Blocks, WearOut) {
   cpu::Memory memory(std::pmr::new_delete_resource(), 0);
   Blocks blocks(memory);
@@ -322,7 +322,7 @@ TEST(Blocks, WearOut) {
   }
   blocks.add(cell, 2);
   EXPECT_TRUE(blocks.worn());
-  // Few others are taken for these, of another class and elsewhere; of very many it is not asked.
+  // Few false positives, in another class and elsewhere; very large ranges are not checked.
   std::size_t wrong = 0;
   for (std::int32_t k = 0; k < 200; ++k) {
     cell.lower[0] = cell.upper[0] = -100'000 + 1000 * k;
@@ -338,7 +338,7 @@ TEST(Blocks, WearOut) {
   EXPECT_FALSE(blocks.made() || blocks.worn());
 }
 
-// A world's own objects and those of none; where every world is asked for it gives up.
+// Objects of the sweep's world and of none; if every world is wanted, the traversal gives up.
 TEST(CellWalk, Worlds) {
   Random random(6);
   World world;
@@ -374,7 +374,7 @@ TEST(CellWalk, Worlds) {
   EXPECT_GT(met, 300u);
 }
 
-// Whatever touch() says is met lies in a box around where the sweep is then.
+// A Cover contains every box that touch() reports, at that time.
 TEST(Cover, HoldsWhatIsMet) {
   Random random(7);
   std::size_t met = 0;

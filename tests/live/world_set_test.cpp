@@ -1,4 +1,4 @@
-// Which worlds there are, against a map of counts.
+// WorldSet against a map of counts.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -20,7 +20,7 @@ TEST(WorldSet, ListsAllWhereItSaysSo) {
     std::map<std::int32_t, int> count;
     int complete = 0;
     for (int step = 0; step < 20000; ++step) {
-      // They grow in number, and become none again.
+      // The number of worlds grows, and falls to none again.
       const bool grows = (step / 500) % 2 == 0;
       if (objects.empty() || random.below(10) < (grows ? 7u : 3u)) {
         const std::int32_t world = random.between(0, worlds - 1);

@@ -1,5 +1,4 @@
-// What the tests across ranks share: every rank runs the same tests; what all ranks told comes
-// together on each.
+// Helpers of the tests across ranks. Every rank runs the same tests; results are gathered on each.
 #pragma once
 
 #include <mpi.h>
@@ -30,7 +29,7 @@ inline int rank_count() {
   return size;
 }
 
-// One thread a rank, and an end to every wait.
+// One thread per rank, and a timeout for every wait.
 inline Settings test_settings() {
   Settings settings;
   settings.search.threads = 1;
@@ -38,8 +37,8 @@ inline Settings test_settings() {
   return settings;
 }
 
-// A DeviceFinder where device memory is that of the host, and records go to MPI as they lie, or
-// through copies: by the same names as a Finder.
+// A DeviceFinder with device memory emulated in host memory, passed to MPI directly or staged. Has
+// the interface of Finder.
 template <Buffers buffers>
 class EmulatedFinder : public DeviceFinder {
  public:
@@ -57,7 +56,7 @@ class EmulatedFinder : public DeviceFinder {
     return settings;
   }
 };
-// A DeviceFinder on the GPU, for boxes that lie on the host.
+// A DeviceFinder on the GPU, for boxes in host memory.
 class GpuFinder : public DeviceFinder {
  public:
   explicit GpuFinder(MPI_Comm comm, Settings settings) noexcept
@@ -82,7 +81,7 @@ class GpuFinder : public DeviceFinder {
   std::vector<Pair64> fetched_;
 };
 
-// One test for all of them; that on a GPU is skipped where there is none.
+// Typed tests for all finders; the GPU's are skipped without a GPU.
 template <class T>
 class AnyFinder : public testing::Test {
  protected:
@@ -101,7 +100,7 @@ struct FinderNames {
   }
 };
 
-// The pairs of all ranks, sorted: one told twice stands there twice.
+// The pairs of all ranks, sorted; duplicates are kept.
 inline std::vector<Pair64> from_all(const Pairs64& mine) {
   int count = static_cast<int>(2 * mine.size());
   std::vector<int> counts(static_cast<std::size_t>(rank_count())), starts(counts.size());

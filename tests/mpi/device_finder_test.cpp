@@ -1,5 +1,5 @@
-// What a DeviceFinder has for itself: its device, its buffers, its memory. What it finds, and how
-// it fails, is held against the same tests as Finder: finder_test.cpp, failures_test.cpp.
+// Properties specific to DeviceFinder: device, buffers, memory. Results and failures are tested
+// together with Finder: finder_test.cpp, failures_test.cpp.
 #include <memory_resource>
 #include <new>
 
@@ -19,7 +19,7 @@ Settings emulated(Buffers buffers = Buffers::automatic) {
   return settings;
 }
 
-// Every rank has as many of these boxes, which are numbered through.
+// An equal share of these boxes per rank, numbered consecutively.
 struct Slice {
   const Box* boxes;
   std::size_t count;
@@ -51,10 +51,10 @@ TEST(DeviceFinder, RanksMayHandTheirMemoryToMpiInDifferentWays) {
   }
   DeviceFinder finder(MPI_COMM_WORLD, emulated());
   ASSERT_TRUE(finder.find(Slice(boxes).view(), nullptr).ok());
-  EXPECT_TRUE(finder.traffic().direct) << "MPI takes the host's memory";
+  EXPECT_TRUE(finder.traffic().direct) << "MPI accepts host memory";
 }
 
-// With one filter or three a record is no multiple of eight bytes long.
+// With one filter or three the record size is not a multiple of eight bytes.
 TEST(DeviceFinder, TakesStridedArraysAndAnyNumberOfFilters) {
   struct Body {
     std::uint32_t group;
@@ -120,7 +120,7 @@ TEST(DeviceFinder, WithoutADeviceTellsAllRanks) {
   }
 }
 
-// Gives memory a number of times, then none.
+// A resource that succeeds a given number of times, then fails.
 class Scarce : public std::pmr::memory_resource {
  public:
   int left = 0;
@@ -139,7 +139,8 @@ class Scarce : public std::pmr::memory_resource {
   bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
 };
 
-// Wherever memory ends on one rank, all are told, nobody waits, and the next call finds all.
+// If an allocation fails on one rank, all ranks report it without waiting, and the next call
+// succeeds.
 TEST(DeviceFinder, ThatRunsOutOfMemoryTellsAllRanksAndGoesOn) {
   auto boxes = tests::uniform_boxes(300, 34);
   boxes[7] = {{-1e6f, -1e6f, 2}, {1e6f, 1e6f, 3}};
@@ -180,7 +181,7 @@ TEST(DeviceFinder, OfOneSizeTakesNoMoreMemory) {
   Scarce scarce;
   Settings settings = emulated();
   settings.search.memory = &scarce;
-  settings.imbalance = 1e9;  // shares stay as they are
+  settings.imbalance = 1e9;  // keep the partition
   DeviceFinder finder(MPI_COMM_WORLD, settings);
   for (int frame = 0; frame < 4; ++frame) {
     scarce.left = frame < 2 ? 1000000 : 0;

@@ -1,4 +1,4 @@
-// Which GPU a rank takes.
+// The assignment of GPUs to ranks.
 #include <gtest/gtest.h>
 
 #include "ranks/devices.hpp"

@@ -1,4 +1,4 @@
-// What fails on one rank fails on all, in the same words and in bounded time.
+// A failure on one rank is reported on all, with the same message and in bounded time.
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -13,7 +13,7 @@ namespace {
 
 bool is_last() { return rank_here() == rank_count() - 1; }
 
-// The same status and words on every rank, with this in them; and the next call succeeds.
+// Checks for the same status and message on every rank, and that the message contains `words`.
 void expect_failure(const Result& r, Status status, const std::string& words) {
   EXPECT_EQ(r.status, status) << r.message;
   EXPECT_NE(std::string(r.message).find(words), std::string::npos)
@@ -48,7 +48,7 @@ TYPED_TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
 }
 
 TYPED_TEST(Failures, OptionsThatDifferAreNamed) {
-  if (rank_count() == 1) GTEST_SKIP() << "one rank agrees with itself";
+  if (rank_count() == 1) GTEST_SKIP() << "needs two ranks";
   const auto boxes = tests::uniform_boxes(20, 2);
   Settings settings = test_settings();
   settings.search.margin = is_last() ? 0.5f : 0.25f;
@@ -72,7 +72,7 @@ TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
   for (std::size_t i = 0; i < 20; ++i) ids[i] = 100 * static_cast<std::uint64_t>(rank_here()) + i;
   TypeParam finder(MPI_COMM_WORLD, test_settings());
   EXPECT_TRUE(finder.find({Boxes(boxes), ids.data()}).ok());
-  if (is_last()) ids[4] = 7;  // rank 0's; with one rank its own
+  if (is_last()) ids[4] = 7;  // an id of rank 0; with one rank its own
   expect_failure(finder.find({Boxes(boxes), ids.data()}), Status::ranks_disagree,
                  "id 7 was given twice, by ranks 0 and " + std::to_string(rank_count() - 1));
   if (is_last()) ids[4] = 999999;
@@ -82,7 +82,7 @@ TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
                  Status::ranks_disagree, "some ranks give ids");
 }
 
-// Ids are handed out to be checked where there are others than before, on all ranks together.
+// Ids are sent for checking only if the set of ids over all ranks changed.
 TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
   const auto boxes = tests::uniform_boxes(3000, 6);
   const auto ranks = static_cast<std::size_t>(rank_count());
@@ -95,7 +95,7 @@ TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
   const auto handed_out = [&] { return sum_over_ranks(finder.traffic().control.bytes); };
   take_slice(static_cast<std::size_t>(rank_here()));
   ASSERT_TRUE(finder.find(mine).ok());
-  const std::uint64_t some = ranks > 1 ? ids.size() : 0;  // none leave a rank that is alone
+  const std::uint64_t some = ranks > 1 ? ids.size() : 0;  // a single rank sends none
   EXPECT_GE(handed_out(), some);
   for (std::size_t round = 1; round < 3; ++round) {
     take_slice((static_cast<std::size_t>(rank_here()) + round) % ranks);
@@ -109,7 +109,7 @@ TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
   EXPECT_GE(handed_out(), some);
 }
 
-// A search that cannot run on one rank: an instruction set that nobody has.
+// A search that cannot run on one rank: an instruction set that no machine has.
 TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
   const auto boxes = tests::uniform_boxes(20, 4);
   Settings settings = test_settings();
@@ -122,7 +122,7 @@ TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
   expect_failure(finder.find({Boxes(boxes), nullptr}), Status::unsupported_isa, last());
 }
 
-// Run by itself (tests/CMakeLists.txt): afterwards the communicator is in pieces.
+// Run separately (tests/CMakeLists.txt): the communicator is unusable afterwards.
 TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
   const auto boxes = tests::uniform_boxes(20, 5);
   Settings settings = test_settings();
@@ -137,16 +137,17 @@ TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
       const Result r =
           k < 2 ? finder.find({Boxes(boxes), nullptr}) : device.find({Boxes(boxes), nullptr});
       EXPECT_EQ(r.status, Status::rank_failed);
-      EXPECT_NE(std::string(r.message).find(k % 2 == 0 ? "did not come" : "an earlier call failed"),
+      EXPECT_NE(std::string(r.message).find(k % 2 == 0 ? "did not make the call"
+                                                       : "an earlier call failed"),
                 std::string::npos)
           << r.message;
     }
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
-    std::printf("told of the late one\n");
+    std::printf("reported the late rank\n");
   }
   std::fflush(stdout);
   MPI_Barrier(MPI_COMM_WORLD);
-  // What the others began with rank 0 is never finished: only this ends in order everywhere.
+  // Operations started with rank 0 never complete: only MPI_Abort ends all ranks cleanly.
   if (rank_here() == 0) MPI_Abort(MPI_COMM_WORLD, 3);
   std::this_thread::sleep_for(std::chrono::seconds(60));
 }

@@ -1,4 +1,5 @@
-// The search across ranks against the double loop, however the boxes are spread.
+// The search across ranks compared with the brute-force reference, for several distributions of the
+// boxes.
 #include <cfenv>
 #include <cmath>
 
@@ -25,7 +26,7 @@ std::vector<Box> boxes_of(const scene::Scene& scene) {
   return boxes;
 }
 
-// Who has a box at first.
+// The initial distribution of the boxes.
 enum class Spread { slices, one_rank, shuffled, not_the_last };
 constexpr Spread spreads[] = {Spread::slices, Spread::one_rank, Spread::shuffled,
                               Spread::not_the_last};
@@ -74,8 +75,8 @@ void expect_pairs(SomeFinder& finder, const RankBoxes& mine, const std::vector<P
 TYPED_TEST_SUITE(AnyFinder, Finders, FinderNames);
 
 TYPED_TEST(AnyFinder, FindsWhatTheDoubleLoopFinds) {
-  // What reaches two regions is handed on along the tree, or nothing is. Space stays cut as it was
-  // for another scene, or is cut anew.
+  // One finder forwards every box that overlaps two regions along the tree; the other repartitions
+  // for each scene, while the first keeps a partition of an earlier scene.
   Settings settings[2] = {test_settings(), test_settings()};
   settings[0].wide = 1;
   settings[1].imbalance = 1;
@@ -91,7 +92,7 @@ TYPED_TEST(AnyFinder, FindsWhatTheDoubleLoopFinds) {
 
 TYPED_TEST(AnyFinder, FindsTheScenes) {
   Settings settings = test_settings();
-  settings.imbalance = 1;  // cut anew whenever it might help
+  settings.imbalance = 1;  // repartition whenever it might help
   TypeParam finder(MPI_COMM_WORLD, settings);
   std::size_t turn = 0;
   for (const std::string& name : scene::names()) {
@@ -126,7 +127,7 @@ TYPED_TEST(AnyFinder, HeedsMarginAndFilters) {
                    {owner.data(), n},
                    {world.data(), n},
                    {fixed.data(), n}};
-    // Slices, and only the even ranks give filters: what is left out allows all.
+    // Slices, and only even ranks give filters; a missing filter allows all.
     const std::size_t ranks = static_cast<std::size_t>(rank_count());
     const std::size_t rank = static_cast<std::size_t>(rank_here());
     const std::size_t begin = n * rank / ranks, end = n * (rank + 1) / ranks;
@@ -221,15 +222,15 @@ TYPED_TEST(AnyFinder, TakesNoBoxesAndBoxesThatAllTeleport) {
   }
 }
 
-// Clusters lie so far apart that a share is searched in parts; what crosses between them, and
-// filters, stay as they are.
+// With clusters far apart a region is searched in parts; boxes that cross parts, and filters, must
+// not change the result.
 TEST(Finder, FindsPairsOfASharesParts) {
   const scene::Scene scene = scene_of("clusters", 9000);
   std::vector<Box> boxes = boxes_of(scene);
   std::vector<std::int32_t> owner(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) owner[i] = static_cast<std::int32_t>(i / 100 % 7);
   for (int crossed = 0; crossed < 3; ++crossed) {
-    // Rods from cluster to cluster, seen by the sample or not.
+    // Rods from cluster to cluster, many or few, so that the sample may miss them.
     for (std::size_t i = 1; crossed && i < boxes.size(); i += crossed == 1 ? 900 : 50) {
       boxes[i].upper.y += static_cast<float>(scene.side()) * (i % 2 == 0 ? 0.3f : 2.0f);
     }
@@ -269,7 +270,7 @@ TEST(Finder, FindsPairsOfASharesParts) {
   }
 }
 
-// Not one part for what a GPU is to search: each call of one has its price.
+// A GPU search uses a single part, since each call has an overhead.
 TEST(Finder, SearchesAWholeShareOnAGpu) {
   const std::vector<Box> boxes = boxes_of(scene_of("clusters", 4000));
   Settings settings = test_settings();
@@ -281,7 +282,8 @@ TEST(Finder, SearchesAWholeShareOnAGpu) {
   EXPECT_EQ(finder.traffic().parts, 1u);
 }
 
-// A plane over everything goes along the tree: its owner sends one message a level.
+// A box that overlaps all regions is forwarded along the tree: its owner sends one message per
+// level.
 TYPED_TEST(AnyFinder, AnObjectThatSpansAllIsHandedOn) {
   auto boxes = tests::uniform_boxes(500, 11);
   const float far = tests::infinity;
@@ -296,7 +298,7 @@ TYPED_TEST(AnyFinder, AnObjectThatSpansAllIsHandedOn) {
   EXPECT_EQ(sum_over_ranks(finder.traffic().wide) >= 2, rank_count() > 1);
 }
 
-// In a caller's odd floating-point state, which may differ by rank.
+// The caller's floating-point state has no effect, even if it differs between ranks.
 TYPED_TEST(AnyFinder, HeedsNoRoundingModeOfItsCaller) {
   const auto boxes = tests::denormal_boxes(400, 12);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes), 1e-41f).pairs);
@@ -307,7 +309,8 @@ TYPED_TEST(AnyFinder, HeedsNoRoundingModeOfItsCaller) {
   std::fesetround(modes[rank_here() % 4]);
 #ifdef __SSE__
   const unsigned state = __builtin_ia32_stmxcsr();
-  if (rank_here() % 2 == 0) __builtin_ia32_ldmxcsr(state | 0x8040);  // flush to zero, both ways
+  if (rank_here() % 2 == 0)
+    __builtin_ia32_ldmxcsr(state | 0x8040);  // flush-to-zero and denormals-are-zero
 #endif
   TypeParam finder(MPI_COMM_WORLD, settings);
   const Result r = finder.find(mine.view());
@@ -320,8 +323,7 @@ TYPED_TEST(AnyFinder, HeedsNoRoundingModeOfItsCaller) {
   EXPECT_TRUE(found == wanted) << difference(found, wanted);
 }
 
-// On a GPU boxes of one cell are stored in the order in which they come, and so what a search
-// counts, and where space is cut, is the same but for a little.
+// On a GPU the storage order within a cell varies, so counted work and cuts may differ slightly.
 template <class Finder>
 void expect_same_counts(const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b) {
   if constexpr (std::is_same_v<Finder, GpuFinder>) {
@@ -335,7 +337,7 @@ void expect_same_counts(const std::vector<std::uint64_t>& a, const std::vector<s
   }
 }
 
-// What is counted repeats, and comes below the threshold for scenes that are uneven.
+// Counted work is reproducible, and its imbalance is below the threshold for uneven scenes.
 TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
   for (const char* name : {"clusters", "pile", "uniform"}) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 12000));
@@ -345,7 +347,7 @@ TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
       if (&run == &work[1] && std::string(name) != "clusters") continue;
       Settings settings = test_settings();
       settings.imbalance = 1.05;
-      settings.search.algorithm = Algorithm::grid;  // a device has brute force for shares so small
+      settings.search.algorithm = Algorithm::grid;  // a device uses brute force for so few boxes
       TypeParam finder(MPI_COMM_WORLD, settings);
       const Mine mine(boxes, Spread::slices);
       for (int frame = 0; frame < 4; ++frame) {
@@ -362,12 +364,12 @@ TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
   }
 }
 
-// Boxes that lie where they are at home: only what crosses a cut is sent.
+// If each rank holds the boxes it owns, only boxes that cross a cut are sent.
 TYPED_TEST(AnyFinder, SendsLittleMoreThanTheLeastOfUniformBoxes) {
   const scene::Scene scene = scene_of("uniform", 20000);
   std::vector<Box> boxes = boxes_of(scene);
   Settings settings = test_settings();
-  settings.imbalance = 1e9;  // space stays as it is cut at first
+  settings.imbalance = 1e9;  // keep the first partition
   TypeParam finder(MPI_COMM_WORLD, settings);
   ASSERT_TRUE(finder.find(Mine(boxes, Spread::slices).view()).ok());
   std::vector<Box> mine;

@@ -1,4 +1,4 @@
-// Objects that live across ranks against a model that every rank keeps of all of them.
+// Persistent objects across ranks, compared with a model of all objects kept by every rank.
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -17,7 +17,7 @@ struct Object {
   int holder;
 };
 
-// All objects, the same on every rank: the same random numbers are drawn everywhere.
+// All objects, equal on every rank: each rank draws the same random numbers.
 struct Model {
   std::map<std::uint64_t, Object> objects;
   std::set<Pair64> pairs;
@@ -69,7 +69,8 @@ class Player {
     }
   }
 
-  // Each object with this chance: moved a little or far away, filtered, or removed.
+  // Changes each object with probability 1 / one_in: moves it a little or far, sets filters, or
+  // removes it.
   void change(std::uint32_t one_in) {
     for (auto it = model_.objects.begin(); it != model_.objects.end();) {
       const std::uint64_t id = it->first;
@@ -123,7 +124,7 @@ class Player {
   std::uint64_t came() const { return came_; }
 
  private:
-  // Each object is held by one rank; who went somewhere is there.
+  // Each object must be held by exactly one rank; follows migrations.
   void find_holders(const std::string& what) {
     ASSERT_EQ(sum_over_ranks(live_.object_count()), model_.objects.size()) << what;
     std::vector<int> holders;
@@ -176,7 +177,7 @@ TEST(Live, TellsWhatBeganAndEndedWhateverHappens) {
     Settings settings = test_settings();
     settings.migrate = seed % 2 != 0;
     settings.wide = seed == 3 ? 1 : 32;
-    settings.imbalance = seed >= 2 ? 1.0 : 1.2;  // 1: cut anew whenever it might help
+    settings.imbalance = seed >= 2 ? 1.0 : 1.2;  // 1: repartition whenever it might help
     settings.search.margin = seed == 2 ? 0.2f : 0;
     Player player(seed, settings);
     ASSERT_NO_FATAL_FAILURE(player.check("none"));
@@ -216,7 +217,7 @@ TEST(Live, RefusesWhatIsWrong) {
   EXPECT_EQ(live.move(ids, Boxes(&nan, 1)).status, Status::nan_box);
   ASSERT_TRUE(live.update().ok());
   const std::uint64_t found = live.update().found;
-  // An id of another rank's object: all are told, and nothing has changed.
+  // An id of another rank's object: reported on all ranks, and nothing changes.
   const std::uint64_t taken = 0;
   const bool last = rank_here() == rank_count() - 1 && rank_here() != 0;
   if (last) {

@@ -1,4 +1,4 @@
-// A region cut into parts at gaps, without MPI.
+// Splitting a region at gaps, without MPI.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::vector<Reach> reaches_of(const std::vector<Box>& boxes, float margin = 0) {
   return reaches;
 }
 
-// By every reach, not by the sample alone: small scenes are cut, too.
+// Uses every box as the sample, so that small scenes are split, too.
 Parts cut(const Bounds& region, const std::vector<Reach>& reaches) {
   std::vector<Reach> sample;
   for (const Reach& reach : reaches) {
@@ -31,7 +31,8 @@ Parts cut(const Bounds& region, const std::vector<Reach>& reaches) {
   return Parts(region, std::move(sample));
 }
 
-// Each pair whose home corner lies in the region is told by one part, by the rule of Share.
+// Each pair whose reference corner lies in the region must be reported by exactly one part, by the
+// rule of Share.
 void expect_told_once(const std::vector<Box>& boxes, float margin, const Bounds& region,
                       const Parts& parts, const std::string& name) {
   const std::vector<Reach> reaches = reaches_of(boxes, margin);
@@ -77,7 +78,7 @@ std::vector<Box> clumps(std::size_t count, std::size_t boxes, std::uint32_t seed
   const auto up_to = [&](float most) {
     return most * static_cast<float>(random() % 65536) / 65536.0f;
   };
-  // Each in a place of its own on a lattice, so that gaps are there.
+  // Each clump has its own lattice cell, which leaves gaps.
   for (std::size_t c = 0; c < count; ++c) {
     const auto at = [&](std::size_t k) { return static_cast<float>(k % 3) * 200 + up_to(60); };
     origins.push_back({at(c), at(c / 3), at(c / 9)});
@@ -134,7 +135,7 @@ TEST(Parts, EachPairIsToldByOneOfThem) {
   }
 }
 
-// Boxes that cross gaps, which no sample has seen, and regions with copies beyond their ends.
+// Boxes that cross gaps and are not in the sample, and regions with ghosts beyond their bounds.
 TEST(Parts, EachPairIsToldOnceWhateverCrosses) {
   for (std::uint32_t seed = 1; seed < 6; ++seed) {
     std::vector<Box> boxes = clumps(7, 800, seed);

@@ -1,4 +1,4 @@
-// throng-mpi under mpirun: the recorded data, and what is wrong with files and options.
+// throng-mpi under mpirun: recorded data, and errors in files and options.
 #include <cstdlib>
 #include <limits>
 
@@ -9,7 +9,7 @@ namespace {
 
 class Program : public CliTest {
  protected:
-  // The words of mpirun before the program, which the build found.
+  // The mpirun arguments before the program's path.
   Said ranks(int count, const std::vector<std::string>& arguments,
              const std::vector<std::string>& others = {}) const {
     std::vector<std::string> words = {"--oversubscribe", "--bind-to", "none"};
@@ -24,8 +24,7 @@ class Program : public CliTest {
     }
     return run_program(THRONG_MPIRUN, words);
   }
-  // Exit status 2, nothing on standard output, and as many lines of the program as ranks, all
-  // alike.
+  // Checks for exit status 2, no standard output, and one line per rank, all with the same message.
   void refuses_all(const Said& said, std::size_t count, const std::string& words) const {
     EXPECT_EQ(said.status, 2) << said.err;
     EXPECT_EQ(said.out, "");
@@ -72,14 +71,14 @@ TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
   const std::string bytes = slurp(at("p.npy"));
   EXPECT_EQ(bytes.size(), 128 + 16 * one["pairs"].get<std::size_t>());
   EXPECT_NE(bytes.find("'<u8'"), std::string::npos);
-  // A link stays one, and a name like those that are taken meanwhile is its owner's.
+  // The output follows a symbolic link, and does not touch a user file named like a temporary file.
   spill(at("p.npy.part"), "mine");
   std::filesystem::create_symlink("p.npy", at("link.npy"));
   ASSERT_EQ(ranks(2, {"pairs", at("w.npy"), "-o", at("link.npy")}).status, 0);
   EXPECT_TRUE(std::filesystem::is_symlink(at("link.npy")));
-  EXPECT_GT(slurp(at("p.npy")).size(), bytes.size());  // without the worlds
+  EXPECT_GT(slurp(at("p.npy")).size(), bytes.size());  // the worlds were not applied
   EXPECT_EQ(slurp(at("p.npy.part")), "mine");
-  // The front door: the same program under the name that users know.
+  // The same program started as `throng pairs --mpi`.
   const Said front = run({"pairs", "--mpi", at("w.npy"), "--world", at("w-world.npy"), "--json"});
   ASSERT_EQ(front.status, 0) << front.err;
   EXPECT_EQ(nlohmann::json::parse(front.out)["checksum"], one["checksum"]);
@@ -102,12 +101,13 @@ TEST_F(Program, gives_the_same_on_what_plays_a_device) {
       ranks(1, {"pairs", at("w.npy"), "--on-device", "--backend", "emulated"},
             {"pairs", at("w.npy"), "--on-device", "--backend", "emulated", "--buffers", "staged"});
   ASSERT_EQ(mixed.status, 0) << mixed.err;
-  EXPECT_NE(mixed.out.find("device memory goes to MPI direct on 1 of 2 ranks"), std::string::npos)
+  EXPECT_NE(mixed.out.find("device memory is passed to MPI direct on 1 of 2 ranks"),
+            std::string::npos)
       << mixed.out;
   const Said bench = ranks(
       2, {"bench", "--objects", "2K", "--frames", "1", "--on-device", "--backend", "emulated"});
   ASSERT_EQ(bench.status, 0) << bench.err;
-  EXPECT_NE(bench.out.find("which goes to MPI direct"), std::string::npos) << bench.out;
+  EXPECT_NE(bench.out.find("passed to MPI direct"), std::string::npos) << bench.out;
 }
 
 TEST_F(Program, says_what_is_wrong_once_a_rank) {

@@ -38,8 +38,8 @@ TEST(Keys, AreInTheOrderOfFloatsAndBack) {
   EXPECT_EQ(key_of(-0.0f), key_of(0.0f));
 }
 
-// The region of each pair's home corner is reached by both, whatever the boxes; and bounds() says
-// the same as visit().
+// Both boxes of a pair overlap the region of the pair's reference corner; bounds() agrees with
+// visit().
 TEST(Regions, BothBoxesOfAPairReachItsHome) {
   for (const tests::HardScene& scene : tests::hard_scenes(300)) {
     for (const float margin : {0.0f, 0.1f}) {
@@ -108,7 +108,7 @@ TEST(Bisection, TakesNoPointsAndPointsInOnePlace) {
   EXPECT_LT(regions.home(same[0].at), 4);
 }
 
-// A cube of unit boxes.
+// Unit boxes at random in a cube.
 TEST(Bisection, CutsUniformSpaceNearlyAsWellAsCubes) {
   Random random(8);
   const double side = 100;

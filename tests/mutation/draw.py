@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Draws mutants at random, which nobody chose with a test in mind.
+"""Draws mutants at random, so that their choice does not depend on the tests.
 
     draw.py TREE --count 60 --seed 1 [--under core,cpu,live,...] > mutants.txt
 
-Lists them as mutants.txt does; mutate.py runs them with --mutants FILE. The method: a line is drawn
-uniformly among all lines of code under src/ that have something to change, then one of its changes
-uniformly. What can be changed, where it stands on one line:
+Writes them in the format of mutants.txt; mutate.py runs them with --mutants FILE. Method: draws a
+line uniformly from all lines of code under src/ that have a change, then one of its changes uniformly.
+The changes, within one line:
   in a condition of if or while, or between the semicolons of for: a comparison (< as <=, == as !=,
   ...), && and ||, + and -, * and /, << and >>, a number by one, true and false, min and max, or the
-  whole: true, or false;
-  in what is returned, assigned, or what a variable begins as: the same, but the whole;
-  a statement that is a call, an assignment or a step: it is left out.
-Left out are constants of compile time, comments, and code that only a GPU, MPI or a file runs."""
+  full condition: true, or false;
+  in a returned, assigned or initial value: the same, except for the full value;
+  a statement that is a call, an assignment or an increment: it is removed.
+Excluded: compile-time constants, comments, and code that only runs with a GPU, MPI or a file."""
 
 import argparse
 import pathlib
@@ -33,7 +33,7 @@ WORDS = {"true": "false", "false": "true", "min": "max", "max": "min"}
 
 
 def changes_within(code):
-    """All texts that `code` becomes by one change."""
+    """All variants of `code` with one change."""
     found = []
     for m in BINARY.finditer(code):
         found += [code[:m.start(1)] + new + code[m.end(1):] for new in SWAPS[m.group(1)]]
@@ -47,7 +47,7 @@ def changes_within(code):
 
 
 def closing(line, at):
-    """Where the bracket that opens at `at` closes; -1: not on this line."""
+    """The index of the bracket that closes the one at `at`; -1: not on this line."""
     depth = 0
     for i in range(at, len(line)):
         depth += (line[i] in "([{") - (line[i] in ")]}")
@@ -57,7 +57,7 @@ def closing(line, at):
 
 
 def changes_of(line):
-    """(old, new, whether they are statements) for all that can be changed in a line."""
+    """(old, new, whether they are statements) for all changes of a line."""
     code = line.split("//")[0].rstrip()
     if not code.strip() or SKIPPED.search(code) or '"' in code:
         return []
@@ -89,7 +89,7 @@ def files_under(tree, rooms):
 
 
 def number_of(text, old, at):
-    """Which of the places where `old` stands this one is, as mutate.place_of counts; and how many."""
+    """The number of this occurrence of `old`, as mutate.place_of counts; and the number of all."""
     pattern = r"\s+".join(re.escape(word) for word in old.split())
     starts = [m.start() for m in re.finditer(pattern, text)
               if "//" not in text[text.rfind("\n", 0, m.start()) + 1:m.start()]]

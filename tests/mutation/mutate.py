@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Mutation testing: breaks the library in one place at a time and sees whether the tests find it.
+"""Mutation testing: breaks the library in one place at a time and checks that the tests detect it.
 
-All mutants of mutants.txt are compiled into one library: where the i-th stands, the code takes the
-mutated form if the environment variable THRONG_MUTANT is i, and its own otherwise. So there is one
-build, and a mutant costs only the tests that find it. The tests run from the cheapest on; a mutant
-is killed by the first that fails, crashes or takes too long.
+All mutants of mutants.txt are compiled into one library: the code of the i-th takes its mutated form
+if the environment variable THRONG_MUTANT is i. So there is one build, and a mutant costs only the
+tests up to the first that detects it. The tests run from the cheapest on; a mutant is killed by the
+first test that fails, crashes or takes too long.
 
     mutate.py TREE BUILD [--only FIRST-LAST] [--suites PATTERN] [--jobs N] [--mutants FILE]
     mutate.py TREE BUILD --check
 
-TREE is a copy of the source tree, which is changed; BUILD is made in it by scripts/mutate.
+TREE is a copy of the source tree, which is modified; scripts/mutate makes BUILD from it.
 """
 
 import argparse
@@ -24,7 +24,7 @@ import sys
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-HEADER = """// Which mutant is alive; see mutate.py.
+HEADER = """// The active mutant; see mutate.py.
 #pragma once
 #include <cstdlib>
 #include <type_traits>
@@ -44,7 +44,7 @@ class Mutant:
 
 
 def is_whole(code):
-    """Whether it can be an expression: what would not compile is told before anything is built."""
+    """Whether it can be an expression: detects most code that would not compile before the build."""
     colons = code.replace("::", "").count(":")
     pairs = all(code.count(a) == code.count(b) for a, b in ("()", "[]", "{}"))
     return pairs and ";" not in code and code.count("?") == colons
@@ -63,33 +63,33 @@ def read_mutants(path):
         statement = " ~> " in body
         old, new = body.split(" ~> " if statement else " => ")
         if not statement and not (is_whole(old) and is_whole(new)):
-            raise SystemExit(f"mutants.txt:{line_number}: '{line}' is no expression; statements take ~>")
+            raise SystemExit(f"mutants.txt:{line_number}: '{line}' is not an expression; statements need ~>")
         mutants.append(Mutant(len(mutants) + 1, file, old.strip(), new.strip(),
                               int(nth.group(1)) if nth else 0, statement, line_number))
     return mutants
 
 
 def place_of(text, mutant):
-    """Where its code stands: (begin, end)."""
+    """The span of its code: (begin, end)."""
     pattern = r"\s+".join(re.escape(word) for word in mutant.old.split())
     found = [m for m in re.finditer(pattern, text)
              if "//" not in text[text.rfind("\n", 0, m.start()) + 1:m.start()]]
-    where = f"mutants.txt:{mutant.line}: '{mutant.old}' stands {len(found)} times in {mutant.file}"
+    where = f"mutants.txt:{mutant.line}: '{mutant.old}' occurs {len(found)} times in {mutant.file}"
     if mutant.nth > len(found) or (mutant.nth == 0 and len(found) != 1):
         raise SystemExit(where)
     return found[max(mutant.nth, 1) - 1].span()
 
 
 def render(text, begin, end, places):
-    """The code from begin to end with the mutants in it, one within another's code too."""
+    """The code from begin to end with its mutants, nested ones included."""
     inner = {p: group for p, group in places.items()
              if begin <= p[0] and p[1] <= end and p != (begin, end)}
     code, at = "", begin
     for place in sorted(inner, key=lambda p: (p[0], -p[1])):
         if place[1] <= at:
-            continue  # within the one before
+            continue  # inside the previous one
         if place[0] < at:
-            raise SystemExit(f"mutants.txt:{inner[place][0].line}: half overlaps another's code")
+            raise SystemExit(f"mutants.txt:{inner[place][0].line}: overlaps another's code in part")
         code += text[at:place[0]] + render(text, *place, inner)
         at = place[1]
     code += text[at:end]
@@ -114,10 +114,10 @@ def apply(tree, mutants):
 
 
 def suites(build):
-    """The tests, the cheapest first: a name, the rooms whose mutants it is for, a command, processor
-    seconds it may take, ten times what it does at least."""
+    """The tests, the cheapest first: a name, the modules whose mutants they are for, a command, and a
+    limit in processor seconds, at least ten times the usual."""
     bin_ = build / "bin"
-    soak = [bin_ / "throng-soak", "--tell", "1e9", "--folder", ""]
+    soak = [bin_ / "throng-soak", "--report-seconds", "1e9", "--folder", ""]
     found = []
 
     def add(name, rooms, limit, command):
@@ -167,13 +167,13 @@ def suites(build):
 
 def of_room(mutant, tests):
     room = mutant.file.split("/")[0] if "/" in mutant.file else "hall"
-    if mutant.file in ("core/sweep.hpp", "core/blocks.hpp"):  # none but questions need these
+    if mutant.file in ("core/sweep.hpp", "core/blocks.hpp"):  # only queries use these
         room = "live"
     return [test for test in tests if room in test[1]]
 
 
 def limit_time(seconds):
-    """Of the processor, so that a busy machine kills no mutant."""
+    """Limits processor time, so that a busy machine kills no mutant."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
 
 
@@ -199,10 +199,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("tree", type=pathlib.Path)
     parser.add_argument("build", type=pathlib.Path)
-    parser.add_argument("--apply", action="store_true", help="write the mutants into the tree, and stop")
-    parser.add_argument("--check", action="store_true", help="see whether all stand in the tree, and stop")
+    parser.add_argument("--apply", action="store_true", help="write the mutants into the tree, then stop")
+    parser.add_argument("--check", action="store_true", help="check that the tree contains all of them, then stop")
     parser.add_argument("--only", default="1-1000000", help="FIRST-LAST, or numbers: 3,17,20")
-    parser.add_argument("--suites", default=".*", help="only the tests whose name begins so, a pattern")
+    parser.add_argument("--suites", default=".*", help="only tests whose name starts with this pattern")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--mutants", type=pathlib.Path, default=HERE / "mutants.txt")
     arguments = parser.parse_args()

@@ -1,5 +1,5 @@
-// On a GPU, where there is one: every variant against the double loop. All that its threads do is
-// tested on the host elsewhere; here it is the launches, transfers, atomics and the scan.
+// On a GPU, if there is one: every variant against the double loop. The thread functions are tested
+// on the host elsewhere; this tests the launches, transfers, atomics and the scan.
 #include "paper/cuda.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,8 @@ std::vector<Pair> on_cuda(const Variant& variant, const BoxList& boxes) {
   job.environment = environment_of(boxes.data(), boxes.size());
   const auto stepper = make_cuda_stepper(job);
   stepper->step(boxes.data());
-  std::vector<Pair> pairs = stepper->step(boxes.data()).pairs;  // the second time: into used memory
+  std::vector<Pair> pairs =
+      stepper->step(boxes.data()).pairs;  // the second time: into reused memory
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -61,7 +62,7 @@ TEST_F(Cuda, EveryFormButTheRacyOneIsExact) {
     }
 }
 
-// Roots round there as here: the same pairs, and the same wrong ones.
+// Roots round on the GPU as on the host: the same pairs, and the same wrong ones.
 TEST_F(Cuda, RootsAreWrongAsOnTheHost) {
   const BoxList boxes = tests::identical_boxes(1500, 3);
   for (const RootKind root :
@@ -85,7 +86,7 @@ TEST_F(Cuda, RootsAreWrongAsOnTheHost) {
               time_roots_on_host(root, 2, 100000, 1, 1).sum);
 }
 
-// What the race leaves depends on the machine; it invents nothing. How much is lost is recorded.
+// The result of the race depends on the machine; it adds no pairs. The loss is recorded.
 TEST_F(Cuda, RacyFormInventsNothing) {
   const BoxList boxes = tests::identical_boxes(700, 1);
   Variant variant;

@@ -1,4 +1,4 @@
-// The evaluation: every experiment on tiny sizes, and that what it tells is what it measured.
+// The evaluation: every experiment at tiny sizes; its text matches its measurements.
 #include "paper/evaluation/experiments.hpp"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST(Evaluation, EveryExperimentTellsWhatItMeasured) {
     EXPECT_FALSE(s.finding.empty()) << s.name;
     EXPECT_FALSE(s.rows.empty() && s.tables.empty()) << s.name;
     for (const Row& row : s.rows) {
-      // A row without a measurement says why.
+      // A row without a measurement gives the reason.
       EXPECT_TRUE(row.measured || !row.measured_text.empty() || !row.found.empty())
           << s.name << ": " << row.what << " " << row.n;
       if (row.measured) {
@@ -78,7 +78,7 @@ TEST(Evaluation, WorkedExamplesAreExact) {
   EXPECT_EQ(find(s, "number of the last pair", 1000)->measured_text, "499499");
 }
 
-// Table 3 to its printed digits as far as a definition reaches, and told where none does.
+// Table 3 to its printed digits where a definition matches, and reported where none does.
 TEST(Evaluation, TableThreeAgreesToItsDigits) {
   const Section s = table3(tiny(1000000));
   std::size_t agree = 0;
@@ -102,7 +102,7 @@ TEST(Evaluation, RepairsHoldAndFailWhereTheyDo) {
   EXPECT_EQ(find(s, "float64", 117440514)->measured_text, "wrong");
 }
 
-// Rows beside each number that the paper prints for up to a thousand objects.
+// Rows for each number that the paper prints for up to a thousand objects.
 TEST(Evaluation, PrintedNumbersHaveACounterpart) {
   const auto pairs_of_numbers = [](const char* name) {
     std::size_t count = 0;
@@ -110,10 +110,10 @@ TEST(Evaluation, PrintedNumbersHaveACounterpart) {
     return count;
   };
   EXPECT_EQ(pairs_of_numbers("table2"),
-            3u);  // mapping, lazy, their ratio; the sequential ratio is of more
+            3u);  // mapping, lazy, their ratio; the sequential ratio is for larger n
   EXPECT_EQ(pairs_of_numbers("table5"), 8u);  // two sizes, bytes and bits, kernel and output
   EXPECT_EQ(pairs_of_numbers("table6"),
-            6u);  // four stages, and the library beside the total, twice
+            6u);  // four stages, and the library next to the total, twice
   EXPECT_EQ(pairs_of_numbers("table7"), 4u);  // two sizes, with and without
   EXPECT_EQ(*find(section("table2"), "lazy", 1000)->paper, 0.25);
   EXPECT_EQ(*find(section("table5"), "one byte", 1000, "output")->paper, 842.75);
@@ -169,7 +169,7 @@ TEST(Evaluation, UnknownExperimentIsRefused) {
   }
 }
 
-// Tags open and close in order, and every link has its place.
+// Tags nest correctly, and every link has its target.
 TEST(Evaluation, ThePageIsWellFormedAndComplete) {
   const std::string html = page_of(tiny(), sections()).html();
   static const std::set<std::string> single = {"meta", "rect", "circle", "path", "!doctype", "!--"};
@@ -228,7 +228,7 @@ TEST(Instructions, AreCountedOneByOne) {
     });
   };
   const auto none = count(0), few = count(100), many = count(300);
-  if (!none || !few || !many) GTEST_SKIP() << "this system lets no process be traced";
+  if (!none || !few || !many) GTEST_SKIP() << "this system does not allow tracing";
   EXPECT_GE(*few - *none, 200u);
   EXPECT_NEAR(static_cast<double>(*many - *none) / static_cast<double>(*few - *none), 3, 0.1);
 }

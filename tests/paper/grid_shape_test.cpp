@@ -1,4 +1,4 @@
-// The grid's shape: cells by density, and a map from float to cell that never falls.
+// The grid's shape: cells by density, and a non-decreasing map from float to cell.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr float inf = std::numeric_limits<float>::infinity();
 const Box unit_cube{{0, 0, 0}, {1, 1, 1}};
 
 TEST(GridShape, FollowsTheDensity) {
-  // 1000 objects, 8 a cell: a cell's volume is 1/125 of the cube's, so its side a fifth.
+  // 1000 objects, 8 per cell: a cell's volume is 1/125 of the cube's, so its side is a fifth.
   const GridShape five = make_grid(unit_cube, 1000, 8);
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_EQ(five.cells[axis], 5u);
@@ -29,7 +29,7 @@ TEST(GridShape, FollowsTheDensity) {
   EXPECT_EQ(cubic.cells[0], 8u);
   EXPECT_EQ(cubic.cells[1], 4u);
   EXPECT_EQ(cubic.cells[2], 2u);
-  // 2.9 cells a side would fit: two, larger ones.
+  // 2.9 cells per side would fit: two larger ones.
   const GridShape refined = make_grid(unit_cube, 195, 8);
   EXPECT_EQ(refined.cells[0], 2u);
   EXPECT_EQ(refined.cell(0, 0.49f), 0u);
@@ -60,13 +60,13 @@ TEST(GridShape, FlatAndEmptyEnvironments) {
   EXPECT_EQ(line.cell_count(), 100u);
   EXPECT_EQ(make_grid({{2, 2, 2}, {2, 2, 2}}, 400, 4).cell_count(), 1u);
   EXPECT_EQ(make_grid(unit_cube, 0, 4).cell_count(), 1u);
-  // So thin that one cell a length is no float: the scale stays finite, as the proof needs.
+  // So thin that one cell per length is not a float: the scale stays finite, as the proof requires.
   const GridShape thin = make_grid({{0, 0, 0}, {tests::denormal, 1, 1}}, 400, 4);
   EXPECT_EQ(thin.scale[0], tests::float_max);
   EXPECT_EQ(thin.cells[0], 1u);
 }
 
-// For any two floats in order, their cells are, infinities and all scales included.
+// For any two ordered floats their cells are ordered, infinities and all scales included.
 TEST(GridShape, CellsNeverFall) {
   tests::Random random(11);
   constexpr float huge = std::numeric_limits<float>::max();

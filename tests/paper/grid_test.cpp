@@ -1,4 +1,4 @@
-// The grid: its lists, and that it finds what the double loop finds.
+// The grid: its lists, and its pairs against the double loop.
 #include "paper/grid.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,8 @@ Found search(const BoxList& boxes, double per_cell, MappingKind mapping = Mappin
   return search(boxes, per_cell, environment_of(boxes.data(), boxes.size()), mapping, threads);
 }
 
-// Each box in every cell that it touches, once, and nowhere else; each list as long as it must be.
+// Each box once in every cell that it touches, and in no other; each list exactly as long as
+// needed.
 TEST(GridLists, HoldEachBoxInEachOfItsCells) {
   const BoxList boxes = tests::rods(400, 3);
   const GridShape shape = make_grid(environment_of(boxes.data(), boxes.size()), boxes.size(), 2);
@@ -83,7 +84,7 @@ TEST(GridLists, HoldEachBoxInEachOfItsCells) {
   EXPECT_GT(expected, boxes.size() * 2);
 }
 
-// On a device a warp shares a cell: 32 lanes, one after another here, find what one thread finds.
+// On a device a warp shares a cell: 32 lanes, run sequentially here, find what one thread finds.
 TEST(GridLists, LanesShareACell) {
   const BoxList boxes = tests::snapped_boxes(200, 4, 1.0f, 5);
   const GridShape shape = make_grid(environment_of(boxes.data(), boxes.size()), boxes.size(), 20);
@@ -132,7 +133,7 @@ TEST(Grid, FindsWhatTheDoubleLoopFinds) {
       shared += found.entries > scene.boxes.size();
     }
   }
-  EXPECT_GT(shared, 50u);  // boxes did lie in several cells
+  EXPECT_GT(shared, 50u);  // some boxes were in several cells
 }
 
 TEST(Grid, EveryMappingAndThreadCount) {
@@ -156,7 +157,7 @@ TEST(Grid, LatticesOfTouchingBoxes) {
   }
 }
 
-// The environment may be smaller than the boxes' world, beside it, or a point.
+// The environment may be smaller than the boxes' bounds, outside of them, or a point.
 TEST(Grid, BoxesOutsideOfTheEnvironment) {
   const Box environments[] = {unit_cube,
                               {{-500, -500, -500}, {-400, -400, -400}},
@@ -172,8 +173,8 @@ TEST(Grid, BoxesOutsideOfTheEnvironment) {
   }
 }
 
-// Set up once, updated every step: boxes that move, far out of the environment too, with more pairs
-// in a later step than the first one left room for.
+// Set up once, updated every step: boxes move, far out of the environment too, and a later step has
+// more pairs than the first one's capacity.
 TEST(Grid, StepsOverMovingBoxes) {
   Job job;
   job.n = 400;
@@ -201,7 +202,7 @@ TEST(Grid, MemoryIsRefusedByTheByte) {
   Job job;
   job.n = 1000;
   job.environment = unit_cube;
-  job.variant.per_cell = 8;  // 125 cells and one count more, 12 bytes each
+  job.variant.per_cell = 8;  // 125 cells and one more count, 12 bytes each
   job.memory_bytes = 126 * 12;
   const auto stepper = make_host_stepper(job);
   BoxList all_over(1000, Box{{0, 0, 0}, {1, 1, 1}});  // 125,000 entries

@@ -1,4 +1,4 @@
-// From thread to pair: each way against the double loop, and where roots begin to fail.
+// From thread to pair: each mapping against the double loop, and where roots begin to fail.
 #include "paper/mapping.hpp"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST(Mapping, StoredListIsTheDoubleLoop) {
   }
 }
 
-// These number otherwise, and reach each pair once.
+// These have another numbering, and reach each pair once.
 TEST(Mapping, LazyAndFoldReachEachPairOnce) {
   for (const std::uint32_t n : counts) {
     EXPECT_EQ(Lazy::threads(n), std::uint64_t{n} * n - n);
@@ -78,7 +78,7 @@ TEST(Mapping, LazyAndFoldReachEachPairOnce) {
   }
 }
 
-// A reader of the output takes place t for the pair that an exact thread t tested.
+// A reader of the output decodes position t to the pair that an exact thread t tested.
 TEST(Mapping, PlacesAreReadAsTheyWereWritten) {
   for (const MappingKind kind : {MappingKind::formula, MappingKind::lazy, MappingKind::stored,
                                  MappingKind::fold, MappingKind::exact}) {
@@ -100,7 +100,7 @@ TEST(Mapping, PlacesAreReadAsTheyWereWritten) {
   }
 }
 
-// Its two examples, counted from 1.
+// Its two examples, 1-based.
 TEST(Mapping, ExamplesOfThePaper) {
   for (const RootKind root : {RootKind::float32, RootKind::float64, RootKind::exact}) {
     with_mapping(formula(root, 2, false), nullptr, [](const auto& mapping) {
@@ -121,7 +121,7 @@ TEST(Mapping, ExamplesOfThePaper) {
             static_cast<unsigned __int128>(1) << 63);
 }
 
-// The first n at which a root gives a wrong pair without repairs, by all smaller n.
+// The first n at which a root gives a wrong pair without repairs; checks all smaller n.
 TEST(Mapping, FloatFailsFirstAt4098) {
   for (const Radicand radicand : {Radicand::integer, Radicand::real}) {
     const Variant variant = formula(RootKind::float32, 2, false, radicand);
@@ -133,7 +133,7 @@ TEST(Mapping, FloatFailsFirstAt4098) {
   }
 }
 
-// Beyond n = 5793 the largest k is no float any more.
+// Beyond n = 5793 the largest k is not a float.
 TEST(Mapping, RepairsDoNotMendAnIndexThatIsNoFloat) {
   EXPECT_EQ(count_faults(formula(RootKind::float32, 2, true, Radicand::real), 5793, 1).rows, 0u);
   const Variant variant = formula(RootKind::float32, 2, true, Radicand::real);
@@ -142,7 +142,7 @@ TEST(Mapping, RepairsDoNotMendAnIndexThatIsNoFloat) {
   EXPECT_GT(failing, 0u);
 }
 
-// Double's first failures lie at the end of row 1; below, rows are sampled: each row would take 2
+// Double's first failures are at the end of row 1; for smaller n rows are sampled: each row takes 2
 // s.
 template <class Mapping>
 bool ends_right(const Mapping& mapping, std::uint64_t n, std::uint64_t i) {
@@ -173,7 +173,7 @@ TEST(Mapping, DoubleFailsFirstAt117440514) {
 
 TEST(Mapping, AllDoubleFailsFirstAt94906267) { fails_first_at(Radicand::real, 94906267); }
 
-// A wrong row is never an object that is not there.
+// A wrong row never names an object that does not exist.
 TEST(Mapping, NoPairOutOfRange) {
   for (const RootKind root : {RootKind::carmack, RootKind::lomont, RootKind::float32})
     for (const bool repair : {false, true})
@@ -193,7 +193,7 @@ TEST(Mapping, NoPairOutOfRange) {
         }
 }
 
-// In float the radicand of the last indices falls below 0; there is still a row, and no NaN.
+// In float the radicand of the last indices is negative; the row is still valid, without NaN.
 TEST(Mapping, CancelledRadicandIsNoRootOfANegative) {
   const Formula<HardwareRoot<float>> mapping{{}, false, Radicand::real};
   for (const std::uint64_t n : {7001u, 90000u, 1000003u}) {

@@ -1,4 +1,4 @@
-// The forms of output: what each writes, what a reader makes of it, and which one loses pairs.
+// The forms of output: what each writes, how it is decoded, and which one loses pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ TEST(Matrix, DecodingAgreesWithTheQuery) {
   EXPECT_EQ(from_bytes, asked);
 }
 
-// Each way to write sets the very bits of the pairs that overlap, in the paper's numbering.
+// Each method sets exactly the bits of the overlapping pairs, in the paper's numbering.
 TEST(Output, BitsAreThoseOfTheOverlappingPairs) {
   const BoxList boxes = tests::uniform_boxes(150, 5);
   const PairTest<Exact> test{Exact{}, boxes.data(), boxes.size()};
@@ -122,8 +122,8 @@ TEST(Output, EveryFormButTheRacyOneIsExact) {
   }
 }
 
-// Eight lanes that all find an overlap read the same empty byte, and the last to write wins: one
-// pair of eight is left.
+// Eight lanes that all find an overlap read the same empty byte, and the last write wins: one pair
+// of eight remains.
 TEST(Output, RacyFormLosesSevenOfEight) {
   for (const int n : {9, 64, 200}) {
     const BoxList boxes = tests::identical_boxes(n, 1);
@@ -139,7 +139,7 @@ TEST(Output, RacyFormLosesSevenOfEight) {
   }
 }
 
-// It loses, but invents nothing; and where no two pairs share a byte it is right.
+// It loses pairs, but adds none; where no two pairs share a byte it is exact.
 TEST(Output, RacyFormInventsNothing) {
   const BoxList boxes = tests::snapped_boxes(200, 4, 1.0f, 17);
   const std::vector<Pair> truth = tests::reference_pairs(boxes).pairs;
@@ -154,7 +154,7 @@ TEST(Output, RacyFormInventsNothing) {
             (std::vector<Pair>{{0, 39}}));
 }
 
-// With a root that fails and no repair, pairs are lost; with the repairs none is.
+// With an inexact root and no repair, pairs are lost; with the repairs none is.
 TEST(Output, WrongRootsLosePairsUntilRepaired) {
   const BoxList boxes = tests::identical_boxes(1200, 3);
   Variant variant = variant_of(MappingKind::formula, Output::pairs, Write::ballot);
@@ -177,7 +177,7 @@ TEST(Output, InvertedBoxesAreEmptySlots) {
   EXPECT_EQ(run(variant_of(MappingKind::lazy, Output::pairs, Write::ballot), boxes), answer.pairs);
 }
 
-// A stepper is used again and again: nothing of the step before is left.
+// A stepper is reusable: no state of the previous step remains.
 TEST(Output, StepsDoNotMix) {
   const BoxList many = tests::identical_boxes(120, 1);
   const BoxList few = tests::uniform_boxes(120, 9);
@@ -218,7 +218,7 @@ TEST(Output, MemoryIsRefusedByTheByte) {
   EXPECT_THROW(make_host_stepper(job), Failure);
 }
 
-// The host's threads do work at the same time: each waits in its block until all three have one.
+// The host's threads run concurrently: each waits in its block until all three have one.
 TEST(Host, ThreadsShareTheWork) {
   std::mutex mutex;
   std::condition_variable arrival;

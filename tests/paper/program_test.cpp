@@ -1,4 +1,4 @@
-// The program throng-paper, as a user runs it.
+// The program throng-paper, as users run it.
 #include <cstring>
 #include <map>
 #include <sstream>
@@ -130,7 +130,7 @@ TEST_F(Program, cuda_is_refused_where_it_is_not) {
   EXPECT_FALSE(exists("x"));
 }
 
-// The page, a table a section, all rows once more; and only what was asked for.
+// The page, a table per section, and all rows in one file; only the requested sections.
 TEST_F(Program, evaluates_into_a_folder) {
   const Said said = run({"--quick", "--up-to", "1000", "--backend", "cpu", "--threads", "2",
                          "--only", "examples", "--only", "table5", "-o", at("deep/paper")});

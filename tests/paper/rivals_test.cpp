@@ -1,4 +1,5 @@
-// Figures 5 and 6 beside a pretended rival: its times are told, and it is stopped when it is slow.
+// Figures 5 and 6 with a fake competitor: its times are reported, and it is stopped when it is
+// slow.
 #include <fstream>
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@ namespace {
 
 class Rivals : public test::CliTest {
  protected:
-  // A program that is called as the one with the rivals is.
+  // A program with the command line of the benchmark program.
   Lab with(const std::string& script) const {
     const std::string path = at("rivals");
     test::spill(path, "#!/bin/sh\n" + script);
@@ -55,7 +56,7 @@ TEST_F(Rivals, ASlowOneIsStoppedAndLeftOutFromThenOn) {
     if (row.what != "Bullet bt32BitAxisSweep3") continue;
     EXPECT_FALSE(row.measured);
     stopped += row.found.find("stopped: adding the objects took over 1 s") != std::string::npos;
-    left_out += row.found.find("already stopped at 1,000 objects") != std::string::npos;
+    left_out += row.found.find("stopped at 1,000 objects before") != std::string::npos;
   }
   EXPECT_EQ(stopped, 1u);
   EXPECT_EQ(left_out, 1u);
@@ -69,7 +70,7 @@ TEST_F(Rivals, ASlowFrameIsItsLast) {
     if (row.what != "Bullet btDbvt, default") continue;
     stopped +=
         row.measured && row.found.find("stopped: a frame took over 0.2 s") != std::string::npos;
-    left_out += row.found.find("already stopped") != std::string::npos;
+    left_out += row.found.find("skipped: stopped") != std::string::npos;
   }
   EXPECT_EQ(stopped, 1u);
   EXPECT_EQ(left_out, 1u);

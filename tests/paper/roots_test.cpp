@@ -1,4 +1,4 @@
-// Fast square roots: how good they are, Table 3 of the paper, and what the repairs mend.
+// Fast square roots: their accuracy, Table 3 of the paper, and the effect of the repairs.
 #include "paper/roots.hpp"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(Roots, OneStepErrsAsPublished) {
   EXPECT_GT(largest_error(carmack_constant, 0), 0.03);
 }
 
-// Table 3, in numbers instead of %, as far as its digits go. Two rows of it, two last operations.
+// Table 3, in counts instead of %, to its printed digits. Two rows, with different last operations.
 TEST(Roots, TableThreeWithTwoStepsIsAProduct) {
   EXPECT_EQ(wrong_roots({carmack_constant, 2, true, LastOperation::product}, tests_to_1m),
             (Counts{29, 89, 270, 1800}));
@@ -58,7 +58,7 @@ TEST(Roots, TableThreeWithThreeStepsIsAReciprocal) {
   }
 }
 
-// Neither row comes out with the other last operation, or with steps in float.
+// Neither row matches with the other last operation, or with steps in float.
 TEST(Roots, TableThreeIsNothingElse) {
   EXPECT_EQ(wrong_roots({carmack_constant, 2, true, LastOperation::reciprocal}, {1000}), Counts{0});
   EXPECT_EQ(wrong_roots({carmack_constant, 3, true, LastOperation::product}, {1000}), Counts{0});
@@ -76,7 +76,7 @@ Variant fast(RootKind root, int steps, bool repair) {
   return variant;
 }
 
-// The walk from the ends of rows finds every wrong index: against all indices.
+// The walk from the ends of rows finds every wrong index: compared with all indices.
 TEST(Faults, WalkFindsWhatAllIndicesSay) {
   const std::uint64_t n = 2500;
   for (const RootKind root : {RootKind::carmack, RootKind::lomont, RootKind::float32})
@@ -105,7 +105,7 @@ TEST(Faults, RepairsMendRowsOffByOne) {
   }
 }
 
-// With one step the row is off by more than one from small n on; with two steps from some 200,000.
+// With one step the row is off by more than one from small n on; with two steps from about 200,000.
 TEST(Faults, RepairsDoNotMendMore) {
   EXPECT_GT(count_faults(fast(RootKind::carmack, 1, true), 1000, 1).rows, 0u);
   EXPECT_GT(count_faults(fast(RootKind::carmack, 2, true), 1000000, 1).rows, 0u);
@@ -122,7 +122,7 @@ TEST(Faults, ExactWaysHaveNone) {
   }
 }
 
-// What is timed is what is said: the sums are those of the roots.
+// The timed work is the stated work: the sums are those of the roots.
 TEST(RootTimes, SumOfIntegerRoots) {
   std::uint64_t sum = 0;
   for (std::uint64_t i = 0; i < 20000; ++i) {

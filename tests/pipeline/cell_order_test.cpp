@@ -1,5 +1,4 @@
-// Boxes that are sorted by cell come to stand in the same cells, and the same is told, as those
-// that are counted one by one.
+// Sorting boxes by cell gives the same cells and the same report as counting them one by one.
 #include "pipeline/cell_order.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@ namespace {
 using tests::Answer;
 using tests::BoxList;
 
-// More boxes than `above` are sorted.
+// Inputs of more boxes than `above` are sorted.
 template <std::uint32_t above>
 class Device : public HostDevice {
  public:
@@ -50,7 +49,7 @@ struct Told {
   friend bool operator==(const Told&, const Told&) = default;
 };
 
-// What a build leaves behind.
+// The result of a build.
 template <class D>
 struct Built {
   explicit Built(const Input& input) : in(input) {
@@ -67,7 +66,7 @@ struct Built {
     for (std::size_t k = 0; k < Workspace::occupied_count; ++k) flags.push_back(w.occupied[k] != 0);
     return flags;
   }
-  // The ids of each cell, each cell's in order; and that they stand with their boxes.
+  // The ids cell by cell, sorted within each cell. Checks that each stands with its box.
   std::vector<std::uint32_t> ids() const {
     std::vector<std::uint32_t> all;
     for (std::uint64_t k = 0; k < w.report->active; ++k) {
@@ -103,7 +102,7 @@ std::vector<Pair> pairs_of(const Boxes& a, const Boxes* b, const Options& option
                       &out};
   engine.find(a, b, options, 0, &output, nullptr, r);
   EXPECT_EQ(r.found, out.size());
-  // One place too few.
+  // Capacity for one pair too few.
   if (r.found > 0 && options.order == Order::any) {
     std::vector<Pair> small(out.size() - 1);
     core::Output fixed{small.data(), small.size(), nullptr, nullptr};
@@ -158,7 +157,7 @@ TEST(CellOrder, HardScenes) {
   }
 }
 
-// Where some buckets stay empty and where none does.
+// Some buckets empty; no bucket empty.
 TEST(CellOrder, AnyNumber) {
   for (const int n : {1, 2, 31, 511, 512, 513, 1023, 1024, 1025, 2047, 2048, 2049, 4100}) {
     SCOPED_TRACE(n);
@@ -168,7 +167,7 @@ TEST(CellOrder, AnyNumber) {
   expect_same(tests::uniform_boxes(60000, 3), nullptr);
 }
 
-// One cell takes all; or there are none to take.
+// All boxes in one cell; no active box.
 TEST(CellOrder, AllAlike) {
   expect_exact(tests::identical_boxes(1500, 1), nullptr);
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -246,8 +245,8 @@ TEST(CellOrder, HashedGrids) {
   EXPECT_TRUE(Built<Always>(make_input(view, nullptr, {})).w.grid->hashed);
 }
 
-// The fewest passes of eight bits, a bucket that a block has room for, all cells in some bucket,
-// and what takes no part behind all of these.
+// The fewest passes of eight bits; buckets that fit a block's memory; every cell in a bucket; boxes
+// that take no part after all cells.
 TEST(CellOrder, BucketsSuitTheTable) {
   for (const std::uint64_t cells :
        {2ull, 3ull, 1024ull, 1025ull, 2048ull, 9217ull, 1ull << 18, (1ull << 22) - 16385,

@@ -1,5 +1,5 @@
-// The engine over a device whose memory the host cannot reach: every form of the result, and that
-// it takes no byte more than a memory cap allows, on the device and beside it.
+// The engine on a device whose memory the host cannot access: every form of the result, and a
+// memory cap that holds to the byte on the device and on the host.
 #include "pipeline/engine.hpp"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ TEST(FarEngine, EveryFormOfTheResult) {
       EXPECT_EQ(r.found, answer.pairs.size());
       out.resize(r.found);
       expect_answer(o, answer, out);
-      // One place too few.
+      // Capacity for one pair too few.
       std::vector<Pair> small(out.size() - 1);
       core::Output fixed{small.data(), small.size(), nullptr, nullptr};
       r = {};
@@ -122,7 +122,7 @@ std::size_t bytes_needed(FarEngine& engine, const Boxes& boxes, Options o, std::
   return 0;
 }
 
-// What is named will do, to the byte; one less will not, and then nothing at all is taken.
+// The reported size suffices exactly; one byte less does not, and then nothing is allocated.
 TEST(FarEngine, TheCapHoldsToTheByte) {
   const BoxList boxes = tests::identical_boxes(250, 1);
   const Answer answer = tests::reference_pairs(boxes);
@@ -133,7 +133,7 @@ TEST(FarEngine, TheCapHoldsToTheByte) {
       const std::size_t needed = bytes_needed(engine, boxes, base, 1, already_held);
       EXPECT_LT(needed, answer.pairs.size() * sizeof(Pair)) << "blocks, not all pairs";
       EXPECT_EQ(bytes_needed(engine, boxes, base, needed - 1, already_held), needed);
-      EXPECT_EQ(memory.allocations(), 0u) << "something was taken before the cap was looked at";
+      EXPECT_EQ(memory.allocations(), 0u) << "an allocation before the cap was checked";
       for (const std::size_t cap : {needed, needed + 4567, 3 * needed}) {
         CountingResource counted;
         FarEngine capped(&counted);
@@ -151,7 +151,7 @@ TEST(FarEngine, TheCapHoldsToTheByte) {
   }
 }
 
-// In two sets, too, where one box of the first may meet all of the second.
+// Two sets, where one box of the first may overlap all of the second.
 TEST(FarEngine, TheCapInTwoSets) {
   const BoxList few = tests::identical_boxes(40, 1), many = tests::identical_boxes(600, 1);
   const Boxes of_few = few, of_many = many;
@@ -167,7 +167,7 @@ TEST(FarEngine, TheCapInTwoSets) {
       o.memory_cap_bytes = 1;
       try {
         engine.find(a, &b, o, 0, nullptr, &consumer, r);
-        FAIL() << "a byte will not do";
+        FAIL() << "one byte was accepted as a cap";
       } catch (const Failure& failure) {
         ASSERT_EQ(failure.status, Status::memory_cap_too_small);
         o.memory_cap_bytes = failure.bytes;
@@ -195,7 +195,7 @@ TEST(FarEngine, NoBoxesTakeNoMemory) {
   EXPECT_EQ(memory.allocations(), 0u);
 }
 
-// Where the caller's room is too small for the pairs, no room is made for them all.
+// If the caller's buffer is too small, the engine allocates no memory for all pairs.
 TEST(FarEngine, LittleRoomForManyPairs) {
   const BoxList boxes = tests::identical_boxes(1500, 1);
   for (const Options& o : all_options()) {
@@ -217,7 +217,7 @@ TEST(FarEngine, LittleRoomForManyPairs) {
   }
 }
 
-// What larger calls have left is given back, and only then.
+// Memory of larger calls is released under a cap, and only then.
 TEST(FarEngine, ACapAfterLargerCalls) {
   const BoxList large = tests::uniform_boxes(20000, 1), small = tests::identical_boxes(500, 2);
   const Answer answer = tests::reference_pairs(small);
@@ -240,14 +240,14 @@ TEST(FarEngine, ACapAfterLargerCalls) {
       EXPECT_LE(memory.held(), o.memory_cap_bytes);
       EXPECT_EQ(memory.held(), engine.held());
       if (frame > 0) {
-        EXPECT_EQ(memory.allocations(), allocations) << "taken anew in each frame";
+        EXPECT_EQ(memory.allocations(), allocations) << "allocated again in each frame";
       }
       allocations = memory.allocations();
     }
   }
 }
 
-// Refused by their number alone: none is read, no memory is taken.
+// Refused by count alone: no box is read and no memory allocated.
 TEST(FarEngine, TooManyBoxes) {
   const Box box = tests::cube(0, 0, 0, 1);
   CountingResource memory;
@@ -263,7 +263,7 @@ TEST(FarEngine, TooManyBoxes) {
     core::Output output = growing(out);
     try {
       engine.find(*a, b, {}, 0, &output, nullptr, r);
-      FAIL() << "taken for few enough";
+      FAIL() << "too many boxes were accepted";
     } catch (const Failure& failure) {
       EXPECT_EQ(failure.status, Status::too_many_boxes);
       EXPECT_EQ(failure.bytes, a->size() + (b ? b->size() : 0));
@@ -297,7 +297,7 @@ TEST(FarEngine, AConsumerStopsOrThrows) {
   EXPECT_EQ(all.pairs.size(), 400u * 399 / 2);
 }
 
-// Each allocation in turn fails; the engine is as good as before afterwards.
+// Each allocation fails in turn; the engine remains usable.
 TEST(FarEngine, MemoryRunsShort) {
   const BoxList boxes = tests::uniform_boxes(tests::sanitized ? 800 : 2000, 1);
   const Answer answer = tests::reference_pairs(boxes);
@@ -311,7 +311,7 @@ TEST(FarEngine, MemoryRunsShort) {
       engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
     }
     std::size_t refused = 0;
-    // One byte less than each sum that there is on the way; the last is one short of the peak.
+    // Limits below the sum at each allocation; the last one is one byte below the peak.
     std::vector<std::size_t> limits = {0, full.peak() - 1};
     for (std::size_t k = 1; k < 20; ++k) limits.push_back(full.peak() * k / 20);
     for (const std::size_t limit : limits) {

@@ -1,6 +1,6 @@
-// A Device whose memory the host cannot reach, as a GPU's: threads of the host, but boxes are
-// copied there, pairs are fetched in pieces, and all that it takes is counted by a memory resource.
-// What is put on it and how often it is waited for is counted too.
+// A Device whose memory the host cannot access, like a GPU's: host threads, but boxes are copied to
+// it, pairs are fetched in pieces, and a memory resource counts all memory. Counts launches and
+// synchronizations.
 #pragma once
 
 #include <algorithm>
@@ -66,7 +66,7 @@ class FarDevice : public HostDevice {
     return true;
   }
 
-  std::size_t puts = 0, waits = 0;  // a sort is one
+  std::size_t puts = 0, waits = 0;  // a sort counts as one
 
   template <class F>
   void launch(std::uint64_t count, const F& f) {

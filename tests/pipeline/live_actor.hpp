@@ -1,4 +1,4 @@
-// Objects that live on a device, run by the host: acted upon, and what can be seen of them.
+// Persistent objects on a device, emulated on the host: random calls, and the visible state.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace throng::tests {
 
 using LiveActor = ActorOf<LiveMachine>;
 
-// How many updates went which way.
+// Number of updates per kind of update.
 struct Ways {
   std::size_t nothing = 0, compared = 0, mended = 0, found = 0;
   void count(const std::string& reason) {
@@ -23,7 +23,7 @@ struct Ways {
   }
 };
 
-// All that can be seen.
+// The whole visible state.
 class Seen {
  public:
   explicit Seen(LiveMachine& m) {

@@ -1,5 +1,5 @@
-// What objects that live on a device cost: candidates of fat boxes are kept, memory is that of
-// objects and pairs, and where it runs out nothing has changed.
+// Cost of persistent objects on a device: candidates of fat boxes are kept, memory is proportional
+// to objects and pairs, and running out of memory changes nothing.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -52,15 +52,15 @@ TEST(LiveScene, CostFollowsTheMovers) {
   for (std::size_t id = 0; id < boxes.size(); id += 2) shift(id, 0.2f);
   ASSERT_TRUE(m.move_all(boxes).ok());
   (void)update("all candidates found");
-  // What is gone takes its pairs with it, and nothing is found anew for that.
+  // Removed objects end their pairs without a new search for candidates.
   std::vector<ObjectId> ids;
   for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id), model.remove(id);
   ASSERT_TRUE(m.remove(ids.data(), ids.size()).ok());
   (void)update("compared again");
 }
 
-// Far from a dense heap of static boxes, or above it, one that moves is compared with none of
-// these.
+// A moving object far from a dense heap of static boxes, or above it, is compared with none of
+// them.
 TEST(LiveScene, MoversBesideAHeap) {
   for (const float width : {1.0f, 8.0f}) {
     Random r(5);
@@ -88,8 +88,8 @@ TEST(LiveScene, MoversBesideAHeap) {
   }
 }
 
-// After a heap has been unpacked, object by object, updates and queries cost what they do in a
-// scene that was made as it is now.
+// After a heap has been unpacked object by object, updates and queries cost as much as in a scene
+// created in its final state.
 TEST(LiveScene, AnUnpackedHeapIsLikeANewScene) {
   constexpr int count = 4000, frames = 50;
   Random r(5);
@@ -128,7 +128,7 @@ TEST(LiveScene, AnUnpackedHeapIsLikeANewScene) {
   EXPECT_LE(old.find_overlaps(asked).comparisons, fresh.find_overlaps(asked).comparisons * 3 / 2);
 }
 
-// What an update puts on the device, and how often it waits.
+// Launches and synchronizations of an update.
 TEST(LiveScene, FewLaunchesAndWaits) {
   Options options;
   options.algorithm = Algorithm::grid;
@@ -154,10 +154,10 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   };
   costs("nothing moved", 4, 1);
   for (int k = 0; k < 3; ++k) costs("nothing moved", 1, 1);
-  shift(3000, 1e-4f);  // one, and no pair begins or ends
+  shift(3000, 1e-4f);  // one object; no pair begins or ends
   costs("compared again", 5, 2);
   shift(3000, -1e-4f);
-  costs("compared again", 8, 1);  // those in doubt are listed
+  costs("compared again", 8, 1);  // the uncertain candidates are listed
   shift(1, 0.1f);
   costs("compared again", 8, 2);  // and counted
   for (const float by : {-0.1f, 0.1f, -0.1f}) {
@@ -179,7 +179,7 @@ TEST(LiveScene, FewLaunchesAndWaits) {
   costs("few boxes left", 38, 6);
 }
 
-// More begins and ends at once than room was made for.
+// More begin and end events in one update than the capacity reserved for them.
 TEST(LiveScene, ManyChangesAtOnce) {
   LiveMachine m({}, 1);
   BoxList boxes;
@@ -211,7 +211,7 @@ TEST(LiveScene, ManyChangesAtOnce) {
   }
 }
 
-// Few that leave and meet: more candidates among them than there was room for.
+// A few objects leave and meet: more candidates among them than the capacity reserved.
 TEST(LiveScene, LeaversMeet) {
   Options options;
   options.algorithm = Algorithm::grid;
@@ -276,7 +276,7 @@ TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
   }
   EXPECT_GT(in_objects, 12u);
   EXPECT_GT(in_updates, 20u);
-  EXPECT_GT(ways.mended, 2u) << "no failure while candidates were mended";
+  EXPECT_GT(ways.mended, 2u) << "no failure while candidates were repaired";
   LiveMachine copy({}, 0.3f, &memory);
   ASSERT_TRUE(copy.add(BoxList{cube(0, 0, 0, 1), cube(0, 0, 0, 2)}, nullptr).ok());
   ASSERT_TRUE(copy.update().ok());
@@ -286,7 +286,7 @@ TEST(LiveScene, MemoryRunsOutAtEveryAllocation) {
   EXPECT_TRUE(Seen(copy) == Seen(m));
 }
 
-// What is given back is zeros from then on.
+// Zeroes memory when it is released.
 class Zeroing : public FailingResource {
   void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override {
     std::memset(memory, 0, bytes);
@@ -294,7 +294,7 @@ class Zeroing : public FailingResource {
   }
 };
 
-// Objects that were refused may have moved the filters of the others.
+// A refused add() may have moved the filter arrays of the others.
 TEST(LiveScene, FewLeaveTheirBoxesAfterARefusal) {
   Zeroing memory;
   Options options;
@@ -344,7 +344,7 @@ TEST(LiveScene, FewLeaveTheirBoxesAfterARefusal) {
   EXPECT_GT(refused, 4u);
 }
 
-// Warm updates take nothing, and memory is so much an object and a candidate.
+// Warm updates allocate nothing; memory is bounded per object and per candidate.
 TEST(LiveScene, MemoryIsObjectsAndPairs) {
   CountingResource memory;
   {
@@ -357,7 +357,7 @@ TEST(LiveScene, MemoryIsObjectsAndPairs) {
     std::size_t warm = 0;
     for (int frame = 0; frame < 12; ++frame) {
       if (frame == 6) warm = memory.allocations();
-      // Some stay within their fat boxes, and each third time nobody does.
+      // Some objects stay within their fat boxes; in every third frame all do.
       for (Box& b : boxes) {
         const float by = frame % 3 ? 0.02f : frame % 2 ? 0.4f : -0.4f;
         b.lower.y += by, b.upper.y += by;
@@ -372,7 +372,8 @@ TEST(LiveScene, MemoryIsObjectsAndPairs) {
   EXPECT_EQ(memory.held(), 0u);
 }
 
-// A copy goes its own way; rolled back, the same calls tell the same, slots and ids included.
+// A copy is independent. After a rollback the same calls give the same results, slots and ids
+// included.
 TEST(LiveScene, SnapshotAndRollback) {
   Options options;
   options.algorithm = Algorithm::grid;
@@ -383,7 +384,7 @@ TEST(LiveScene, SnapshotAndRollback) {
   ASSERT_TRUE(actor.update());
   ASSERT_TRUE(actor.remove(20));
   ASSERT_TRUE(actor.update());
-  ASSERT_TRUE(actor.move(5));  // what has not been told is part of it
+  ASSERT_TRUE(actor.move(5));  // unreported changes are part of the copy
   ASSERT_TRUE(actor.remove(2));
   LiveMachine saved(Options{}, 0);
   ASSERT_TRUE(saved.copy_from(m).ok());
@@ -392,7 +393,7 @@ TEST(LiveScene, SnapshotAndRollback) {
   std::vector<Seen> first;
   for (int round = 0; round < 2; ++round) {
     for (int k = 0; k < 20; ++k) {
-      // At first so few that candidates are mended: not in the grid of what was rolled back.
+      // At first so few that candidates are repaired, but not in the grid from before the rollback.
       ASSERT_TRUE(actor.move(1 + actor.random.below(k % 3 != 2 ? 3 : 200)));
       if (k % 5 == 4) {
         ASSERT_TRUE(actor.add(3, true));

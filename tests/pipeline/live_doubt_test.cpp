@@ -1,5 +1,5 @@
-// Candidates of which fat and lean boxes leave it open whether they are pairs: no other is compared
-// while nothing leaves, and nothing that begins or ends is missed.
+// Candidates that the fat and inner boxes leave undecided: only these are compared while no object
+// leaves its fat box, and no begin or end event is missed.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST(Doubt, ABoxHoldsItsLeanOne) {
           const Box box = {{at, at, -float_max}, {at + e, at + 2 * e, float_max}};
           const Box fat = live.fat_box(box), lean = live.lean_box(fat);
           EXPECT_TRUE(LiveView::inside(live.grown(box), fat));
-          // Where floats lie about as far apart as the margin it may be rounded away.
+          // Where floats are about as coarse as the margin, the difference may be rounded away.
           if (margin == 0 || margin > 3 * std::fabs(at + 2 * e) * 0x1p-23f) {
             EXPECT_TRUE(LiveView::inside(lean, live.grown(box))) << at << ' ' << e << ' ' << margin;
           }
@@ -37,7 +37,8 @@ TEST(Doubt, ABoxHoldsItsLeanOne) {
   EXPECT_TRUE(LiveView::inside(live.lean_box(live.fat_box(all)), all));
 }
 
-// In steps of an eighth about places a quarter apart, so that faces meet all the time.
+// Boxes move in steps of an eighth around positions on multiples of a quarter, so that faces touch
+// often.
 class Crowd {
  public:
   Crowd(const Options& options, std::uint64_t seed, float fat_margin, int side)
@@ -57,7 +58,7 @@ class Crowd {
     update();
   }
 
-  // About one in so many, by up to `steps` eighths from home.
+  // Moves about one box in `one_in`, by up to `steps` eighths from its rest position.
   void jitter(unsigned one_in, int steps) {
     for (ObjectId id = 0; id < boxes_.size(); ++id) {
       if (!random_.one_in(one_in)) continue;
@@ -84,7 +85,7 @@ class Crowd {
     model_.at(id).filter = f[0];
     ASSERT_TRUE(machine_.set_filters(&id, 1, view_of(f)).ok());
   }
-  // All boxes by one call or another.
+  // Passes all boxes to one call or the other.
   void give() {
     machine_.move_at_once(random_.one_in(2));
     if (!random_.one_in(4)) {
@@ -108,7 +109,7 @@ class Crowd {
   }
 
   Ways ways;
-  std::size_t fewer = 0;  // updates that compared only some, though most moved
+  std::size_t fewer = 0;  // updates that compared only some candidates, though most objects moved
 
  private:
   static constexpr float width = 1.625f;
@@ -129,7 +130,7 @@ TEST(Doubt, NothingIsMissed) {
     Crowd crowd(options, seed, 0.125f, 6);
     for (int step = 0; step < 160; ++step) {
       if (step % 40 == 0)
-        crowd.jitter(1, 0);  // home: fat boxes are made about there
+        crowd.jitter(1, 0);  // rest position: fat boxes are made around it
       else
         crowd.jitter(step % 5 ? 1 : 20, step % 40 < 36 ? 1 : 3);
       if (step % 40 == 12) crowd.set(crowd.some(), {{0, 0, 0}, {1, nan, 1}});
@@ -146,7 +147,8 @@ TEST(Doubt, NothingIsMissed) {
   }
 }
 
-// A box that shrinks in its fat box, or is gone for a while, and others that move meanwhile.
+// A box that shrinks within its fat box, or is inactive for a while, and others that move
+// meanwhile.
 TEST(Doubt, WhoShrinksOrGoesIsInNoSurePair) {
   for (const int how : {0, 1, 2}) {
     LiveMachine m({}, 0.25f);
@@ -178,7 +180,7 @@ TEST(Doubt, WhoShrinksOrGoesIsInNoSurePair) {
     update(0, how == 2 ? 0 : 1);
     move_the_other();
     if (how == 2) {
-      boxes[1].upper.x = 3.5f;  // it shrinks away from what is left of the other
+      boxes[1].upper.x = 3.5f;  // it shrinks away from the rest of the other
       update(0, 1);
       boxes[1].upper.x = 6;
     }

@@ -1,5 +1,6 @@
-// The scene of a device, run by threads of the host, with the calls of a throng::BroadPhase. Behind
-// it are templates, which are made once, in live_machine.cpp, and not by each test.
+// The persistent objects of a device, emulated by host threads, with the interface of
+// throng::BroadPhase. The templates behind it are instantiated once, in live_machine.cpp, not per
+// test.
 #pragma once
 
 #include <memory>
@@ -19,13 +20,13 @@ class LiveMachine {
   Result add(const Boxes& boxes, ObjectId* ids);
   Result remove(const ObjectId* ids, std::size_t count);
   Result move(const ObjectId* ids, const Boxes& boxes);
-  // A call of its own, or together with the next update.
+  // Calls move_all() at once, or passes the boxes to the next update.
   Result move_all(const Boxes& boxes);
   Result set_filters(const ObjectId* ids, std::size_t count, const Filters& filters);
   Result shift_origin(const Vec3& by);
   Result update();
   Result copy_from(const LiveMachine& other);
-  // A test is no device's to call.
+  // A SweepTest callback cannot run on a device.
   Result find_overlaps(const Boxes& boxes);
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which, const Filters& filters,
                    const SweepTest& = {});
@@ -44,8 +45,7 @@ class LiveMachine {
   std::uint64_t pair_count() const;
   std::uint64_t slot_limit() const;
 
-  // What it took: pairs of fat boxes, bytes in all and for questions, what was put on the device
-  // and how often that was waited for.
+  // Costs: number of candidates, bytes in all and for queries, launches and synchronizations.
   std::uint64_t candidate_count() const;
   std::size_t held() const;
   std::size_t questions_held() const;

@@ -1,4 +1,4 @@
-// Whether any object has another box than before: what one thread looks at, one after another.
+// Whether any object has a new box: the per-thread comparisons, in sequence.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -13,7 +13,7 @@ struct Objects {
   explicit Objects(std::size_t n)
       : before(tests::uniform_boxes(n, 1)), state(n, alive_bit), room(n * sizeof(Box) + 32) {}
 
-  // `off`: bytes from a multiple of 16 to where the boxes that are given lie.
+  // `off`: byte offset of the new boxes from a multiple of 16.
   bool differ(const tests::BoxList& now, std::size_t off) {
     char* to = room.data();
     while (reinterpret_cast<std::uintptr_t>(to) % 16 != 0) ++to;
@@ -46,7 +46,7 @@ TEST(LookForMoves, EveryCoordinateOfEveryBox) {
         float* coordinate = reinterpret_cast<float*>(&now[k / 6]) + k % 6;
         *coordinate += 0.5f;
         EXPECT_TRUE(objects.differ(now, off)) << n << ' ' << off << ' ' << k;
-        // Of one that is not alive it is of no account, whatever its neighbours share with it.
+        // An object that is not alive is ignored, even if it shares words with its neighbours.
         objects.state[k / 6] = 0;
         EXPECT_FALSE(objects.differ(now, off)) << n << ' ' << off << ' ' << k;
         objects.state[k / 6] = alive_bit;

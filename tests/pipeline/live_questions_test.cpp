@@ -1,5 +1,5 @@
-// Questions to objects that live on a device, run by the host: against a loop over all objects;
-// what they cost, and what is refused.
+// Queries of persistent objects on a device, emulated on the host: results against a loop over all
+// objects; cost; refused arguments.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ testing::AssertionResult answers(LiveActor& actor, std::size_t count, bool filte
   return answers(actor.broad_phase, actor.model, questions);
 }
 
-// Moves that no update has told yet, ids given again, filters that come late, roll-backs.
+// Moves without an update, reused ids, filters that are set late, rollbacks.
 void live(std::uint64_t seed, std::size_t objects, float side, bool filtered, bool thin = false) {
   LiveActor actor({}, seed, side, seed % 2 ? 0.7f : 0.0f);
   actor.thin = thin;
@@ -55,9 +55,9 @@ TEST(LiveQuestions, RodsAndPlates) {
     live(seed, sanitized ? 700 : 1500, 24, seed % 2, true);
 }
 
-// ---- what it costs ------------------------------------------------------------------------------
+// ---- cost ---------------------------------------------------------------------------------------
 
-// Cubes, one for each eight units of volume, and rays ten units long.
+// Cubes, one per eight units of volume, and rays ten units long.
 struct Uniform {
   explicit Uniform(int n) : boxes(uniform_boxes(n, 3)) {
     Random random(4);
@@ -88,14 +88,13 @@ TEST(LiveQuestions, LookAtLittle) {
     EXPECT_LT(static_cast<double>(overlaps.comparisons) / static_cast<double>(scene->boxes.size()),
               40);
   }
-  // However far a ray goes, it is cut where boxes are, and no finer.
+  // A ray of any length is cut only where boxes are, and no finer.
   for (Sweep& ray : many.rays) ray.by = {ray.by.x * 1e6f, ray.by.y * 1e6f, ray.by.z * 1e6f};
   const Result far = many.hits(SweepHits::first);
   EXPECT_LT(static_cast<double>(far.comparisons) / 1000, 300);
 }
 
-// A dense heap of boxes that never move. Its cells hold thousands; queries beside it look into
-// none.
+// A dense heap of static boxes. Its cells hold thousands; queries next to it must not search them.
 TEST(LiveQuestions, BesideAHeap) {
   for (const float width : {0.0f, 4.0f, 8.0f, 30.0f}) {
     Random r(5);
@@ -124,7 +123,7 @@ TEST(LiveQuestions, BesideAHeap) {
         }
       }
     }
-    // Into it, it looks at each once at most in each class.
+    // A sweep into the heap compares each box at most once per class.
     const Sweep into{{{middle, above + 9, middle}, {middle, above + 9, middle}}, {0, -100, 0}};
     const Result hits = m.find_hits(&into, 1, SweepHits::all, {});
     EXPECT_GT(hits.found, width < 30 ? 1000u : 50u);
@@ -132,7 +131,7 @@ TEST(LiveQuestions, BesideAHeap) {
   }
 }
 
-// However long a ray is, it costs what lies on its way through the boxes.
+// A ray costs what lies on its way through the boxes, for any length.
 TEST(LiveQuestions, RaysOfAnyLength) {
   Uniform scene(20000);
   const std::vector<Sweep> rays = scene.rays;
@@ -154,7 +153,8 @@ TEST(LiveQuestions, RaysOfAnyLength) {
   }
 }
 
-// Half of the boxes here, half far away: a query here costs a few times what it does without a gap.
+// Half of the boxes here, half far away: a query costs at most a few times as much as without a
+// gap.
 TEST(LiveQuestions, TwoClustersFarApart) {
   double ray_alone = 0, overlap_alone = 0;
   for (const float gap : {0.0f, 1e2f, 1e3f, 1e4f, 1e5f, 1e6f}) {
@@ -181,7 +181,7 @@ TEST(LiveQuestions, TwoClustersFarApart) {
     if (gap == 0) ray_alone = ray, overlap_alone = overlap;
     EXPECT_LE(ray, 12 * ray_alone) << gap;
     EXPECT_LE(overlap, 4 * overlap_alone) << gap;
-    // Far beyond the other cluster: once it is known where cells are empty.
+    // Far beyond the other cluster, once the occupied blocks are known.
     for (Sweep& s : rays) s.by = {s.by.x * 2e5f, s.by.y * 2e5f, s.by.z * 2e5f};
     (void)m.find_hits(rays.data(), rays.size(), SweepHits::first, {});
     const double again = static_cast<double>(
@@ -190,8 +190,8 @@ TEST(LiveQuestions, TwoClustersFarApart) {
   }
 }
 
-// A large box between two clusters, of which no cell holds anything: it goes through all objects at
-// most once for each class, swept or not.
+// A large box between two clusters, which overlaps only empty cells: it goes through all objects at
+// most once per class, as a box or as a sweep.
 TEST(LiveQuestions, LargeBoxesInEmptySpace) {
   Random r(5);
   BoxList boxes;
@@ -216,14 +216,14 @@ TEST(LiveQuestions, TheGridIsKept) {
   (void)scene.hits(SweepHits::first);
   std::size_t puts = machine.puts(), waits = machine.waits();
   (void)scene.hits(SweepHits::first);
-  EXPECT_LE(machine.puts() - puts, 6u);  // emptied, checked, searched, told, sorted, timed
+  EXPECT_LE(machine.puts() - puts, 6u);  // zeroed, checked, searched, reported, sorted, timed
   EXPECT_EQ(machine.waits() - waits, 1u);
   std::vector<SweepHit> out(scene.rays.size());
   puts = machine.puts(), waits = machine.waits();
   (void)scene.machine.find_first_hits(scene.rays.data(), scene.rays.size(), {}, out.data());
   EXPECT_LE(machine.puts() - puts, 4u);
   EXPECT_EQ(machine.waits() - waits, 1u);
-  // One object that moves is enough to make it anew.
+  // A single object that moves invalidates the grid.
   const ObjectId id = 17;
   const Box away = cube(1000, 1000, 1000, 1);
   EXPECT_TRUE(scene.machine.move(&id, Boxes(&away, 1)).ok());
@@ -270,7 +270,7 @@ TEST(LiveQuestions, WhatIsRefused) {
   Boxes in_worlds(scene.boxes.data(), 9);
   in_worlds.filters = filters;
   refused(m.find_overlaps(in_worlds), Status::bad_filter, 4, 1);
-  // Where a NaN is allowed such a box overlaps nothing, and the others what they do.
+  // If NaNs are allowed, such a box overlaps nothing, and the others are unaffected.
   Options lax;
   lax.nan = NanPolicy::inactive;
   LiveMachine other(lax);
@@ -279,7 +279,7 @@ TEST(LiveQuestions, WhatIsRefused) {
   std::vector<bool> some(9);
   for (const Pair& p : other.overlaps()) some[p.first] = true;
   for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(some[i], i != 3 && i != 7);
-  // No objects, and no questions.
+  // No objects; no queries.
   LiveMachine empty({});
   EXPECT_TRUE(empty.find_overlaps(scene.boxes).ok());
   EXPECT_EQ(empty.find_overlaps(boxes).status, Status::nan_box);
@@ -289,7 +289,7 @@ TEST(LiveQuestions, WhatIsRefused) {
   EXPECT_TRUE(m.find_first_hits(nullptr, 0, {}, nullptr).ok());
 }
 
-// Memory that runs out at each place in turn: told, and the next question is answered.
+// Memory runs out at each allocation in turn: it is reported, and the next query succeeds.
 TEST(LiveQuestions, MemoryRunsOut) {
   const BoxList boxes = uniform_boxes(700, 5);
   FailingResource memory;
@@ -298,7 +298,7 @@ TEST(LiveQuestions, MemoryRunsOut) {
   const auto see = [&] { return m.overlaps().size() + m.hits().size(); };
   EXPECT_GE(until_it_works(memory, see, [&] { return m.find_overlaps(boxes); }), 3u);
   EXPECT_GE(m.overlaps().size(), 700u);
-  // With more to tell than there was room for.
+  // With more results than the capacity reserved.
   const Sweep all{{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}}, {}};
   const std::vector<Sweep> sweeps(20, all);
   ASSERT_TRUE(m.find_hits(sweeps.data(), 0, SweepHits::all, {}).ok());

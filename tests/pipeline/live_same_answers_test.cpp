@@ -1,5 +1,5 @@
-// Questions to objects that live on a device, run by the host: byte for byte against
-// throng::BroadPhase, of hard scenes, worlds, clusters, and what changes.
+// Queries of persistent objects on a device, emulated on the host: byte for byte against
+// throng::BroadPhase, for hard scenes, worlds, clusters and changes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace throng::tests {
 namespace {
 
-// Objects that both have, and the same questions to both.
+// The same objects and the same queries on both.
 class Both {
  public:
   explicit Both(const Boxes& boxes) {
@@ -34,10 +34,10 @@ class Both {
       EXPECT_TRUE(device.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
       EXPECT_TRUE(host.find_hits(sweeps.data(), sweeps.size(), which, filters).ok());
       EXPECT_TRUE(same_bytes(device.hits(), host.hits())) << (which == SweepHits::all);
-      EXPECT_TRUE(device.overlaps().empty());  // those of the question before
+      EXPECT_TRUE(device.overlaps().empty());  // those of the previous query
       told += host.hits().size();
     }
-    // Each at its own place; the host has them in a row.
+    // One result per sweep; the host lists only sweeps with hits.
     std::vector<SweepHit> out(sweeps.size(), SweepHit{7, 7, 7});
     const Result r = device.find_first_hits(sweeps.data(), sweeps.size(), filters, out.data());
     EXPECT_EQ(r.found, host.hits().size());
@@ -46,8 +46,8 @@ class Both {
   }
 };
 
-// Sweeps that begin at boxes of the scene and end at others, or go much further; some of them rays,
-// some along an axis.
+// Sweeps that begin at boxes of the scene and end at others, or go much further; some are rays,
+// some parallel to an axis.
 std::vector<Sweep> sweeps_among(const BoxList& boxes, std::size_t count, Random& random) {
   std::vector<Sweep> sweeps;
   for (std::size_t k = 0; k < count; ++k) {
@@ -82,8 +82,8 @@ TEST(LiveQuestions, HardScenes) {
   }
 }
 
-// Boxes that touch where a sweep begins and ends, and face to face all along: what decides is
-// whether a piece ends before its hit or after it.
+// Boxes that touch where a sweep begins and ends, and face to face everywhere: tests whether a
+// piece ends before or after its hit.
 TEST(LiveQuestions, Lattices) {
   std::uint64_t told = 0;
   for (const float pitch : {1.0f, 0.7f, 1.0f / 3}) {
@@ -111,8 +111,8 @@ TEST(LiveQuestions, Lattices) {
   EXPECT_GT(told, 300'000u);
 }
 
-// A world one cell deep, in which a region looks into more rows of cells than there are boxes, and
-// so at all boxes; of two sizes, so that some are of another class.
+// A world one cell deep, in which a region query searches more rows of cells than there are boxes,
+// and so all boxes. Two sizes, so that some are of another class.
 TEST(LiveQuestions, FlatWorld) {
   Random random(3);
   BoxList boxes;
@@ -136,13 +136,13 @@ TEST(LiveQuestions, FlatWorld) {
   both.ask(asked, sweeps);
 }
 
-// Clusters in an empty world, and a ground: where cells are empty is told once sweeps have gone
-// far, and in each grid after that.
+// Clusters in an otherwise empty world, and a ground: the bitmap of occupied blocks is built once
+// sweeps have been long, and in each later grid.
 TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   Random random(9);
   std::vector<Vec3> middles;
   for (int k = 0; k < 30; ++k) middles.push_back(random.point(0, 4000));
-  // And one by one, so that a sweep meets them at the first cell of a block, or the last.
+  // And single boxes, so that a sweep meets them at the first cell of a block, or the last.
   const auto in_a_cluster = [&] {
     if (random.one_in(3)) return cube(random.point(0, 4000), random.one_in(3) ? 40.0f : 1.0f);
     const Vec3 m = middles[random.below(30)], at = random.point(0, 9);
@@ -150,7 +150,7 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   };
   BoxList boxes = {{{0, 0, -1}, {4000, 4000, 0}}};
   for (int i = 0; i < 5000; ++i) boxes.push_back(in_a_cluster());
-  const auto sweeps = [&] {  // from one to another, and on
+  const auto sweeps = [&] {  // from one to another, and further
     std::vector<Sweep> list;
     for (int k = 0; k < 400; ++k) {
       const Vec3 from = boxes[1 + random.below(5000)].lower, to = boxes[random.below(5001)].upper;
@@ -166,7 +166,7 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   EXPECT_TRUE(both.device.find_hits(first.data(), first.size(), SweepHits::all, {}).ok());
   const std::size_t without = held();
   both.ask({}, first);
-  EXPECT_GE(held(), without + boxes.size() * 2) << "two bytes a box";
+  EXPECT_GE(held(), without + boxes.size() * 2) << "two bytes per box";
   for (int step = 0; step < 6; ++step) {
     middles[step] = random.point(0, 4000);
     for (std::size_t i = 1 + random.below(9); i < boxes.size(); i += 9) boxes[i] = in_a_cluster();
@@ -177,7 +177,8 @@ TEST(LiveQuestions, ClustersInAnEmptyWorld) {
   EXPECT_GT(both.told, 5000u);
 }
 
-// Worlds in one place: small ones, which pairs are found in one by one, and a ground of none.
+// Worlds in one place: small ones, each searched by itself when finding pairs, and a ground of all
+// worlds.
 TEST(LiveQuestions, Worlds) {
   for (const bool one_by_one : {true, false}) {
     const std::int32_t worlds = one_by_one ? 100 : 3;
@@ -200,7 +201,7 @@ TEST(LiveQuestions, Worlds) {
     both.ask(asked, sweeps, filters);
     both.ask(asked, sweeps);
     EXPECT_GT(both.told, 1000u);
-    // Others go to other worlds, and nothing else changes.
+    // Some objects change worlds, and nothing else changes.
     std::vector<ObjectId> ids;
     for (ObjectId id = 5; id < 6000; id += 3) ids.push_back(id);
     const std::vector<std::int32_t> other(ids.size(), 1);
@@ -212,7 +213,7 @@ TEST(LiveQuestions, Worlds) {
   }
 }
 
-// What has changed and is no move.
+// Changes that are not moves.
 TEST(LiveQuestions, FiltersAndOriginThatChange) {
   Random random(5);
   const BoxList boxes = uniform_boxes(3000, 6);
@@ -225,7 +226,7 @@ TEST(LiveQuestions, FiltersAndOriginThatChange) {
   Filters filters;
   filters.is_static = {fixed.data(), 300};
   both.ask(asked, sweeps, filters);
-  EXPECT_EQ(both.told, 0u);  // of two that are static
+  EXPECT_EQ(both.told, 0u);  // both static
   std::vector<ObjectId> ids;
   for (ObjectId id = 0; id < 3000; id += 2) ids.push_back(id);
   Filters now;

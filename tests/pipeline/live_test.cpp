@@ -1,5 +1,5 @@
-// Objects that live on a device, run by the host: long random lives against the model, and byte for
-// byte against throng::BroadPhase.
+// Persistent objects on a device, emulated on the host: long random call sequences against the
+// model, and byte for byte against throng::BroadPhase.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,8 @@
 namespace throng::tests {
 namespace {
 
-// Few move a little for a while, then many by far: fat boxes hold, and do not.
+// A few objects move a little for a while, then many move far: fat boxes hold at first, then do
+// not.
 void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
           float side, bool filtered, std::size_t steps, Ways* ways = nullptr) {
   LiveActor actor(options, seed, side, fat_margin);
@@ -22,7 +23,7 @@ void live(const Options& options, float fat_margin, std::uint64_t seed, std::siz
   for (std::size_t step = 0; step < steps; ++step) {
     const bool calm = step / 24 % 3 != 2;
     ASSERT_TRUE(actor.some_calls(calm, objects, filtered, false));
-    // Nothing may come between boxes that are kept back and their update.
+    // No call may come between boxes that are held back and their update.
     actor.broad_phase.move_at_once(random.one_in(2));
     if (random.one_in(2)) {
       ASSERT_TRUE(actor.move_all(calm ? 300 : 2));
@@ -40,7 +41,7 @@ TEST(LiveScene, Filtered) {
   for (std::uint64_t seed = 0; seed < seeds(4); ++seed)
     live({}, seed % 2 ? 0.0f : 1.0f, seed, 200, 8, true, 100);
 }
-// In a grid few that leave their fat boxes have their candidates mended; without worlds.
+// In a grid without worlds, candidates of a few objects that leave their fat boxes are repaired.
 TEST(LiveScene, Grid) {
   Ways ways;
   constexpr std::uint64_t lives = seeds(6);
@@ -57,7 +58,7 @@ TEST(LiveScene, Grid) {
 
 // ---- against throng::BroadPhase -----------------------------------------------------------------
 
-// Both at once; a call fails where they answer differently.
+// Runs both; a call fails if the results differ.
 class Twins {
  public:
   Twins(const Options& options, float fat_margin) : device_(options, fat_margin), host_(options) {}
@@ -194,7 +195,7 @@ TEST(LiveScene, WhatIsRefusedChangesNothing) {
   std::vector<ObjectId> many(alive.size() + 1, alive[0]);
   refused(m.remove(many.data(), many.size()), Status::bad_id, 0, many.size());
 
-  // Of all at once, by itself and together with an update; ids that are not alive do not count.
+  // Invalid boxes in move_all(), alone and with an update; ids that are not alive do not count.
   BoxList all(m.id_limit(), Box{{nan, 0, 0}, {1, 1, 1}});
   for (const ObjectId id : alive) all[id] = actor.moved(actor.model.at(id).box);
   all[alive[7]].lower.x = nan;
@@ -204,11 +205,11 @@ TEST(LiveScene, WhatIsRefusedChangesNothing) {
     if (at_once) r = m.update();
     refused(r, Status::nan_box, alive[7], 1);
   }
-  // Nothing of it has been taken.
+  // None of it has been applied.
   m.move_at_once(false);
   ASSERT_TRUE(actor.move(3));
   ASSERT_TRUE(actor.update());
-  // Where a NaN is allowed it overlaps nothing.
+  // If NaNs are allowed, such a box overlaps nothing.
   Options lax;
   lax.nan = NanPolicy::inactive;
   LiveActor other(lax, 2, 5, 0.5f);

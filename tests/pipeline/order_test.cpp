@@ -1,4 +1,4 @@
-// Pairs as keys and back, around a sort: what a device's threads do for canonical order.
+// Pairs as keys and back, before and after a sort: the per-thread work for sorted order.
 #include "pipeline/order.hpp"
 
 #include <gtest/gtest.h>
@@ -45,13 +45,13 @@ TEST(PairKeys, TheOrderOfPairsAndBack) {
     const std::uint64_t mask = ~std::uint64_t{0} >> (64 - shape.bits());
     for (const Pair& p : pairs) {
       EXPECT_EQ(shape.pair(shape.key(p)), p);
-      EXPECT_LT(shape.key(p), shape.none() & mask) << "what is past the last pair sorts behind";
+      EXPECT_LT(shape.key(p), shape.none() & mask) << "entries past the last pair sort last";
       for (const Pair& q : pairs) EXPECT_EQ(p < q, (shape.key(p) & mask) < (shape.key(q) & mask));
     }
   }
 }
 
-// As after a search with room for more, and with room for fewer.
+// As after a search with spare capacity, and with too little.
 TEST(PairKeys, SortedWhereTheyFit) {
   tests::Random random(2);
   HostDevice device(std::pmr::new_delete_resource(), HostDevice::Run{cpu::run_tasks});
@@ -71,7 +71,7 @@ TEST(PairKeys, SortedWhereTheyFit) {
       Report report;
       report.found = found;
       for (const std::size_t capacity : {found, found + 1, 3 * found + 500}) {
-        // What stands past the last pair is anything.
+        // Entries past the last pair are arbitrary.
         std::vector<Pair> there = pairs, out(capacity + 1, untouched);
         there.resize(capacity, Pair{0, 0});
         std::vector<std::uint64_t> room(HostDevice::sort_bytes(capacity) / 8 + 1);

@@ -1,4 +1,4 @@
-// Pairs in canonical order by buckets, bins and runs: what a device's threads do, phase by phase.
+// Sorting pairs by buckets, bins and runs: the per-thread work, phase by phase.
 #include "pipeline/pair_order.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ constexpr Pair untouched{77, 77};
 
 using Pairs = std::vector<Pair>;
 
-// Of different pairs; in any order.
+// Removes duplicates and shuffles.
 Pairs only_once(Pairs pairs, tests::Random& random) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
@@ -26,7 +26,7 @@ Pairs only_once(Pairs pairs, tests::Random& random) {
     std::swap(pairs[k - 1], pairs[random.below(static_cast<std::uint32_t>(k))]);
   return pairs;
 }
-// first < second, as of one set.
+// first < second, as in one set.
 Pairs any_pairs(std::uint32_t boxes, std::size_t count, tests::Random& random) {
   Pairs pairs;
   for (std::size_t k = 0; k < count; ++k) {
@@ -35,7 +35,7 @@ Pairs any_pairs(std::uint32_t boxes, std::size_t count, tests::Random& random) {
   }
   return only_once(pairs, random);
 }
-// `count` seconds from `begin` on, one in `every` of them.
+// `count` second indices from `begin` on, `every` apart.
 void add_list(Pairs& pairs, std::uint32_t first, std::uint32_t begin, std::uint32_t count,
               std::uint32_t every = 1) {
   for (std::uint32_t k = 0; k < count; ++k) pairs.push_back({first, begin + k * every});
@@ -46,7 +46,7 @@ class PairOrderTest : public testing::Test {
  protected:
   using Tested = PairOrder<Sizes>;
 
-  // Threads that are all there at once.
+  // Threads that run concurrently.
   static void share(std::uint64_t count, const std::function<void(std::uint32_t)>& body) {
     std::vector<std::thread> threads;
     for (std::uint32_t t = 0; t < 3; ++t)
@@ -56,8 +56,8 @@ class PairOrderTest : public testing::Test {
     for (std::thread& thread : threads) thread.join();
   }
 
-  // With room for `count`, of which the first are the pairs; in place or not. Tells what stands
-  // where the pairs are to go.
+  // Sorts with memory for `count` pairs, of which the first are `pairs`; in place or not. Returns
+  // the output array.
   static Pairs ordered(const Pairs& pairs, const PairKeys& keys, std::size_t count,
                        std::size_t capacity, bool in_place) {
     Report report;
@@ -72,7 +72,7 @@ class PairOrderTest : public testing::Test {
     order_pairs(order, share);
     EXPECT_TRUE(std::all_of(memory + bytes, room.data() + room.size(), [](unsigned char c) {
       return c == 0xa5;
-    })) << "written behind the room";
+    })) << "written past the end";
     there.resize(count);
     return in_place ? there : out;
   }
@@ -123,21 +123,22 @@ TYPED_TEST(PairOrderTest, TwoSets) {
   }
 }
 
-// All that there can be: buckets as full as can be.
+// All possible pairs: buckets as full as possible.
 TYPED_TEST(PairOrderTest, AllOfAFew) {
   tests::Random random(3);
   for (const std::uint32_t boxes : {2u, 15u, 16u, 60u, 160u}) {
     Pairs pairs;
     for (std::uint32_t i = 0; i < boxes; ++i) add_list(pairs, i, i + 1, boxes - i - 1);
     this->expect_ordered(only_once(pairs, random), {boxes, boxes});
-    // The same few of very many boxes: all fall into one bucket, or two.
+    // The same pairs among very many boxes: all fall into one or two buckets.
     this->expect_ordered(only_once(pairs, random), {1000000, 1000000});
     for (Pair& p : pairs) p = {p.first + 999000, p.second + 999000};
     this->expect_ordered(only_once(pairs, random), {1000000, 1000000});
   }
 }
 
-// Lists of one first of any length, dense, sparse and in clusters, alone and among other pairs.
+// Lists of one first index with any length, dense, sparse and clustered, alone and among other
+// pairs.
 TYPED_TEST(PairOrderTest, LongLists) {
   using Order = PairOrder<TypeParam>;
   constexpr std::uint32_t boxes = 1000000, run = Order::run_pairs, block = Order::block_pairs;
@@ -156,7 +157,7 @@ TYPED_TEST(PairOrderTest, LongLists) {
   }
 }
 
-// Several buckets that are too large, of different sizes, merged in as many passes.
+// Several oversized buckets of different sizes, merged in the same passes.
 TYPED_TEST(PairOrderTest, ManyClusters) {
   using Order = PairOrder<TypeParam>;
   constexpr std::uint32_t boxes = 1000000, block = Order::block_pairs;
@@ -171,7 +172,7 @@ TYPED_TEST(PairOrderTest, ManyClusters) {
   this->expect_ordered(only_once(pairs, random), {boxes, boxes});
 }
 
-// The largest number of buckets, and what is told of memory.
+// The largest number of buckets, and the memory estimate.
 TYPED_TEST(PairOrderTest, AsManyAsThereMayBe) {
   using Order = PairOrder<TypeParam>;
   const auto most_buckets = [](std::uint64_t firsts, std::uint64_t seconds) {

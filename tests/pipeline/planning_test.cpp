@@ -1,5 +1,5 @@
-// What the device's planner makes of scenes, hostile ones too: always a grid that is right, and on
-// what it is made for a good one.
+// The device's planner on ordinary and adversarial scenes: the grid is always valid, and good on
+// the scenes that it is tuned for.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -37,7 +37,7 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
   return p;
 }
 
-// Of the finest cells, where all are alike.
+// Side of the finest cells of a uniform grid.
 float finest_side(const core::ClassGrid& grid, int axis) {
   EXPECT_FALSE(grid.among_knots);
   return 1 / (grid.scale[axis] * grid.unit);
@@ -93,7 +93,7 @@ TEST(Planning, IsSoundOnHardScenes) {
   expect_sound(plan(BoxList(50, {{1, 1, 1}, {0, 0, 0}})));  // none is active
 }
 
-// Cells for points may be as small as floats allow: 2^66 of them must not pass for none.
+// Cells for points may be as small as floats allow: 2^66 cells must not overflow to zero.
 TEST(Planning, PointsFarApart) {
   tests::Random r(9);
   for (const float size : {1e-6f, 1.0f, 1e6f, 1e30f}) {
@@ -103,7 +103,7 @@ TEST(Planning, PointsFarApart) {
   }
 }
 
-// Equal cubes, as dense as in most uses: cells as large as a box, all boxes in the first class.
+// Equal cubes at a usual density: cells as large as a box, all boxes in the first class.
 TEST(Planning, EqualCubesGetCellsOfTheirSize) {
   const BoxList boxes = tests::uniform_boxes(20000, 3);
   const Planned p = plan(boxes);
@@ -117,7 +117,7 @@ TEST(Planning, EqualCubesGetCellsOfTheirSize) {
   }
 }
 
-// Clusters in an empty world: a dense table would need more cells than there is room for.
+// Clusters in an empty world: a dense table would exceed its capacity.
 TEST(Planning, SparseWorldsAreHashed) {
   BoxList boxes;
   tests::Random r(4);
@@ -139,7 +139,7 @@ TEST(Planning, OneFarBoxDoesNotStretchTheGrid) {
   for (int k = 0; k < 3; ++k) EXPECT_LE(finest_side(p.grid, k), 3.0f);
 }
 
-// Boxes that take no part tell nothing of those that do.
+// Inactive boxes do not influence the sample.
 TEST(Planning, TheSampleIsOfActiveBoxes) {
   const BoxList boxes = tests::uniform_boxes(20000, 3);
   const Planned plain = plan(boxes);
@@ -156,7 +156,7 @@ TEST(Planning, TheSampleIsOfActiveBoxes) {
   }
 }
 
-// Each class has cells twice as large up to the largest boxes of the sample, then eight times.
+// Cell sizes double from class to class up to the largest boxes of the sample, then grow eightfold.
 TEST(Planning, ClassesReachToTheLargestBoxes) {
   tests::Random r(8);
   BoxList boxes;
@@ -174,7 +174,7 @@ TEST(Planning, ClassesReachToTheLargestBoxes) {
   }
 }
 
-// The same world for all where there are none; where there are, those of the boxes.
+// One world if there are none; otherwise the number of worlds of the boxes.
 TEST(Planning, WorldsAreSeen) {
   tests::Random r(9);
   BoxList boxes;
@@ -193,7 +193,7 @@ TEST(Planning, WorldsAreSeen) {
   EXPECT_LT(many.shared->worlds, 800);
 }
 
-// By tiles where boxes are few, unless told otherwise.
+// Tiles for few boxes, unless an algorithm is given.
 TEST(Planning, FewBoxesNeedNoGrid) {
   using OnHost = Pipeline<HostDevice>;
   Input in;
@@ -241,7 +241,7 @@ TEST(Workspace, PartsDoNotOverlap) {
       end = p + size;
     }
     EXPECT_LE(end, base + bytes);
-    // What a box costs: 49 bytes, sorted 57, and a constant.
+    // The cost per box: 49 bytes, sorted 57, plus a constant.
     EXPECT_LE(bytes, std::size_t{count} * (sorted ? 57 : 49) + 100000);
   }
 }

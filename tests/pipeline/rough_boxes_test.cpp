@@ -1,5 +1,5 @@
-// What is apart as rounded boxes is apart, whatever the range; and most of what is apart is told
-// so.
+// Boxes that are disjoint when quantized are disjoint, for any range; and most disjoint boxes are
+// recognized.
 #include "pipeline/rough_boxes.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ RoughRange range_of(float low, float high) {
   return range;
 }
 
-// Next to one another, of both zeros and of what is hardly a number or none.
+// Adjacent floats, both zeros, denormals and infinities.
 std::vector<float> hard_values() {
   std::vector<float> values = {-inf,    inf,   0.0f,   -0.0f, 1e-45f,
                                -1e-45f, 1e38f, -1e38f, 3e38f, -3e38f};
@@ -57,7 +57,7 @@ TEST(RoughBoxes, OrderIsKept) {
   EXPECT_EQ(range_of(-7, 7).step(0, std::nanf("")), 0u);
 }
 
-// Every axis by itself, so that each field and guard decides once.
+// Each axis by itself, so that each field and guard decides once.
 TEST(RoughBoxes, WhatOverlapsIsNeverApart) {
   const std::vector<float> values = hard_values();
   std::vector<Box> boxes;

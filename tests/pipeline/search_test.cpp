@@ -1,4 +1,4 @@
-// The search in a grid that no planner would lay out.
+// The search in a grid that no planner would choose.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 using tests::BoxList;
 
-// 24 x 24 cells of the unit square, each a row, and one that holds all.
+// 24 x 24 cells of the unit square, each a row, and a class of one cell.
 core::ClassGrid many_rows(const core::GridLimits& limits) {
   core::ClassGrid grid;
   grid.scale[1] = grid.scale[2] = 24;
@@ -60,9 +60,9 @@ void expect_exact(const Boxes& boxes) {
   EXPECT_TRUE(tests::same_pairs(pairs, tests::reference_pairs(boxes).pairs));
 }
 
-// Large boxes of a world meet one another and, over more rows than there are boxes, small boxes of
-// all worlds: what they have found in the cells of their own world is not of the place where those
-// of all are.
+// Large boxes of one world overlap each other and, over more rows than there are boxes, small boxes
+// of all worlds. Ranges found in their own world's cells must not be tested against the target of
+// all worlds.
 TEST(GridSearch, MoreRowsThanBoxes) {
   tests::Random random(3);
   BoxList boxes;
@@ -77,7 +77,7 @@ TEST(GridSearch, MoreRowsThanBoxes) {
   Boxes view = boxes;
   view.filters.world = {worlds.data(), worlds.size()};
   expect_exact(view);
-  for (std::int32_t& world : worlds) world = 0;  // fine boxes look for the large ones
+  for (std::int32_t& world : worlds) world = 0;  // fine boxes search for the large ones
   expect_exact(view);
   expect_exact(boxes);
 }

@@ -1,4 +1,4 @@
-// What a thread tells of boxes that are wrong: how many there are, and which is the first.
+// The report of invalid boxes: their number and the first index.
 #include "pipeline/stages.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// How many boxes the pipeline compares where they lie unevenly: a bound for each box and pair,
-// whatever the scale, the gap or the range; and the pairs are those of the CPU's own search.
+// Number of comparisons for unevenly distributed boxes: a bound per box and pair for any scale, gap
+// or range; and the pairs equal those of the CPU search.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,7 +43,7 @@ void expect_few(const std::string& name, const Boxes& view, double limit) {
 Box around(Vec3 p, float half) {
   return {{p.x - half, p.y - half, p.z - half}, {p.x + half, p.y + half, p.z + half}};
 }
-// At one of every so many places by `gap` along all axes, and elsewhere by nothing.
+// One in `every` boxes is shifted by `gap` along all axes.
 BoxList clusters(int every, float gap) {
   Random r(5);
   BoxList boxes;
@@ -82,7 +82,8 @@ TEST(Uneven, CoordinatesOverDecades) {
   }
 }
 
-// Boxes as large as a hundredth of how far out they are: no axis alone parts those in the middle.
+// Boxes as large as a hundredth of their distance from the centre: no single axis separates those
+// in the middle.
 TEST(Uneven, DistancesOverDecades) {
   for (const int decades : {2, 6, 12, 20}) {
     Random r(5);
@@ -152,7 +153,7 @@ TEST(Uneven, Heaps) {
   }
 }
 
-// A heap of static boxes, and some that move, far away or just above it: no two of the heap are
+// A heap of static boxes, and some moving boxes far away or just above it: no two of the heap are
 // compared.
 TEST(Uneven, HeapOfStaticBoxes) {
   for (const float from : {0.0f, 990.0f}) {
@@ -171,8 +172,8 @@ TEST(Uneven, HeapOfStaticBoxes) {
   }
 }
 
-// What is not parted by any cells: rods of three orientations as long as the scene is wide. Bounded
-// as it is today.
+// Boxes that no cells separate: rods of three orientations as long as the scene is wide. The bound
+// is the present value.
 TEST(Uneven, LongRods) {
   Random r(7);
   BoxList boxes;
@@ -184,7 +185,7 @@ TEST(Uneven, LongRods) {
   expect_few("three orientations", boxes, 150);
 }
 
-// Boxes in one place that filters forbid to meet: each two are compared once, and no more.
+// Boxes in one place whose pairs the filters exclude: each two are compared at most once.
 TEST(Uneven, ForbiddenInOnePlace) {
   Random r(5);
   BoxList boxes;

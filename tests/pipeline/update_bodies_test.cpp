@@ -1,4 +1,4 @@
-// What a device's thread does of update_boxes, on threads of the host: the boxes, and the report.
+// The per-thread work of update_boxes, on host threads: the boxes and the report.
 #include "pipeline/update_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(UpdateBodies, TheReportCountsAndNamesTheFirst) {
     EXPECT_NE(got[7777].lower.x, got[7777].lower.x) << "a NaN";
   }
   std::vector<Box> got(scene.transforms.size());
-  UpdateBodies{job_of(scene, got), nullptr}(7777);  // nobody asks
+  UpdateBodies{job_of(scene, got), nullptr}(7777);  // no report
   EXPECT_NE(got[7777].lower.x, got[7777].lower.x);
 }
 

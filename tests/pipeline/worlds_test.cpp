@@ -1,5 +1,5 @@
-// Small worlds whose boxes stand together are searched one by one, and nothing else is: what is
-// found is the same.
+// Small worlds with contiguous boxes are searched one by one, and no others are; the pairs are the
+// same.
 #include "pipeline/worlds.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using tests::BoxList;
 struct Scene {
   BoxList boxes;
   std::vector<std::int32_t> worlds;
-  // Boxes of one world, near one another.
+  // Adds boxes of one world, near each other.
   void add(std::int32_t world, std::uint32_t count, std::uint64_t seed = 1) {
     tests::Random random(seed + static_cast<std::uint64_t>(world + 7));
     const float room = 1 + 0.02f * static_cast<float>(count);
@@ -51,7 +51,7 @@ struct Collected {
   }
 };
 
-// Built and searched in one, as a GPU has it where nothing is asked in between: the same is told.
+// Built and searched in one call, as on a GPU without a report in between: the result is the same.
 void expect_at_once(const Boxes& view, const Options& options, const tests::Answer& answer) {
   HostDevice& device = engine().device();
   const Pipeline<HostDevice> pipeline(device);
@@ -75,7 +75,7 @@ void expect_at_once(const Boxes& view, const Options& options, const tests::Answ
   EXPECT_TRUE(tests::same_pairs(out, answer.pairs));
 }
 
-// All forms of the result; tells whether each world was searched by itself.
+// All forms of the result; returns whether each world was searched by itself.
 bool expect_exact(const Boxes& view, const Options& options = {}) {
   const tests::Answer answer = tests::reference_pairs(view, options.margin);
   bool one_by_one = false;
@@ -96,14 +96,14 @@ bool expect_exact(const Boxes& view, const Options& options = {}) {
     EXPECT_TRUE(order == Order::any || out == answer.pairs);
     EXPECT_TRUE(tests::same_pairs(out, answer.pairs));
     one_by_one = std::string(r.plan.reason).find("each world") != std::string::npos;
-    // In blocks, each of the pairs of some first indices.
+    // In blocks, each with the pairs of some first indices.
     Collected taken;
     const Consumer consumer(taken);
     o.memory_cap_bytes = 1;
     Result needs;
     try {
       engine().find(view, nullptr, o, 0, nullptr, &consumer, needs);
-      ADD_FAILURE() << "a byte was enough";
+      ADD_FAILURE() << "one byte was accepted as a cap";
     } catch (const Failure& failure) {
       EXPECT_EQ(failure.status, Status::memory_cap_too_small);
       o.memory_cap_bytes = failure.bytes;
@@ -125,7 +125,7 @@ TEST(Worlds, OfAnySizeUpToTheLargest) {
   Options options;
   options.margin = 0.2f;
   EXPECT_TRUE(expect_exact(scene.view(), options));
-  // One more makes a world that needs a grid, wherever it stands.
+  // One box more makes a world that needs a grid, wherever it stands.
   scene.add(5000, 513);
   EXPECT_FALSE(expect_exact(scene.view()));
   scene.add(5001, 3);
@@ -140,7 +140,7 @@ TEST(Worlds, OneAlone) {
   EXPECT_TRUE(expect_exact(scene.view()));
 }
 
-// What is of all worlds comes first, and is not much.
+// Boxes of all worlds come first and are few.
 TEST(Worlds, BoxesOfAllOfThem) {
   for (const std::uint32_t of_all : {1u, 5u, 32u}) {
     Scene scene;
@@ -171,11 +171,11 @@ TEST(Worlds, OutOfOrder) {
   EXPECT_FALSE(expect_exact(scene.view()));
   scene.worlds.assign(scene.worlds.size(), 6);
   EXPECT_TRUE(expect_exact(scene.view()));
-  scene.worlds[60] = 5;  // in the midst of its world
+  scene.worlds[60] = 5;  // in the middle of its world
   EXPECT_FALSE(expect_exact(scene.view()));
 }
 
-// Of two sets no two of one are a pair, though their worlds follow one another.
+// In two sets no two boxes of one set are a pair, though their worlds are adjacent.
 TEST(Worlds, TwoSetsHaveAGrid) {
   Scene first, second;
   first.add(0, 40), first.add(1, 40);
@@ -235,7 +235,7 @@ TEST(Worlds, WhatTakesNoPartIsToldOnce) {
   }
 }
 
-// A world below -1 counts as -1, and is told.
+// A world below -1 counts as -1 and is reported.
 TEST(Worlds, BadOnesAreToldOnce) {
   for (const bool first : {true, false}) {
     Scene scene;

@@ -1,4 +1,4 @@
-// The library with ranges for a profiler: it answers, and all ranges that are entered are left.
+// The library with profiler ranges: results are correct, and every range that is entered is left.
 #include <cstdio>
 #include <vector>
 

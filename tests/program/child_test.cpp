@@ -1,4 +1,4 @@
-// Another program's lines come while it runs, and one that falls silent is stopped.
+// A child program's lines arrive while it runs, and one without output is stopped.
 #ifndef _WIN32
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -78,11 +78,11 @@ TEST(Child, IsStoppedWhenNoLineComes) {
   Heard heard = hear("echo one; exec sleep 60", 0.5);
   EXPECT_TRUE(heard.end.stopped);
   EXPECT_EQ(heard.lines, Lines{"one"});
-  // Words without a line's end are no line.
+  // Text without a line end is not a line.
   heard = hear("while :; do printf x; sleep 0.05; done", 0.5);
   EXPECT_TRUE(heard.end.stopped);
   EXPECT_EQ(heard.lines, Lines{});
-  // Nor is closing the output the end.
+  // Closing the output does not end the child.
   heard = hear("exec >&-; exec sleep 60", 0.5);
   EXPECT_TRUE(heard.end.stopped);
   EXPECT_LT(since(start), 30);

@@ -1,4 +1,4 @@
-// Counts and bytes as people write them, the median, and what stands beside a program.
+// Counts and bytes on the command line, the median, and sibling programs.
 #include <gtest/gtest.h>
 
 #include <cstdint>

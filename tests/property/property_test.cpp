@@ -1,6 +1,5 @@
-// Properties that hold for any boxes, on boxes that rapidcheck draws, and shrinks where one fails.
-// Coordinates come from a small pool of special values and from small whole numbers, so that many
-// faces meet.
+// Properties of arbitrary boxes, which rapidcheck draws and shrinks. Coordinates come from a small
+// pool of special values and small integers, so that many faces meet.
 #include <rapidcheck.h>
 
 #include "support/configs.hpp"
@@ -29,7 +28,7 @@ rc::Gen<Box> any_box() {
   return rc::gen::map(rc::gen::pair(corner, rc::gen::inRange(0, 12)),
                       [](const std::pair<std::vector<float>, int>& p) {
                         std::vector<float> c = p.first;
-                        for (std::size_t k = 0; k < 3; ++k)  // one in twelve stays as it came
+                        for (std::size_t k = 0; k < 3; ++k)  // one in twelve is not sorted
                           if (p.second != 0 && c[k] > c[k + 3]) std::swap(c[k], c[k + 3]);
                         return Box{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}};
                       });
@@ -63,7 +62,7 @@ void check_property(const char* what, const std::function<void()>& property) {
   EXPECT_TRUE(rc::check(what, property)) << what;
 }
 
-// The generator that fuzzers and the soak share: rapidcheck draws its bytes, and shrinks them.
+// The generator that fuzzers and soak share; rapidcheck draws and shrinks its bytes.
 TEST(Property, AnyBytesGiveTheDoubleLoopsPairs) {
   Judge judge;
   check_property("a case made of bytes has the pairs of a double loop", [&judge] {
@@ -105,7 +104,7 @@ TEST(Property, SameAsTheDoubleLoopOfTwoSets) {
 }
 
 TEST(Property, FiltersAsTheDoubleLoop) {
-  check_property("filters leave what a double loop leaves", [] {
+  check_property("filters keep the pairs that a double loop keeps", [] {
     BoxList boxes = *any_boxes();
     const std::size_t n = boxes.size();
     const auto labels = [n](int low, int high) {

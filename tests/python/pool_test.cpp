@@ -1,4 +1,5 @@
-// The Python module's threads: every task once, callers at once and nested, a caller that listens.
+// The Python module's thread pool: every task once, concurrent and nested callers, a polling
+// caller.
 #include "python/pool.hpp"
 
 #include <atomic>
@@ -44,7 +45,7 @@ TEST(Pool, CallersAtOnce) {
   for (std::thread& caller : callers) caller.join();
 }
 
-// A search that runs aside gives out tasks itself; so may all searches, more than there are
+// A search on a pool thread distributes tasks itself; so may all searches, more than there are
 // threads.
 TEST(Pool, AsideAndNested) {
   std::vector<std::thread> callers;

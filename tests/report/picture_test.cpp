@@ -1,4 +1,4 @@
-// Pictures are read back by Cairo and looked at, pixel by pixel.
+// Pictures are read back by Cairo and checked pixel by pixel.
 #include "report/picture.hpp"
 
 #include <cmath>
@@ -78,7 +78,7 @@ TEST(Picture, ValuesChangeColours) {
   const std::vector<Box> boxes = block();
   std::uint32_t middle[2];
   for (int k = 0; k < 2; ++k) {
-    // All but one box, which is out of sight below the heap, have the lowest or the highest value.
+    // All but one box, hidden below the heap, have the lowest or the highest value.
     std::vector<float> values(boxes.size(), k == 0 ? 0.0f : 10.0f);
     for (std::size_t i = 1; i < 40; ++i) values[i] = k == 0 ? 10.0f : 0.0f;
     draw_boxes("picture_values.png", boxes.data(), boxes.size(), values.data(), small());

@@ -1,4 +1,4 @@
-// What each scene is made of.
+// The contents of each scene.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ TEST(Rods, AreLongAndOfAllDirections) {
     }
   }
   for (int n : along) EXPECT_NEAR(n, 1000, 10);
-  // Even over the sphere, each |component| of the direction is even over [0, 1].
+  // If uniform over the sphere, each |component| of the direction is uniform over [0, 1].
   double mean[3] = {0, 0, 0};
   for (const Box& b : frame_of(Scene(spec_of("rods-any", 10000)), 0)) {
     const float s[3] = {b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z};
@@ -86,7 +86,7 @@ TEST(Nbody, FourConesStandUnderSpheres) {
       EXPECT_TRUE(n < 1000 || b.lower.x * b.upper.x > 0) << "cones meet in the middle";
     }
   }
-  // The cones count: among few boxes they make a share of the pairs that is felt.
+  // The cones count: among few boxes their share of the pairs is noticeable.
   double sum = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Spec spec = spec_of("nbody", 200);

@@ -1,4 +1,4 @@
-// The largest block of memory that this thread has asked for.
+// The largest block of memory that this thread has allocated.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// The operators, in a file without a test: a compiler that sees both sides of a call takes free()
-// for a mistake. All forms are here, because a sanitizer's own do not call one another.
+// The operators, in a file without a test: a compiler that sees both sides of a call reports free()
+// as a mistake. Defines all forms, because a sanitizer's own do not call one another.
 #include "largest_block.hpp"
 
 #include <algorithm>

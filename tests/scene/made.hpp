@@ -1,4 +1,4 @@
-// Scenes as tests make them, and how dense they are.
+// Scenes for tests, and their density.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline std::vector<Box> frame_of(const Scene& scene, std::size_t f) {
 
 using tests::same_bits;
 
-// Pairs a box, by a plain sweep along x in each world.
+// Pairs per box, by a plain sweep along x in each world.
 inline double pairs_a_box(const Scene& scene, std::size_t f) {
   const std::vector<Box> b = frame_of(scene, f);
   std::vector<std::uint32_t> order(b.size());

@@ -1,4 +1,4 @@
-// .npy files made by hand, byte by byte, for the tests of the reader.
+// Hand-made .npy files, byte by byte, for the tests of the reader.
 #pragma once
 
 #include <unistd.h>
@@ -35,7 +35,7 @@ inline std::string file(const std::string& descr, const std::string& shape, cons
                      data, major);
 }
 
-// Values as they lie in memory, or with the bytes of each turned round.
+// Values as in memory, or with the bytes of each reversed.
 template <class T>
 std::string raw(const std::vector<T>& values, bool turned = false) {
   std::string s;
@@ -47,7 +47,7 @@ std::string raw(const std::vector<T>& values, bool turned = false) {
   return s;
 }
 
-// A folder of one test's own, removed at the end.
+// A temporary folder per test.
 class Folder {
  public:
   Folder() {

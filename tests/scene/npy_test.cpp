@@ -1,4 +1,4 @@
-// Reading .npy: what is taken, what is refused, and how it is told.
+// Reading .npy: what is accepted, what is refused, and the messages.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -25,7 +25,7 @@ BoxFile parse(const std::string& bytes, bool outward = false) {
                      "boxes.npy", outward);
 }
 
-// What reading says; empty where nothing is said.
+// The reader's error; empty on success.
 template <class Read>
 std::string complaint(Read read) {
   try {
@@ -93,8 +93,8 @@ TEST(ReadBoxes, FortranOrder) {
       std::equal(v.begin(), v.end(), floats(parse(file("<f4", "(2, 3, 6)", raw(three), true)))));
 }
 
-// 2-D boxes, and corners in an index of their own, in either order of the numbers; all that is said
-// of them names a place of the file.
+// 2-D boxes, and corners with their own index, in C and Fortran order; all messages name a position
+// in the file.
 TEST(ReadBoxes, OtherShapes) {
   const std::vector<float> v = count_up(5 * 12);
   const auto in_fortran_order = [&](const std::vector<std::size_t>& shape) {
@@ -247,7 +247,7 @@ std::vector<Bad> bad_files() {
 
 TEST(LargestBlock, IsSeen) {
   forget_blocks();
-  // Called by name: a new-expression whose memory nobody uses may be left out.
+  // Called by name: an unused new-expression may be optimised away.
   ::operator delete(::operator new(123456));
   EXPECT_EQ(largest_block(), 123456u);
   ::operator delete(::operator new(123457, std::nothrow));
@@ -296,7 +296,8 @@ TEST(ReadBoxes, NoFileToRead) {
   EXPECT_NE(complaint([&] { read_boxes("/dev/null"); }).find("a device"), std::string::npos);
   const std::string pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_NE(complaint([&] { read_boxes(pipe); }).find("a pipe"), std::string::npos);  // no waiting
+  EXPECT_NE(complaint([&] { read_boxes(pipe); }).find("a pipe"),
+            std::string::npos);  // does not block
   EXPECT_NE(complaint([&] { read_boxes(""); }), "");
 }
 
@@ -342,7 +343,7 @@ TEST(ReadFilters, WhatDoesNotFitIsNamed) {
                   "value 9223372036854775808 at index 0"));
   EXPECT_TRUE(has(said("<i8", "(3,)", raw<std::int64_t>({0, -2147483649ll, 0}), read_i32),
                   "value -2147483649 at index 1"));
-  EXPECT_TRUE(has(said("<i4", "(3,)", i4, read_i32, 4), "shape (4,), one value a box"));
+  EXPECT_TRUE(has(said("<i4", "(3,)", i4, read_i32, 4), "shape (4,), one value per box"));
   EXPECT_TRUE(has(said("<i4", "(3, 1)", i4, read_i32), "(3, 1)"));
   EXPECT_TRUE(has(said("<i4", "()", i4.substr(0, 4), read_i32, 1), "()"));
   EXPECT_TRUE(has(said("<f4", "(3,)", i4, read_i32), "float32"));

@@ -1,4 +1,4 @@
-// Writing .npy: the bytes, and what stands on disk when it fails.
+// Writing .npy: the bytes, and the files on disk after a failure.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -24,7 +24,7 @@ std::vector<Box> some_boxes(std::size_t n) {
   return boxes;
 }
 
-// As NumPy's own np.save writes it.
+// As written by NumPy's np.save.
 std::string numpy_header(const std::string& descr, const std::string& shape) {
   std::string h = "{'descr': '" + descr + "', 'fortran_order': False, 'shape': " + shape + ", }";
   h.resize(117, ' ');

@@ -1,4 +1,4 @@
-// What is told of files before they are written.
+// Checks of output files before writing.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -38,7 +38,7 @@ TEST(Outputs, AreToldApart) {
 
 TEST(Outputs, CouldBeWritten) {
   const Folder folder;
-  refuses({{"-o", folder / "none/a"}}, {}, "which is no folder");
+  refuses({{"-o", folder / "none/a"}}, {}, "which is not a folder");
   refuses({{"-o", folder / "."}}, {}, "a directory");
   std::filesystem::create_symlink("round", folder / "round");
   refuses({{"-o", folder / "round"}}, {}, "links");
@@ -46,7 +46,7 @@ TEST(Outputs, CouldBeWritten) {
   refuses({{"-o", folder / "file/a"}}, {}, "");
 }
 
-// To open a pipe would wait for whoever reads it.
+// Opening a pipe would wait for its reader.
 TEST(Outputs, APipeIsLeftAlone) {
   const Folder folder;
   const std::string pipe = folder / "pipe";

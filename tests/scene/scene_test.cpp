@@ -1,4 +1,4 @@
-// Scenes: the same bits everywhere, the densities that are told, motion that keeps them.
+// Scenes: the same bits everywhere, the documented densities, motion that keeps them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,8 +30,8 @@ struct Golden {
   std::uint64_t first, later;  // frames 0 and 60 of 1000 boxes, seed 1
 };
 
-// Made once, the same with g++ 12 and clang 14 at -O0 and at -O3 with all of the machine's
-// instructions. Another number here is another scene, under the same name, in every benchmark.
+// Recorded once; the same with g++ 12 and clang 14 at -O0 and at -O3 with all of the machine's
+// instructions. A different number changes a scene under its name, in every benchmark.
 constexpr Golden kGolden[] = {
     {"uniform", 0xbdee8de04f2fa5e2, 0x00a47fa729120f13},
     {"pile", 0x52767be58f690b97, 0xa8fd376978e0f85b},

@@ -1,4 +1,4 @@
-// throng-simulate as a user meets it, and through `throng simulate`.
+// throng-simulate as users run it, and through `throng simulate`.
 #include <string>
 #include <vector>
 
@@ -24,7 +24,7 @@ TEST_F(Simulate, tells_what_it_measured) {
   EXPECT_EQ(j["broadphase"], "throng");
   EXPECT_GT(j["broad_phase_ms"], 0.0);
   EXPECT_GT(j["step_ms"], j["broad_phase_ms"]);
-  EXPECT_GT(j["pairs"], 200);  // all meet the plane
+  EXPECT_GT(j["pairs"], 200);  // all overlap the plane
   EXPECT_GT(j["contacts"], 0);
   EXPECT_GE(j["deepest_penetration"], 0.0);
   EXPECT_GT(j["compared_pairs"], 150 * 200);
@@ -36,7 +36,7 @@ TEST_F(Simulate, every_broad_phase_and_a_table) {
   for (const char* phase : {"throng", "dbvt", "axis-sweep"}) {
     const Said said = run({"column", "--objects", "100", "--steps", "20", "--broadphase", phase});
     EXPECT_EQ(said.status, 0) << said.err;
-    EXPECT_EQ(said.err, "");  // no terminal, no progress
+    EXPECT_EQ(said.err, "");  // no progress without a terminal
     for (const char* word : {"median ms", "broad phase", "points of contact", phase})
       EXPECT_NE(said.out.find(word), std::string::npos) << word << "\n" << said.out;
   }
@@ -53,7 +53,7 @@ TEST_F(Simulate, records_and_draws) {
   const scene::BoxFile file = scene::read_boxes(at("boxes.npy"));
   EXPECT_EQ(file.frames, 12u);
   EXPECT_EQ(file.count, 150u);
-  // The last frame's overlaps, and with the plane, which is not recorded, those of the cache.
+  // The last frame's overlaps plus those with the plane, which is not recorded, are the cache's.
   EXPECT_EQ(find_pairs(Boxes(file.frame(11), file.count)).size() + 150, j["pairs"]);
   EXPECT_LT(file.frame(11)[149].lower.z, file.frame(0)[149].lower.z);  // it fell
   EXPECT_EQ(slurp(at("last.png")).substr(1, 3), "PNG");
@@ -70,8 +70,8 @@ TEST_F(Simulate, bad_input) {
   for (const char* steps : {"0", "-1", "x"}) refuses({"pile", "--steps", steps}, {"--steps"});
   refuses({"pile", "--threads", "-1"}, {"--threads: found '-1', wanted 0 to 4294967295"});
   refuses({"pile", "--seed", "-1"}, {"--seed: found '-1', wanted 0 to 18446744073709551615"});
-  refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "which is no folder"});
-  refuses({"pile", "--picture", at("none/last.png")}, {"none", "which is no folder"});
+  refuses({"pile", "--record", at("none/boxes.npy")}, {"none", "which is not a folder"});
+  refuses({"pile", "--picture", at("none/last.png")}, {"none", "which is not a folder"});
   refuses({"pile", "--record", at("one"), "--picture", at("one")},
           {"one file for both --record and --picture"});
   refuses({"pile", "rain"}, {"rain"});

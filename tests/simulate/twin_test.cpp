@@ -1,5 +1,5 @@
-// In one simulation two broad phases are given the same boxes in each step, and must tell the same
-// overlaps: whichever of the two it is that moves the objects.
+// Two broad phases get the same boxes in each step of one simulation and must report the same
+// overlaps, whichever of them drives the simulation.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -51,7 +51,7 @@ TEST_P(Twins, tell_the_same_in_every_step) {
     const Comparison& c = world.comparison();
     ASSERT_EQ(c.missing, 0u) << "step " << s;
     ASSERT_EQ(c.extra, 0u) << "step " << s;
-    // The boxes that are told are those that were compared; the plane meets every object.
+    // The reported boxes are those that were compared; the plane overlaps every object.
     ASSERT_EQ(find_pairs(world.boxes()).size() + spec.objects, c.pairs) << "step " << s;
     pairs += c.pairs;
   }

@@ -1,6 +1,6 @@
-// throng-soak: random scenes and operations, each held against a plain method, for as long as one
-// likes. Says how many boxes and pairs were compared; stops at the first difference, makes its case
-// small, and leaves it as a test ready to compile, boxes as .npy and the bytes it came from.
+// throng-soak: random scenes and operations, each compared with a reference, for a given time.
+// Prints how many boxes and pairs were compared. Stops at the first difference, minimises its case
+// and writes it as a test ready to compile, boxes as .npy and its input bytes.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -23,14 +23,14 @@ using Clock = std::chrono::steady_clock;
 struct Wanted {
   double seconds = 3600;
   std::uint64_t boxes = ~std::uint64_t{0}, rounds = ~std::uint64_t{0}, seed = 1;
-  bool emulated = false;  // what a GPU runs alone
-  bool many = false;      // scenes of up to 30,000 boxes alone: many columns, wide boxes
-  bool twice = false;     // the same rounds again, after which no more memory may be held
+  bool emulated = false;  // only the emulated device
+  bool many = false;      // only scenes of up to 30,000 boxes: many columns, wide boxes
+  bool twice = false;     // repeats the same rounds, which must not hold more memory
   double tell_seconds = 60;
   std::string folder = ".", minimise;
 };
 
-// Resident memory now; 0 where the system does not tell it in /proc.
+// Resident memory; 0 if /proc does not report it.
 double resident_mib() {
   std::ifstream statm("/proc/self/statm");
   double size = 0, resident = 0;
@@ -41,13 +41,13 @@ double resident_mib() {
 void save(const std::string& path, const void* data, std::size_t size) {
   std::ofstream(path, std::ios::binary)
       .write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
-  std::printf("  left %s\n", path.c_str());
+  std::printf("  wrote %s\n", path.c_str());
 }
 
-// How large a case may get: the bytes say the rest. Small ones mostly: the double loop is dear.
+// Maximum sizes of cases. Mostly small ones, as the double loop is expensive.
 constexpr std::size_t tiny = 300, small = 4000, medium = 8000, large = 30000;
 
-// Whether a configuration gives something else than the double loop, in any form of search.
+// Whether a configuration differs from the double loop in any form of search.
 bool differs(Judge& judge, const Case& c, std::size_t config) {
   try {
     judge.begin(c);
@@ -58,12 +58,12 @@ bool differs(Judge& judge, const Case& c, std::size_t config) {
   return false;
 }
 
-// The failing case made small, and left as files.
+// Minimises the failing case and writes files.
 void tell_case(const std::string& folder, const Case& found, std::size_t config) {
   Judge judge;
   const auto fails = [&](const Case& c) { return differs(judge, c, config); };
   if (!fails(found)) {
-    std::printf("  it does not fail again with Finders that are fresh: they carry it\n");
+    std::printf("  not reproducible with new Finders: the failure depends on their state\n");
     return;
   }
   const Case c = minimise_case(found, fails);
@@ -73,7 +73,7 @@ void tell_case(const std::string& folder, const Case& found, std::size_t config)
   const auto write = [&](const std::string& name, const Set& set) {
     const std::string path = folder + "/difference_" + name + ".npy";
     scene::write_boxes(path, set.boxes.data(), 1, set.size());
-    std::printf("  left %s: throng check %s\n", path.c_str(), path.c_str());
+    std::printf("  wrote %s: throng check %s\n", path.c_str(), path.c_str());
   };
   write("a", c.a);
   if (c.two_sets) write("b", c.b);
@@ -91,7 +91,7 @@ class Soak {
       if (!round()) return 1;
       ++rounds_;
       judge_.drop_large();
-      // All sizes have been met by then, and the workspaces are as large as they get.
+      // By then all sizes have occurred, and the workspaces have reached their maximum.
       if (!wanted_.twice && warm_mib == 0 && seconds() > wanted_.seconds / 5 &&
           rounds_ > warm_rounds)
         warm_mib = resident_mib();
@@ -113,24 +113,25 @@ class Soak {
   }
 
  private:
-  // So many rounds meet all sizes.
+  // Enough rounds for all sizes to occur.
   static constexpr std::uint64_t warm_rounds = 2000;
 
-  // `warm_mib`: resident memory when the workspaces were as large as they get; 0: never seen.
+  // `warm_mib`: resident memory when the workspaces had reached their maximum; 0: unknown.
   bool is_memory_flat(double warm_mib) const {
     if (sanitized) {
-      std::printf("resident memory was not judged: the sanitizer keeps what is freed\n");
+      std::printf("resident memory was not checked: the sanitizer keeps freed memory\n");
       return true;
     }
     if (warm_mib == 0) {
       std::printf(
-          "resident memory was not judged: %llu rounds and %.0f s are too few; it takes %llu and a "
+          "resident memory was not checked: %llu rounds and %.0f s are too few; it takes %llu and "
+          "a "
           "fifth of --seconds, or --twice 1\n",
           number(rounds_), seconds(), number(warm_rounds));
       return true;
     }
     const double end_mib = resident_mib();
-    // The same rounds again need what they needed; others, now and then a little more.
+    // Repeated rounds need the same memory; new ones sometimes a little more.
     const double most_mib = wanted_.twice ? 1.05 * warm_mib + 8 : 1.25 * warm_mib + 48;
     std::printf("resident memory: %.0f MiB after %s, %.0f MiB at the end, at most %.0f\n", warm_mib,
                 wanted_.twice ? "the first half" : "a fifth of the time", end_mib, most_mib);
@@ -142,7 +143,7 @@ class Soak {
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   std::uint64_t total_boxes() const { return judge_.tally.boxes + lives_.boxes; }
 
-  // In every 80 rounds one life; in some thousands a large scene.
+  // One sequence of calls in 80 rounds; a large scene in some thousands.
   bool round() {
     const std::uint32_t kind = random_.below(4000);
     if (wanted_.many) return scene(large);
@@ -172,7 +173,7 @@ class Soak {
         return false;
       });
       save(wanted_.folder + "/difference_broad_phase", least.data(), least.size());
-      std::printf("  put it into tests/fuzz/corpus/broad_phase, and the tests run it\n");
+      std::printf("  copy it to tests/fuzz/corpus/broad_phase, and the tests run it\n");
       return false;
     }
   }
@@ -181,20 +182,20 @@ class Soak {
     // Enough bytes for all boxes, or too few.
     std::vector<std::uint8_t> bytes = random_bytes(
         random_, random_.one_in(3) ? 40 + random_.below(200) : 40 + random_.below(6000));
-    // Most of the larger scenes are of the usual kind, which costs least to search and to compare.
+    // Most of the larger scenes are scattered boxes, the cheapest to search and compare.
     if (most == small && !random_.one_in(4)) bytes[0] = scattered_shape;
     Bytes stream(bytes);
     const Case c = make_case(stream, most);
     judge_.begin(c);
-    // Tens of thousands of boxes in one place would take minutes, and gigabytes for each copy.
+    // Tens of thousands of boxes in one place would take minutes, and gigabytes per copy.
     constexpr std::size_t most_pairs = std::size_t{1} << 25;
     if (judge_.truth().pairs().size() > most_pairs) return true;
     if (rounds_ % 64 == 0) {
       ++judge_.tally.looked_close;
       if (has_close_pair(c)) ++judge_.tally.close_cases;
     }
-    // Plain searches of the CPU on one thread cost some 0.05 us a box; starting threads, and what a
-    // GPU runs, many times as much where boxes are few. Many pairs take time to compare.
+    // CPU searches on one thread cost some 0.05 us per box; starting threads, and the emulated
+    // device, cost many times as much for few boxes. Many pairs take time to compare.
     const std::size_t crowd = judge_.truth().pairs().size() / (c.size() + 1);
     const std::uint32_t searches = most == tiny ? 20 : crowd > 8 ? 6 : crowd > 1 ? 20 : 192;
     for (std::uint32_t k = 0; k < searches; ++k) {
@@ -212,12 +213,12 @@ class Soak {
     return true;
   }
 
-  // Whether to take a configuration that was drawn: what is slow comes less often.
+  // Whether to run a drawn configuration: slow ones run less often.
   bool worth_it(const Config& how, std::size_t boxes, std::size_t most) {
     if (wanted_.emulated) return how.backend == Backend::emulated && how.threads == 1;
     const bool dear = how.threads != 1 || how.backend != Backend::cpu;
     if (dear && most != large && !random_.one_in(16)) return false;
-    // One comparison at a time, and brute force over many boxes.
+    // The scalar kernels, and brute force over many boxes.
     const bool slow = boxes > 100 && (how.isa == Isa::scalar ||
                                       (how.algorithm == Algorithm::all_pairs && boxes > 2000));
     return !slow || random_.one_in(40);
@@ -229,7 +230,7 @@ class Soak {
     std::printf(
         "%7.0f s  seed %llu  %llu rounds  %llu boxes and %llu pairs compared: %llu searches of "
         "%llu "
-        "scenes, %llu updates, %llu questions; %.0f %% of the scenes touch within 2 ulp; %.0f "
+        "scenes, %llu updates, %llu queries; %.0f %% of the scenes touch within 2 ulp; %.0f "
         "MiB\n",
         seconds(), number(wanted_.seed), number(rounds_), number(total_boxes()),
         number(t.pairs + lives_.pairs), number(t.searches), number(t.cases), number(lives_.updates),
@@ -248,7 +249,7 @@ class Soak {
   Clock::time_point start_, last_told_;
 };
 
-// An input on which the fuzz target find_pairs fails, as a test; see there.
+// Converts an input on which the fuzz target find_pairs fails into a test.
 int minimise(const Wanted& wanted) {
   std::ifstream file(wanted.minimise, std::ios::binary);
   const std::vector<std::uint8_t> input{std::istreambuf_iterator<char>(file), {}};
@@ -289,7 +290,7 @@ int main(int argc, char** argv) {
       wanted.twice = std::strtoull(value, nullptr, 10) != 0;
     } else if (value && name == "--seed") {
       wanted.seed = std::strtoull(value, nullptr, 10);
-    } else if (value && name == "--tell") {
+    } else if (value && name == "--report-seconds") {
       wanted.tell_seconds = std::strtod(value, nullptr);
     } else if (value && name == "--minimise") {
       wanted.minimise = value;
@@ -297,10 +298,10 @@ int main(int argc, char** argv) {
       wanted.folder = value;
     } else {
       std::printf(
-          "throng-soak: '%s' is unknown or lacks its value; there are: --seconds S (3600), --boxes "
-          "N and --rounds N (stop there), --seed N (1), --emulated 1 (what a GPU runs), --many 1 "
-          "(scenes of up to 30,000), --twice 1 (the same rounds again, and no more memory held), "
-          "--tell SECONDS (60), --folder WHERE (.; empty: nothing is left), --minimise INPUT (of "
+          "throng-soak: '%s' is unknown or has no value; options: --seconds S (3600), --boxes "
+          "N and --rounds N (stop there), --seed N (1), --emulated 1 (emulated device), --many 1 "
+          "(scenes of up to 30,000), --twice 1 (repeat the rounds, check memory), "
+          "--report-seconds S (60), --folder WHERE (.; empty: write nothing), --minimise INPUT (of "
           "the fuzz "
           "target find_pairs)\n",
           argv[i]);

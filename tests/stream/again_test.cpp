@@ -1,5 +1,5 @@
-// A search that fails when it has told some pairs, and is made again, whole or in halves: each pair
-// is there once, wherever pairs go.
+// A search that fails after it has reported some pairs, and is repeated, whole or in halves: each
+// pair is written once, for every kind of output.
 #include "stream/files.hpp"
 
 #include <atomic>
@@ -16,10 +16,10 @@ namespace {
 
 constexpr std::size_t kib = 1024;
 
-// The library's search, but that some fail for want of memory when pairs are out.
+// The library's search, except that some calls fail for lack of memory after some pairs.
 struct Faults {
-  std::size_t from_rows = 0;  // of so many boxes or more
-  std::uint64_t after = 0;    // so many pairs, or more: blocks are not cut
+  std::size_t from_rows = 0;  // from this many boxes on
+  std::uint64_t after = 0;    // at least this many pairs: blocks are not split
   std::uint64_t one_of = 1;   // and not all of them
 
   std::uint64_t calls = 0, failed = 0, told_in_vain = 0;
@@ -46,8 +46,8 @@ struct Faults {
 
 class Again : public StreamTest {
  protected:
-  // `run_keys`: so many pairs are sorted at a time; 0: they go out in any order. Two frames, as
-  // what one leaves behind would show in the next.
+  // `run_keys`: the number of pairs sorted at a time; 0: unsorted output. Two frames, as state left
+  // by one would show in the next.
   void expect_each_once(const Set& a, const Set* b, std::size_t run_keys, bool to_file,
                         Faults& faults) const {
     stream::FileSource first(write(a, "a"), false);
@@ -97,8 +97,8 @@ class Again : public StreamTest {
     }
   }
 
-  // All ways out: counted alone, written as found, sorted in one run and in many, which are merged
-  // more than once.
+  // All outputs: count only, written as found, sorted in one run and in many, which are merged more
+  // than once.
   void expect_each_once(const Set& a, const Set* b, const Faults& faults) const {
     const struct {
       std::size_t run_keys;
@@ -127,7 +127,7 @@ TEST_F(Again, InHalves) {
   }
 }
 
-// One that failed is made again at once, by a Finder that holds nothing yet, and then succeeds.
+// A failed search is repeated at once, by an empty Finder, and then succeeds.
 TEST_F(Again, AsAWhole) {
   for (const std::uint64_t one_of : {2, 3}) {
     Faults faults;
@@ -145,7 +145,7 @@ TEST_F(Again, OfTwoSets) {
   expect_each_once(a, &b, faults);
 }
 
-// Wide boxes meet slabs as guests; those in one place are taken in blocks.
+// Wide boxes are compared with slabs as halo rows; those in one place are processed in blocks.
 TEST_F(Again, OfGuestsAndBlocks) {
   Faults faults;
   faults.from_rows = 1500;

@@ -1,4 +1,4 @@
-// Boxes in files, searched in slabs under a cap and in memory all at once.
+// Boxes in files, searched in slabs under a cap and in memory at once.
 #pragma once
 
 #include <stdlib.h>
@@ -25,7 +25,7 @@ namespace throng::test {
 
 namespace fs = std::filesystem;
 
-// A set of boxes with whatever filters it has.
+// A set of boxes with optional filters.
 struct Set {
   std::vector<Box> boxes;
   std::vector<std::uint32_t> group, mask;
@@ -63,7 +63,7 @@ inline Set scene_set(const std::string& name, std::size_t n, double density = 0,
   return set;
 }
 
-// A folder of its own for each test, gone afterwards; temporary files go there, too.
+// A temporary folder per test; temporary files go there, too.
 class StreamTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -108,7 +108,7 @@ class StreamTest : public ::testing::Test {
     return request;
   }
 
-  // The least cap that is taken, as the error of a smaller one names it.
+  // The smallest accepted cap, as named by the error for a smaller one.
   static std::size_t least_cap(stream::Request request) {
     request.options.memory_cap_bytes = 1;
     try {
@@ -136,7 +136,7 @@ class StreamTest : public ::testing::Test {
     return pairs;
   }
 
-  // The pairs, their number and checksum, and the inactive boxes are those of a search in memory.
+  // The pairs, their number and checksum, and the inactive boxes equal those of a search in memory.
   stream::Report expect_same(const Set& a, const Set* b = nullptr, Options options = {},
                              std::size_t more_than_least = 0) const {
     stream::Request asked = request(a, b, options);

@@ -1,4 +1,4 @@
-// A search in slabs finds what a search in memory finds, whatever the boxes and the cap.
+// A search in slabs finds the pairs of a search in memory, for all boxes and caps.
 #include "stream/files.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 
 class Stream : public StreamTest {};
 
-// A few slabs, so that both more and less fits than in the tests of the least cap.
+// A few slabs: more than one, and fewer than with the smallest cap.
 constexpr std::size_t some_more = 3 << 20;
 
 TEST_F(Stream, every_scene_under_the_least_cap_and_a_larger_one) {
@@ -51,7 +51,7 @@ TEST_F(Stream, runs_of_pairs_are_merged_more_than_once) {
 }
 
 TEST_F(Stream, everything_in_one_place) {
-  // No border parts them: they are taken in blocks. Distinct sizes, few pairs by owners.
+  // No border separates them: they are processed in blocks. Distinct sizes, few pairs by owners.
   Set set;
   for (int i = 0; i < 7000; ++i) {
     const float r = 1 + static_cast<float>(i) * 1e-3f;
@@ -63,7 +63,7 @@ TEST_F(Stream, everything_in_one_place) {
   expect_same(set);
 }
 
-// Unit cubes on a lattice: every face lies on a border's axis value, and each meets 26 others.
+// Unit cubes on a lattice: every face is on a border, and each touches 26 others.
 Set lattice(int side, std::uint32_t seed, int nudge) {
   std::mt19937 random(seed);
   const auto near = [&](float x) {
@@ -140,8 +140,8 @@ TEST_F(Stream, huge_and_infinite_boxes_and_empty_slots) {
 }
 
 TEST_F(Stream, wide_boxes_that_begin_where_others_end) {
-  // Boxes that reach the next slabs, and some that reach many more: a wide one meets those at home
-  // in slabs before its own. Only x parts them; worlds keep the pairs few.
+  // Boxes that reach the next slabs, and some that reach many more: a wide box overlaps boxes owned
+  // by slabs before its own. Only x separates them; worlds limit the pairs.
   std::mt19937 random(11);
   Set set;
   for (int i = 0; i < 20000; ++i) {
@@ -188,7 +188,7 @@ TEST_F(Stream, nan_boxes_are_refused_with_their_index_or_inactive) {
   EXPECT_FALSE(fs::exists(at("pairs.npy")));
 }
 
-// Filters of all kinds, so dealt out that each decides some pairs.
+// All kinds of filters, distributed so that each decides some pairs.
 void add_filters(Set& set, std::uint32_t seed) {
   std::mt19937 random(seed);
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
@@ -318,7 +318,7 @@ TEST_F(Stream, a_scratch_folder_that_is_none_is_named) {
   }
 }
 
-// The rule of halos, at the edge: a border that is exactly the end of a box is one that it reaches.
+// The rule of halos, at the edge: a border exactly at the end of a box is reached by it.
 TEST(Split, homes_and_last_slabs_at_borders) {
   stream::Split split;
   split.borders = {1, 2, 3};

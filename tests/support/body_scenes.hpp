@@ -1,4 +1,4 @@
-// Bodies of all sorts, in arrays that a view can show.
+// Bodies of every shape, in arrays for a Bodies view.
 #pragma once
 
 #include <cmath>
@@ -45,14 +45,14 @@ struct BodyScene {
   }
 };
 
-// Spheres, boxes, capsules, plates and convex hulls of 0 to 20 points, some of them tiny, some far.
+// Spheres, boxes, capsules, plates and convex hulls of 0 to 20 points, at very different scales.
 inline BodyScene body_scene(std::size_t count, std::uint64_t seed) {
   Random random(seed);
   BodyScene scene;
   for (int k = 0; k < 60; ++k) scene.points.push_back(random.point(-2, 2));
   for (std::uint32_t k = 0; k < 20; ++k) {
     const float size = k < 15 ? 1.0f : k < 18 ? 1e-30f : 1e6f;
-    // One draw a statement: the order of arguments is the compiler's.
+    // One draw per statement: the evaluation order of arguments is unspecified.
     const Vec3 half = random.point(0, size), center = random.point(-size, size);
     const float radius = random.unit() * size;
     scene.shapes.push_back(Shape::sphere(radius));

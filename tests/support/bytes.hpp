@@ -1,5 +1,5 @@
-// Bytes as a stream of choices: what a fuzzer draws, or a random generator. Whatever they say is a
-// case; when they are spent, zeros follow, so that every prefix is a case too.
+// Bytes as a stream of choices, from a fuzzer or a random generator. Any bytes are a valid case;
+// after the end zeros follow, so every prefix is valid too.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ class Bytes {
   int between(int low, int high) {
     return low + static_cast<int>(below(static_cast<std::uint32_t>(high - low + 1)));
   }
-  bool one_in(std::uint32_t n) { return below(n) == n - 1; }  // spent: no, unless n is 1
+  bool one_in(std::uint32_t n) { return below(n) == n - 1; }  // false at the end, unless n is 1
 
  private:
   const std::uint8_t* data_;
@@ -48,7 +48,7 @@ inline std::vector<std::uint8_t> random_bytes(Random& random, std::size_t count)
   return bytes;
 }
 
-// The library told something else than the plain method does; what() says what.
+// The library's result differs from the reference; what() describes how.
 struct Difference : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -85,7 +85,7 @@ Box sorted(const float (&c)[6]) {
 
 using Maker = BoxList (*)(Bytes&, std::size_t);
 
-// Six numbers a box, straight from the bytes; now and then the same box in a row along x.
+// Six numbers per box, straight from the bytes; sometimes the same box repeated along x.
 BoxList free_boxes(Bytes& bytes, std::size_t n) {
   BoxList boxes;
   std::vector<float> seen;
@@ -117,8 +117,8 @@ BoxList lattice_boxes(Bytes& bytes, std::size_t n) {
   return make_lattice(random_lattice(bytes.word(), static_cast<int>(n)));
 }
 
-// Cells of grids whose pitches are apart by powers of two: each face is a cell's edge on every
-// finer level, so boxes of all size classes touch. Moved by up to two ulps.
+// Cells of nested grids whose pitches differ by powers of two: each face is a cell boundary on
+// every finer level, so boxes of all size classes touch. Moved by up to two ulps.
 BoxList octree_boxes(Bytes& bytes, std::size_t n) {
   Random random(bytes.word());
   const int levels = 1 + bytes.between(1, 12), deepest = bytes.between(-12, 4);
@@ -126,7 +126,7 @@ BoxList octree_boxes(Bytes& bytes, std::size_t n) {
   const float side = std::ldexp(1.0f, levels + deepest);
   BoxList boxes;
   for (std::size_t i = 0; i < n; ++i) {
-    // Most are small: as many of a class as it has surface.
+    // Favours small boxes: the minimum of two draws.
     const int level = std::min(random.between(0, levels), random.between(0, levels));
     const float pitch = std::ldexp(1.0f, level + deepest);
     const int cells = 1 << std::min(levels - level, 4);
@@ -144,8 +144,8 @@ BoxList octree_boxes(Bytes& bytes, std::size_t n) {
   return boxes;
 }
 
-// Each box is set against one that is there: at a face, an edge or a corner, exactly or off by up
-// to two ulps; sizes from a half to twice, or a thousand times.
+// Each box is placed at a face, an edge or a corner of an earlier one, exactly or off by up to two
+// ulps; sizes from half to twice, or a thousand times.
 BoxList kissing_boxes(Bytes& bytes, std::size_t n) {
   Random random(bytes.word());
   const float start = bytes.one_in(3) ? random.in(-1e6f, 1e6f) : random.in(-2, 2);
@@ -184,14 +184,13 @@ BoxList kissing_boxes(Bytes& bytes, std::size_t n) {
   return boxes;
 }
 
-// What most scenes are like: boxes in a space, a plane or clumps, of one size or of many, few of
-// which meet.
+// Like most scenes: boxes in a volume, a plane or clumps, of one size or many; few overlap.
 BoxList scattered_boxes(Bytes& bytes, std::size_t n) {
   Random random(bytes.word());
   const std::uint32_t kind = bytes.next();
   const int spread = kind & 1 ? 0 : bytes.between(1, 8), flat = kind & 2 ? 2 : 3;
   const bool clumps = (kind & 12) == 12;
-  // From as close as a heap to a tenth of a pair a box.
+  // From a dense heap to a tenth of a pair per box.
   const float apart = std::ldexp(1.0f, bytes.between(-1, 1));
   const float side = apart * (flat == 3 ? std::cbrt(static_cast<float>(n)) * 0.75f
                                         : std::sqrt(static_cast<float>(n)));
@@ -213,7 +212,7 @@ BoxList scattered_boxes(Bytes& bytes, std::size_t n) {
   return boxes;
 }
 
-// One of those that the tests know by name.
+// One of the named scenes of the tests.
 BoxList known_boxes(Bytes& bytes, std::size_t n) {
   const std::uint32_t which = bytes.next();
   const std::uint64_t seed = bytes.word();
@@ -262,7 +261,7 @@ constexpr Shape shapes[] = {
 };
 constexpr std::size_t shape_count = sizeof shapes / sizeof *shapes;
 
-// One box becomes something rare.
+// Makes one box a special case.
 Box rarity(Bytes& bytes, Box box) {
   float* c = &box.lower.x;
   const std::uint32_t kind = bytes.next(), k = bytes.next() % 3;
@@ -288,7 +287,7 @@ Box rarity(Bytes& bytes, Box box) {
       c[k + 3 * (kind >> 7)] = std::numeric_limits<float>::quiet_NaN();
       break;
     default:
-      c[k] = c[k] == 0 ? -c[k] : c[k + 3];  // the other zero, or no extent
+      c[k] = c[k] == 0 ? -c[k] : c[k + 3];  // negated zero, or zero extent
       break;
   }
   return box;
@@ -303,7 +302,7 @@ Case make_case(Bytes& bytes, std::size_t most) {
   c.shape = shape.name;
   c.two_sets = flags % 4 == 1;
   c.nan = flags & 4 ? NanPolicy::refuse : NanPolicy::inactive;
-  // Mostly some filters, of two sets not always the same on both; none in one case of four.
+  // Mostly some filters, sometimes different ones on the two sets; none in a quarter of the cases.
   c.filters_a = flags & 24 ? filters & all_filters : 0;
   c.filters_b = flags & 32 ? c.filters_a : (c.filters_a ^ filters >> 5) & all_filters;
   constexpr float margins[] = {0, 0, 0, 0, 0, 0.1f, 1.0f, denormal};
@@ -323,7 +322,7 @@ Case make_case(Bytes& bytes, std::size_t most) {
     box = rarity(bytes, box);
   }
   Random random(label_seed);
-  // Sometimes all of it in several worlds at one place.
+  // Sometimes the same boxes in several worlds.
   const std::size_t copies = (options >> 6) == 3 ? worlds : 1;
   if (copies > 1) c.filters_a |= with_world, c.filters_b |= with_world;
   const std::size_t kept = std::max<std::size_t>(boxes.size() / copies, 1);

@@ -1,6 +1,7 @@
-// One generator of hard cases for fuzzers, soak and tests: bytes become boxes, filters and options.
-// Most of it aims at what random boxes never do: faces that meet exactly or within two ulps, signed
-// zeros, denormals, infinities, inverted boxes, sizes apart by powers of two, worlds in one place.
+// The generator of hard cases shared by fuzzers, soak and tests: bytes become boxes, filters and
+// options. It favours what random boxes never contain: faces that meet exactly or within two ulps,
+// signed zeros, denormals, infinities, inverted boxes, sizes that differ by powers of two, worlds
+// in one place.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace throng::tests {
 
-// Bits that say which filters hang on a view.
+// Bits for the filters that a view has.
 constexpr unsigned with_group = 1, with_mask = 2, with_owner = 4, with_world = 8, with_static = 16,
                    all_filters = 31;
 
@@ -48,13 +49,13 @@ struct Case {
   }
 };
 
-// About at most `most` boxes; `most` at least 32.
+// At most about `most` boxes; `most` must be at least 32.
 Case make_case(Bytes& bytes, std::size_t most);
-// The first byte of a case of the usual kind: scattered boxes few of which meet.
+// First byte of a case of scattered boxes with few overlaps.
 constexpr std::uint8_t scattered_shape = 9;
 
-// Whether some pair that may meet has faces within two ulps of each other, where nothing else keeps
-// the two boxes apart: a case whose answer hangs on the last bit.
+// Whether some pair has faces within two ulps of each other and is separated nowhere else, so that
+// the result depends on the last bit.
 bool has_close_pair(const Case& c);
 
 }  // namespace throng::tests

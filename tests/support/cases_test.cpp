@@ -1,4 +1,4 @@
-// The generator of hard cases does what it says, and what it is held against is right.
+// Tests of the generator of hard cases, the vectorized reference and the minimiser.
 #include "support/cases.hpp"
 
 #include <gtest/gtest.h>
@@ -44,11 +44,11 @@ TEST(Cases, CloseMeansWithinTwoSteps) {
   EXPECT_TRUE(has_close_pair(c));
   c.a.boxes[1].lower.x = nudge(1, 3);
   EXPECT_FALSE(has_close_pair(c));
-  c.a.boxes[1] = cube(1, 5, 0, 1);  // something else keeps them apart
+  c.a.boxes[1] = cube(1, 5, 0, 1);  // separated on another axis
   EXPECT_FALSE(has_close_pair(c));
 }
 
-// The loop that is laid out for speed, against the one that is not.
+// The vectorized double loop against the scalar one.
 TEST(PlainLoop, IsTheReference) {
   std::size_t pairs = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
@@ -84,7 +84,7 @@ TEST(PlainLoop, TellsEveryKindOfDifference) {
   pairs.pop_back();
   EXPECT_TRUE(wrong(pairs)) << "one is missing";
   pairs.push_back(right[0]);
-  EXPECT_TRUE(wrong(pairs)) << "one is missing, another told twice";
+  EXPECT_TRUE(wrong(pairs)) << "one is missing, another duplicated";
   pairs.back() = {right.back().second, right.back().first};
   EXPECT_TRUE(wrong(pairs)) << "the wrong way round";
   pairs.back() = {70, 71};
@@ -94,7 +94,7 @@ TEST(PlainLoop, TellsEveryKindOfDifference) {
   EXPECT_TRUE(wrong(pairs)) << "one too many";
 }
 
-// What fails is a pair that touches exactly along x: two boxes are enough, and their file says so.
+// The failing condition is a pair that touches exactly along x: two boxes must remain.
 TEST(Minimise, LeavesWhatFailsAndNoMore) {
   const auto touches = [](const Case& c) {
     for (const Box& a : c.a.boxes)

@@ -1,4 +1,4 @@
-// What the conformance suite is instantiated over: algorithm, instruction set, threads, order.
+// Parameters of the conformance suite: algorithm, instruction set, threads, order.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ struct Config {
     o.isa = isa;
     o.threads = threads;
     o.order = order;
-    o.inverted = InvertedPolicy::inactive;  // hard boxes have empty slots, for find_pairs, too
+    o.inverted = InvertedPolicy::inactive;  // hard scenes contain empty slots, for find_pairs too
     return o;
   }
   std::string name() const {
@@ -63,8 +63,8 @@ inline std::vector<Isa> supported_isas() {
   return isas;
 }
 
-// Every instruction set on one thread and on three, the widest on two and five as well. With
-// 'automatic' both ways once a thread count, as most callers use it.
+// Every instruction set on one thread and three, the widest also on two and five. `automatic` once
+// per thread count and order, as most callers use it.
 inline std::vector<Config> plain_configs() {
   std::vector<Config> configs;
   const std::vector<Isa> isas = supported_isas();
@@ -77,7 +77,7 @@ inline std::vector<Config> plain_configs() {
   for (const unsigned threads : {0u, 1u})
     for (const Order order : {Order::any, Order::canonical})
       configs.push_back({Algorithm::automatic, Isa::automatic, threads, order});
-  // What a GPU runs, on this processor.
+  // The device pipeline, emulated on the CPU.
   for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid}) {
     configs.push_back({algorithm, Isa::scalar, 1, Order::any, Backend::emulated});
     configs.push_back({algorithm, Isa::scalar, 3, Order::canonical, Backend::emulated});
@@ -85,8 +85,8 @@ inline std::vector<Config> plain_configs() {
   return configs;
 }
 
-// A sanitizer slows each down 3 to 15 times: the plain form and the widest set, and none whose code
-// another one of these runs, too.
+// Sanitizers slow tests down 3 to 15 times, so this keeps the scalar and the widest set and drops
+// configurations whose code another one runs too.
 inline std::vector<Config> watched_configs() {
   constexpr Order any = Order::any, canonical = Order::canonical;
   const Isa widest = supported_isas().back();
@@ -110,7 +110,7 @@ inline std::vector<Config> watched_configs() {
 
 inline std::vector<Config> all_configs() {
   std::vector<Config> configs = sanitized ? watched_configs() : plain_configs();
-  // And on a GPU, where there is one.
+  // And on a GPU, if there is one.
   if (cuda::available().ok())
     for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid, Algorithm::automatic})
       for (const Order order : {Order::any, Order::canonical})
@@ -118,10 +118,10 @@ inline std::vector<Config> all_configs() {
   return configs;
 }
 
-// What the conformance suite runs: of `plain_configs` half of those with an algorithm and an
-// instruction set of their own, chosen so that any two of algorithm, instruction set, threads and
-// order meet, and with an instruction set any two of the others. All with THRONG_CONFIGS=all, as
-// `scripts/check conformance` does.
+// The configurations that the conformance suite runs: half of `plain_configs` (of those with an
+// explicit algorithm and instruction set), chosen so that all pairs of values of algorithm,
+// instruction set, threads and order occur, and with each instruction set all pairs of the others.
+// All of them with THRONG_CONFIGS=all, as in `scripts/check conformance`.
 inline std::vector<Config> suite_configs() {
   std::vector<Config> configs = all_configs();
   const char* wanted = std::getenv("THRONG_CONFIGS");
@@ -136,7 +136,7 @@ inline std::vector<Config> suite_configs() {
   return configs;
 }
 
-// One of each algorithm and instruction set: for what does not depend on threads and order.
+// One per algorithm and instruction set, for tests that do not depend on threads and order.
 inline std::vector<Config> single_configs() {
   std::vector<Config> configs;
   for (const Config& config : all_configs())
@@ -148,7 +148,7 @@ inline std::string config_name(const testing::TestParamInfo<Config>& info) {
   return info.param.name();
 }
 
-// What every successful result says, whatever was asked.
+// Checks the fields of any successful result.
 inline void expect_sound(const Result& result, const Config& config, const Answer& answer,
                          std::size_t compared) {
   EXPECT_EQ(result.status, Status::ok) << result.message;
@@ -183,12 +183,12 @@ inline void expect_pairs(const Result& result, const Config& config, const Answe
                          std::vector<Pair> got, std::size_t compared) {
   expect_sound(result, config, answer, compared);
   if (config.order == Order::canonical) {
-    EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not in canonical order";
+    EXPECT_TRUE(std::is_sorted(got.begin(), got.end())) << "not sorted";
   }
   EXPECT_TRUE(same_pairs(std::move(got), answer.pairs));
 }
 
-// Finds with `config` and holds everything against the answer.
+// Finds with `config` and compares everything with the answer.
 template <class AnyBoxes>
 void expect_found(const AnyBoxes& boxes, const Config& config, const Answer& answer) {
   Finder finder(config.options());

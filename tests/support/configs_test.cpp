@@ -1,5 +1,4 @@
-// The half of the settings that the conformance suite runs: any two that meet in all of them do
-// there.
+// The half of the configurations that the conformance suite runs covers all pairs of values.
 #include <set>
 #include <tuple>
 
@@ -8,11 +7,10 @@
 namespace throng::tests {
 namespace {
 
-using Two = std::tuple<int, int, int, int>;         // which setting and its value, twice
+using Two = std::tuple<int, int, int, int>;         // (parameter, value) twice
 using Three = std::tuple<int, int, int, int, int>;  // the instruction set and two others
 
-// Of the processor's own path; the emulated device and what chooses by itself are run in all
-// settings.
+// CPU backend with an explicit algorithm; the emulated device and `automatic` are never left out.
 bool is_plain(const Config& c) {
   return c.backend == Backend::cpu && c.algorithm != Algorithm::automatic;
 }

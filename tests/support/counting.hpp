@@ -1,4 +1,4 @@
-// A memory resource that counts, and can run dry.
+// A memory resource that counts, with an optional limit.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ class CountingResource : public std::pmr::memory_resource {
   std::size_t held() const { return held_; }
   std::size_t peak() const { return peak_; }
   std::size_t allocations() const { return allocations_; }
-  // Refuse everything that would bring held() above `bytes`.
+  // Refuses requests that would raise held() above `bytes`.
   void limit(std::size_t bytes) { limit_ = bytes; }
 
  protected:

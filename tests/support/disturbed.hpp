@@ -1,4 +1,4 @@
-// A caller that has changed the floating-point state of its thread.
+// Changes the floating-point state of the calling thread.
 #pragma once
 
 #include <cfenv>
@@ -13,7 +13,7 @@ namespace throng::tests {
 constexpr unsigned flush_to_zero = 0x8000, denormals_are_zero = 0x0040, control_bits = 0xffc0;
 #endif
 
-// Sets rounding and flushing for its lifetime.
+// Sets rounding mode and flush-to-zero for its lifetime.
 class Disturbed {
  public:
   Disturbed(int rounding, bool flush) : rounding_(rounding) {

@@ -1,5 +1,5 @@
-// The exact box of a body, in 113-bit arithmetic and by another way than the library: corners and
-// points are turned one by one, by cross products instead of a matrix.
+// The exact box of a body in 113-bit arithmetic, by a method other than the library's: corners and
+// points are rotated one by one with cross products instead of a matrix.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ inline WideVec cross(const WideVec& a, const WideVec& b) {
   return {{a.k[1] * b.k[2] - a.k[2] * b.k[1], a.k[2] * b.k[0] - a.k[0] * b.k[2],
            a.k[0] * b.k[1] - a.k[1] * b.k[0]}};
 }
-// v + 2 w (q x v) + 2 q x (q x v): R v, multiplied out.
+// R v = v + 2 w (q x v) + 2 q x (q x v).
 inline WideVec turned(const Quaternion& q, const WideVec& v) {
   const WideVec axis = wide({q.x, q.y, q.z}), once = cross(axis, v), twice = cross(axis, once);
   WideVec out;
@@ -39,10 +39,10 @@ inline WideVec turned(const Quaternion& q, const WideVec& v) {
 
 struct ExactBox {
   Wide low[3], high[3];
-  Wide sum[3];  // bounds the magnitudes that are added up
+  Wide sum[3];  // bounds the magnitudes of the summands
 };
 
-// One body, all of it finite. No points: low > high.
+// One finite body. Without points: low > high.
 struct OneBody {
   Vec3 position{0, 0, 0};
   Quaternion rotation{};
@@ -65,7 +65,7 @@ inline ExactBox exact_box(const OneBody& b, const std::vector<Vec3>& points = {}
   }
   const Wide q[4] = {Wide(b.rotation.x), Wide(b.rotation.y), Wide(b.rotation.z),
                      Wide(b.rotation.w)};
-  // No entry of R, and nothing that goes into one, is larger.
+  // An upper bound of all entries of R and of the terms that form them.
   const Wide largest = 1 + 2 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   const Wide r = Wide(b.shape.radius) + Wide(b.margin);
   const WideVec p = wide(b.position), d = wide(b.displacement);
@@ -88,20 +88,20 @@ inline ExactBox exact_box(const OneBody& b, const std::vector<Vec3>& points = {}
   return exact;
 }
 
-// How many of the sides seen were the tightest float there is.
+// How many of the checked sides were the tightest float.
 struct Tightness {
   std::size_t sides = 0, tightest = 0;
 };
 
-// `given`, a lower end, is not above `low`, and at most one float below what low - 2^-45 sum rounds
-// down to. The bound proved is 2^-48 of sums that `sum` is a loose bound of. The reference itself
-// errs by 2^-110 of sum, far less than the 2^-49 that the library steps back.
+// Checks that `given`, a lower end, is not above `low`, and at most one float below the result of
+// rounding low - 2^-45 sum down. The proven bound is 2^-48 of sums that `sum` bounds loosely. The
+// reference's own error is 2^-110 of sum, far less than the library's outward step of 2^-49.
 inline void expect_lower(float given, Wide low, Wide sum, Tightness& seen) {
   const Wide own_error = sum * Wide(0x1p-108);
   ASSERT_FALSE(std::isnan(given));
   const double as_double = static_cast<double>(given);
   ASSERT_LE(Wide(as_double), low + own_error)
-      << std::hexfloat << given << " loses some of the body";
+      << std::hexfloat << given << " cuts off part of the body";
   const float above = std::nextafter(given, std::numeric_limits<float>::infinity());
   const float next = std::nextafter(above, std::numeric_limits<float>::infinity());
   ASSERT_TRUE(std::isinf(next) || Wide(static_cast<double>(next)) > low - sum * Wide(0x1p-45))

@@ -1,4 +1,4 @@
-// A memory resource that refuses one request, or that one and all after it.
+// A memory resource that fails one request, or that one and all later ones.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace throng::tests {
 class FailingResource : public CountingResource {
  public:
   static constexpr std::size_t never = static_cast<std::size_t>(-1);
-  // Of the requests from now on number `at`, from 0 on, fails; with `all_after` those that follow,
+  // Fails the request with index `at`, from 0, counted from now on; with `all_after` later ones
   // too.
   void fail(std::size_t at, bool all_after) {
     at_ = at;
@@ -39,8 +39,8 @@ class FailingResource : public CountingResource {
   bool all_after_ = false;
 };
 
-// Does `act` again and again, with one request more allowed each time, until it succeeds. What
-// see() shows stays as it was until then. Tells how often it failed.
+// Repeats `act`, allowing one more request each time, until it succeeds. Until then see() must not
+// change. Returns the number of failures.
 template <class See, class Act>
 std::size_t until_it_works(FailingResource& memory, See&& see, Act&& act) {
   const auto before = see();

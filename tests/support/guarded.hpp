@@ -1,6 +1,6 @@
-// A memory resource with a guard before and behind each block: whoever writes beyond one is found
-// by check(), and when the block is given back. What is new or given back is overwritten, so that
-// nobody lives on what was there before.
+// A memory resource with a guard before and after each block. check() and deallocation detect
+// writes outside of blocks. New and freed memory is overwritten, so that code that relies on stale
+// contents fails.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,13 +19,13 @@ class GuardedResource : public std::pmr::memory_resource {
  public:
   ~GuardedResource() override { EXPECT_TRUE(blocks_.empty()) << blocks_.size() << " blocks leak"; }
 
-  // Whether all guards of all blocks are whole.
+  // Whether all guards of all blocks are intact.
   testing::AssertionResult check() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [begin, block] : blocks_)
       if (!whole(begin, block))
         return testing::AssertionFailure()
-               << "written beyond a block of " << block.bytes << " bytes";
+               << "write outside of a block of " << block.bytes << " bytes";
     return testing::AssertionSuccess();
   }
   std::size_t allocations() const { return allocations_; }
@@ -54,13 +54,13 @@ class GuardedResource : public std::pmr::memory_resource {
     auto* const begin = static_cast<unsigned char*>(memory);
     const auto at = blocks_.find(begin);
     if (at == blocks_.end()) {
-      ADD_FAILURE() << "a block is given back that is none";
+      ADD_FAILURE() << "deallocate of an unknown block";
       return;
     }
     const Block block = at->second;
     EXPECT_EQ(block.bytes, bytes);
     EXPECT_EQ(block.alignment, alignment);
-    EXPECT_TRUE(whole(begin, block)) << "written beyond a block of " << bytes << " bytes";
+    EXPECT_TRUE(whole(begin, block)) << "write outside of a block of " << bytes << " bytes";
     blocks_.erase(at);
     std::memset(begin, gone, bytes);
     std::pmr::new_delete_resource()->deallocate(

@@ -1,5 +1,5 @@
-// Hard geometry: what breaks a broad phase that random boxes do not. Each maker gives about `n`
-// boxes for a seed; hard_scenes() names them all.
+// Geometry that breaks broad phases which pass on random boxes. Each function returns about `n`
+// boxes for a seed; hard_scenes() lists them all.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ inline BoxList identical_boxes(int n, std::uint64_t seed) {
   return BoxList(static_cast<std::size_t>(n), cube(at, r.unit()));
 }
 
-// One to three boxes over everything, at random places in the order.
+// One to three boxes over everything, at random positions in the array.
 inline BoxList huge_among_small(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes = uniform_boxes(n, seed);
@@ -79,7 +79,7 @@ inline BoxList line_of_boxes(int n, int axis, std::uint64_t seed) {
 }
 
 // A box and the 26 that meet it at a face, an edge or a corner: exactly, short of it by one ulp, or
-// beyond it by one. Groups stand apart.
+// beyond it by one. The groups are separate.
 inline BoxList faces_edges_corners(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -102,7 +102,7 @@ inline BoxList faces_edges_corners(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// At 1e7 a float is 1 apart from the next.
+// At 1e7 adjacent floats differ by 1.
 inline BoxList far_from_origin(int n, std::uint64_t seed) {
   Random r(seed);
   const int side = 3 + static_cast<int>(side_of(static_cast<float>(n) * 4));
@@ -115,7 +115,7 @@ inline BoxList far_from_origin(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// Everything below the smallest normal number, and a few boxes of ordinary size around it.
+// Coordinates below the smallest normal number, and a few boxes of ordinary size around them.
 inline BoxList denormal_boxes(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -224,7 +224,7 @@ inline BoxList with_inverted(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// Zero-size boxes on few places: pairs by equality alone.
+// Points at few places: pairs by equality alone.
 inline BoxList points(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -238,8 +238,8 @@ inline BoxList points(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// Coordinates of `levels` values only: many equal words after any quantisation, uppers on the edges
-// of any regular grid.
+// Coordinates of only `levels` values: many quantization ties, and upper ends on the edges of any
+// regular grid.
 inline BoxList snapped_boxes(int n, int levels, float unit, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -279,7 +279,7 @@ inline BoxList rods(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// Flat sheets, many in the very same plane.
+// Flat sheets, many in the same plane.
 inline BoxList sheets(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -293,7 +293,7 @@ inline BoxList sheets(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// All but two boxes in one spot; the two stretch the world.
+// All but two boxes in one spot; those two stretch the bounds.
 inline BoxList one_cell(int n, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -331,9 +331,8 @@ inline BoxList nested_boxes(int n, std::uint64_t seed) {
   return boxes;
 }
 
-// Coordinates of very many powers of two, around a centre and on both sides of it, along each axis
-// independently. Some boxes touch, or miss by one float, or begin at one zero and end at the other;
-// some are unbounded.
+// Coordinates over very many powers of two on both sides of a centre, independent per axis. Some
+// boxes touch, miss by one float, or extend from one zero to the other; some are unbounded.
 inline BoxList many_decades(int n, float centre, std::uint64_t seed) {
   Random r(seed);
   BoxList boxes;
@@ -351,7 +350,7 @@ inline BoxList many_decades(int n, float centre, std::uint64_t seed) {
       if (!(c[k] <= c[k + 3])) c[k] = c[k + 3] = centre;
     }
     Box box = {{c[0], c[1], c[2]}, {c[3], c[4], c[5]}};
-    if (r.one_in(3) && !boxes.empty()) {  // a neighbour of the box before
+    if (r.one_in(3) && !boxes.empty()) {  // a neighbour of the previous box
       const std::uint32_t k = r.below(3);
       box = boxes.back();
       (&box.lower.x)[k] = nudge((&box.upper.x)[k], r.between(-1, 1));
@@ -375,7 +374,7 @@ struct HardScene {
   BoxList boxes;
 };
 
-// `n` about 600 for a quick look, 3000 for a longer one.
+// `n`: about 600 for a short test, 3000 for a longer one.
 inline std::vector<HardScene> hard_scenes(int n) {
   std::vector<HardScene> scenes = {
       {"uniform", uniform_boxes(n, 1)},

@@ -1,2 +1,2 @@
-// The program that the precompiled headers of the tests belong to.
+// The target that owns the tests' precompiled headers.
 int main() {}

@@ -1,5 +1,4 @@
-// Takes the place of operator new, and with glibc of malloc and its kin. Linked into one program
-// only.
+// Replaces operator new and, with glibc, malloc and its variants. Link into one program only.
 #include "support/heap_count.hpp"
 
 #include <atomic>
@@ -29,7 +28,7 @@ std::size_t HeapCount::stop() {
 bool HeapCount::pause() { return on.exchange(false); }
 void HeapCount::resume(bool counting) { on = counting; }
 
-// A sanitizer has a malloc of its own; there operator new is all that is counted.
+// Sanitizers have their own malloc; there only operator new is counted.
 #if defined(__GLIBC__) && !THRONG_SANITIZED
 bool HeapCount::complete() { return true; }
 }  // namespace throng::tests
@@ -81,8 +80,7 @@ void* operator new(std::size_t bytes, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(step, (bytes + step) / step * step)) return memory;
   throw std::bad_alloc();
 }
-// What the standard says of this one; sanitizers have one of their own, whose memory free() must
-// not get.
+// Required by the standard; sanitizers have their own version, whose memory must not reach free().
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   throng::tests::count();
   return std::malloc(bytes ? bytes : 1);

@@ -7,12 +7,12 @@ namespace throng::tests {
 
 struct HeapCount {
   static void start();
-  // How many there were since start().
+  // Returns the number since start().
   static std::size_t stop();
-  // Off for a while: pause() tells what to give resume().
+  // Stops counting temporarily; pass the result of pause() to resume().
   static bool pause();
   static void resume(bool counting);
-  // True where malloc is seen too, not only operator new.
+  // True if malloc is counted too, not only operator new.
   static bool complete();
 };
 

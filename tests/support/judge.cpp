@@ -53,7 +53,7 @@ void Judge::require(bool good, const Config& config, const std::string& what) co
   if (!good) throw Difference(config.name() + ": " + what);
 }
 
-// Every field of a Result that says something of the answer, where all pairs were wanted.
+// Checks all result fields of a call that wanted all pairs.
 void Judge::check(const Result& r, const Config& config) const {
   require(r.ok(), config, r.message);
   require(r.found == truth_.pairs().size() && r.written == r.found, config,
@@ -61,7 +61,7 @@ void Judge::check(const Result& r, const Config& config) const {
               ", wrote " + std::to_string(r.written));
   require(r.inactive == truth_.inactive(), config, "inactive boxes miscounted");
   require(r.first_invalid == 0 && r.invalid_count == 0 && r.bytes_needed == 0, config,
-          "something invalid or needed in a search that succeeded");
+          "a successful search reported invalid boxes or missing memory");
   require(r.message[0] == 0, config, r.message);
 }
 
@@ -84,7 +84,8 @@ void Judge::search(const Case& c, std::size_t at, std::uint32_t choice) {
   if (refused_) {
     const Result r = find(finder, c);
     require(r.status == Status::nan_box, config, "a NaN was not refused");
-    require(r.found == 0 && r.written == 0 && finder.pairs().empty(), config, "pairs beside a NaN");
+    require(r.found == 0 && r.written == 0 && finder.pairs().empty(), config,
+            "pairs despite a NaN");
     require(r.first_invalid == nan_.first && r.invalid_count == nan_.count, config,
             std::to_string(r.invalid_count) + " boxes with a NaN, the first " +
                 std::to_string(r.first_invalid) + ", not " + std::to_string(nan_.count) + " and " +
@@ -146,7 +147,7 @@ std::string Judge::table() const {
   return out.str();
 }
 
-// Room from none to a little too much, and a guard behind it.
+// Buffer capacities from none to slightly too large, with a guard after the end.
 void Judge::buffer(const Case& c, Finder& finder, const Config& config, std::uint32_t room) {
   const std::size_t total = truth_.pairs().size();
   const std::size_t capacity = room % 4 == 0   ? total
@@ -162,19 +163,19 @@ void Judge::buffer(const Case& c, Finder& finder, const Config& config, std::uin
           std::string("status ") + to_string(r.status));
   const std::size_t written = r.ok() ? total : config.order == Order::canonical ? 0 : capacity;
   require(r.written == written, config,
-          "wrote " + std::to_string(r.written) + " with room for " + std::to_string(capacity));
+          "wrote " + std::to_string(r.written) + " with capacity " + std::to_string(capacity));
   for (std::size_t i = capacity; i < out_.size(); ++i)
     require(out_[i] == guard, config, "wrote past the end");
   if (r.ok()) {
     compare(c, config, out_.data(), r.written);
     return;
   }
-  // What was written are right pairs, each once.
+  // A partial result holds correct pairs, each once.
   out_.resize(r.written);
   std::sort(out_.begin(), out_.end());
-  require(std::adjacent_find(out_.begin(), out_.end()) == out_.end(), config, "a pair twice");
+  require(std::adjacent_find(out_.begin(), out_.end()) == out_.end(), config, "a duplicate pair");
   require(std::includes(truth_.pairs().begin(), truth_.pairs().end(), out_.begin(), out_.end()),
-          config, "wrote a pair that should not be");
+          config, "wrote an extra pair");
 }
 
 }  // namespace throng::tests

@@ -1,4 +1,4 @@
-// Holds the library's answer to a case against the double loop's, and counts what was compared.
+// Compares the library's result for a case with the double loop's, and counts comparisons.
 #pragma once
 
 #include <array>
@@ -12,8 +12,7 @@
 
 namespace throng::tests {
 
-// What was compared. A box counts once a search whose whole answer was held against the plain
-// method's; a pair likewise.
+// Counts of compared work. A box or pair counts once per search whose full result was compared.
 struct Tally {
   std::uint64_t cases = 0, searches = 0, boxes = 0, pairs = 0, close_cases = 0, looked_close = 0;
 };
@@ -23,16 +22,16 @@ class Judge {
   Judge();
 
   const std::vector<Config>& configs() const { return configs_; }
-  // The double loop over the case; the calls of search() that follow are held against it.
+  // Runs the double loop over the case; later calls of search() compare with it.
   void begin(const Case& c);
-  // One search of the case of begin() by a configuration, its form (own memory, a caller's buffer,
-  // a consumer) and room drawn by `choice`. Throws Difference.
+  // Searches the case of begin() with a configuration; `choice` selects the form (own memory,
+  // caller's buffer, consumer) and the capacity. Throws Difference.
   void search(const Case& c, std::size_t config, std::uint32_t choice);
-  // Thirty thousand boxes in one spot have 450 million pairs, which take gigabytes: gives back what
-  // a scene like that took. begin() does so, too.
+  // Frees large workspaces: thirty thousand boxes in one spot have 450 million pairs, which take
+  // gigabytes. begin() calls it too.
   void drop_large();
   const PlainLoop& truth() const { return truth_; }
-  // Searches by algorithm, instruction set, filter: a table that shows what was reached.
+  // A coverage table: searches by algorithm, instruction set and filter.
   std::string table() const;
 
   Tally tally;
@@ -44,17 +43,17 @@ class Judge {
   void compare(const Case& c, const Config& config, const Pair* got, std::size_t count);
 
   std::vector<Config> configs_;
-  std::vector<Finder> finders_;  // they come with whatever earlier cases left: it must not matter
+  std::vector<Finder> finders_;  // keep state from earlier cases; it must not matter
   std::vector<std::array<std::uint64_t, 9>> reached_;  // see table()
   std::vector<Pair> out_;
   PlainLoop truth_;
   bool refused_ = false;
   struct {
     std::uint64_t first = 0, count = 0;
-  } nan_;  // boxes with a NaN, of the first set first
+  } nan_;  // boxes with a NaN; the first set counts first
 };
 
-// In a line, for messages.
+// One line, for messages.
 std::string describe(const Case& c);
 
 }  // namespace throng::tests

@@ -1,5 +1,5 @@
-// Lattices of touching boxes: where exactness shows. Random boxes never meet face to face, so a
-// rule that is wrong only on equality loses nothing there; here nearly every pair is such a pair.
+// Lattices of touching boxes, to test exactness. Random boxes never meet face to face, so a rule
+// that is wrong only on equality passes there; here nearly every pair is such a pair.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct Lattice {
   int count[3] = {1, 1, 1};  // boxes along each axis
   float pitch[3] = {1, 1, 1};
   float origin[3] = {0, 0, 0};
-  int span = 1;   // each box covers so many steps: 1 touches, 2 and 3 overlap too
-  int nudge = 0;  // each coordinate is moved by up to so many ulps either way
+  int span = 1;   // steps that each box covers: 1 touches, 2 and 3 overlap too
+  int nudge = 0;  // each coordinate moves by up to this many ulps
   std::uint64_t seed = 1;
 
   std::string describe() const {
@@ -34,8 +34,8 @@ struct Lattice {
   }
 };
 
-// Neighbours share the very same float for their common face (unless nudged), whatever rounding
-// made of origin + i * pitch. In random order.
+// Neighbours share the same float for their common face (unless nudged), however origin + i * pitch
+// is rounded. In random order.
 inline std::vector<Box> make_lattice(const Lattice& lattice) {
   Random random(lattice.seed);
   std::vector<float> edge[3];
@@ -59,9 +59,9 @@ inline std::vector<Box> make_lattice(const Lattice& lattice) {
   return boxes;
 }
 
-// A lattice of about `target` boxes drawn from `seed`: some or all axes one to three boxes wide,
-// pitches of one size or of many, powers of two or not, at the origin, beside it, or so far away
-// that few bits are left of a pitch.
+// A lattice of about `target` boxes drawn from `seed`: some or all axes one to three boxes wide;
+// pitches equal or different, powers of two or not; at the origin, near it, or so far away that few
+// bits of a pitch remain.
 inline Lattice random_lattice(std::uint64_t seed, int target) {
   Random random(seed);
   Lattice lattice;
@@ -96,7 +96,7 @@ inline Lattice random_lattice(std::uint64_t seed, int target) {
         break;
     }
   }
-  // So many axes one to three boxes wide; the last of the others takes what room is left.
+  // Some axes are one to three boxes wide; the last of the others takes the remaining count.
   const int narrow = random.between(0, 2), first = random.between(0, 2);
   int room = target;
   for (int step = 0; step < 3; ++step) {
@@ -114,14 +114,14 @@ inline Lattice random_lattice(std::uint64_t seed, int target) {
   return lattice;
 }
 
-// Floats in order as integers, so that a difference is a number of ulps; -0 and 0 are one.
+// Floats mapped to integers in order, so that a difference is a number of ulps; -0 and 0 are equal.
 inline std::int64_t ordinal(float x) {
   std::int32_t bits;
   std::memcpy(&bits, &x, sizeof bits);
   return bits >= 0 ? bits : -static_cast<std::int64_t>(bits & 0x7fffffff);
 }
 
-// Do they meet, on some axis, face to face, within four ulps?
+// Whether they meet face to face on some axis, within four ulps.
 inline bool touching(const Box& a, const Box& b) {
   const auto near = [](float p, float q) {
     const std::int64_t d = ordinal(p) - ordinal(q);

@@ -7,8 +7,8 @@
 namespace throng::tests {
 namespace {
 
-// Takes out what can go of `count` things: halves first, then smaller pieces, down to single ones.
-// cut(begin, end) says whether it still fails without these, and keeps it so if it does.
+// Delta debugging over `count` items: removes halves first, then smaller pieces, down to single
+// items. cut(begin, end) removes these and returns true if the failure remains.
 void thin_out(std::size_t count, const std::function<bool(std::size_t, std::size_t)>& cut) {
   for (std::size_t piece = std::max<std::size_t>(count / 2, 1);; piece /= 2) {
     for (std::size_t begin = 0; begin < count;) {

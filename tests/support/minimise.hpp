@@ -1,4 +1,4 @@
-// Makes a failing input small, and a ready test case of it.
+// Minimises a failing input and writes a test case of it.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace throng::tests {
 
-// The fewest and smallest bytes found that still fail: chunks are taken out, then bytes made zero.
-// `fails` must hold for `bytes`.
+// Minimises bytes that still fail: removes chunks, then zeroes bytes. `fails` must hold for
+// `bytes`.
 std::vector<std::uint8_t> minimise_bytes(
     std::vector<std::uint8_t> bytes,
     const std::function<bool(const std::vector<std::uint8_t>&)>& fails);
 
-// The same for a case: boxes are taken out, filters and options given up, numbers made plain.
+// The same for a case: removes boxes, filters and options, and simplifies numbers.
 Case minimise_case(Case c, const std::function<bool(const Case&)>& fails);
 
-// A GoogleTest of the case by one configuration, with floats in hexadecimal: a file to compile.
+// The source of a GoogleTest of the case with one configuration; floats in hexadecimal.
 std::string as_test(const Case& c, const Config& config, const std::string& name);
 
 }  // namespace throng::tests

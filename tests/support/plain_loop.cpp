@@ -7,8 +7,8 @@
 
 namespace throng::tests {
 
-// One copy of the loop for each instruction set, chosen when the program starts. Not under
-// sanitizers, which are not ready yet when that choice runs.
+// One copy of the loop per instruction set, chosen at program start. Not under sanitizers, which
+// are not initialised when that choice runs.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \
     !THRONG_SANITIZED
 #define THRONG_PLAIN_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -16,7 +16,7 @@ namespace throng::tests {
 #define THRONG_PLAIN_CLONES
 #endif
 
-// An inactive box is all NaN: no comparison with it holds, not even against infinite bounds.
+// An inactive box is all NaN, so no comparison with it holds, not even against infinite bounds.
 void PlainLoop::Side::read(const Boxes& boxes, float margin) {
   const std::vector<Item> items = read_items(boxes, margin);
   const std::size_t n = items.size();
@@ -44,7 +44,7 @@ struct Corners {
   const float *lx, *ly, *lz, *ux, *uy, *uz;
 };
 
-// Which of the boxes from begin to end meet the one whose corners are given.
+// Marks the boxes of [begin, end) that overlap box `a`.
 THRONG_PLAIN_CLONES
 std::uint32_t meets_any(const Corners& c, const float (&a)[6], std::size_t begin, std::size_t end,
                         std::uint32_t* hit) {
@@ -102,10 +102,10 @@ std::string PlainLoop::compare(const Pair* got, std::size_t count, bool in_order
   if (in_order)
     return std::equal(got, got + count, pairs_.begin(), pairs_.end())
                ? ""
-               : "in canonical order: " +
+               : "in sorted order: " +
                      std::string(same_pairs({got, got + count}, pairs_).message());
   bool same = count == pairs_.size();
-  // As many as there should be, each one of them, none twice: then none is missing.
+  // The right number of pairs, each valid, none twice: so none is missing.
   if (same) seen_.assign(count, 0);
   for (std::size_t k = 0; same && k < count; ++k) {
     same = got[k].first < rows_;

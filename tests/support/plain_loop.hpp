@@ -1,6 +1,5 @@
-// The double loop again, laid out so that a compiler makes vectors of it: fast enough to check
-// thousands of millions of boxes. It shares nothing with the library but the door's types, and is
-// itself held against the slower one of support/reference.hpp.
+// A double loop that the compiler can vectorize: fast enough for billions of tests. It shares only
+// public types with the library, and is itself tested against support/reference.hpp.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +17,8 @@ class PlainLoop {
 
   const std::vector<Pair>& pairs() const { return pairs_; }  // sorted
   std::uint64_t inactive() const { return inactive_; }
-  // "" where `got` holds each of the pairs once and nothing else; else what is wrong. In order: it
-  // must be sorted, too.
+  // Returns "" if `got` holds each of the pairs once and nothing else (with in_order: sorted); else
+  // a description of the difference.
   std::string compare(const Pair* got, std::size_t count, bool in_order);
 
  private:
@@ -37,7 +36,7 @@ class PlainLoop {
   Side left_, right_;
   std::vector<std::uint32_t> hit_;
   std::vector<std::uint8_t> seen_;
-  std::vector<std::ptrdiff_t> begin_;  // of each first index among the pairs
+  std::vector<std::ptrdiff_t> begin_;  // per first index, into pairs_
   std::vector<Pair> pairs_;
   std::uint64_t inactive_ = 0;
   std::size_t rows_ = 0;

@@ -1,5 +1,5 @@
-// Deterministic random numbers: integers, and floats made of them by exact operations only, so that
-// a seed means the same boxes with every compiler.
+// Deterministic random numbers: integers, and floats made from them by exact operations only, so
+// that a seed gives the same boxes with every compiler.
 #pragma once
 
 #include <cmath>
@@ -18,7 +18,7 @@ class Random {
   explicit Random(std::uint64_t seed)
       : state_(seed * 0x2545f4914f6cdd1dull + 0x9e3779b97f4a7c15ull) {}
 
-  // xorshift64*; the state is never 0 for the seeds in use, and is mended if it were.
+  // xorshift64*; the state must not be 0.
   std::uint64_t next() {
     if (state_ == 0) state_ = 1;
     state_ ^= state_ >> 12;
@@ -26,7 +26,7 @@ class Random {
     state_ ^= state_ >> 27;
     return state_ * 0x2545f4914f6cdd1dull;
   }
-  // 0 .. n-1; the bias is of no matter here. n > 0.
+  // 0 .. n-1, n > 0; slightly biased.
   std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>((next() >> 33) % n); }
   int between(int low, int high) {
     return low + static_cast<int>(below(static_cast<std::uint32_t>(high - low + 1)));
@@ -51,7 +51,7 @@ inline float nudge(float x, int steps) {
   return x;
 }
 
-// The smallest whole number whose cube is at least `volume`.
+// The smallest integer whose cube is at least `volume`.
 inline float side_of(float volume) {
   float side = 1;
   while (side * side * side < volume) side += 1;

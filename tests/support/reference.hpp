@@ -1,6 +1,5 @@
-// The answer, found in the plainest way: a double loop over all pairs. It shares nothing with the
-// library but the door's types, and does even the margin differently (by the processor's directed
-// rounding).
+// The reference implementation: a double loop over all pairs. It shares only public types with the
+// library, and computes even the margin differently (by directed rounding).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@
 
 namespace throng::tests {
 
-// One box with what its filters say, read out of a view.
+// One box with its filter values, read from a view.
 template <class Real>
 struct BasicItem {
   Real lower[3], upper[3];
@@ -89,7 +88,7 @@ THRONG_UNWATCHED bool wanted(const BasicItem<Real>& a, const BasicItem<Real>& b)
   return !(a.is_static && b.is_static);
 }
 
-// The first from j on, of `count` in all, that a has to do with; `count`: none.
+// The first index from j on (of `count` in all) that pairs with a; `count` if none.
 template <class Real>
 THRONG_UNWATCHED std::uint32_t next_met(const BasicItem<Real>& a, const BasicItem<Real>* all,
                                         std::uint32_t j, std::size_t count) {
@@ -149,8 +148,8 @@ inline Answer reference_pairs(const DoubleBoxes& a, const DoubleBoxes& b, float 
   return plain_pairs(a, b, margin);
 }
 
-// For sets too large for the double loop: one sort and one sweep, along the axis that is told. No
-// filters. It is itself held against the double loop in tests/support.
+// For sets too large for the double loop: one sort and one sweep along `axis`. No filters. Tested
+// against the double loop in tests/support.
 inline Answer swept_pairs(const Boxes& boxes, int axis = 0) {
   std::vector<Item> items = read_items(boxes, 0);
   Answer answer;
@@ -180,7 +179,7 @@ inline void print_pairs(std::ostream& out, const char* what, const std::vector<P
     out << " (" << pairs[i].first << ", " << pairs[i].second << ')';
 }
 
-// Exactly the same multiset; `want` is sorted. Tells the first pairs missing, extra and told twice.
+// Compares exact multisets; `want` is sorted. Reports the first missing, extra and duplicate pairs.
 inline testing::AssertionResult same_pairs(std::vector<Pair> got, const std::vector<Pair>& want) {
   if (!std::is_sorted(got.begin(), got.end())) std::sort(got.begin(), got.end());
   if (got == want) return testing::AssertionSuccess();
@@ -200,8 +199,8 @@ inline testing::AssertionResult same_pairs(std::vector<Pair> got, const std::vec
   std::ostringstream out;
   out << got.size() << " pairs instead of " << want.size();
   print_pairs(out, "missing", missing);
-  print_pairs(out, "that should not be", extra);
-  print_pairs(out, "told twice", twice);
+  print_pairs(out, "extra", extra);
+  print_pairs(out, "duplicate", twice);
   return testing::AssertionFailure() << out.str();
 }
 

@@ -1,4 +1,4 @@
-// Boxes compared as bits: NaN's payload and the sign of zero count.
+// Compares boxes as bits: NaN payloads and signs of zeros count.
 #pragma once
 
 #include <cstring>
@@ -8,7 +8,7 @@
 
 namespace throng::tests {
 
-// Two lists of plain values, of whatever kind.
+// Compares two lists of trivial values.
 template <class List>
 bool same_bytes(const List& a, const List& b) {
   return a.size() == b.size() &&

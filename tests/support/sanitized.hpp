@@ -1,5 +1,5 @@
-// Whether a sanitizer watches this build: everything takes several times as long then, and memory,
-// threads and signals are its own to handle.
+// Whether this is a sanitizer build: everything is several times slower then, and the sanitizer
+// owns memory, threads and signals.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 #define THRONG_SANITIZED 0
 #endif
 
-// For a plain loop of a test's own: nothing is seen in it, and most of the time would go there.
+// For simple loops of the tests: a sanitizer finds nothing in them and would spend most time there.
 #if defined(__GNUC__)
 #define THRONG_UNWATCHED __attribute__((no_sanitize("address", "undefined", "thread")))
 #else
@@ -30,10 +30,10 @@
 
 namespace throng::tests {
 constexpr bool watches_threads = THRONG_WATCHES_THREADS, sanitized = THRONG_SANITIZED;
-// Why a test is skipped where threads are watched: it runs on one, and slowly.
-constexpr const char* one_thread = "one thread alone";
+// Reason to skip a test under ThreadSanitizer: it uses one thread, and is slow.
+constexpr const char* one_thread = "single-threaded test";
 
-// So many seeds of one random test; under a sanitizer, for which they go the same ways, the first
-// three: what a test varies with its seed goes by remainders by two or three.
+// Number of seeds of a random test. Three under a sanitizer, because tests vary with the seed only
+// by remainders of two or three.
 constexpr std::uint64_t seeds(std::uint64_t usual) { return sanitized && usual > 3 ? 3 : usual; }
 }  // namespace throng::tests

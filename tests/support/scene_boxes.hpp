@@ -1,4 +1,4 @@
-// One frame of a scene, with the worlds of its boxes where it has them.
+// One frame of a scene, with its boxes' worlds if it has them.
 #pragma once
 
 #include <vector>

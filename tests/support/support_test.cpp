@@ -1,4 +1,4 @@
-// The tests' own tools: the sweep that stands in for the double loop, the comparison, the scenes.
+// Tests of the test tools: the reference sweep, the comparison, the scenes.
 #include <gtest/gtest.h>
 
 #include "support/hard_boxes.hpp"
@@ -43,8 +43,8 @@ TEST(Support, ComparisonSeesEveryKindOfDifference) {
   EXPECT_FALSE(same_pairs({{1, 0}, {0, 2}, {4, 7}}, want));
   const std::string text = same_pairs({{0, 1}, {0, 1}, {9, 9}}, want).message();
   EXPECT_NE(text.find("2 missing: (0, 2) (4, 7)"), std::string::npos) << text;
-  EXPECT_NE(text.find("1 that should not be: (9, 9)"), std::string::npos) << text;
-  EXPECT_NE(text.find("1 told twice: (0, 1)"), std::string::npos) << text;
+  EXPECT_NE(text.find("1 extra: (9, 9)"), std::string::npos) << text;
+  EXPECT_NE(text.find("1 duplicate: (0, 1)"), std::string::npos) << text;
 }
 
 TEST(Support, ScenesHoldPairs) {

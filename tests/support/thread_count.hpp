@@ -1,4 +1,4 @@
-// How many threads run.
+// Number of running threads.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace throng::tests {
 
-// The threads of this process; 0 where there is no telling.
+// The threads of this process; 0 if unknown.
 inline std::size_t thread_count() {
   std::error_code error;
   std::size_t count = 0;

@@ -1,8 +1,9 @@
-// What each call may cost, as a multiple of its share (measure.hpp): the one table of the suite.
+// The bound of each call's cost, as a multiple of its share (measure.hpp): the only table of the
+// suite.
 //
-// A row without a family holds for all families that have none of their own for that call. `worst`
-// is what was measured, by scripts/work_bound on the date below; the bound is about twice as much.
-// A family whose cost is known to follow something else than the share has a row with the reason.
+// A row without a family holds for all families without a row of their own for that call. `worst`
+// was measured by scripts/work_bound on the date below; the bound is about twice as much. A family
+// whose cost does not follow the share has a row with the reason.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,8 @@ struct WorkBound {
   const char* reason = "";
 };
 
-// Measured 2026-11-28, of 1,500 to 60,000 objects. A reason that begins with "open" is a cliff that
-// is known and not bounded yet: delete the row with it.
+// Measured 2026-11-28, with 1,500 to 60,000 objects. A reason that starts with "open" is a known
+// cost cliff without a bound yet: delete the row when it is fixed.
 inline constexpr WorkBound work_bounds[] = {
     {"", Work::find, 200, 103.3},
     {"", Work::find_two, 170, 83.3},
@@ -48,9 +49,9 @@ inline constexpr WorkBound work_bounds[] = {
     {"", Work::add, 160, 79.3},
     {"", Work::remove, 130, 60.5},
     {"rods-any", Work::find, 600, 300,
-     "a sample does not show how finely rods are parted: planned some three times too coarse"},
+     "a sample does not show the spacing of rods: the plan is about three times too coarse"},
     {"rods-layers", Work::find, 230, 114.1,
-     "a sample does not show how finely rods are parted: planned some three times too coarse"},
+     "a sample does not show the spacing of rods: the plan is about three times too coarse"},
 };
 
 inline const WorkBound& bound_of(const std::string& family, Work work) {

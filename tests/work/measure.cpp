@@ -13,9 +13,9 @@
 namespace throng::tests {
 namespace {
 
-// Scenes of no more boxes are held against a double loop.
+// Scenes up to this size are compared with a double loop.
 constexpr std::size_t checked_boxes = 700;
-// What a GPU runs takes a processor some 50 times as long as its own search.
+// The emulated device takes some 50 times as long as the CPU search.
 constexpr std::size_t emulated_boxes = 100000;
 constexpr int build_frames = 40, build_rounds = 24, few_frames = 24, many_frames = 4,
               changed_frames = 8;
@@ -73,12 +73,12 @@ class Measure {
     Options o;
     o.threads = 1;
     o.backend = backend;
-    // Up to 4,096 boxes a GPU tries all pairs, by design.
+    // Up to 4,096 boxes the device tests all pairs, by design.
     if (backend == Backend::emulated) o.algorithm = Algorithm::grid;
     return o;
   }
 
-  // Pairs that count as results: where those that filters forbid are paid for, these too.
+  // Pairs that count as results; if forbidden pairs are paid for, these too.
   static std::uint64_t pairs_without_filters(Boxes a, const Boxes* b) {
     a.filters = {};
     Finder finder(options(Backend::cpu));
@@ -101,7 +101,7 @@ class Measure {
       if (check)
         require(bool(same_pairs(to_vector(finder.pairs()), reference_pairs(all).pairs)), "find");
     }
-    // Halves, or some against the rest.
+    // Two halves, or a few against the rest.
     WorkScene side[2];
     Random random(scene_.seed);
     const std::uint32_t one_in = random.one_in(2) ? 2 : 50;
@@ -128,11 +128,11 @@ class Measure {
 
   double count() const noexcept { return static_cast<double>(alive_.size()); }
   double log_n() const noexcept { return 1 + std::log2(count() + 1); }
-  // The share of a query that finds nothing.
+  // The share of a query without results.
   double query() const noexcept { return scene_.queries_look_at_all ? count() : log_n(); }
   double grant() const noexcept { return count() + static_cast<double>(broad_.pair_count()); }
 
-  // What changed since the last update adds to the share of that.
+  // Changes since the last update, which add to its share.
   struct Change {
     double share = 0, objects = 0;
   };
@@ -155,7 +155,7 @@ class Measure {
     changes(id);
     if (broad_.move(id, to) != Status::ok) throw std::runtime_error("move failed");
   }
-  // Sums up into `sample`.
+  // Adds to `sample`.
   void update(WorkSample& sample) {
     const Result r = broad_.update();
     require(r);
@@ -175,7 +175,7 @@ class Measure {
     };
     const Vec3 step{by(0), by(1), by(2)};
     if (!scene_.teleport) return moved(home, step);
-    // As large as it is, where another one is.
+    // With its own size, at the place of another one.
     const Box& other = home_[alive_[random_.below(static_cast<std::uint32_t>(alive_.size()))]];
     Box to = moved(other, step);
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -220,7 +220,7 @@ class Measure {
       }
       done(s);
     }
-    check_pairs("pairs after few moved");
+    check_pairs("pairs after few moves");
     {
       WorkSample s{Work::build_queries};
       for (int round = 0; round < build_rounds; ++round) ask_all(&s);
@@ -233,7 +233,7 @@ class Measure {
       for (int frame = 0; frame < changed_frames; ++frame) {
         move_few();
         ask_few(s);
-        // Where they are put is the update's or the query's.
+        // The update or the query may insert them.
         s.share += change_.share;
         change_ = {};
       }
@@ -255,7 +255,7 @@ class Measure {
       }
       done(s);
     }
-    check_pairs("pairs after many moved");
+    check_pairs("pairs after many moves");
     {
       WorkSample s{Work::query_moved};
       ask_few(s);
@@ -263,7 +263,7 @@ class Measure {
       done(s);
     }
     come_and_go();
-    check_pairs("pairs after objects came and went");
+    check_pairs("pairs after adding and removing objects");
   }
 
   void unpack() {
@@ -280,7 +280,7 @@ class Measure {
       }
       update(s);
     }
-    s.share += 2 * (count() + pairs);  // of the first updates in which few move, and of n changes
+    s.share += 2 * (count() + pairs);  // of the first updates with few moves, and of n changes
     done(s);
   }
   void remove_most() {
@@ -302,7 +302,7 @@ class Measure {
     alive_ = std::move(left);
   }
 
-  // Copies of objects are added, a step away, and removed again: a hundredth each time.
+  // Adds copies of objects, one step away, and removes them again: a hundredth each time.
   void come_and_go() {
     WorkSample warm{Work::build_moves}, added{Work::add}, removed{Work::remove};
     const std::size_t each = alive_.size() / 100 + 1;
@@ -348,9 +348,9 @@ class Measure {
   void check_pairs(const char* what) {
     if (now_.size() > checked_boxes) return;
     WorkScene live = scene_;
-    live.boxes.assign(now_.size(), Box{{1, 1, 1}, {0, 0, 0}});  // lower > upper: none
+    live.boxes.assign(now_.size(), Box{{1, 1, 1}, {0, 0, 0}});  // lower > upper: inactive
     for (const ObjectId id : alive_) live.boxes[id] = now_[id];
-    // Those that came have the filters of some other.
+    // Added objects have the filters of an existing one.
     if (live.boxes.size() != scene_.boxes.size()) {
       const auto add_filters = [&](auto& values, const auto& of) {
         if (values.empty()) return;
@@ -372,7 +372,7 @@ class Measure {
     require(bool(same_pairs(got, reference_pairs(live.view()).pairs)), what);
   }
 
-  // Queries: where an object is, or beside everything.
+  // Where queries are: near an object, or in empty space.
   enum class Way { any, axis, grazing, empty };
   const Box& some() {
     return now_[alive_[random_.below(static_cast<std::uint32_t>(alive_.size()))]];
@@ -387,7 +387,7 @@ class Measure {
     }
     if (!(low <= high)) low = 0, high = 1;
   }
-  // Beside the scene by some of an object's sizes, or far away, along one axis; elsewhere inside.
+  // Outside of the scene on one axis, by some object sizes or far away; inside on the others.
   Vec3 empty_place() {
     Vec3 at = some().lower;
     const std::uint32_t k = random_.below(3);
@@ -430,7 +430,7 @@ class Measure {
     }
     return boxes;
   }
-  // `length` in sizes of an object, or in units.
+  // `length` in object sizes, or in units.
   std::vector<Sweep> sweeps(Way way, bool is_long, bool of_boxes) {
     std::vector<Sweep> made;
     while (made.size() < queries_a_kind) {
@@ -511,7 +511,7 @@ class Measure {
     }
     require(at == got.size(), "find_hits");
   }
-  // By itself, or into a sum.
+  // As a sample of its own, or added to `sum`.
   void record(Work kind, WorkSample* sum, double cost, double share) {
     if (!sum) return add(kind, cost, share);
     sum->cost += cost;
@@ -537,7 +537,7 @@ class Measure {
   Random random_;
   WorkReport report_;
   BroadPhase broad_{options(Backend::automatic)};
-  std::vector<Box> now_, home_;  // by id; home_: around which an object moves
+  std::vector<Box> now_, home_;  // by id; home_: the box around which an object moves
   std::vector<double> degree_;   // pairs of each object as of the last update
   std::vector<ObjectId> alive_;  // sorted
   Change change_;

@@ -12,7 +12,7 @@
 namespace throng::tests {
 namespace {
 
-// A square of pairs that memory and a test's patience allow.
+// Limits the quadratic number of pairs, for memory and time.
 constexpr std::uint32_t most_of_a_crowd = 3000;
 
 Box centred(const Vec3& at, const Vec3& half) {
@@ -22,7 +22,7 @@ Box centred(const Vec3& at, const Vec3& half) {
 Box centred(const Vec3& at, float half) { return centred(at, Vec3{half, half, half}); }
 Vec3 plus(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 
-// Unit cubes, `density` a unit of volume, in a cube whose lowest corner is `at`.
+// Unit cubes, `density` per unit of volume, in a cube whose lowest corner is `at`.
 void add_cluster(WorkScene& s, Random& r, std::uint32_t n, float density, const Vec3& at,
                  float unit) {
   const float side = std::cbrt(static_cast<float>(n) / density);
@@ -75,7 +75,7 @@ void heaps(WorkScene& s, Random& r, std::uint32_t n) {
   }
 }
 
-// Log-uniform coordinates, each axis by itself; a box is a thousandth of where it is.
+// Log-uniform coordinates, independent per axis; a box's size is a thousandth of its coordinate.
 void decades(WorkScene& s, Random& r, std::uint32_t n) {
   const int octaves = r.between(2, 99);  // up and down: 1 to 60 decades
   const bool both_signs = r.one_in(2);
@@ -104,11 +104,11 @@ void layers(WorkScene& s, Random& r, std::uint32_t n) {
   s.way = std::sqrt(static_cast<double>(n));
 }
 
-// `kinds` ways that a rod lies; `planes` layers in which all lie; 0: anywhere.
+// `kinds` directions of rods; `planes` layers that contain them, 0: anywhere.
 void rods(WorkScene& s, Random& r, std::uint32_t n, std::uint32_t kinds, std::uint32_t planes) {
   const float length = r.magnitude(3, 7), thin = 0.05f;
   const auto count = static_cast<float>(n);
-  // Some ten rods are crossed by each, in a plane; in space few.
+  // In a plane each rod crosses some ten others; in space few.
   const float side = planes == 0
                          ? std::cbrt(count * length * length * 0.2f)
                          : length * std::sqrt(count / (10 * static_cast<float>(planes))) + length;
@@ -116,7 +116,7 @@ void rods(WorkScene& s, Random& r, std::uint32_t n, std::uint32_t kinds, std::ui
     Vec3 at = r.point(0, side), half{thin, thin, thin};
     const std::uint32_t plane = planes == 0 ? 0 : r.below(planes);
     if (planes != 0) at.z = static_cast<float>(plane);
-    // A layer has one way where there are several; else ways are mixed.
+    // One direction per layer if there are several; else mixed.
     const std::uint32_t along = planes > 1 ? plane % kinds : r.below(kinds);
     (&half.x)[along] = 0.5f * length * r.in(0.5f, 1);
     s.boxes.push_back(centred(at, half));
@@ -163,7 +163,7 @@ void far_movers(WorkScene& s, Random& r, std::uint32_t n) {
   for (std::uint32_t i = 0; i < k; ++i) add_mover(s, r.point(0, side));
 }
 
-// A dense heap, spread out before anything is measured.
+// A dense heap that is spread out before anything is measured.
 void unpacked(WorkScene& s, Random& r, std::uint32_t n) {
   const float heap = std::cbrt(static_cast<float>(n) / r.in(4, 30));
   const float side = std::cbrt(static_cast<float>(n)) * r.in(1.5f, 4);
@@ -185,7 +185,7 @@ void deletions(WorkScene& s, Random& r, std::uint32_t n) {
   if (s.movers.size() > 16) s.movers.resize(16);
 }
 
-// Boxes that all but coincide, and that a filter keeps apart.
+// Boxes that nearly coincide; a filter separates them.
 void crowd(WorkScene& s, Random& r, std::uint32_t n) {
   const float side = r.in(1, 8);
   for (std::uint32_t i = 0; i < n; ++i) s.boxes.push_back(centred(r.point(0, side), 2));
@@ -209,7 +209,7 @@ void crowd_owner(WorkScene& s, Random& r, std::uint32_t n) {
 }
 void crowd_mask(WorkScene& s, Random& r, std::uint32_t n) {
   crowd(s, r, std::min(n, most_of_a_crowd));
-  // One class that meets none of its own; or several, of which each meets another one.
+  // One class that never pairs with itself; or several, each of which pairs with one other.
   const std::uint32_t classes = r.one_in(2) ? 1 : 2 + r.below(30);
   for (std::size_t i = 0; i < s.boxes.size(); ++i) {
     const std::uint32_t c = r.below(classes);
@@ -228,7 +228,7 @@ void crowd_worlds(WorkScene& s, Random& r, std::uint32_t n) {
   s.queries_look_at_all = true;
 }
 
-// Walls without end along one axis among cubes; few pairs, as they are thin and far apart.
+// Walls that are unbounded along one axis, among cubes; thin and far apart, so few pairs.
 void unbounded(WorkScene& s, Random& r, std::uint32_t n) {
   const float side = std::sqrt(static_cast<float>(n) * r.in(4, 30));
   const std::uint32_t along = r.below(3), one_in = 1 + r.below(8);
@@ -257,7 +257,7 @@ void one_point(WorkScene& s, Random& r, std::uint32_t n) {
   s.boxes.assign(std::min(n, most_of_a_crowd / 2), centred(at, half));
 }
 
-// Coordinates of few values, so that no plane tells many boxes apart.
+// Coordinates of few values, so that no plane separates many boxes.
 void few_values(WorkScene& s, Random& r, std::uint32_t n) {
   const int levels = r.between(4, 64);
   const auto places = static_cast<std::uint32_t>(levels * levels * levels);

@@ -1,4 +1,4 @@
-// The worst of each family and call over many draws, as text.
+// The worst ratio of each family and call over many draws, as text.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,15 @@ WorkDraw draw_work(std::uint64_t seed, std::uint32_t least, std::uint32_t most,
 
 class WorkTally {
  public:
-  // Measures the draw; false where an answer was wrong.
+  // Measures the draw; returns false if a result was wrong.
   bool add(const WorkDraw& draw);
 
   std::uint64_t draws() const noexcept { return draws_; }
-  // Every family and call above its bound, a line each; empty where there is none.
+  // Every family and call above its bound, one per line; empty if there is none.
   std::string violations() const { return text(true); }
   // Every family and call: its worst ratio, and the draw that gave it.
   std::string table() const { return text(false); }
-  // The worst of each call over all families that have no bound of their own, as rows of
-  // bounds.hpp.
+  // Per call the worst ratio over all families without a bound of their own, as rows of bounds.hpp.
   std::string rows() const;
   const std::string& wrong() const noexcept { return wrong_; }
 

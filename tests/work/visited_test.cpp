@@ -1,12 +1,12 @@
-// Result::visited of searches: what it counts.
+// What Result::visited of a search counts.
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
 
 namespace throng::tests {
 namespace {
 
-// What is looked into beside comparisons: by brute force each box once, in a grid each column and a
-// box in each of its columns, and what it takes to find pairs twice where there was no room.
+// Accesses other than comparisons: brute force counts each box once; a grid counts each column,
+// each box once per column, and a second pass if the buffer was too small.
 TEST(Visited, CountsBoxesColumnsAndPasses) {
   BoxList boxes = uniform_boxes(20000, 1);
   const Boxes few(boxes.data(), 300), all = boxes;
@@ -23,7 +23,7 @@ TEST(Visited, CountsBoxesColumnsAndPasses) {
   EXPECT_GE(grid.visited, boxes.size() + columns);
   EXPECT_LE(grid.visited, 4 * boxes.size() + columns);
 
-  // A thousand boxes that span too many columns: each is looked at in every column.
+  // A thousand boxes that span too many columns: each is tested in every column.
   for (std::size_t i = 0; i < boxes.size(); i += 20) boxes[i] = {{0, 0, 0}, {40, 40, 40}};
   options.cell_scale = 0.25f;
   const Result wide = Finder(options).find(all, &none, 0);
@@ -31,7 +31,7 @@ TEST(Visited, CountsBoxesColumnsAndPasses) {
   EXPECT_GE(wide.visited, 500 * finer) << finer << " columns";
   options.cell_scale = 1;
 
-  // All boxes in one place: what was thought to be room for the pairs is not.
+  // All boxes in one place: the estimated capacity is too small.
   const BoxList heap(2000, boxes[1]);
   Finder finder(options);
   const Result cold = finder.find(Boxes(heap)), warm = finder.find(Boxes(heap));

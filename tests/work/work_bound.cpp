@@ -1,5 +1,5 @@
-// throng-work-bound: draws scenes of all families for as long as one likes, and prints the worst
-// ratio of cost to share of each family and call, with the draw that reproduces it.
+// throng-work-bound: draws scenes of all families for a given time, and prints the worst ratio of
+// cost to share of each family and call, with the draw that reproduces it.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 struct Wanted {
   double seconds = 3600, tell_seconds = 60;
   std::uint64_t seed = 0;
-  std::uint64_t draws = 0;  // 0: of one seed that is given one, else as many as there is time for
+  std::uint64_t draws = 0;  // 0: one if a seed is given, else as many as the time allows
   bool seeded = false, each_family = false;
   std::uint32_t objects = 0, least = work_least, most = 500000;
   std::string family;
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
     const auto number = [&] { return std::strtoull(value, nullptr, 10); };
     if (value && name == "--seconds") {
       wanted.seconds = std::strtod(value, nullptr);
-    } else if (value && name == "--tell") {
+    } else if (value && name == "--report-seconds") {
       wanted.tell_seconds = std::strtod(value, nullptr);
     } else if (value && name == "--seed") {
       wanted.seed = number();
@@ -90,9 +90,9 @@ int main(int argc, char** argv) {
       wanted.family = value;
     } else {
       std::printf(
-          "throng-work-bound: '%s' is unknown or lacks its value; there are: --seconds S (3600), "
-          "--seed N (that draw alone), --draws N (of each family), --objects N, --family NAME, "
-          "--least N (1500) and --most N (500000) objects, --tell SECONDS (60)\n",
+          "throng-work-bound: '%s' is unknown or has no value; options: --seconds S (3600), "
+          "--seed N (only that draw), --draws N (of each family), --objects N, --family NAME, "
+          "--least N (1500) and --most N (500000) objects, --report-seconds S (60)\n",
           argv[i]);
       return 2;
     }

@@ -1,6 +1,6 @@
-// A cost cliff fails here without a clock: comparisons and what was looked into, per object, query
-// and result, on scenes of many kinds, are below the bounds of one table. See measure.hpp for what
-// counts and bounds.hpp for the bounds; scripts/work_bound draws more scenes, and larger ones.
+// Finds cost cliffs without a clock: comparisons and visited objects, per object, query and result,
+// stay below the bounds of one table on scenes of many kinds. measure.hpp defines the counts,
+// bounds.hpp the bounds; scripts/work_bound draws more and larger scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 class WorkBounds : public testing::TestWithParam<std::string> {};
 
-// Draws of a family: some that are also held against a double loop, then larger ones.
+// Draws per family: some that are also compared with a double loop, then larger ones.
 constexpr std::uint64_t checked_draws = 3, draws = 10;
 
 TEST_P(WorkBounds, Hold) {
@@ -23,7 +23,7 @@ TEST_P(WorkBounds, Hold) {
   for (std::uint64_t seed = 100; seed < 100 + draws; ++seed)
     tally.add(draw_work(seed, work_least, 20000, GetParam()));
   EXPECT_EQ(tally.wrong(), "");
-  EXPECT_EQ(tally.violations(), "") << "throng-work-bound with these arguments shows one alone";
+  EXPECT_EQ(tally.violations(), "") << "throng-work-bound with these arguments reproduces one";
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, WorkBounds, testing::ValuesIn(work_families()),
@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(Families, WorkBounds, testing::ValuesIn(work_families()
                            return name;
                          });
 
-// Each call has a bound for any family, and each row a family that there is.
+// Each call has a bound for any family; each row's family exists.
 TEST(WorkBounds, TheTableIsWhole) {
   for (int w = 0; w < work_count; ++w) {
     int rows = 0;

@@ -1,18 +1,17 @@
-// Throng as Bullet's broad phase: give a BulletBroadphase where a btDbvtBroadphase would stand.
+// Throng as Bullet's broad phase: a BulletBroadphase replaces a btDbvtBroadphase.
 //
 // Its pairs are those of Bullet's own comparison, TestAabbAgainstAabb2, over the boxes of the
-// proxies, whatever the build: of a Bullet of doubles (BT_USE_DOUBLE_PRECISION) the boxes are
-// rounded outward, and the comparison of the doubles comes last. What differs from
-// btDbvtBroadphase:
-// - Pairs begin and end in calculateOverlappingPairs(), which every step calls, and not before. (So
-//   does btDbvtBroadphase with m_deferedcollide.) A destroyed proxy's pairs end at once.
-// - No box is fattened: a pair ends in the step in which its boxes part, so does its manifold.
-// - Groups and masks that are changed in a proxy count from its next setAabb() on; pairs that they
-//   forbid end. A filter callback is asked when two boxes meet, and again when one of them moves
-//   for as long as it refused; what it once allowed ends with the overlap.
+// proxies, in every build: in a Bullet of doubles (BT_USE_DOUBLE_PRECISION) the boxes are rounded
+// outward, and the comparison of the doubles decides. Differences from btDbvtBroadphase:
+// - Pairs begin and end only in calculateOverlappingPairs(), which every step calls (as in
+//   btDbvtBroadphase with m_deferedcollide). A destroyed proxy's pairs end at once.
+// - Boxes are not enlarged: a pair and its manifold end in the step in which the boxes separate.
+// - Changed groups and masks of a proxy take effect at its next setAabb(); pairs that they exclude
+//   end. A filter callback is called when two boxes begin to overlap and, while it refuses, again
+//   when one of them moves; a pair that it allowed stays until the overlap ends.
 // - A box with a NaN overlaps nothing.
-// Where Throng cannot do what it is asked for, as memory is short, it throws throng::Error;
-// compiled without exceptions it can only end the program.
+// On failure, such as lack of memory, it throws throng::Error; compiled without exceptions it
+// terminates the program.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -40,9 +39,9 @@ namespace throng {
 
 class BulletBroadphase : public btBroadphaseInterface {
  public:
-  // Of the options, isa, threads, executor and memory hold. Without a cache it makes itself one. A
-  // caller's must outlive this. It must decide by its filter callback, or by groups and masks where
-  // it has none; and not put removals off, as btSortedOverlappingPairCache does.
+  // Of the options, isa, threads, executor and memory are used. Without a cache it creates one. A
+  // caller's cache must outlive this. It must decide by its filter callback, or without one by
+  // groups and masks; and must not defer removals, as btSortedOverlappingPairCache does.
   explicit BulletBroadphase(const Options& options = {}, btOverlappingPairCache* cache = nullptr)
       : phase_(usable(options)), cache_(cache) {
     if (!cache) {
@@ -51,11 +50,11 @@ class BulletBroadphase : public btBroadphaseInterface {
     } else if (cache->hasDeferredRemoval()) {
       Result r;
       r.status = Status::bad_option;
-      explain(r, "the pair cache puts removals off; give a btHashedOverlappingPairCache, or none");
+      explain(r, "the pair cache defers removals; pass a btHashedOverlappingPairCache, or none");
       fail(r);
     }
   }
-  // Bullet's worlds take their objects out before; what proxies are left end here.
+  // Bullet's worlds remove their objects before; the remaining proxies are destroyed here.
   ~BulletBroadphase() override = default;
   BulletBroadphase(const BulletBroadphase&) = delete;
   BulletBroadphase& operator=(const BulletBroadphase&) = delete;
@@ -73,9 +72,9 @@ class BulletBroadphase : public btBroadphaseInterface {
 
   void calculateOverlappingPairs(btDispatcher* dispatcher) override;
 
-  // All proxies whose box, grown by a swept shape's box, is hit by btRayAabb2; or overlaps; in the
-  // order of their ids. The callback's answer is not looked at, as btDbvtBroadphase does not.
-  // Several threads may ask at once, if the memory of the options is safe for that.
+  // All proxies whose box, grown by a swept shape's box, is hit by btRayAabb2, or overlaps; in id
+  // order. Ignores the callback's result, as btDbvtBroadphase does. Thread-safe, if the memory
+  // resource of the options is.
   void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
                const btVector3& lower = btVector3(0, 0, 0),
                const btVector3& upper = btVector3(0, 0, 0)) override;
@@ -85,17 +84,17 @@ class BulletBroadphase : public btBroadphaseInterface {
   btOverlappingPairCache* getOverlappingPairCache() override { return cache_; }
   const btOverlappingPairCache* getOverlappingPairCache() const override { return cache_; }
 
-  // What contains all boxes; where there is none, the origin.
+  // The bounds of all boxes; the origin if there are none.
   void getBroadphaseAabb(btVector3& lower, btVector3& upper) const override;
-  // With no proxy left, as new: what follows does not depend on what was.
+  // With no proxy left, resets the state: later results do not depend on earlier calls.
   void resetPool(btDispatcher*) override;
   void printStats() override {}
 
-  // What lies below, to look at: counts, memory, options.
+  // The underlying BroadPhase, to inspect: counts, memory, options.
   const BroadPhase& phase() const { return phase_; }
 
  private:
-  // Bullet's, but that it need not look for the pairs of one proxy among all.
+  // Bullet's class, but it finds the pairs of one proxy without a scan of all.
   class Cache : public btHashedOverlappingPairCache {
    public:
     explicit Cache(const BulletBroadphase& phase) : phase_(phase) {}
@@ -112,16 +111,16 @@ class BulletBroadphase : public btBroadphaseInterface {
     const BulletBroadphase& phase_;
   };
 
-  // Bullet's proxy fills a cache line, and setAabb() is called of every object in every step: what
-  // else is known of it lies apart, by its id.
+  // Bullet's proxy fills a cache line, and setAabb() is called for every object in every step: so
+  // further data is stored separately, by id.
   using Proxy = btBroadphaseProxy;
   struct State {
-    int group, mask;           // as Throng was told
+    int group, mask;           // as passed to Throng
     std::uint32_t place;       // in the list of moved proxies
-    std::uint32_t mute_place;  // in the list of mute proxies
-    std::uint64_t moved_in;    // the round in which it moved last
+    std::uint32_t mute_place;  // in the list of excluded proxies
+    std::uint64_t moved_in;    // the round of its last move
 
-    // No group, or nobody's: Throng's questions do not see it either.
+    // No group, or an empty mask: Throng's queries skip it, too.
     bool is_mute() const { return group == 0 || mask == 0; }
   };
   static ObjectId id_of(const Proxy& proxy) { return static_cast<ObjectId>(proxy.m_uniqueId) - 1; }
@@ -160,13 +159,13 @@ class BulletBroadphase : public btBroadphaseInterface {
   static bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
     return TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
   }
-  // Throng's box is no more than a candidate for Bullet's comparison: it is rounded, or was turned.
+  // Throng's box only yields candidates for Bullet's comparison: it was rounded or reordered.
   static bool is_unsure(const btVector3& lower, const btVector3& upper) {
     return !std::is_same<btScalar, float>::value ||
            !(lower.x() <= upper.x() && lower.y() <= upper.y() && lower.z() <= upper.z());
   }
-  // Contains what is between the corners. Bullet's comparison lets an inverted box overlap those
-  // that contain it the right way round; NaN stays, and makes the box inactive.
+  // Contains the region between the corners. By Bullet's comparison an inverted box overlaps the
+  // boxes that contain its reordered form; a NaN stays, and makes the box inactive.
   static Box candidate(btVector3 lower, btVector3 upper) {
     for (int k = 0; k < 3; ++k) {
       if (lower[k] > upper[k]) std::swap(lower[k], upper[k]);
@@ -202,7 +201,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   void ask(Ask&& find, Tell&& tell);
   static bool sweep_around(const btVector3& from, const btBroadphaseRayCallback& ray,
                            const btVector3& lower, const btVector3& upper, Sweep& out);
-  // Of the first `sorted` of waiting_ and of the others each are in order.
+  // The first `sorted` of waiting_ are in order, and so are the others.
   void merge_waiting(std::size_t sorted) {
     const auto middle = waiting_.begin() + static_cast<std::ptrdiff_t>(sorted);
     std::inplace_merge(waiting_.begin(), middle, waiting_.end());
@@ -217,17 +216,17 @@ class BulletBroadphase : public btBroadphaseInterface {
   std::vector<void*> free_rooms_;
   std::vector<ObjectId> moved_;
   std::vector<Box> moved_boxes_;
-  bool handed_over_ = true;  // Throng knows where they are
+  bool handed_over_ = true;  // in Throng
   std::vector<ObjectId> mute_;
   std::mutex asking_;
-  std::vector<std::unique_ptr<BroadPhaseQuery>> queries_;  // nobody asks by them now
+  std::vector<std::unique_ptr<BroadPhaseQuery>> queries_;  // no query uses them
   std::uint64_t round_ = 1;
   std::size_t unsure_ = 0;  // proxies
   bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng
   // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
-  // parts them. Sorted.
+  // rejects them. Sorted.
   std::vector<Pair> waiting_;
-  // Pairs in the cache when this last changed it; -1 where somebody else has changed it since the
+  // The cache's pair count after this last changed it; -1 if other code has changed it since the
   // last step.
   int cached_ = 0;
 };

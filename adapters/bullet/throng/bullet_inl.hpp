@@ -1,4 +1,4 @@
-// What BulletBroadphase does. Include throng/bullet.hpp.
+// Implementation of BulletBroadphase. Include throng/bullet.hpp.
 #pragma once
 
 #include <throng/bullet.hpp>
@@ -13,8 +13,7 @@ inline Filter BulletBroadphase::filter_of(const Proxy& proxy) const {
   return filter;
 }
 
-// For one proxy more, and for all lists that it may stand in: later calls need no memory of their
-// own.
+// Reserves space for one more proxy, in all lists that may hold it: later calls do not allocate.
 inline void BulletBroadphase::make_room() {
   constexpr std::size_t rooms = 256;
   if (free_rooms_.empty()) {
@@ -72,11 +71,12 @@ inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatche
   if (!each_partner(*proxy, part)) cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
   cached_ = is_ours ? cache_->getNumOverlappingPairs() : -1;
   proxies_[id] = nullptr;
-  free_rooms_.push_back(proxy);  // where it came from, so there is room in the list
+  free_rooms_.push_back(proxy);  // it came from there, so the list has capacity
 }
 
-// Tells of all that the proxy has a pair with in the cache, and of some more. False, having told of
-// none, where somebody else has changed the cache, or they are many: then the cache has to look.
+// Reports all proxies that have a pair with this one in the cache, and some more. Returns false
+// without a report if other code has changed the cache, or there are many: then the cache must be
+// searched.
 template <class Tell>
 bool BulletBroadphase::each_partner(const Proxy& proxy, Tell&& tell) const {
   const ObjectId id = id_of(proxy);
@@ -134,7 +134,7 @@ inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& 
     if (state.is_mute()) list_mute(id);
     note_moved(proxy);
   }
-  // Bullet's worlds tell of all objects in every step, of those at rest as well.
+  // Bullet's worlds pass the boxes of all objects in every step, also of those at rest.
   if (same(lower, proxy.m_aabbMin) && same(upper, proxy.m_aabbMax)) return;
   unsure_ -= is_unsure(proxy.m_aabbMin, proxy.m_aabbMax);
   unsure_ += is_unsure(lower, upper);
@@ -143,7 +143,7 @@ inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& 
   note_moved(proxy);
 }
 
-// A filter callback came or went.
+// A filter callback was set or removed.
 inline void BulletBroadphase::refilter() {
   asks_ = !asks_;
   for (Proxy* proxy : proxies_) {
@@ -166,7 +166,7 @@ inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher
   require(phase_.update());
   for (const LivePair& pair : phase_.ended()) {
     Proxy *a = proxies_[pair.first], *b = proxies_[pair.second];
-    // Those of a proxy that is no more ended with it.
+    // Pairs of a destroyed proxy ended with it.
     if (a && b) cache_->removeOverlappingPair(a, b, dispatcher);
   }
   if (!waiting_.empty()) drop_ended(phase_.ended());
@@ -195,14 +195,14 @@ inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher
   ++round_;
 }
 
-// To the cache; false where the pair is none of Bullet's, or is refused.
+// Adds to the cache; false if Bullet's comparison or a filter refuses the pair.
 inline bool BulletBroadphase::offer(Pair pair) {
   Proxy &a = *proxies_[pair.first], &b = *proxies_[pair.second];
   if (unsure_ != 0 && !touch(a, b)) return false;
   return cache_->addOverlappingPair(&a, &b) != nullptr;
 }
 
-// Both lists are in canonical order.
+// Both lists are sorted.
 inline void BulletBroadphase::drop_ended(LivePairs ended) {
   const LivePair* next = ended.begin();
   const auto has_ended = [&](Pair pair) {
@@ -216,10 +216,10 @@ inline void BulletBroadphase::drop_ended(LivePairs ended) {
   waiting_.resize(kept);
 }
 
-// Pairs whose boxes Throng sees touch, as it sees them rounded, and Bullet sees apart.
+// Pairs that overlap as rounded in Throng, but not in Bullet.
 inline void BulletBroadphase::part_unsure(btDispatcher* dispatcher) {
   const std::size_t old = waiting_.size();
-  // From the end: the last pair takes the place of one that is removed.
+  // From the end: the last pair replaces a removed one.
   for (int i = cache_->getNumOverlappingPairs(); i-- > 0;) {
     const btBroadphasePair& pair = cache_->getOverlappingPairArrayPtr()[i];
     Proxy *a = pair.m_pProxy0, *b = pair.m_pProxy1;
@@ -231,7 +231,7 @@ inline void BulletBroadphase::part_unsure(btDispatcher* dispatcher) {
   merge_waiting(old);
 }
 
-// Pairs that somebody took out of the cache while their boxes overlap.
+// Pairs that other code removed from the cache while their boxes overlap.
 inline void BulletBroadphase::restore() {
   std::size_t next = 0;
   const std::size_t old = waiting_.size();
@@ -245,12 +245,12 @@ inline void BulletBroadphase::restore() {
   merge_waiting(old);
 }
 
-// Tells of what find(query, ids) leaves in ids, and of the mute; where it says false, of all.
+// Reports the ids that find(query, ids) returns, and the excluded proxies; all if it returns false.
 template <class Ask, class Tell>
 void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
   std::unique_ptr<BroadPhaseQuery> query;
   {
-    // Of several threads the first hands over what moved.
+    // Of several threads the first one passes on the moved boxes.
     const std::lock_guard<std::mutex> lock(asking_);
     hand_over_moves();
     if (!queries_.empty()) {
@@ -265,20 +265,20 @@ void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
     const std::lock_guard<std::mutex> lock(asking_);
     queries_.push_back(std::move(query));
   }
-  // A callback may do what it likes with proxies that it was told of.
+  // A callback may change or destroy proxies that were reported.
   for (std::size_t i = 0; found && i < ids.size(); ++i) {
     if (proxies_[ids[i]]) tell(*proxies_[ids[i]]);
   }
-  // While a callback filters, Throng knows of no groups.
+  // While a callback filters, Throng has no groups.
   for (std::size_t i = 0; found && !asks_ && i < mute_.size(); ++i) tell(*proxies_[mute_[i]]);
   for (std::size_t id = 0; !found && id < proxies_.size(); ++id) {
     if (proxies_[id]) tell(*proxies_[id]);
   }
 }
 
-// A sweep that meets all boxes that btRayAabb2 may say are hit: as far as the ray goes by what the
-// callback holds, and wider than what that rounds. The numbers that it divides are off by some ulps
-// of the coordinates, its quotients by some ulps of themselves, that is of the ray's length.
+// A sweep that hits all boxes that btRayAabb2 may report: as far as the callback's ray, and wider
+// by its rounding errors. Its dividends have an error of a few ulps of the coordinates, its
+// quotients one of a few ulps of themselves, that is of the ray's length.
 inline bool BulletBroadphase::sweep_around(const btVector3& from,
                                            const btBroadphaseRayCallback& ray,
                                            const btVector3& lower, const btVector3& upper,

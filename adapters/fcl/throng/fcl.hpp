@@ -1,12 +1,10 @@
-// Throng as a broad phase of FCL: give an FclManager where a DynamicAABBTreeCollisionManager would
-// stand.
+// Throng as a broad phase of FCL: an FclManager replaces a DynamicAABBTreeCollisionManager.
 //
 // Its pairs are those of FCL's own AABB::overlap() over the boxes that the objects had when they
-// were registered or last updated; boxes of doubles are rounded outward, and FCL's comparison comes
-// last. A callback gets each pair once, in an order that depends on nothing but the calls before.
-// Whole objects are handed over: an octree is one, not its cells.
-// Questions are const, and several threads may ask at once. Where Throng cannot do what it is asked
-// for, as memory is short, it throws throng::Error.
+// were registered or last updated; boxes of doubles are rounded outward, and FCL's comparison
+// decides. A callback gets each pair once, in an order that depends only on the preceding calls.
+// Objects are passed on whole: an octree is one object, not its cells. Queries are const and
+// thread-safe. On failure, such as lack of memory, it throws throng::Error.
 #pragma once
 
 #include <throng/cpp17.hpp>
@@ -32,7 +30,7 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
   using Object = fcl::CollisionObject<S>;
   using Base = fcl::BroadPhaseCollisionManager<S>;
 
-  // Of the options, isa, threads, executor and memory hold.
+  // Of the options, isa, threads, executor and memory are used.
   explicit FclManager(const Options& options = {}) : phase_(usable(options)) {}
 
   using Base::collide;
@@ -40,9 +38,9 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
   using Base::update;
 
   void registerObjects(const std::vector<Object*>& objects) override;
-  // An object that is here is updated.
+  // A registered object is updated.
   void registerObject(Object* object) override { registerObjects({object}); }
-  // An object that is not here is not looked at. So below.
+  // Unregistered objects are ignored, here and below.
   void unregisterObject(Object* object) override;
   void setup() override { find_pairs(); }
 
@@ -57,24 +55,24 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
 
   void collide(Object* object, void* data, fcl::CollisionCallBack<S> callback) const override;
   void collide(void* data, fcl::CollisionCallBack<S> callback) const override;
-  // `other` may be of any class. This one: the same as without.
+  // `other` may be of any class. If it is this object, as without it.
   void collide(Base* other, void* data, fcl::CollisionCallBack<S> callback) const override;
 
-  // Boxes are looked at in the order of their distance, or along x, for as long as they are nearer
-  // than what the callback has found.
+  // Visits boxes in order of their distance, or along x, while they are nearer than the callback's
+  // result.
   void distance(Object* object, void* data, fcl::DistanceCallBack<S> callback) const override;
   void distance(void* data, fcl::DistanceCallBack<S> callback) const override;
   void distance(Base* other, void* data, fcl::DistanceCallBack<S> callback) const override;
 
-  // What lies below, to look at: counts, memory, options.
+  // The underlying BroadPhase, to inspect: counts, memory, options.
   const BroadPhase& phase() const { return phase_; }
 
  private:
   using Bounds = fcl::AABB<S>;
-  struct Near {  // an object on the way along x
+  struct Near {  // an object in the order along x
     Object* object;
     const Bounds* bounds;
-    bool second;  // of the other manager
+    bool second;  // in the other manager
   };
 
   static Options usable(Options options) {
@@ -86,8 +84,8 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
   static void require(const Result& r) {
     if (!r.ok()) throw Error(r);
   }
-  // A box to find candidates by. FCL's comparison lets an inverted box overlap those that contain
-  // it the right way round; NaN stays, and makes the box inactive.
+  // A box that finds all candidates. By FCL's comparison an inverted box overlaps the boxes that
+  // contain its reordered form; a NaN stays, and makes the box inactive.
   static Box candidate(const Bounds& bounds) {
     double lower[3], upper[3];
     for (int k = 0; k < 3; ++k) {
@@ -109,9 +107,9 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
   mutable bool stale_ = false;  // something has changed since the last update
   mutable LivePairs pairs_;
   std::unordered_map<Object*, ObjectId> ids_;
-  std::vector<Object*> objects_;  // by id; null where there is none
-  std::vector<Bounds> bounds_;    // as Throng was told
-  std::vector<Box> fresh_;        // room for update()
+  std::vector<Object*> objects_;  // by id; null for free ids
+  std::vector<Bounds> bounds_;    // as passed to Throng
+  std::vector<Box> fresh_;        // buffers for update()
 };
 
 }  // namespace throng

@@ -1,4 +1,4 @@
-// What FclManager does. Include throng/fcl.hpp.
+// Implementation of FclManager. Include throng/fcl.hpp.
 #pragma once
 
 #include <throng/fcl.hpp>
@@ -10,7 +10,7 @@ void FclManager<S>::registerObjects(const std::vector<Object*>& objects) {
   std::vector<Object*> added;
   std::vector<Box> boxes;
   std::vector<ObjectId> ids(objects.size());
-  // Whatever can fail comes before what changes anything.
+  // Everything that can fail comes before any change.
   const std::size_t room = objects_.size() + objects.size();
   objects_.reserve(room);
   bounds_.reserve(room);
@@ -18,7 +18,7 @@ void FclManager<S>::registerObjects(const std::vector<Object*>& objects) {
   boxes.reserve(objects.size());
   try {
     for (Object* object : objects) {
-      // What stands here twice is one object.
+      // Removes duplicates.
       if (!ids_.emplace(object, 0).second) continue;
       added.push_back(object);
       boxes.push_back(candidate(object->getAABB()));
@@ -96,7 +96,7 @@ void FclManager<S>::getObjects(std::vector<Object*>& out) const {
   }
 }
 
-// FCL's users may ask after any change, with setup() or without.
+// FCL's users may query after any change, with or without setup().
 template <class S>
 LivePairs FclManager<S>::find_pairs() const {
   const std::lock_guard<std::mutex> lock(asking_);
@@ -151,8 +151,8 @@ void FclManager<S>::collide(Base* other, void* data, fcl::CollisionCallBack<S> c
   }
 }
 
-// Of a manager of this class, the boxes of its last update; of others, which keep theirs to
-// themselves, those that the objects have.
+// For a manager of this class, the boxes of its last update; for others, whose boxes are private,
+// the objects' current ones.
 template <class S>
 void FclManager<S>::list(const Base* other, std::vector<Near>& out) const {
   const bool second = other != this;
@@ -174,7 +174,7 @@ void FclManager<S>::distance(Object* object, void* data, fcl::DistanceCallBack<S
   for (std::size_t id = 0; id < objects_.size(); ++id) {
     if (!objects_[id]) continue;
     const S apart = bounds_[id].distance(bounds);
-    if (apart >= 0) heap.emplace_back(apart, static_cast<ObjectId>(id));  // no NaN
+    if (apart >= 0) heap.emplace_back(apart, static_cast<ObjectId>(id));  // false for a NaN
   }
   const auto farther = [](const auto& a, const auto& b) { return a > b; };
   std::make_heap(heap.begin(), heap.end(), farther);
@@ -186,11 +186,11 @@ void FclManager<S>::distance(Object* object, void* data, fcl::DistanceCallBack<S
   }
 }
 
-// By their lower ends along x: those after the first whose lower end is too far off are as well.
+// By their lower ends along x: after the first that is too far away, all others are, too.
 template <class S>
 void FclManager<S>::sweep(std::vector<Near>& all, bool across, void* data,
                           fcl::DistanceCallBack<S> callback) {
-  // One with a NaN has no place along x, and no distance.
+  // A box with a NaN has no position along x, and no distance.
   const auto no_place = [](const Near& n) { return !(n.bounds->min_[0] <= n.bounds->max_[0]); };
   all.erase(std::remove_if(all.begin(), all.end(), no_place), all.end());
   std::stable_sort(all.begin(), all.end(), [](const Near& a, const Near& b) {

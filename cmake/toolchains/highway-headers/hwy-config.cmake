@@ -1,5 +1,5 @@
-# Highway by its headers alone: those of the host's package are the same for every processor. They lie
-# in /usr/include, which a cross compiler must not search for anything else, hence the link.
+# Highway as headers only: those of the host's package fit every processor. They are in /usr/include, which a
+# cross compiler must not search otherwise, hence the link.
 find_path(throng_highway_root hwy/highway.h PATHS /usr/include NO_CMAKE_FIND_ROOT_PATH)
 if(NOT throng_highway_root)
   set(hwy_FOUND FALSE)

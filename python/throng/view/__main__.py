@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class Refused(Exception):
-    """What the user is told instead of a traceback."""
+    """An error message for the user, without a traceback."""
 
 
 def load(path: str) -> Any:
-    """(frames, n, 6) float32, read from the file as it is needed where that is how it lies there."""
+    """(frames, n, 6) float32; memory-mapped if the file has that layout."""
     try:
         found: Any = numpy.load(path, mmap_mode="r", allow_pickle=False)
         if found.dtype != numpy.float32 or not found.flags.c_contiguous:
@@ -44,19 +44,19 @@ def need_rerun() -> None:
 
 
 def arguments(given: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m throng.view", description="Boxes over time, to look at.")
+    parser = argparse.ArgumentParser(prog="python -m throng.view", description="Viewer for boxes over time.")
     parser.add_argument("file", help="boxes: .npy, float32, (n, 6) or (frames, n, 6)")
-    parser.add_argument("--save", metavar="FILE.rrd", help="write a recording, and open no viewer")
+    parser.add_argument("--save", metavar="FILE.rrd", help="write a recording instead of opening the viewer")
     parser.add_argument("--serve", action="store_true", help="serve the viewer to browsers, until Ctrl-C")
-    parser.add_argument("--port", type=int, default=9090, help="of the page that --serve serves")
-    parser.add_argument("--data-port", type=int, default=9876, help="of its data")
+    parser.add_argument("--port", type=int, default=9090, help="port of the page for --serve")
+    parser.add_argument("--data-port", type=int, default=9876, help="port of its data")
     parser.add_argument("--most", type=int, default=MOST, metavar="N", help="boxes to draw (%(default)s)")
-    parser.add_argument("--margin", type=float, default=0.0, help="as of throng.find_pairs")
+    parser.add_argument("--margin", type=float, default=0.0, help="as for throng.find_pairs")
     return parser.parse_args(given)
 
 
 def save(scene: Any, options: argparse.Namespace, stream: "rerun.RecordingStream") -> int:
-    """The file appears under its name when it is whole."""
+    """The file gets its name when complete."""
     part = Path(options.save + ".part")
     try:
         part.touch()
@@ -85,7 +85,7 @@ def serve(scene: Any, options: argparse.Namespace, stream: "rerun.RecordingStrea
         there = address.replace("127.0.0.1", host).replace("localhost", host)
         print(f"http://{host}:{options.port}/?url={there.replace('+', '%2B')}", flush=True)
     record(frames(scene, options.most, margin=options.margin), stream)
-    print("all frames are there; Ctrl-C ends this", flush=True)
+    print("all frames are loaded; Ctrl-C ends the server", flush=True)
     while True:
         time.sleep(1)
 
@@ -104,13 +104,13 @@ def main(given: list[str] | None = None) -> int:
         stream = rr.RecordingStream("throng")
         if options.save:
             done = save(scene, options, stream)
-            print(f"{options.save}: {done} frames; look at it by: rerun {options.save}")
+            print(f"{options.save}: {done} frames; view it with: rerun {options.save}")
         elif options.serve:
             serve(scene, options, stream)
         else:
             screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if sys.platform == "linux" and not screen:
-                raise Refused("there is no screen here; give --save FILE.rrd, or --serve")
+                raise Refused("there is no display; give --save FILE.rrd, or --serve")
             stream.spawn(default_blueprint=layout())
             record(frames(scene, options.most, margin=options.margin), stream)
     except (Refused, ValueError, MemoryError) as error:

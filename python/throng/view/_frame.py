@@ -1,4 +1,4 @@
-"""What is shown of each frame, by NumPy alone."""
+"""The data shown of each frame, by NumPy alone."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from throng._throng import Explanation
 
 Pairs = NDArray[numpy.uint32]
 
-# Of more boxes than this, so many are drawn: what a viewer turns without stuttering.
+# Maximum number of drawn boxes: the viewer stays smooth.
 MOST = 200_000
 
 
@@ -22,35 +22,35 @@ class Frame:
 
     number: int
     boxes: NDArray[numpy.float32]  # (n, 6), all of them
-    shown: NDArray[numpy.intp]  # indices of the boxes to draw, in rising order; active ones
-    overlaps: NDArray[numpy.intp]  # (n,) how many others each box overlaps
+    shown: NDArray[numpy.intp]  # ascending indices of the drawn boxes, all active
+    overlaps: NDArray[numpy.intp]  # (n,) number of overlaps of each box
     pairs: Pairs  # all of them
-    begun: Pairs  # not there in the frame before; of the first frame none
-    ended: Pairs  # there in the frame before, and no more
+    begun: Pairs  # absent in the previous frame; empty for the first frame
+    ended: Pairs  # present in the previous frame only
     told: Explanation
 
     @property
     def occupancy(self) -> NDArray[numpy.uint32]:
-        """Boxes in each cell, 2-D: summed along the axis that columns are swept along."""
+        """Boxes per cell, 2-D: summed along the sweep axis."""
         axis = self.told.result.plan.sweep_axis
         summed: NDArray[numpy.uint32] = self.told.occupancy.sum(axis=axis, dtype=numpy.uint32)
         return summed
 
     @property
     def axes(self) -> tuple[str, str]:
-        """The two that occupancy has."""
+        """The two axes of occupancy."""
         left = "xyz".replace("xyz"[self.told.result.plan.sweep_axis], "")
         return left[0], left[1]
 
     def lines(self, pairs: Pairs, most: int = MOST) -> Pairs:
-        """Those of `pairs` whose boxes are both drawn, evenly thinned out to `most`."""
+        """Those of `pairs` whose boxes are both drawn, evenly thinned to `most`."""
         drawn = numpy.zeros(len(self.boxes), bool)
         drawn[self.shown] = True
         both = pairs[drawn[pairs].all(axis=1)]
         return both[:: -(-len(both) // most)] if len(both) > most else both
 
     def corners(self, which: Any) -> NDArray[numpy.float32]:
-        """(k, 6): the boxes, infinite ones cut off where the finite ones end."""
+        """(k, 6): the boxes, infinite ones clipped to the range of the finite ones."""
         low, high = self.extent
         wanted = self.boxes[which]
         lower = numpy.maximum(wanted[:, :3], low)
@@ -60,7 +60,7 @@ class Frame:
 
     @property
     def extent(self) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]:
-        """The range of all finite corners, a twentieth wider."""
+        """The range of all finite corners, 5 % wider."""
         some = self.boxes[self.shown].reshape(-1, 3)
         finite = numpy.where(numpy.isfinite(some), some, numpy.nan)
         low, high = numpy.zeros(3), numpy.zeros(3)
@@ -71,7 +71,7 @@ class Frame:
         return (low - wider).astype(numpy.float32), (high + wider).astype(numpy.float32)
 
     def cells(self, most: int = 2000) -> tuple[NDArray[numpy.float32], NDArray[numpy.uint32]]:
-        """The fullest cells: bounds (k, 6), and how many boxes are in each, falling."""
+        """The cells with the most boxes: bounds (k, 6), and their numbers of boxes, descending."""
         counts = self.told.occupancy
         flat = counts.reshape(-1)
         full = numpy.flatnonzero(flat)
@@ -79,7 +79,7 @@ class Frame:
         grid = numpy.array(self.told.grid).reshape(2, 3)
         step = (grid[1] - grid[0]) / numpy.maximum(counts.shape, 1)
         lower = grid[0] + numpy.stack(numpy.unravel_index(full, counts.shape), axis=1) * step
-        # Along the sweep a column has no end; the boxes do.
+        # Columns are unbounded along the sweep axis; use the boxes' range.
         low, high = self.extent
         upper = lower + step
         axis = self.told.result.plan.sweep_axis
@@ -90,7 +90,8 @@ class Frame:
 
 def frames(scene: Sequence[Any] | NDArray[Any], most: int = MOST, **options: Any) -> Iterator[Frame]:
     """Searches frame after frame, (frames, n, 6) float32; options are those of Finder. A box with a
-    NaN overlaps nothing, and is not drawn."""
+    NaN overlaps nothing, and is not drawn.
+    """
     finder = Finder(order="canonical", nan="inactive", **options)
     before: NDArray[numpy.uint64] | None = None
     for number, given in enumerate(scene):
@@ -118,7 +119,7 @@ def _decoded(codes: NDArray[numpy.uint64]) -> Pairs:
 def _choose(
     boxes: NDArray[Any], overlaps: NDArray[Any], largest: list[int], most: int
 ) -> NDArray[numpy.intp]:
-    """Of many boxes a random choice, the same in each frame; and those that one looks for."""
+    """A random choice of many boxes, the same in each frame, and the boxes of special interest."""
     active = (boxes[:, :3] <= boxes[:, 3:]).all(axis=1)
     n = len(boxes)
     chosen = numpy.ones(n, bool)

@@ -1,5 +1,6 @@
-"""The map of a grid's cells: how many boxes each has, seen along the axis of the sweep; by NumPy
-alone. Pixels go right along the first of the other two axes, and up along the second."""
+"""The heat map of a grid's cells: the boxes per cell along the sweep axis; by NumPy alone.
+Pixels go right along the first of the other two axes, and up along the second.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,19 +10,19 @@ from numpy.typing import NDArray
 
 from throng.view._frame import Frame
 
-# From few to many.
+# Colours from few to many.
 SCALE = numpy.array(
     [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 120, 60]]
 )
 EMPTY = [44, 46, 52]
 AROUND = [24, 25, 28]
-# Pixels of the longer side; and how many a cell has, where there are few.
+# Pixels of the longer side; and per cell, if there are few cells.
 LONGEST, A_CELL = 384, 24
-# The longer side is at most so many times the other.
+# Maximum ratio of the sides.
 SLIM = 4
-# Up to so many cells, each says how many boxes it has; of more, the fullest does.
+# Up to this many cells are all labelled; of more, only the densest.
 SAID = 16
-# The scale's least is at most this share of its most: where all cells are about as full, it shows.
+# Maximum of the scale / minimum, at least: equally full cells look equal.
 SHARE = 16
 
 
@@ -34,7 +35,7 @@ def mixed(at: NDArray[Any]) -> NDArray[numpy.uint8]:
 
 @dataclass(frozen=True)
 class Scale:
-    """Numbers of boxes from `least` to `most`, by the logarithm."""
+    """Logarithmic position of numbers of boxes between `least` and `most`."""
 
     least: int
     most: int
@@ -52,11 +53,11 @@ class Scale:
         return part
 
     def colours(self, counts: NDArray[Any]) -> NDArray[numpy.uint8]:
-        """(..., 3); of no box dark."""
+        """(..., 3); dark for cells without boxes."""
         return numpy.where(counts[..., None] > 0, mixed(self.at(counts)), EMPTY).astype(numpy.uint8)
 
     def marks(self) -> list[int]:
-        """Numbers to write beside it, from few to many."""
+        """Labels of the scale, ascending."""
         return sorted({self.least, round((self.least * self.most) ** 0.5), self.most})
 
 
@@ -64,15 +65,15 @@ class Scale:
 class HeatMap:
     """Of one frame with a grid."""
 
-    counts: NDArray[numpy.uint32]  # (height, width): of the fullest cell under each pixel
+    counts: NDArray[numpy.uint32]  # (height, width): of the densest cell under each pixel
     scale: Scale
-    low: NDArray[numpy.float64]  # (2,) of the grid, in units of the world
+    low: NDArray[numpy.float64]  # (2,) of the grid, in world units
     high: NDArray[numpy.float64]
     axes: tuple[str, str]
-    across: tuple[int, int]  # the numbers of these axes
+    across: tuple[int, int]  # indices of these axes
 
     def rectangles(self, bounds: NDArray[Any]) -> NDArray[numpy.float32]:
-        """(k, 4): where boxes (k, 6) lie, left, top, right, bottom in pixels, cut off at the edges."""
+        """(k, 4): left, top, right, bottom of boxes (k, 6) in pixels, clipped to the edges."""
         size = numpy.array(self.counts.shape[::-1])
         pixels = size / numpy.maximum(self.high - self.low, 1e-30)
         ends = [numpy.asarray(bounds)[:, [k + j for k in self.across]] for j in (0, 3)]

@@ -12,26 +12,26 @@ from throng.view._heat import AROUND, SAID, heat_map, mixed
 if TYPE_CHECKING:
     import rerun
 
-# Overlaps from which on a box has the last colour: the scale is the same for all frames and files.
+# Number of overlaps with the last colour: the scale is the same for all frames and files.
 FULL = 64
-# More boxes than this are drawn as edges alone.
+# More boxes than this are drawn as edges only.
 FILLED = 20_000
 ALONE = [120, 120, 130]
 BEGAN, ENDED, PAIR = [80, 220, 100], [235, 80, 70], [150, 170, 255]
-# On the map: outlines of the densest cells and of the largest boxes, words.
+# On the map: outlines of the densest cells and of the largest boxes, labels.
 DENSE, LARGE, WORDS = [15, 16, 18], [255, 255, 255], [200, 200, 205]
 STAGES = "plan_ms", "bin_ms", "find_ms", "order_ms", "total_ms"
 COUNTS = "pairs", "begun", "ended"
 
 
 def colours(overlaps: NDArray[Any]) -> NDArray[numpy.uint8]:
-    """(n, 3): grey for none, then by the logarithm of how many."""
+    """(n, 3): grey for none, else by the logarithm of the number."""
     at = numpy.log2(numpy.clip(overlaps, 1, FULL)) / numpy.log2(FULL)
     return numpy.where(overlaps[:, None] > 0, mixed(at), ALONE).astype(numpy.uint8)
 
 
 def layout() -> "rerun.blueprint.Blueprint":
-    """What stands where in the viewer."""
+    """The layout of the viewer."""
     import rerun.blueprint as bp
 
     return bp.Blueprint(
@@ -41,14 +41,14 @@ def layout() -> "rerun.blueprint.Blueprint":
                 bp.Horizontal(
                     bp.Tabs(
                         bp.Spatial2DView(
-                            origin="/grid", contents="/grid/map/**", name="Boxes a cell", background=AROUND
+                            origin="/grid", contents="/grid/map/**", name="Boxes per cell", background=AROUND
                         ),
-                        bp.TensorView(origin="/grid/occupancy", name="The numbers"),
+                        bp.TensorView(origin="/grid/occupancy", name="Numbers"),
                         active_tab=0,
                     ),
                     bp.BarChartView(
                         origin="/grid/distribution",
-                        name="Fullness (log2)",
+                        name="Occupancy (log2)",
                         plot_legend=bp.PlotLegend(visible=False),
                     ),
                     column_shares=[5, 4],
@@ -56,7 +56,7 @@ def layout() -> "rerun.blueprint.Blueprint":
                 bp.TextDocumentView(origin="/lists", name="Largest, densest"),
                 bp.Horizontal(
                     bp.TimeSeriesView(origin="/counts", name="Pairs"),
-                    bp.TimeSeriesView(origin="/times", name="ms a stage"),
+                    bp.TimeSeriesView(origin="/times", name="ms per stage"),
                 ),
                 row_shares=[5, 4, 3],
             ),
@@ -69,9 +69,10 @@ def layout() -> "rerun.blueprint.Blueprint":
 
 
 def record(frames: Iterable[Frame], stream: "rerun.RecordingStream") -> int:
-    """Logs frames, and tells how many. Entities: world/boxes, world/pairs, world/begun,
+    """Logs frames, and returns their number. Entities: world/boxes, world/pairs, world/begun,
     world/ended, world/cells, grid/map (with densest, largest, words), grid/occupancy,
-    grid/distribution, counts/*, times/*, lists; by the timeline `frame`."""
+    grid/distribution, counts/*, times/*, lists; on the timeline `frame`.
+    """
     import rerun as rr
 
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -110,7 +111,7 @@ def _world(stream: "rerun.RecordingStream", frame: Frame) -> None:
         pairs: Pairs = frame.lines(getattr(frame, name))
         ends = frame.corners(pairs.reshape(-1))
         middle = ((ends[:, :3] + ends[:, 3:]) / 2).reshape(-1, 2, 3).astype(numpy.float32)
-        width = -0.5 if name == "pairs" else -1.25  # negative: pixels of the screen
+        width = -0.5 if name == "pairs" else -1.25  # negative: screen pixels
         stream.log(f"world/{name}", rr.LineStrips3D(middle, colors=[colour], radii=width))
 
 
@@ -149,22 +150,22 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
     stream.log("grid/map/words", rr.Points2D(places, radii=0, labels=words, colors=shades, show_labels=True))
     stream.log("grid/occupancy", rr.Tensor(frame.occupancy, dim_names=frame.axes))
     classes = frame.told.cell_classes
-    # A class without cells has a bar of no height.
+    # A class without cells has a bar of height 0.
     bars = numpy.zeros(max(c.least for c in classes).bit_length(), numpy.int64)
     bars[[c.least.bit_length() - 1 for c in classes]] = [c.cells for c in classes]
     stream.log("grid/distribution", rr.BarChart(bars, color=[40, 160, 140]))
 
 
 def lists(frame: Frame) -> str:
-    """What a frame has to tell in words, as Markdown."""
+    """A frame's summary as Markdown."""
     told, plan = frame.told, frame.told.result.plan
     text = [
         f"{len(frame.boxes):,} boxes, {len(frame.shown):,} of them drawn; {len(frame.pairs):,} pairs, "
         f"{len(frame.begun):,} began, {len(frame.ended):,} ended. {plan.algorithm}: {plan.reason}; "
-        f"{told.tests_per_box:.1f} tests a box.",
+        f"{told.tests_per_box:.1f} tests per box.",
         "",
-        f"Boxes: grey overlaps none, blue 1, green some 10, yellow 30, orange {FULL} or more. Lines: pairs; "
-        "green ones began, red ones ended. On the map: boxes in each cell, by the scale below it; black: "
+        f"Boxes: grey overlaps none, blue 1, green about 10, yellow 30, orange {FULL} or more.  Lines: pairs; "
+        "green ones began, red ones ended. On the map: boxes per cell, by the scale below it; black: "
         "the densest cells; white: the largest boxes.",
         "",
         "| largest boxes | extent | overlaps | cells |",

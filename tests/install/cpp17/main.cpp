@@ -1,5 +1,5 @@
-// A game engine's program: C++17, no exceptions, no RTTI; Finder and the forms that return a
-// status.
+// A program like a game engine: C++17, no exceptions, no RTTI; uses Finder and the forms that
+// return a status.
 #include <throng/throng.hpp>
 
 #include <cstdio>
@@ -9,7 +9,7 @@
 #include "../expect.hpp"
 
 #if __cplusplus >= 202002L || defined(__cpp_exceptions) || defined(__cpp_rtti)
-#error "this consumer is there to be C++17 without exceptions and RTTI"
+#error "compile this consumer as C++17 without exceptions and RTTI"
 #endif
 
 int main() {

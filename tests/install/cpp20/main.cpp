@@ -19,7 +19,7 @@ int main() {
   EXPECT(chain.size() == 999);
   for (std::uint32_t i = 0; i < 999; ++i) EXPECT((chain[i] == throng::Pair{i, i + 1}));
 
-  // The last box of the second set touches the first of the first, nothing else meets.
+  // The last box of the second set touches the first of the first set; no other pair.
   const std::vector<throng::Box> others = {{{-5, 0, 0}, {-4, 1, 1}}, {{-1, 0, 0}, {0, 1, 1}}};
   const auto across = throng::find_pairs(std::span<const throng::Box>(boxes), others);
   EXPECT(across.size() == 1 && (across[0] == throng::Pair{0, 1}));

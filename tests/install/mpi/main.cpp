@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
     settings.search.backend = throng::Backend::emulated;
     throng::mpi::DeviceFinder device(MPI_COMM_WORLD, settings);
     good = good && device.find({boxes}, nullptr).found == 1 && device.pairs().size() == 1;
-    // What a GPU would say, or that there is none: it is linked.
+    // The status of a GPU, or no_device: checks that it links.
     throng::mpi::DeviceFinder none(MPI_COMM_WORLD);
     const throng::Status wanted = throng::cuda::available().status;
     good = good && none.find(throng::mpi::RankBoxes(), nullptr).status == wanted;

@@ -1,5 +1,5 @@
-// A game engine's program, all of which is built with flags that would break a library which takes
-// floats at their word: the boxes are made of bits, as the compiler may assume here that no NaN is.
+// A program like a game engine, built with flags that break code which relies on NaN and infinity.
+// The special values are made from bits, since the compiler may assume here that there is no NaN.
 #include <throng/throng.hpp>
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include "../expect.hpp"
 
 #if defined(__GNUC__) && !defined(__FAST_MATH__)
-#error "this consumer is there to be built with -ffast-math"
+#error "build this consumer with -ffast-math"
 #endif
 
 namespace {
@@ -48,11 +48,11 @@ int main() {
       result = throng::find_pairs(boxes, pairs, options);
       EXPECT(result.ok() && pairs.size() == 297 && result.inactive == 1);
 
-      // A ground without end, under all but the box that is none.
+      // An unbounded ground, below all boxes but the inactive one.
       boxes[8] = {{minus_infinity, minus_infinity, minus_infinity}, {infinity, infinity, 0}};
       EXPECT(throng::find_pairs(boxes, pairs, options).ok() && pairs.size() == 296 + 298);
 
-      // Two points that are a denormal apart, and a third in the place of the first.
+      // Two points one denormal apart, and a third equal to the first.
       const throng::Box points[3] = {{{tiny, 0, 0}, {tiny, 0, 0}},
                                      {{tiny_too, 0, 0}, {tiny_too, 0, 0}},
                                      {{tiny, 0, 0}, {tiny, 0, 0}}};
@@ -60,7 +60,7 @@ int main() {
       EXPECT(pairs.size() == 1 && (pairs[0] == throng::Pair{0, 2}));
     }
   }
-  // Rounded outward: 0.1 is no float.
+  // Rounded outward, since 0.1 is not a float.
   const double lower[3] = {0.1, -0.1, 0}, upper[3] = {0.1, -0.1, 0};
   const throng::Box box = throng::round_outward(lower, upper);
   EXPECT(static_cast<double>(box.lower.x) < 0.1 && static_cast<double>(box.upper.x) > 0.1);

@@ -1,4 +1,4 @@
-// In place of Tracy's header: counts the zones that are entered and left.
+// A fake Tracy header: counts the zones entered and left.
 #pragma once
 
 #include <atomic>
