@@ -1,5 +1,5 @@
-# The site: the papers of this folder, and the reference that Doxygen and autodoc read off headers
-# and docstrings. scripts/docs builds it; warnings are errors there.
+# The site: the pages of this folder, and the reference that Doxygen and autodoc generate from headers
+# and docstrings. scripts/docs builds it, with warnings as errors.
 import pathlib
 import re
 import sys
@@ -20,8 +20,7 @@ html_theme = "furo"
 html_title = f"Throng {release}"
 html_static_path = []
 
-# The papers are GitHub's Markdown: headings are linked to by their words, and files of the tree by
-# their place in it.
+# The pages are GitHub Markdown: links use the slugs of headings, and relative paths.
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
 suppress_warnings = ["myst.header"]
@@ -33,7 +32,7 @@ breathe_domain_by_extension = {"h": "c", "hpp": "cpp"}
 cpp_id_attributes = ["THRONG_API"]
 c_id_attributes = ["THRONG_API"]
 
-# The docstrings are in Python files; what is behind them need not be built.
+# The docstrings are in Python files, so the extension module is not needed.
 autodoc_mock_imports = ["throng._throng"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
@@ -41,7 +40,7 @@ autodoc_type_aliases = {"BoxesLike": "BoxesLike", "Array": "Array"}
 
 
 def plain_docstring(app, what, name, obj, options, lines):
-    """Our docstrings are plain text: paragraphs, and `name: what it is` with lines set in below."""
+    """Docstrings are plain text: paragraphs, and `name: description` with indented lines below."""
     out = []
     for line in lines:
         term = re.match(r"^([a-z_]+(?:, [a-z_]+)*): (.*)$", line)
@@ -49,7 +48,8 @@ def plain_docstring(app, what, name, obj, options, lines):
             out += ["", f"**{term.group(1)}**: {term.group(2)}"]
         else:
             out.append(line.lstrip() if out and out[-1] and line.startswith("    ") else line)
-    # Words in quotes are code; a name that ends in _ is no link.
+    out = [re.sub(r"\(\*(\w)", r"(\\*\1", line) for line in out]  # f(*args) is not emphasis
+    # Words in quotes are code; a name that ends in _ is not a link.
     out = [re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", line) for line in out]
     lines[:] = [re.sub(r"(\w)_(?!\w)", r"\1\\_", line) for line in out]
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Shows a header to Doxygen: the comments of the house, // and /* */, as those that it reads.
+"""Converts the plain comments of a header, // and /* */, to Doxygen comments.
 
-A comment before a declaration documents it, one behind a declaration documents that, and lines that
-go on below the latter at the same column belong to it. The first comment is the file's. Lines that
-are set in by two blanks or more are shown as they stand.
+A comment before a declaration, or after it on the same line, documents it. A comment that continues
+below at the same column belongs to it. The first comment is that of the file. Lines that are indented
+by two blanks or more are verbatim.
 """
 
 import re
@@ -14,19 +14,19 @@ BEHIND = re.compile(r"^(\s*[^\s/].*?)(\s*)// ?(.*)$")
 
 
 def plain(text: str) -> str:
-    """Nothing in it is a command, HTML or a link to Doxygen; what is in backquotes is code."""
+    """Escapes Doxygen commands, HTML and links; text in backquotes is code."""
     text = re.sub(r"([@<>#\\])", r"\\\1", text)
     return re.sub(r"`([^`]+)`", r"<tt>\1</tt>", text)
 
 
 def cpp(lines: list[str]) -> list[str]:
     out = []
-    first = True  # the comment that begins the file
-    column = -1  # of a comment behind a declaration, which may go on below it
+    first = True  # the first comment of the file
+    column = -1  # of a comment after a declaration, which can continue below
     verbatim = False
     for line in lines:
         line = re.sub(r"\s*// ?NOLINT.*$", "", line)
-        # The page of the reference says the namespace, once for all headers.
+        # The page of the reference sets the namespace once for all headers.
         line = re.sub(r"^namespace throng::(\w+) \{", r"namespace \1 {", line)
         line = re.sub(r"^(namespace throng \{|\}  // namespace throng)$", "", line)
         whole, behind = WHOLE.match(line), BEHIND.match(line)

@@ -1,4 +1,4 @@
-// Objects that live: a BroadPhase tells which pairs began and which ended.
+// Persistent objects: a BroadPhase reports which pairs began and which ended.
 #include <throng/throng.hpp>
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 namespace {
 
-// What an engine keeps of a pair.
+// What an engine stores per pair.
 struct Contact {
   throng::ObjectId first, second;
   int age;
@@ -30,19 +30,17 @@ int main() {
     boxes.push_back({{x, 0, 0}, {x + 1, 1, 1}});
   }
   std::vector<Contact> contacts;
-  // snippet-begin: live
   throng::BroadPhase broad_phase;
   std::vector<throng::ObjectId> ids(boxes.size());
   throng::Result result = broad_phase.add(boxes, ids.data());
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
 
-  throng::Filter of_the_scene;
-  of_the_scene.is_static = 1;
+  throng::Filter scenery;
+  scenery.is_static = 1;
   const throng::ObjectId ground =
-      broad_phase.add({{-10, -1, -10}, {9999, 0, 10}}, of_the_scene);  // throws Error
-  // snippet-end: live
+      broad_phase.add({{-10, -1, -10}, {9999, 0, 10}}, scenery);  // throws Error
   for (int frame = 0; frame < 60; ++frame) {
-    // Only what moved is told; asleep is what does not move.
+    // Only movers are passed. An object that does not move is asleep.
     const std::vector<throng::ObjectId> movers = {ids[frame], ids[2 * frame + 1]};
     std::vector<throng::Box> moved;
     for (const throng::ObjectId id : movers) {
@@ -51,65 +49,61 @@ int main() {
       box.upper.x += 1;
       moved.push_back(box);
     }
-    // snippet-begin: update
-    result = broad_phase.move(movers.data(), moved);  // by their ids; the others cost nothing
+    result = broad_phase.move(movers.data(), moved);  // other objects cost nothing
     if (result.ok()) result = broad_phase.update();
     if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
-    // A pair's slot is its own while it lives: a place for the contact.
+    // The slot stays the same while the pair exists: use it as the index of the contact.
     for (const throng::LivePair& pair : broad_phase.ended()) contacts[pair.slot] = {};
     for (const throng::LivePair& pair : broad_phase.begun()) begin(contacts, pair);
-    // snippet-end: update
   }
   for (const throng::LivePair& pair : broad_phase.pairs()) {
     CHECK(contacts[pair.slot].first == pair.first && contacts[pair.slot].second == pair.second);
   }
   CHECK(broad_phase.pair_count() > boxes.size());
 
-  // snippet-begin: rollback
-  const throng::BroadPhase saved = broad_phase;  // ids, slots and all that is not told yet
+  const throng::BroadPhase saved = broad_phase;  // a snapshot: ids, slots, pending changes
   broad_phase.remove(ground);
   CHECK(broad_phase.update().ok());
   CHECK(broad_phase.ended().size() == boxes.size());
   broad_phase = saved;
-  // snippet-end: rollback
   CHECK(broad_phase.is_alive(ground));
 
-  // snippet-begin: questions
+  // snippet-begin: sweeps
   const throng::Vec3 eye = {0.5f, 5, 0.5f};
   const std::vector<throng::Sweep> sweeps = {
-      {{eye, eye}, {0, -100, 0}},              // a ray: a point that goes down by 100
-      {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that goes along x
+      {{eye, eye}, {0, -100, 0}},              // a ray: a point that moves down by 100
+      {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that moves along x
   };
   result = broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   for (const throng::SweepHit& hit : broad_phase.hits()) {
-    std::printf("sweep %u meets object %u at %g of its way\n", hit.sweep, hit.object, hit.time);
+    std::printf("sweep %u hits object %u at t = %g\n", hit.sweep, hit.object, hit.time);
   }
-  // snippet-end: questions
+  // snippet-end: sweeps
   CHECK(broad_phase.hits().size() == 1 && broad_phase.hits()[0].object == ground);
   // snippet-begin: overlaps
-  const std::vector<throng::Box> rooms = {{{0, 0, 0}, {100, 10, 10}}};
-  result = broad_phase.find_overlaps(rooms);
+  const std::vector<throng::Box> regions = {{{0, 0, 0}, {100, 10, 10}}};
+  result = broad_phase.find_overlaps(regions);
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   for (const throng::Pair& pair : broad_phase.overlaps()) {
-    std::printf("object %u is in room %u\n", pair.second, pair.first);
+    std::printf("object %u is in region %u\n", pair.second, pair.first);
   }
   // snippet-end: overlaps
   CHECK(broad_phase.overlaps().size() > 50);
 
   // snippet-begin: query
-  // What a ray is not to hit: here whom it comes from; an engine asks the shape itself.
-  const auto not_me = [](void* shooter, std::uint32_t, throng::ObjectId object, double time) {
-    return object == *static_cast<throng::ObjectId*>(shooter) ? 2 : time;  // above 1: never
+  // Leaves out the object that casts the ray. An engine would also test the exact shape here.
+  const auto not_shooter = [](void* shooter, std::uint32_t, throng::ObjectId object, double time) {
+    return object == *static_cast<throng::ObjectId*>(shooter) ? 2 : time;  // above 1: no hit
   };
   const auto shoot = [&](throng::ObjectId shooter, throng::SweepHit& hit) {
-    throng::BroadPhaseQuery query;  // one a thread, which an engine keeps
+    throng::BroadPhaseQuery query;  // one per thread; an engine keeps it
     const throng::Vec3 at = broad_phase.box(shooter).lower, from = {at.x + 0.5f, 0.5f, 0.5f};
     const throng::Sweep ray = {{from, from}, {100, 0, 0}};
-    const throng::SweepTest test = {not_me, &shooter};
-    const throng::Result answered =
+    const throng::SweepTest test = {not_shooter, &shooter};
+    const throng::Result result_of_ray =
         query.find_hits(broad_phase, &ray, 1, throng::SweepHits::first, {}, test);
-    if (answered.ok() && !query.hits().empty()) hit = query.hits()[0];
+    if (result_of_ray.ok() && !query.hits().empty()) hit = query.hits()[0];
   };
   throng::SweepHit hits[2] = {};
   std::thread other(shoot, ids[0], std::ref(hits[0]));

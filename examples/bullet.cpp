@@ -1,4 +1,4 @@
-// Throng in Bullet: the one line that changes, and what one may do with the broad phase.
+// Throng in Bullet: the line that changes, options, and a filter callback.
 #include <throng/bullet.hpp>
 
 #include <btBulletDynamicsCommon.h>
@@ -7,7 +7,7 @@
 
 namespace {
 
-// Cubes of one parity touch only each other.
+// Only objects whose ids have the same parity touch.
 struct Parity : btOverlapFilterCallback {
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
     return (a->m_uniqueId + b->m_uniqueId) % 2 == 0;
@@ -38,16 +38,14 @@ int main() {
   CHECK(btFabs(body.getWorldTransform().getOrigin().z() - btScalar(0.5)) < btScalar(0.1));
 
   {
-    // snippet-begin: options
     throng::Options options;
-    options.threads = 1;  // or an executor of yours, and where memory comes from
+    options.threads = 1;  // or your executor and memory resource
     throng::BulletBroadphase quiet(options);
-    // snippet-end: options
     CHECK(quiet.phase().options().threads == 1);
   }
 
   // snippet-begin: filter
-  Parity parity;  // asked when two boxes meet, and again when one moves that it refused
+  Parity parity;  // called when boxes begin to overlap, and when a refused one moves
   broad_phase.getOverlappingPairCache()->setOverlapFilterCallback(&parity);
   // snippet-end: filter
   world.stepSimulation(1.0f / 60, 0);

@@ -1,4 +1,4 @@
-// An example that no longer does what its text says fails as a test.
+// An example whose result differs from its text fails as a test.
 #pragma once
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Throng in FCL: a manager like any other.
+// Throng as an FCL broad-phase manager.
 #include <throng/fcl.hpp>
 
 #include <memory>
@@ -28,13 +28,11 @@ int main() {
   manager.collide(&apart, fcl::DefaultCollisionFunction<double>);
   CHECK(!apart.result.isCollision());
 
-  // snippet-begin: step
   balls[7]->setTranslation(fcl::Vector3d(25.5, 0, 0));
   balls[7]->computeAABB();
   manager.update(balls[7].get());
   fcl::DefaultCollisionData<double> found;
   manager.collide(&found, fcl::DefaultCollisionFunction<double>);
-  // snippet-end: step
   CHECK(found.result.isCollision());
 
   fcl::DefaultDistanceData<double> nearest;

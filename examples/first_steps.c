@@ -1,4 +1,4 @@
-/* The C door: three boxes in a row, the pairs that touch. */
+/* The C API: three boxes in a row, and the pairs that touch. */
 #include <throng/throng.h>
 
 #include <stdio.h>
@@ -11,7 +11,7 @@ int main(void) {
   throng_options options;
   throng_options_init(&options);
   options.order = THRONG_ORDER_CANONICAL;
-  options.inverted = THRONG_INVERTED_REFUSE; /* lower > upper is a mistake here, not an empty slot */
+  options.inverted = THRONG_INVERTED_REFUSE; /* lower > upper is an error */
 
   throng_finder* finder = throng_finder_create(&options);
   if (throng_find(finder, &view, NULL) != THRONG_OK) {

@@ -1,4 +1,4 @@
-// The shortest use: boxes in, pairs out. The test reads what it prints.
+// The shortest use: boxes in, pairs out. The test compares the printed lines.
 // snippet-begin: whole
 #include <throng/throng.hpp>
 

@@ -1,4 +1,4 @@
-// A simulation: a Finder that lives as long as the scene, and the three places where pairs can go.
+// A simulation: one Finder for all frames, and the three ways to receive pairs.
 #include <throng/throng.hpp>
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace {
 
-// A row of unit cubes, each sliding back and forth at its own pace.
+// A row of unit cubes. Each one moves back and forth at its own speed.
 void move(std::vector<throng::Box>& boxes, int frame) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const float x =
@@ -22,7 +22,6 @@ void narrow_phase(const throng::Pair*, std::size_t) {}
 
 std::uint64_t growing(std::vector<throng::Box>& boxes) {
   std::uint64_t total = 0;
-  // snippet-begin: growing
   throng::Finder finder;  // keeps its memory from frame to frame
   for (int frame = 0; frame < 120; ++frame) {
     move(boxes, frame);
@@ -34,20 +33,19 @@ std::uint64_t growing(std::vector<throng::Box>& boxes) {
     narrow_phase(finder.pairs().data(), finder.pairs().size());
     total += result.found;
   }
-  // snippet-end: growing
   return total;
 }
 
 std::uint64_t own_buffer(const std::vector<throng::Box>& boxes) {
   throng::Finder finder;
   // snippet-begin: buffer
-  std::vector<throng::Pair> room(16);
-  throng::Result result = finder.find(boxes, room.data(), room.size());
+  std::vector<throng::Pair> buffer(16);
+  throng::Result result = finder.find(boxes, buffer.data(), buffer.size());
   if (result.status == throng::Status::buffer_too_small) {
-    room.resize(result.found);  // exact, so that once more is enough
-    result = finder.find(boxes, room.data(), room.size());
+    buffer.resize(result.found);  // the exact total
+    result = finder.find(boxes, buffer.data(), buffer.size());
   }
-  narrow_phase(room.data(), result.written);
+  narrow_phase(buffer.data(), result.written);
   // snippet-end: buffer
   CHECK(result.ok());
   return result.written;
@@ -56,7 +54,7 @@ std::uint64_t own_buffer(const std::vector<throng::Box>& boxes) {
 std::uint64_t consumed(const std::vector<throng::Box>& boxes) {
   // snippet-begin: consumer
   throng::Options options;
-  options.memory_cap_bytes = 64 << 20;  // all that the library may take
+  options.memory_cap_bytes = 64 << 20;  // everything that the library allocates
   throng::Finder finder(options);
   std::uint64_t seen = 0;
   const throng::Result result =

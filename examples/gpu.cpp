@@ -1,4 +1,4 @@
-// Device pointers in and out on a stream, and a frame that is recorded once and replayed.
+// Device pointers in and out, a stream, and a frame that is recorded once and replayed.
 #include <throng/cuda.hpp>
 #include <throng/cuda_broad_phase.hpp>
 #include <throng/throng.hpp>
@@ -12,7 +12,7 @@
 
 namespace {
 
-// Two rows of boxes, each of which touches its neighbours.
+// Two rows of boxes. Each box touches its neighbours.
 std::vector<throng::Box> make_boxes(int count, float pitch) {
   std::vector<throng::Box> boxes;
   for (int i = 0; i < count; ++i) {
@@ -60,16 +60,16 @@ int main() {
   }
 
   {
-    // snippet-begin: live
-    throng::cuda::BroadPhase broad_phase(0.2f);  // how far they go before a search
+    // snippet-begin: persistent
+    throng::cuda::BroadPhase broad_phase(0.2f);  // fat margin, world units
     throng::Result result = broad_phase.add({boxes, count}, nullptr, stream);  // ids 0, 1, 2, ...
     if (result.ok()) result = broad_phase.update(stream);
     simulate(boxes, stream);  // kernels that move the boxes
     if (result.ok())
-      result = broad_phase.update({boxes, count}, stream);  // who moved, and what of it
+      result = broad_phase.update({boxes, count}, stream);  // finds the movers and the events
     if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
     const throng::LivePairs begun = broad_phase.begun();  // in device memory
-    // snippet-end: live
+    // snippet-end: persistent
     CHECK(result.ok() && result.found == 0 && broad_phase.ended().size() == count - 2);
     CHECK(begun.empty());
   }
@@ -84,13 +84,13 @@ int main() {
     CHECK(broad_phase.add({boxes, count}, nullptr, stream).ok());
     // snippet-begin: rays
     // rays: throng::Sweep[2], hits: throng::SweepHit[2], both in device memory
-    const throng::Result asked = broad_phase.find_first_hits(rays, 2, {}, hits, stream);
-    if (!asked.ok()) std::fprintf(stderr, "%s\n", asked.message);
+    const throng::Result hit = broad_phase.find_first_hits(rays, 2, {}, hits, stream);
+    if (!hit.ok()) std::fprintf(stderr, "%s\n", hit.message);
     // snippet-end: rays
     throng::SweepHit first[2];
     cudaMemcpyAsync(first, hits, sizeof first, cudaMemcpyDeviceToHost, stream);
     cudaStreamSynchronize(stream);
-    CHECK(asked.ok() && asked.found == 1 && first[0].object == 0);
+    CHECK(hit.ok() && hit.found == 1 && first[0].object == 0);
     CHECK(first[1].object == throng::cuda::no_object);
     cudaFree(rays);
     cudaFree(hits);
@@ -99,7 +99,7 @@ int main() {
 
   // snippet-begin: graph
   throng::cuda::Finder finder;
-  throng::Result ready = finder.reserve(count, 0, stream);  // from here on no memory is taken
+  throng::Result ready = finder.reserve(count, 0, stream);  // later calls allocate nothing
 
   cudaGraph_t graph;
   cudaGraphExec_t frame;
@@ -110,19 +110,19 @@ int main() {
   if (!ready.ok()) std::fprintf(stderr, "%s\n", ready.message);
   cudaGraphInstantiate(&frame, graph, 0);
 
-  cudaGraphLaunch(frame, stream);  // each frame, whatever boxes lie there then
+  cudaGraphLaunch(frame, stream);  // each frame, for the current boxes
   // snippet-end: graph
-  throng::cuda::Report told;
-  cudaMemcpyAsync(&told, report, sizeof told, cudaMemcpyDeviceToHost, stream);
+  throng::cuda::Report copied;
+  cudaMemcpyAsync(&copied, report, sizeof copied, cudaMemcpyDeviceToHost, stream);
   cudaStreamSynchronize(stream);
-  CHECK(told.found == count - 2);
+  CHECK(copied.found == count - 2);
   cudaMemcpyAsync(boxes, apart.data(), count * sizeof(throng::Box), cudaMemcpyHostToDevice, stream);
   cudaGraphLaunch(frame, stream);
-  cudaMemcpyAsync(&told, report, sizeof told, cudaMemcpyDeviceToHost, stream);
+  cudaMemcpyAsync(&copied, report, sizeof copied, cudaMemcpyDeviceToHost, stream);
   cudaStreamSynchronize(stream);
-  CHECK(told.found == 0);
+  CHECK(copied.found == 0);
   std::printf("found %llu pairs, then %llu\n", static_cast<unsigned long long>(count - 2),
-              static_cast<unsigned long long>(told.found));
+              static_cast<unsigned long long>(copied.found));
   cudaGraphExecDestroy(frame);
   cudaGraphDestroy(graph);
   cudaStreamDestroy(stream);

@@ -1,4 +1,4 @@
-// From bodies to boxes to pairs: transforms and shapes, and a sweep for what is fast.
+// From bodies to boxes to pairs: transforms, shapes, and swept boxes for fast bodies.
 #include <throng/throng.hpp>
 
 #include <cmath>
@@ -18,7 +18,7 @@ struct Body {
   std::uint32_t shape;
 };
 
-// A body names its shape; a shape may serve any number of bodies.
+// A body refers to a shape; many bodies may share a shape.
 throng::Bodies view(const std::vector<Body>& bodies, const std::vector<throng::Shape>& shapes,
                     const std::vector<throng::Vec3>& points) {
   throng::Bodies shown(&bodies[0].transform, bodies.size(), shapes.data(), shapes.size(),
@@ -32,11 +32,10 @@ throng::Bodies view(const std::vector<Body>& bodies, const std::vector<throng::S
 }  // namespace
 
 int main() {
-  // snippet-begin: scene
   const std::vector<throng::Vec3> points = {{0, 1, 0}, {-1, 0, -1}, {1, 0, -1}, {0, 0, 1}};
   const float everywhere = INFINITY;
   const std::vector<throng::Shape> shapes = {
-      throng::Shape::box({everywhere, 1, everywhere}, {0, -1, 0}),  // the ground, its top at 0
+      throng::Shape::box({everywhere, 1, everywhere}, {0, -1, 0}),  // ground; top at y = 0
       throng::Shape::sphere(0.5f), throng::Shape::capsule(0.5f, 0.25f),
       throng::Shape::convex(0, 4),  // a pyramid
   };
@@ -45,22 +44,18 @@ int main() {
   std::vector<Body> bodies = {
       {{{0, 0, 0}, upright}, {0, 0, 0}, 0},
       {{{0, 0.5f, 0}, upright}, {0, 0, 0}, 1},   // a ball on the ground
-      {{{1.2f, 2, 0}, lying}, {0, -200, 0}, 2},  // a capsule that falls, fast
+      {{{1.2f, 2, 0}, lying}, {0, -200, 0}, 2},  // a capsule that falls fast
       {{{5, 3, 0}, upright}, {0, 0, 0}, 3},      // a pyramid in the air
   };
-  // snippet-end: scene
 
-  // snippet-begin: frame
   std::vector<throng::Box> boxes(bodies.size());
   throng::Result result = throng::update_boxes(view(bodies, shapes, points), boxes.data());
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   std::vector<throng::Pair> pairs = throng::find_pairs(boxes);
-  // snippet-end: frame
   CHECK(result.ok());
   CHECK(pairs.size() == 1);  // the ball touches the ground
 
-  // snippet-begin: sweep
-  // Each box covers its body's whole way through the next step: what moves fast is not missed.
+  // Each box covers the whole path of its body in the next step.
   const float step = 1.0f / 60;
   std::vector<throng::Vec3> displacements;
   displacements.reserve(bodies.size());
@@ -71,8 +66,7 @@ int main() {
   swept.displacement = {displacements.data(), displacements.size()};
   result = throng::update_boxes(swept, boxes.data());
   pairs = throng::find_pairs(boxes);
-  // snippet-end: sweep
   CHECK(result.ok());
-  CHECK(pairs.size() == 3);  // the capsule meets the ground, and the ball on its way
+  CHECK(pairs.size() == 3);  // the capsule hits the ground, and the ball on its path
   std::printf("%zu pairs\n", pairs.size());
 }

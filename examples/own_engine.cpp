@@ -1,5 +1,5 @@
-// What an engine of one's own needs of a broad phase: objects with boxes of doubles, some asleep;
-// rules about who may touch whom; contacts that live from step to step.
+// A small engine on top of a BroadPhase: boxes of doubles, sleeping bodies, collision rules, and
+// contacts that persist from step to step.
 #include <throng/throng.hpp>
 
 #include <cstdio>
@@ -12,7 +12,7 @@ namespace {
 struct Body {
   double lower[3], upper[3];
   bool awake;
-  int type, affinity;  // bits: two touch if one's type is among the other's affinities
+  int type, affinity;  // bits: two touch if the type of one is in the affinity of the other
   int part_of;         // bodies of one machine never touch
   throng::ObjectId id;
 };
@@ -34,9 +34,9 @@ bool allowed(const Body& a, const Body& b) {
 }
 
 // snippet-begin: filter
-// `type` and `affinity` have 16 bits. Throng wants both (a.group & b.mask) and (b.group & a.mask);
-// with both halves in both numbers, each of the two says: one's type is among the other's
-// affinities.
+// `type` and `affinity` have 16 bits. Throng requires (a.group & b.mask) and (b.group & a.mask).
+// With both halves in both numbers, each of the two is true exactly if the type of one body is in
+// the affinity of the other.
 throng::Filter filter_of(const Body& body) {
   throng::Filter filter;
   filter.group = static_cast<unsigned>(body.type) | static_cast<unsigned>(body.affinity) << 16;
@@ -63,7 +63,6 @@ class Engine {
     body.awake = true;
   }
 
-  // snippet-begin: wake
   void wake(throng::ObjectId first) {
     std::vector<throng::ObjectId> waking = {first};
     while (!waking.empty()) {
@@ -77,24 +76,23 @@ class Engine {
         waking.push_back(pair.first == id ? pair.second : pair.first);
     }
   }
-  // snippet-end: wake
 
   // snippet-begin: step
   bool step() {
     ids_.clear();
     boxes_.clear();
     for (const Body& body : bodies_) {
-      if (!body.awake) continue;  // what sleeps costs nothing
+      if (!body.awake) continue;  // a sleeping body costs nothing
       ids_.push_back(body.id);
       boxes_.push_back(throng::round_outward(body.lower, body.upper));
     }
     throng::Result result = phase_.move(ids_.data(), boxes_);
     if (result.ok()) result = phase_.update();
-    if (!result.ok()) {  // nothing has changed: the step may be tried again
+    if (!result.ok()) {  // nothing changed: the step can be repeated
       std::fprintf(stderr, "%s\n", result.message);
       return false;
     }
-    // A slot is the pair's own while it lives: the contact stays where it is.
+    // The slot is fixed while the pair exists, so the contact keeps its place.
     for (const throng::LivePair& pair : phase_.ended()) contacts_[pair.slot] = {};
     contacts_.resize(static_cast<std::size_t>(phase_.slot_limit()));
     for (const throng::LivePair& pair : phase_.begun()) {
@@ -103,7 +101,7 @@ class Engine {
     for (Contact& contact : contacts_) {
       if (!contact.alive) continue;
       const Body &a = bodies_[contact.first], &b = bodies_[contact.second];
-      // Rounded boxes are a little larger: the engine's own comparison comes last.
+      // Rounded boxes are slightly larger: compare the doubles last.
       if ((a.awake || b.awake) && touch(a, b)) solve(contact);
     }
     return true;
@@ -155,7 +153,7 @@ int main() {
     CHECK(engine.solved() - before == wanted);
     CHECK(wanted > 100);
   }
-  // Who is woken wakes all that hang together with it, by the boxes as they were handed over.
+  // Waking a body wakes its whole island, by the boxes of the last step.
   engine.sleep();
   engine.wake(9);
   std::vector<bool> reached(400);
@@ -173,7 +171,7 @@ int main() {
     count += reached[i];
   }
   CHECK(count > 1);
-  // Contacts that lived through all steps have kept what was hung on them.
+  // Contacts that existed in all steps kept their data.
   double most = 0;
   for (const Contact& contact : engine.contacts())
     most = contact.impulse > most ? contact.impulse : most;

@@ -1,5 +1,5 @@
-// A periodic domain, as of granular and molecular dynamics: what leaves it on one side comes in on
-// the other, and boxes touch across its sides.
+// A periodic domain, as in granular and molecular dynamics: a body that leaves on one side enters
+// on the opposite side, and boxes touch across the boundary.
 #include <throng/throng.hpp>
 
 #include <algorithm>
@@ -17,8 +17,7 @@ namespace {
 
 using Shift = std::array<int, 3>;
 
-// Of shifts that are each other's opposite one: what touches across the left side touches across
-// the right.
+// One of each two opposite shifts: a pair across the left side is also a pair across the right.
 constexpr std::array<Shift, 13> shifts = {{{1, 0, 0},
                                            {0, 1, 0},
                                            {0, 0, 1},
@@ -39,7 +38,7 @@ struct PeriodicPair {
   Shift shift;
 };
 
-// Rounded outward: nothing that touches is lost.
+// Rounded outward, so that no touching pair is lost.
 throng::Box moved(const throng::Box& box, const double (&lengths)[3], const Shift& shift) {
   const double lower[3] = {box.lower.x + shift[0] * lengths[0], box.lower.y + shift[1] * lengths[1],
                            box.lower.z + shift[2] * lengths[2]};
@@ -69,11 +68,11 @@ class PeriodicFinder {
   PeriodicFinder(double x, double y, double z) : lengths_{x, y, z} {}
 
   // snippet-begin: find
-  // The boxes' centres lie in the domain, and none is longer than it. false: it failed.
+  // Box centres lie in the domain; no box is longer than the domain. Returns false on failure.
   bool find(const std::vector<throng::Box>& boxes) {
     pairs_.clear();
     if (boxes.empty()) return true;
-    // Behind the boxes come images of them: those that reach to where boxes are.
+    // Append images of the boxes: those that reach the boxes of the domain.
     boxes_ = boxes;
     image_of_.resize(boxes.size());
     std::iota(image_of_.begin(), image_of_.end(), 0);
@@ -91,14 +90,14 @@ class PeriodicFinder {
       }
     }
     throng::Boxes view(boxes_);
-    view.filters.is_static = {is_image_.data(), is_image_.size()};  // images meet boxes alone,
-    view.filters.owner = {image_of_.data(), image_of_.size()};      // and not their own
+    view.filters.is_static = {is_image_.data(), is_image_.size()};  // no pair of two images,
+    view.filters.owner = {image_of_.data(), image_of_.size()};      // nor a box and its image
     const throng::Result result = finder_.find(view);
     if (!result.ok()) {
       std::fprintf(stderr, "%s\n", result.message);
       return false;
     }
-    for (const throng::Pair pair : finder_.pairs()) {  // the image, if there is one, is the second
+    for (const throng::Pair pair : finder_.pairs()) {  // an image is always second
       const auto second = static_cast<std::uint32_t>(image_of_[pair.second]);
       pairs_.push_back({pair.first, second, shift_[pair.second]});
     }
@@ -121,15 +120,15 @@ class PeriodicFinder {
   std::vector<PeriodicPair> pairs_;
 };
 
-// first, second and shift such that first < second, so that lists can be compared.
+// Ordered so that first < second, to compare lists.
 using Row = std::tuple<std::uint32_t, std::uint32_t, Shift>;
 Row row(std::uint32_t first, std::uint32_t second, const Shift& shift) {
   if (first < second) return {first, second, shift};
   return {second, first, {-shift[0], -shift[1], -shift[2]}};
 }
 
-// Every two boxes and every shift of the second one. Coordinates are whole numbers of sixteenths:
-// all sums are exact.
+// The reference: every two boxes and every shift of the second. Coordinates are multiples of 1/16,
+// so all sums are exact.
 std::vector<Row> plainly(const std::vector<throng::Box>& boxes, const double (&lengths)[3]) {
   std::vector<Row> rows;
   for (std::uint32_t a = 0; a < boxes.size(); ++a) {
@@ -143,7 +142,7 @@ std::vector<Row> plainly(const std::vector<throng::Box>& boxes, const double (&l
   return rows;
 }
 
-// Boxes of up to `longest` sixteenths a side, whose centres lie in a domain of `length`.
+// Boxes of up to longest / 16 per side, with centres in a domain of the given length.
 std::vector<throng::Box> some(std::size_t count, int length, unsigned longest, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<throng::Box> boxes(count);
@@ -179,7 +178,7 @@ std::size_t pairs_across(const std::vector<throng::Box>& boxes, int length) {
 }  // namespace
 
 int main() {
-  // Across each side, edge and corner; and boxes as long as the domain, which touch several times.
+  // Across sides, edges and corners; boxes as long as the domain touch several times.
   CHECK(pairs_across(some(1000, 8, 20, 1), 8) > 100);
   CHECK(pairs_across(some(60, 2, 32, 2), 2) > 1000);
   CHECK(pairs_across({}, 1) == 0);

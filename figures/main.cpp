@@ -1,4 +1,4 @@
-// throng-figures DIR: the drawings of docs/pictures.md. Boxes, pairs and hits in them come from the
+// throng-figures DIR: the drawings of docs/pictures. Boxes, pairs and hits in them come from the
 // library, so comparing them with the files in docs/ detects outdated ones.
 #include <algorithm>
 #include <cstdio>

@@ -3,7 +3,6 @@
 import numpy
 import throng
 
-# snippet-begin: bodies
 shapes = [
     throng.box((numpy.inf, 1, numpy.inf), center=(0, -1, 0)),  # the ground, its top at 0
     throng.sphere(0.5),
@@ -13,5 +12,4 @@ position = numpy.array([[0, 0, 0], [0, 0.5, 0], [1.2, 2, 0]], numpy.float32)
 velocity = numpy.array([[0, 0, 0], [0, 0, 0], [0, -200, 0]], numpy.float32)
 boxes = throng.update_boxes(position, shapes, displacement=velocity / 60)
 pairs = throng.find_pairs(boxes)
-# snippet-end: bodies
 assert sorted(map(tuple, pairs.tolist())) == [(0, 1), (0, 2)]

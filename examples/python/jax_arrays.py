@@ -1,4 +1,4 @@
-"""Boxes in arrays of JAX. A compiled function asks for the pairs by a callback."""
+"""Boxes in JAX arrays. A compiled function gets the pairs through a callback."""
 
 # snippet-begin: jax
 import jax
@@ -12,7 +12,7 @@ pairs = throng.find_pairs(boxes, result="same")
 
 
 @jax.jit
-def touched(boxes: jax.Array) -> jax.Array:  # what is compiled must know its sizes: a value a box
+def touched(boxes: jax.Array) -> jax.Array:  # jit needs fixed sizes: one value per box
     def count(boxes: jax.Array) -> throng.Array:
         found = throng.find_pairs(boxes, result="numpy")
         return numpy.bincount(found.reshape(-1), minlength=len(boxes)).astype(numpy.int32)

@@ -1,13 +1,12 @@
 """A periodic domain: boxes touch across its sides."""
 
-# snippet-begin: periodic
 import itertools
 
 import numpy
 import throng
 from numpy.typing import NDArray
 
-# Of shifts that are each other's opposite one: what touches across the left side touches across the right.
+# One of each two opposite shifts: a pair across the left side is also a pair across the right.
 SHIFTS = [s for s in itertools.product((-1, 0, 1), repeat=3) if s > (0, 0, 0)]
 Numbers = NDArray[numpy.integer]
 
@@ -17,7 +16,7 @@ def periodic_pairs(
 ) -> tuple[Numbers, Numbers, Numbers]:
     """first, second (m,), shift (m, 3): box second, moved by shift * lengths, touches box first.
 
-    boxes: (n, 6), whose centres lie in the domain, none longer than it; lengths: the domain's.
+    boxes: (n, 6), centres in the domain, none longer than the domain; lengths: of the domain.
     """
     count = len(boxes)
     images, image_of, shift = [boxes.astype(float)], [numpy.arange(count)], [numpy.zeros((count, 3), int)]
@@ -29,12 +28,11 @@ def periodic_pairs(
         image_of.append(which)
         shift.append(numpy.tile(s, (len(which), 1)))
     everything, owner, shifts = map(numpy.concatenate, (images, image_of, shift))
-    # Images are static, so that they meet boxes alone, and owned, so that they do not meet their own.
+    # Two images never pair (static), nor a box and its own image (owner).
     is_image = numpy.arange(len(everything)) >= count
     pairs = throng.find_pairs(everything, owner=owner, static=is_image, round="outward", result="numpy")
     first, second = pairs.T
     return first, owner[second], shifts[second]
-# snippet-end: periodic
 
 
 random = numpy.random.default_rng(1)

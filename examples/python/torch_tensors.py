@@ -1,4 +1,4 @@
-"""Boxes in tensors of PyTorch, and pairs that index them. On a GPU, too, in a build with CUDA."""
+"""Boxes in PyTorch tensors, and pairs that index them."""
 
 # snippet-begin: torch
 import torch

@@ -113,7 +113,7 @@ class THRONG_API BroadPhase {
   // none was removed. The id of a removed object is reused only after an update has reported the
   // pairs that its removal ended.
   // Cost: constant per object; the search happens in the next update or query. All calls:
-  // docs/choosing.md.
+  // docs/how-to/choose.md.
   Result add(const Boxes& boxes, ObjectId* ids) noexcept;
   Status add(const Box& box, const Filter& filter, ObjectId& id) noexcept;
   ObjectId add(const Box& box, const Filter& filter = {});  // throws Error

@@ -26,7 +26,7 @@ class THRONG_API Error : public std::runtime_error {
 
 // Returns all pairs of overlapping boxes, each once, first < second. Throws Error, also for a box
 // with lower > upper unless Options::inverted is InvertedPolicy::inactive.
-// Cost, here and below: O(n + pairs); see docs/choosing.md, 'What each call costs'.
+// Cost, here and below: O(n + pairs); see docs/how-to/choose.md, 'What each call costs'.
 THRONG_API std::vector<Pair> find_pairs(const Boxes& boxes, const Options& options = {});
 // Returns all pairs of a box of `a` and an overlapping box of `b`. Throws Error.
 THRONG_API std::vector<Pair> find_pairs(const Boxes& a, const Boxes& b,

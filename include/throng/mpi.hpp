@@ -51,7 +51,7 @@ struct Settings {
   // DeviceFinder; may differ between ranks.
   Buffers buffers = Buffers::automatic;
   // Finder on the CPU: search groups of boxes of a region that lie far apart separately. Reduces
-  // the imbalance that gaps between clusters cause, but costs more than it saves: docs/scale.md.
+  // the imbalance that gaps between clusters cause, but costs more than it saves: docs/how-to/mpi.md.
   bool parts = false;
 };
 
@@ -109,7 +109,7 @@ class Finder {
 
   // Collective. A rank may have no boxes. Two sets: `first` is an id of a, `second` one of b; each
   // set has its own ids.
-  // Cost: that of throng::Finder for the boxes that overlap a rank's region; see docs/scale.md.
+  // Cost: that of throng::Finder for the boxes that overlap a rank's region; see docs/how-to/mpi.md.
   Result find(const RankBoxes& boxes) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b) noexcept;
   // The pairs that this rank reports; sorted with Order::canonical.

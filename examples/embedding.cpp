@@ -1,4 +1,4 @@
-// Inside an engine: its threads, its memory, its files of doubles.
+// Throng inside an engine: the engine's threads, its memory, its boxes of doubles.
 #include <throng/throng.hpp>
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 namespace {
 
 // snippet-begin: executor
-// Stands for the engine's job system: calls task(context, i) for each i and waits for them all.
+// Stands for the engine's job system: calls task(context, i) for each i and waits for all of them.
 struct Jobs {
   unsigned calls = 0;
 
@@ -34,7 +34,7 @@ std::vector<throng::Box> chain(std::size_t count) {
 
 int main() {
   const std::vector<throng::Box> boxes = chain(100000);
-  // snippet-begin: guest
+  // snippet-begin: embedding
   Jobs jobs;
   throng::Executor executor;
   executor.concurrency = 4;
@@ -43,27 +43,25 @@ int main() {
   std::pmr::synchronized_pool_resource memory;
 
   throng::Options options;
-  options.executor = &executor;  // no thread is started beside it
-  options.memory = &memory;      // no byte is allocated beside it
+  options.executor = &executor;  // the library starts no other thread
+  options.memory = &memory;      // and allocates from nothing else
   throng::Finder finder(options);
   const throng::Result result = finder.find(boxes);
-  // snippet-end: guest
+  // snippet-end: embedding
   CHECK(result.ok());
   CHECK(result.found == 99999);
   CHECK(jobs.calls > 0);
 
-  // snippet-begin: doubles
-  // 0.1 is no float: the box is rounded outward, so that no touching pair can be lost.
+  // 0.1 is not a float. Rounding the box outward loses no touching pair.
   const double lower[3] = {0.1, 0.1, 0.1};
   const double upper[3] = {0.7, 0.7, 0.7};
   const throng::Box box = throng::round_outward(lower, upper);
-  // snippet-end: doubles
   CHECK(static_cast<double>(box.lower.x) <= 0.1);
   CHECK(static_cast<double>(box.upper.x) >= 0.7);
 
   // snippet-begin: exact
-  // Plates a micrometre thick, a thousand kilometres away. Every other one begins where the one
-  // before it ends, the rest a nanometre further.
+  // Plates, a micrometre thick, a thousand kilometres from the origin. Every second plate begins
+  // where the previous one ends; the others begin a nanometre later.
   std::vector<throng::DoubleBox> plates;
   double x = 1e6;
   for (int i = 0; i < 1000; ++i) {

@@ -1,11 +1,11 @@
-/* The C door of objects that live: two boxes, one of which goes past the other. */
+/* Persistent objects from C: two boxes, one of which moves past the other. */
 #include <throng/throng.h>
 
 #include <stdio.h>
 
 int main(void) {
   size_t began = 0, ended = 0, count;
-  // snippet-begin: live
+  // snippet-begin: persistent
   throng_broad_phase* broad_phase = throng_broad_phase_create(NULL);
   throng_box boxes[2] = {{{0, 0, 0}, {1, 1, 1}}, {{-2.5f, 0, 0}, {-1.5f, 1, 1}}};
   throng_boxes view = throng_boxes_packed(boxes, 2);
@@ -21,25 +21,25 @@ int main(void) {
 
     const throng_live_pair* pairs = throng_broad_phase_begun(broad_phase, &count);
     for (size_t i = 0; i < count; ++i) {
-      printf("frame %d: %u and %u begin to touch\n", frame, pairs[i].first, pairs[i].second);
+      printf("frame %d: %u and %u begin to overlap\n", frame, pairs[i].first, pairs[i].second);
     }
     began += count;
     pairs = throng_broad_phase_ended(broad_phase, &count);
     for (size_t i = 0; i < count; ++i) {
-      printf("frame %d: %u and %u part\n", frame, pairs[i].first, pairs[i].second);
+      printf("frame %d: %u and %u separate\n", frame, pairs[i].first, pairs[i].second);
     }
     ended += count;
   }
   if (status != THRONG_OK) {
     fprintf(stderr, "%s\n", throng_broad_phase_result(broad_phase)->message);
   }
-  // snippet-end: live
+  // snippet-end: persistent
 
   // snippet-begin: ray
   const throng_sweep ray = {{{-9, 0.5f, 0.5f}, {-9, 0.5f, 0.5f}}, {20, 0, 0}};
   if (throng_broad_phase_find_hits(broad_phase, &ray, 1, THRONG_HITS_FIRST, NULL) == THRONG_OK) {
     const throng_sweep_hit* hits = throng_broad_phase_hits(broad_phase, &count);
-    if (count > 0) printf("the ray meets %u at %g of its way\n", hits[0].object, hits[0].time);
+    if (count > 0) printf("the ray hits %u at t = %g\n", hits[0].object, hits[0].time);
   }
   throng_broad_phase_destroy(broad_phase);
   // snippet-end: ray
