@@ -1,46 +1,37 @@
-// What update_boxes costs beside a plain copy of as many bytes: ns a body, the median of 31 calls.
+// Subcommand bodies: update_boxes, which computes boxes from transforms and shapes, compared with a
+// copy (memcpy, one thread) that reads and writes as many bytes. ns per body, medians.
 #include <throng/throng.hpp>
 
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <random>
-#include <utility>
+#include <string>
 #include <vector>
 
-#include "program/median.hpp"
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
+#include "bench/require.hpp"
+#include "bench/subcommands.hpp"
+#include "bench/timing.hpp"
+#include "program/failure.hpp"
+
+namespace throng::bench {
 namespace {
 
-using namespace throng;
-
-template <class F>
-double median_ns(F&& f) {
-  std::vector<double> times;
-  f();
-  for (int k = 0; k < 31; ++k) {
-    const auto start = std::chrono::steady_clock::now();
-    f();
-    times.push_back(
-        std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
-  }
-  return program::median(std::move(times));
-}
-
-struct Scene {
+struct BodyData {
   std::vector<Transform> transforms;
   std::vector<Vec3> positions, displacements;
   std::vector<std::uint32_t> shape;
   std::vector<Shape> shapes, own;
 };
 
-Scene make(std::size_t n) {
+BodyData make(std::size_t n) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1, 1);
-  Scene s;
+  BodyData s;
   s.shapes = {Shape::sphere(.5f), Shape::box({1, 2, 3}), Shape::capsule(1, .5f),
               Shape::box({.5f, .5f, .5f}, {0, 1, 0})};
   for (std::size_t i = 0; i < n; ++i) {
@@ -55,44 +46,74 @@ Scene make(std::size_t n) {
   return s;
 }
 
-}  // namespace
+template <class F>
+std::vector<double> ns_per_body(int rounds, std::size_t bodies, F&& f) {
+  std::vector<double> times;
+  f();
+  for (int k = 0; k < rounds; ++k) times.push_back(1e6 * time_ms(f) / static_cast<double>(bodies));
+  return times;
+}
 
-int main() {
-  std::printf("%-26s %8s %6s %8s %8s %8s\n", "", "bodies", "bytes", "copy", "1 thread", "2");
-  for (const std::size_t n : {std::size_t{100000}, std::size_t{1000000}}) {
-    const Scene s = make(n);
-    const Bodies boxes(s.transforms.data(), n, &s.shapes[1], 1);
-    Bodies spheres, mixed = boxes, swept = boxes;
-    spheres.position = {s.positions.data(), n};
-    spheres.shapes = {s.shapes.data(), 1};
-    mixed.shapes = {s.shapes.data(), s.shapes.size()};
-    mixed.shape = {s.shape.data(), n};
-    swept.displacement = {s.displacements.data(), n};
-    const Bodies own(s.transforms.data(), n, s.own.data(), n);
-    const struct {
-      const char* name;
-      Bodies bodies;
-      std::size_t bytes;  // a body, read and written
-    } cases[] = {{"spheres, unrotated", spheres, sizeof(Vec3) + sizeof(Box)},
-                 {"boxes, one shape", boxes, sizeof(Transform) + sizeof(Box)},
-                 {"four shapes by index", mixed, sizeof(Transform) + sizeof(Box) + 4},
-                 {"boxes, swept", swept, sizeof(Transform) + sizeof(Vec3) + sizeof(Box)},
-                 {"a shape a body", own, sizeof(Transform) + sizeof(Shape) + sizeof(Box)}};
-    for (const auto& c : cases) {
-      const std::vector<char> from(c.bytes * n / 2, 1);
-      std::vector<char> to(from.size(), 2);
-      std::vector<Box> out(n);
-      const double copy = median_ns([&] { std::memcpy(to.data(), from.data(), to.size()); });
-      double ns[2] = {};
-      for (const unsigned threads : {1u, 2u}) {
-        UpdateOptions options;
-        options.threads = threads;
-        if (!update_boxes(c.bodies, out.data(), options).ok()) return 1;
-        ns[threads - 1] = median_ns([&] { (void)update_boxes(c.bodies, out.data(), options); });
-      }
-      const auto each = static_cast<double>(n);
-      std::printf("%-26s %8zu %6zu %8.2f %8.2f %8.2f\n", c.name, n, c.bytes, copy / each,
-                  ns[0] / each, ns[1] / each);
+void measure(std::size_t n, const CaseOptions& a, Results& results) {
+  const BodyData s = make(n);
+  const Bodies boxes(s.transforms.data(), n, &s.shapes[1], 1);
+  Bodies spheres, mixed = boxes, swept = boxes;
+  spheres.position = {s.positions.data(), n};
+  spheres.shapes = {s.shapes.data(), 1};
+  mixed.shapes = {s.shapes.data(), s.shapes.size()};
+  mixed.shape = {s.shape.data(), n};
+  swept.displacement = {s.displacements.data(), n};
+  const Bodies own(s.transforms.data(), n, s.own.data(), n);
+  const struct {
+    const char* name;
+    Bodies bodies;
+    std::size_t bytes;  // per body, read and written
+  } cases[] = {{"spheres, not rotated", spheres, sizeof(Vec3) + sizeof(Box)},
+               {"boxes, one shape", boxes, sizeof(Transform) + sizeof(Box)},
+               {"boxes, swept", swept, sizeof(Transform) + sizeof(Vec3) + sizeof(Box)},
+               {"four shapes by index", mixed, sizeof(Transform) + sizeof(Box) + 4},
+               {"one shape per body", own, sizeof(Transform) + sizeof(Shape) + sizeof(Box)}};
+  const int rounds = a.rounds_of(31);
+  for (const auto& c : cases) {
+    Row row;
+    row.kind = "bodies";
+    row.name = c.name;
+    row.objects = n;
+    row.metric = "ns_per_body";
+    row.note = fmt::format("{} bytes per body", c.bytes);
+    const std::vector<char> from(c.bytes * n / 2, 1);
+    std::vector<char> to(from.size(), 2);
+    row.library = "memcpy";
+    set_samples(row,
+                ns_per_body(rounds, n, [&] { std::memcpy(to.data(), from.data(), to.size()); }));
+    results.add(row);
+    std::vector<Box> out(n);
+    row.library = "Throng update_boxes";
+    for (const unsigned threads : a.threads) {
+      UpdateOptions options;
+      options.threads = threads;
+      require(update_boxes(c.bodies, out.data(), options));
+      row.threads = threads;
+      set_samples(
+          row, ns_per_body(rounds, n, [&] { (void)update_boxes(c.bodies, out.data(), options); }));
+      results.add(row);
     }
   }
+  results.show(fmt::format("{} bodies", n));
 }
+
+}  // namespace
+
+int bodies_command(int argc, char** argv) {
+  CaseOptions a;
+  CLI::App app{"Boxes computed from transforms and shapes, compared with a copy of as many bytes.",
+               "throng-bench bodies"};
+  int status = 0;
+  if (!parse_case_options(app, a, "", argc, argv, status)) return status;
+  Results results(a.output);
+  measure(a.objects(100'000), a, results);
+  if (a.objects(1'000'000) > 100'000) measure(a.objects(1'000'000), a, results);
+  return program::exit_done;
+}
+
+}  // namespace throng::bench

@@ -11,7 +11,7 @@
 namespace throng::bench {
 namespace {
 
-// Contenders that keep their objects would do nothing at all for boxes that stand still.
+// Methods that keep their objects have nothing to do for boxes that do not move.
 std::vector<Box> nudged(std::vector<Box> boxes) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     Box& b = boxes[i];
@@ -77,7 +77,7 @@ Case make_case(const SceneChoice& choice, std::size_t objects, std::size_t most_
   c.frames.resize(most_frames);
   for (std::size_t f = 0; f < most_frames; ++f) {
     c.frames[f].resize(objects);
-    // The column is dense at the end of its fall; elsewhere any frames serve.
+    // The column is dense at the end of its fall; in other scenes any frames will do.
     scene.frame(choice.name == "column" ? 99 - f : f, c.frames[f].data());
   }
   if (scene.has_worlds()) {

@@ -1,29 +1,30 @@
-// Boxes of doubles: what exact pairs of these cost beside those of floats, beside rounding outward
-// and looking at each pair again, and beside CGAL, which takes doubles. In turn; CSV on standard
-// output, medians.
+// Subcommand doubles: exact pairs of boxes of doubles, compared with boxes of floats, with rounding
+// outward and testing each pair again, and with CGAL. All methods in turn; medians.
 #include <throng/throng.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
 
-#if defined(THRONG_CGAL)
-#include <CGAL/box_intersection_d.h>
-#endif
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
-#include "bench/wander.hpp"
-#include "program/median.hpp"
+#include "bench/competitors/doubles.hpp"
+#include "bench/random_motion.hpp"
+#include "bench/require.hpp"
+#include "bench/subcommands.hpp"
+#include "bench/timing.hpp"
+#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
 
 using DoubleList = std::vector<DoubleBox>;
 
-// A third of a scene's size, so that hardly a coordinate is a float, and `origin` away.
+// The scene at a third of its size, so that hardly any coordinate is a float, at a distance of
+// `origin`.
 DoubleList doubles_of(const std::vector<Box>& boxes, double origin) {
   DoubleList list;
   const auto at = [&](const Vec3& v) {
@@ -33,11 +34,10 @@ DoubleList doubles_of(const std::vector<Box>& boxes, double origin) {
   return list;
 }
 
-// A way to find them; tells how many there are. What it keeps it keeps from round to round.
-struct Way {
-  std::string name;
-  std::function<std::size_t()> find;
-  std::vector<double> ms = {};
+struct Measured {
+  std::string library, setting;
+  std::function<std::size_t()> find;  // returns the number of pairs
+  std::vector<double> times = {};
   std::size_t pairs = 0;
 };
 
@@ -48,41 +48,16 @@ bool overlap(const DoubleBox& a, const DoubleBox& b) {
          b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
 
-Way exact(std::string name, const DoubleList& boxes, Finder& finder) {
-  return {std::move(name), [&] { return finder.find(boxes).ok() ? finder.pairs().size() : 0; }};
+template <class AnyBox>
+std::function<std::size_t()> search(Finder& finder, const std::vector<AnyBox>& boxes) {
+  return [&] {
+    require(finder.find(boxes));
+    return finder.pairs().size();
+  };
 }
 
-#if defined(THRONG_CGAL)
-struct CgalBox {
-  using NT = double;
-  using ID = std::uint32_t;
-  DoubleBox box;
-  ID number;
-
-  static int dimension() { return 3; }
-  ID id() const { return number; }
-  NT min_coord(int k) const { return (&box.lower.x)[k]; }
-  NT max_coord(int k) const { return (&box.upper.x)[k]; }
-};
-
-Way cgal(std::ptrdiff_t cutoff, const DoubleList& boxes, std::vector<CgalBox>& room,
-         std::vector<Pair>& out) {
-  return {"CGAL, cutoff " + std::to_string(cutoff), [&, cutoff] {
-            room.resize(boxes.size());
-            for (std::uint32_t i = 0; i < boxes.size(); ++i) room[i] = {boxes[i], i};
-            out.clear();
-            CGAL::box_self_intersection_d(
-                room.begin(), room.end(),
-                [&](const CgalBox& a, const CgalBox& b) {
-                  out.push_back({std::min(a.number, b.number), std::max(a.number, b.number)});
-                },
-                cutoff);
-            return out.size();
-          }};
-}
-#endif
-
-void measure(const char* scene, std::size_t count, unsigned threads, int rounds) {
+void measure(const char* scene, std::size_t count, unsigned threads, int rounds, bool competitors,
+             Results& results) {
   const std::vector<Box> floats = boxes_of(scene, count);
   const DoubleList boxes = doubles_of(floats, 0), far = doubles_of(floats, 1e6);
   std::vector<Box> rounded;
@@ -90,56 +65,83 @@ void measure(const char* scene, std::size_t count, unsigned threads, int rounds)
   Options options;
   options.threads = threads;
   Finder of_floats(options), of_doubles(options), of_far(options), of_outward(options);
-  std::vector<Box> room;
-  std::vector<Pair> looked_at;
+  std::vector<Box> copy;
+  std::vector<Pair> exact;
 
-  std::vector<Way> ways;
-  ways.push_back({"Throng, floats",
-                  [&] { return of_floats.find(rounded).ok() ? of_floats.pairs().size() : 0; }});
-  ways.push_back(exact("Throng, doubles", boxes, of_doubles));
-  ways.push_back(exact("Throng, doubles a million away", far, of_far));
-  ways.push_back({"Throng, rounded outward, and each pair looked at", [&] {
-                    room.resize(boxes.size());
-                    std::transform(boxes.begin(), boxes.end(), room.begin(), outward);
-                    if (!of_outward.find(room).ok()) return std::size_t{0};
-                    looked_at.clear();
-                    for (const Pair pair : of_outward.pairs()) {
-                      if (overlap(boxes[pair.first], boxes[pair.second])) looked_at.push_back(pair);
-                    }
-                    return looked_at.size();
-                  }});
-#if defined(THRONG_CGAL)
-  std::vector<CgalBox> cgal_room;
-  std::vector<Pair> cgal_out;
-  if (threads == 1)
-    for (const std::ptrdiff_t cutoff : {10, 1000})
-      ways.push_back(cgal(cutoff, boxes, cgal_room, cgal_out));
-#endif
+  std::vector<Measured> all;
+  all.push_back({"Throng Finder", "floats", search(of_floats, rounded)});
+  all.push_back({"Throng Finder", "doubles", search(of_doubles, boxes)});
+  all.push_back({"Throng Finder", "doubles, a million units away", search(of_far, far)});
+  all.push_back({"Throng Finder", "rounded outward, each pair tested again", [&] {
+                   copy.resize(boxes.size());
+                   std::transform(boxes.begin(), boxes.end(), copy.begin(), outward);
+                   require(of_outward.find(copy));
+                   exact.clear();
+                   for (const Pair pair : of_outward.pairs())
+                     if (overlap(boxes[pair.first], boxes[pair.second])) exact.push_back(pair);
+                   return exact.size();
+                 }});
+  const auto others = threads == 1 && competitors ? double_competitors()
+                                                  : std::vector<std::unique_ptr<DoubleMethod>>();
+  for (const auto& method : others)
+    all.push_back({method->name(), "doubles", [&] { return method->run(boxes); }});
   for (int round = -1; round < rounds; ++round) {
-    for (Way& way : ways) {
-      const auto start = std::chrono::steady_clock::now();
-      way.pairs = way.find();
-      const std::chrono::duration<double, std::milli> took =
-          std::chrono::steady_clock::now() - start;
-      if (round >= 0) way.ms.push_back(took.count());
+    for (Measured& m : all) {
+      const double time = time_ms([&] { m.pairs = m.find(); });
+      if (round >= 0) m.times.push_back(time);
     }
   }
-  for (const Way& way : ways) {
-    std::printf("%s,%zu,%u,\"%s\",%.4g,%zu\n", scene, count, threads, way.name.c_str(),
-                program::median(way.ms), way.pairs);
+  for (const Measured& m : all) {
+    // Of floats, rounding may add pairs; a shift rounds the coordinates.
+    if (m.setting.find("away") == std::string::npos && m.setting != "floats" &&
+        m.pairs != all[1].pairs)
+      throw program::Failure(
+          fmt::format("{}: {} pairs, wanted {}", m.library, m.pairs, all[1].pairs),
+          program::exit_differs);
+    Row row;
+    row.kind = "doubles";
+    row.name = scene;
+    row.objects = count;
+    row.setting = m.setting;
+    row.library = m.library;
+    row.threads = threads;
+    row.metric = "search_ms";
+    row.found = m.pairs;
+    set_samples(row, m.times);
+    results.add(std::move(row));
   }
-  std::fflush(stdout);
+  results.show(fmt::format("{}, {} boxes, {} threads", scene, count, threads));
 }
 
 }  // namespace
-}  // namespace throng::bench
 
-int main() {
-  using throng::bench::measure;
-  std::printf("scene,boxes,threads,what,ms,pairs\n");
-  for (const unsigned threads : {1u, 2u}) {
-    for (const char* scene : {"uniform", "pile", "mixed"}) measure(scene, 100'000, threads, 15);
-    measure("uniform", 10'000, threads, 41);
-    measure("uniform", 1'000'000, threads, 7);
+int doubles_command(int argc, char** argv) {
+  CaseOptions a;
+  CLI::App app{"Boxes of doubles.", "throng-bench doubles"};
+  app.add_flag("!--no-competitors", a.competitors, "Only Throng");
+  int status = 0;
+  if (!parse_case_options(app, a, "SCENE-OBJECTS", argc, argv, status)) return status;
+  Results results(a.output);
+  const struct {
+    const char* scene;
+    std::size_t objects;
+    int rounds;
+  } cases[] = {{"uniform", 10'000, 41},
+               {"uniform", 100'000, 15},
+               {"uniform", 1'000'000, 7},
+               {"pile", 100'000, 15},
+               {"mixed", 100'000, 15}};
+  for (const unsigned threads : a.threads) {
+    std::string last;
+    for (const auto& c : cases) {
+      const std::size_t objects = a.objects(c.objects);
+      const std::string name = fmt::format("{}-{}", c.scene, objects);
+      if (!a.wanted(name) || name == last) continue;
+      last = name;
+      measure(c.scene, objects, threads, a.rounds_of(c.rounds), a.competitors, results);
+    }
   }
+  return program::exit_done;
 }
+
+}  // namespace throng::bench

@@ -9,8 +9,8 @@
 
 #include <throng/version.hpp>
 
-#include "bench/crew.hpp"
-#include "bench/rivals.hpp"
+#include "bench/competitors/competitors.hpp"
+#include "bench/competitors/thread_pool.hpp"
 #include "program/machine.hpp"
 
 namespace throng::bench {
@@ -29,24 +29,24 @@ std::vector<std::pair<std::string, std::string>> machine_description() {
   auto d = program::machine_description();
   d.emplace_back("Throng", THRONG_VERSION);
   std::string versions, missing;
-  for (const auto& v : rival_versions()) versions += (versions.empty() ? "" : ", ") + v;
-  for (const auto& v : missing_rivals()) missing += (missing.empty() ? "" : ", ") + v;
-  d.emplace_back("rivals", versions.empty() ? "none" : versions);
-  if (!missing.empty()) d.emplace_back("rivals not found", missing);
+  for (const auto& v : competitor_versions()) versions += (versions.empty() ? "" : ", ") + v;
+  for (const auto& v : missing_competitors()) missing += (missing.empty() ? "" : ", ") + v;
+  d.emplace_back("other libraries", versions.empty() ? "none" : versions);
+  if (!missing.empty()) d.emplace_back("libraries not found", missing);
   return d;
 }
 
 double copy_bandwidth(unsigned threads) {
-  // A quarter GiB each: far beyond the caches of most; one of hundreds of MiB flatters the figure.
+  // A quarter GiB each: larger than most caches; a cache of hundreds of MiB raises the figure.
   const std::size_t bytes = std::size_t{256} << 20;
   const std::unique_ptr<char[]> from(new char[bytes]), to(new char[bytes]);
-  Crew crew(threads);
+  ThreadPool pool(threads);
   double best = 0;
   for (int round = 0; round < 6; ++round) {
     const auto start = std::chrono::steady_clock::now();
-    crew.run([&](unsigned t) {
-      const std::size_t begin = Crew::part(bytes, t, threads),
-                        end = Crew::part(bytes, t + 1, threads);
+    pool.run([&](unsigned t) {
+      const std::size_t begin = ThreadPool::part(bytes, t, threads),
+                        end = ThreadPool::part(bytes, t + 1, threads);
       if (round == 0) {
         std::memset(from.get() + begin, 1, end - begin);
         std::memset(to.get() + begin, 2, end - begin);

@@ -9,15 +9,15 @@
 
 namespace throng::bench {
 
-// What the programs tell of a machine, and the versions of library and rivals.
+// The description that all programs print, and the versions of the libraries.
 std::vector<std::pair<std::string, std::string>> machine_description();
-// Bytes read and bytes written, together, by copying blocks that no cache holds; GB/s.
+// Bytes read plus bytes written per second, in GB/s, by copying blocks larger than the caches.
 double copy_bandwidth(unsigned threads);
 
-// Resident memory, in bytes; 0 where the system does not tell.
+// Resident memory, in bytes; 0 if the system does not report it.
 std::uint64_t resident_bytes();
 std::uint64_t peak_resident_bytes();
-// The peak starts anew from what is resident now.
+// Resets the peak to what is resident now. Returns false if the system cannot.
 bool reset_peak();
 
 }  // namespace throng::bench

@@ -46,7 +46,7 @@ struct Way {
   Options options;
 };
 
-// Every instruction set that this processor has on 1 to 8 threads, the pipeline of a GPU, and a
+// Every instruction set of this processor on 1 to 8 threads, the GPU pipeline on the CPU, and a
 // GPU.
 std::vector<Way> ways(std::size_t objects) {
   std::vector<Way> all;

@@ -1,14 +1,14 @@
-// Are the pairs still those that they always were, to the byte, whatever finds them?
+// Compares the pairs with a stored table, byte by byte, for every way to find them.
 #pragma once
 
 #include <cstddef>
 
 namespace throng::bench {
 
-// Holds every way to find the pairs of scenes up to `most_objects` against scene/golden.hpp, and
-// tells of each. Gives the number of those that differ.
+// Compares every way to find the pairs of scenes up to `most_objects` with scene/golden.hpp and
+// prints each. Returns the number of differences.
 int validate(std::size_t most_objects);
-// Prints the table of scene/golden.cpp as it is here and now.
+// Prints the table of scene/golden.cpp for the current build.
 void print_golden();
 
 }  // namespace throng::bench

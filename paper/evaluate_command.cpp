@@ -48,7 +48,7 @@ int run(const Arguments& a) {
   setting.memory_bytes = program::parse_bytes(a.memory, "--memory");
   if (!a.up_to.empty()) setting.up_to = program::parse_count(a.up_to, "--up-to");
   setting.limit_seconds = a.limit;
-  setting.rivals = program::find_companion("throng-bench-frames");
+  setting.rivals = program::find_companion("throng-bench");
   setting.progress = [](const std::string& what) {
     std::fputs(fmt::format("throng-paper: {}\n", what).c_str(), stderr);
   };

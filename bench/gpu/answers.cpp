@@ -1,8 +1,8 @@
-// Answers in a file: what one backend found, for another to be held against.
+// A file of answers: what one backend found, to compare another one with.
 #include <fstream>
 #include <stdexcept>
 
-#include "bench/gpu/row.hpp"
+#include "bench/gpu/measurement.hpp"
 
 namespace throng::bench::gpu {
 namespace {

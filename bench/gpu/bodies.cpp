@@ -1,4 +1,5 @@
-// Boxes of bodies by the device: the time of a replay, and every bit held against the host's.
+// Boxes of bodies computed on the device: the time of a graph replay. All bits are compared with
+// the host's.
 #include <cstring>
 #include <stdexcept>
 
@@ -6,7 +7,7 @@
 #include <throng/update_boxes.hpp>
 
 #include "bench/gpu/gpu.hpp"
-#include "bench/gpu/search.hpp"
+#include "bench/gpu/session.hpp"
 #include "bench/gpu/timing.hpp"
 #include "scene/checksum.hpp"
 
@@ -17,18 +18,18 @@ struct Kind {
   const char* name;
   Shape (*shape)(float size);
 };
-// Eight points in two cubes, one within the other.
+// The corners of two cubes, one inside the other.
 constexpr std::uint32_t hull_points = 16;
 constexpr Kind kinds[] = {
-    {"update_boxes, spheres", [](float size) { return Shape::sphere(size); }},
-    {"update_boxes, boxes",
+    {"spheres", [](float size) { return Shape::sphere(size); }},
+    {"boxes",
      [](float size) {
        return Shape::box({size, 2 * size, 0.5f * size});
      }},
-    {"update_boxes, hulls of 16", [](float) { return Shape::convex(0, hull_points); }},
+    {"hulls of 16 points", [](float) { return Shape::convex(0, hull_points); }},
 };
 
-// From the index alone, between -1 and 1.
+// A function of the index only, between -1 and 1.
 float draw(std::size_t i, std::uint64_t which) {
   const std::uint64_t bits = scene::mix(8 * i + which) >> 40;
   return static_cast<float>(bits) / static_cast<float>(1 << 23) - 1.0f;
@@ -37,7 +38,7 @@ float draw(std::size_t i, std::uint64_t which) {
 Transform transform_of(std::size_t i) {
   Transform t;
   t.position = {100 * draw(i, 0), 100 * draw(i, 1), 100 * draw(i, 2)};
-  // Not of length one, which costs nothing: the boxes are those of the matrix as given.
+  // Not normalised, at no cost: the boxes are those of the matrix as given.
   t.rotation = {draw(i, 3), draw(i, 4), draw(i, 5), draw(i, 6)};
   return t;
 }
@@ -94,17 +95,16 @@ void measure_kind(const Kind& kind, const std::vector<Transform>& transforms, Se
                       ": the device's boxes are not those of the host");
   const Timing t =
       time_runs(stream.get(), s.budget_ms, [&](std::size_t) { graph.launch(stream.get()); });
-  Row row;
+  Measurement row;
   row.experiment = "bodies";
   row.what = kind.name;
   row.objects = n;
-  row.device = s.device;
   row.time = t;
   row.bytes_per_box = sizeof(Transform) + sizeof(std::uint32_t) + sizeof(Box);
   row.rate = 100 * row.bytes_per_box * static_cast<double>(n) / (t.median_ms * 1e6) / s.copy_gbs;
-  row.rate_unit = "% of the copy";
+  row.rate_metric = "copy_percent";
   row.note = "transform 28, shape 4, box 24; shapes and points in the caches";
-  s.rows.push_back(std::move(row));
+  s.measurements.push_back(std::move(row));
 }
 
 }  // namespace

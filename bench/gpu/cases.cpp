@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t K = 1000, M = 1000000;
 
 Case uniform(const char* experiment, std::size_t objects, bool canonical) {
-  // Different boxes in each frame, so that no frame finds its own answer in a cache; at 100M two of
-  // them are far beyond any.
+  // Different boxes in each frame, so that no frame finds its data in a cache; at 100M two frames
+  // are larger than all caches.
   return {experiment, "uniform, density 2",         "uniform", 2,
           objects,    objects >= 100 * M ? 2u : 4u, canonical};
 }
@@ -39,7 +39,7 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
     const auto add = [&](const SceneChoice& s, std::size_t n) {
       all.push_back({"scenes", s.label, s.name, s.density, n, 2, false});
     };
-    // Worlds first: 8192 of 64 boxes each. Then what there is a goal for.
+    // Worlds first: 8192 of 64 boxes each. Then the scenes that have goals.
     add(find_scene("worlds"), 8192 * 64);
     for (const char* name : {"pile", "mixed", "clusters"})
       for (const std::size_t n : {100 * K, M, 10 * M}) add(find_scene(name), n);
@@ -96,7 +96,7 @@ FrameMaker::FrameMaker(const Case& c) : source_(std::make_unique<Source>()), obj
   spec.density = c.density;
   spec.frames = 100;
   source_->scene = std::make_unique<scene::Scene>(spec);
-  // The column is dense at the end of its fall; elsewhere any frames serve.
+  // The column is dense at the end of its fall; in other scenes any frames will do.
   source_->backwards = c.scene == "column";
   // Not cleared: each thread is the first to touch its part.
   boxes_.reset(new Box[objects_]);
@@ -112,13 +112,13 @@ const Box* FrameMaker::frame(std::size_t f) {
   const std::size_t at = source_->backwards ? 99 - f : f;
   const std::size_t threads = std::clamp<std::size_t>(
       objects_ / 20000, 1, std::max(1u, std::thread::hardware_concurrency()));
-  std::vector<std::thread> crew;
+  std::vector<std::thread> pool;
   for (std::size_t t = 0; t < threads; ++t)
-    crew.emplace_back([&, t] {
+    pool.emplace_back([&, t] {
       const std::size_t begin = objects_ * t / threads, end = objects_ * (t + 1) / threads;
       source_->scene->boxes(at, begin, end, boxes_.get() + begin);
     });
-  for (std::thread& t : crew) t.join();
+  for (std::thread& t : pool) t.join();
   return boxes_.get();
 }
 

@@ -1,5 +1,5 @@
-// What the GPU benchmark measures: scenes at numbers of boxes, recorded files; and their frames,
-// made by all threads of the host, a part each.
+// The cases of the subcommand gpu: scenes at numbers of boxes, recorded files; and their frames,
+// made by all threads of the host.
 #pragma once
 
 #include <cstddef>
@@ -17,20 +17,20 @@ struct Case {
   std::string experiment;
   std::string label;   // of the scene, or a file's path
   std::string scene;   // empty: a file
-  double density = 0;  // pairs a box; 0: the scene's own
+  double density = 0;  // pairs per box; 0: the scene's own
   std::size_t objects = 0;
-  std::size_t frames = 1;  // different inputs, taken in turn
-  bool canonical = false;  // measured in that order, too
+  std::size_t frames = 1;  // different inputs, used in turn
+  bool canonical = false;  // also measured with sorted pairs
   Algorithm algorithm = Algorithm::automatic;
 };
 
 // "scaling", "scenes", "stages", "crossover"; sizes above `most` are left out. Throws
 // std::invalid_argument.
 std::vector<Case> cases_of(const std::string& part, std::size_t most);
-// One a file, all of its frames; throws scene::FileError.
+// One per file, with all of its frames; throws scene::FileError.
 std::vector<Case> cases_of_files(const std::vector<std::string>& files);
 
-// Along x, of the first thousand.
+// The mean width along x of the first thousand boxes.
 float mean_width(const Box* boxes, std::size_t n);
 
 // Makes the frames of a case, one at a time.
@@ -38,9 +38,9 @@ class FrameMaker {
  public:
   explicit FrameMaker(const Case& c);
   ~FrameMaker();
-  // Frame f, good until the next call.
+  // Frame f, valid until the next call.
   const Box* frame(std::size_t f);
-  // A world a box; empty: none.
+  // One world per box; empty: none.
   const std::vector<std::int32_t>& worlds() const { return worlds_; }
 
  private:

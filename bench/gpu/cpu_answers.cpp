@@ -2,7 +2,7 @@
 
 #include <throng/throng.hpp>
 
-#include "bench/gpu/search.hpp"
+#include "bench/gpu/session.hpp"
 #include "scene/checksum.hpp"
 
 namespace throng::bench::gpu {
@@ -12,14 +12,14 @@ void answer_by_cpu(const Case& c, unsigned threads, Answers& answers) {
   Options options;
   options.backend = Backend::cpu;
   options.threads = threads;
-  options.nan = NanPolicy::inactive;  // as a call that waits for nothing takes them
+  options.nan = NanPolicy::inactive;  // as find_async treats them
   Finder finder(options);
   for (std::size_t f = 0; f < c.frames; ++f) {
     Boxes boxes(maker.frame(f), c.objects);
     if (!maker.worlds().empty())
       boxes.filters.world = {maker.worlds().data(), maker.worlds().size()};
     Answer answer;
-    // No pair is kept: 100M boxes have 1.6 GB of them.
+    // No pair is stored: 100M boxes have 1.6 GB of them.
     const Result r = finder.consume(boxes, [&](const Pair* pairs, std::size_t count) {
       answer.checksum += scene::pair_checksum(pairs, count);
       return true;

@@ -1,5 +1,5 @@
-// Device memory, streams, events and graphs of the GPU benchmark. Every call of CUDA is checked;
-// what fails is thrown as std::runtime_error with CUDA's words.
+// Device memory, streams, events and graphs of the GPU benchmark. Every CUDA call is checked; an
+// error is thrown as std::runtime_error with CUDA's message.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -10,19 +10,18 @@
 #include <string>
 #include <utility>
 
-#include <throng/options.hpp>
 #include <throng/types.hpp>
 
+#include "bench/require.hpp"
+
 namespace throng::bench::gpu {
+
+using bench::require;
 
 inline void need(cudaError_t error) {
   if (error == cudaSuccess) return;
   (void)cudaGetLastError();
   throw std::runtime_error(std::string("CUDA: ") + cudaGetErrorString(error));
-}
-
-inline void must(const Result& r) {
-  if (!r.ok()) throw std::runtime_error(r.message);
 }
 
 template <class T>
@@ -42,7 +41,7 @@ class DeviceArray {
   }
   void put(const T* from, std::size_t count, std::size_t at = 0) {
     need(cudaMemcpy(data_ + at, from, count * sizeof(T), cudaMemcpyHostToDevice));
-    // From pageable memory it may still be under way, and no stream of our own would wait for it.
+    // The copy from pageable memory may be incomplete, and our streams do not wait for it.
     need(cudaDeviceSynchronize());
   }
   void get(T* to, std::size_t count) const {
@@ -88,7 +87,7 @@ class Event {
   cudaEvent_t event_ = nullptr;
 };
 
-// What `put` puts on the stream, recorded once.
+// The work that `put` adds to the stream, recorded once.
 class Graph {
  public:
   template <class F>
@@ -111,7 +110,7 @@ class Graph {
   cudaGraphExec_t ready_ = nullptr;
 };
 
-// Device memory in use, by everybody, as the driver counts it.
+// Device memory in use by all processes, as the driver counts it.
 inline std::size_t device_bytes_in_use() {
   std::size_t free = 0, total = 0;
   need(cudaMemGetInfo(&free, &total));

@@ -1,4 +1,4 @@
-#include "bench/gpu/search.hpp"
+#include "bench/gpu/session.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -13,15 +13,14 @@
 namespace throng::bench::gpu {
 namespace {
 
-// Above so many boxes pairs are summed up on the device only: downloading takes longer than all
-// else.
+// Above this number of boxes pairs are summed up only on the device: a download takes too long.
 constexpr std::size_t most_on_host = 10000000;
 
-void must(const Result& r, const std::string& what) {
+void require(const Result& r, const std::string& what) {
   if (!r.ok()) throw std::runtime_error(what + ": " + r.message);
 }
 
-// The frames of a case in device memory, and how many pairs each has.
+// The frames of a case in device memory, and the number of pairs of each.
 class Resident {
  public:
   explicit Resident(const Case& c) {
@@ -37,7 +36,7 @@ class Resident {
     cuda::Finder counter(counting());
     for (std::size_t f = 0; f < c.frames; ++f) {
       const Result r = counter.find(boxes(f), nullptr, 0, nullptr);
-      if (r.status != Status::buffer_too_small) must(r, c.label);
+      if (r.status != Status::buffer_too_small) require(r, c.label);
       found_.push_back(r.found);
     }
   }
@@ -68,8 +67,8 @@ struct Summed {
   std::string by;
 };
 
-// Number and checksum of pairs that lie on the device. On the host where they are few enough, and
-// then the device's own sum must be the same.
+// Number and checksum of pairs in device memory. A small number is also summed up on the host, and
+// both sums must be equal.
 Summed sum_up(const Case& c, const DeviceArray<Pair>& pairs, std::size_t count, cudaStream_t stream,
               Session& s) {
   Summed sum{{count, device_checksum(pairs.data(), count, stream)}, "device"};
@@ -101,7 +100,7 @@ void compare(const Case& c, std::size_t frame, const char* order, const Answer& 
 
 void measure_order(const Case& c, const Resident& frames, Order order, Session& s) {
   const bool canonical = order == Order::canonical;
-  const char* order_name = canonical ? "canonical" : "any";
+  const char* order_name = canonical ? "sorted" : "unsorted";
   Options options;
   options.algorithm = c.algorithm;
   options.order = order;
@@ -113,17 +112,18 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
   const DeviceArray<cuda::Report> report(1);
   cuda::Finder finder(options);
   const std::size_t before = device_bytes_in_use();
-  must(finder.reserve(c.objects, canonical ? capacity : 0, stream.get()), c.label);
+  require(finder.reserve(c.objects, canonical ? capacity : 0, stream.get()), c.label);
   const std::size_t taken = device_bytes_in_use() - before;
   std::vector<std::unique_ptr<Graph>> graphs;
   for (std::size_t f = 0; f < frames.size(); ++f)
     graphs.push_back(std::make_unique<Graph>(stream.get(), [&] {
-      must(finder.find_async(frames.boxes(f), pairs.data(), capacity, report.data(), stream.get()),
-           c.label);
+      require(
+          finder.find_async(frames.boxes(f), pairs.data(), capacity, report.data(), stream.get()),
+          c.label);
     }));
   const bool file = c.scene.empty();
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    // What is not written must not pass for a pair.
+    // Pairs that are not written must not look like pairs.
     need(cudaMemsetAsync(pairs.data(), 0xff, pairs.bytes(), stream.get()));
     graphs[f]->launch(stream.get());
     stream.wait();
@@ -138,12 +138,13 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     const Summed sum = sum_up(c, pairs, found, stream.get(), s);
     compare(c, f, order_name, sum.answer, s);
     if (f > 0 && !file) continue;
-    Row row;
+    Measurement row;
     row.experiment = c.experiment;
     row.what = file ? c.label.substr(c.label.find_last_of('/') + 1) : c.label;
-    if (c.algorithm != Algorithm::automatic) row.what += std::string(", ") + to_string(c.algorithm);
     row.objects = c.objects;
-    row.order = order_name;
+    row.setting = order_name;
+    if (c.algorithm != Algorithm::automatic)
+      row.setting += std::string(", ") + to_string(c.algorithm);
     row.pairs = sum.answer.pairs;
     row.checksum = sum.answer.checksum;
     row.checksum_by = sum.by;
@@ -151,7 +152,6 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     row.pairs_per_box = static_cast<double>(found) / n;
     row.bytes_per_box = static_cast<double>(finder.memory_bytes()) / n;
     row.driver_bytes_per_box = static_cast<double>(taken) / n;
-    row.device = s.device;
     const double budget = file ? s.budget_ms / static_cast<double>(frames.size()) : s.budget_ms;
     const Timing t = time_runs(stream.get(), budget, [&](std::size_t k) {
       graphs[file ? f : k % graphs.size()]->launch(stream.get());
@@ -159,7 +159,7 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     row.time = t;
     row.note =
         file ? "frame " + std::to_string(f) : std::to_string(frames.size()) + " frames in turn";
-    s.rows.push_back(std::move(row));
+    s.measurements.push_back(std::move(row));
   }
 }
 
@@ -176,28 +176,29 @@ void measure_search(const Case& c, Session& s) {
 
 namespace {
 
-// What each stage moves through device memory, by count. `random`: sectors of 32 bytes at random
-// places of the cell table, which cost nothing where the table lies in L2.
+// The bytes that each stage moves through device memory. `random`: sectors of 32 bytes at random
+// places of the cell table, which cost nothing if the table is in L2.
 struct Moved {
   const char* stage;
   double per_box, random_per_box, per_pair;
   const char* reason;
 };
-// Where boxes are sorted by cell (pipeline/cell_order.hpp): no cell is counted in device memory,
-// and boxes are gathered, a box and a half a sector.
+// Above this number boxes are sorted by cell (pipeline/cell_order.hpp): no cell is counted in
+// device memory, and boxes are gathered, one and a half sectors per box.
 constexpr std::size_t sorted_above = 3500000;
-constexpr Moved bin_sorted = {
-    "bin", (24 + 4 + 4) + (4 + 2 * (8 + 8)) + (4 + 4 + 4 + 48 + 32 + 9), 0, 0,
-    "name: box 24, cell 4, index 4; sort: cell 4, two passes of 8 + 8; place: cell 4 + 4, index 4, "
-    "sectors of a box 48, record 32, table 9"};
+constexpr Moved bin_sorted = {"bin", (24 + 4 + 4) + (4 + 2 * (8 + 8)) + (4 + 4 + 4 + 48 + 32 + 9),
+                              0, 0,
+                              "cells: box 24, cell 4, index 4; sort: cell 4, two passes of 8 + 8; "
+                              "place: cell 4 + 4, index 4, "
+                              "sectors of a box 48, record 32, table 9"};
 constexpr Moved moved[] = {
-    {"plan", 0, 0, 0, "one block, some 4096 boxes: latency, no bandwidth; others clear the table"},
-    // The table has 9/4 cells of 4 bytes a box: 9 bytes.
+    {"plan", 0, 0, 0, "one block, about 4096 boxes: latency, no bandwidth; others clear the table"},
+    // The table has 9/4 cells of 4 bytes per box: 9 bytes.
     {"bin", (24 + 8) + 2 * 9 + (24 + 8 + 32), 2 * 32 + 32, 0,
      "count: box 24, place 8, an atomic on a sector (32 read, 32 written); scan 9 + 9; "
      "place: box 24, place 8, a sector of the table 32, record 32"},
     {"find", 32 + 9, 0, 8,
-     "records 32 and table 9 once from memory, candidates again from the caches; 8 a pair"},
+     "records 32 and table 9 once from memory, candidates again from the caches; 8 per pair"},
 };
 
 double stage_ms(const StageTimes& t, int stage) {
@@ -222,7 +223,7 @@ void measure_stages(const Case& c, Session& s) {
   for (std::size_t k = 0; k < 12 || (spent_ms < s.budget_ms && k < 500); ++k) {
     const Result r =
         finder.find(frames.boxes(k % frames.size()), pairs.data(), pairs.size(), stream.get());
-    must(r, c.label);
+    require(r, c.label);
     spent_ms += r.times.total_ms;
     if (k < 2) continue;  // warm-up
     for (int stage = 0; stage < 3; ++stage) times[stage].push_back(stage_ms(r.times, stage));
@@ -232,14 +233,13 @@ void measure_stages(const Case& c, Session& s) {
   for (int stage = 0; stage < 3; ++stage) {
     const bool sorted = stage == 1 && c.objects > sorted_above;
     const Moved& m = sorted ? bin_sorted : moved[stage];
-    Row row;
+    Measurement row;
     row.experiment = "stages";
     row.what = c.label;
     row.objects = c.objects;
-    row.order = m.stage;
+    row.setting = m.stage;
     row.pairs = frames.found(0);
     row.pairs_per_box = static_cast<double>(row.pairs) / n;
-    row.device = s.device;
     row.time.runs = times[stage].size();
     row.time.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
     row.time.median_ms = program::median(times[stage]);
@@ -249,10 +249,10 @@ void measure_stages(const Case& c, Session& s) {
     if (bytes > 0 && row.time.median_ms > 0) {
       row.bytes_per_box = bytes / n;
       row.rate = 100 * bytes / (row.time.median_ms * 1e6) / s.copy_gbs;
-      row.rate_unit = "% of the copy";
-      row.note += in_l2 ? "; the table lies in L2" : "";
+      row.rate_metric = "copy_percent";
+      row.note += in_l2 ? "; the table is in L2" : "";
     }
-    s.rows.push_back(std::move(row));
+    s.measurements.push_back(std::move(row));
   }
 }
 

@@ -1,4 +1,4 @@
-// Times of device work: warmed up, an event before and behind each run, the median of many.
+// Times of device work: warmed up, an event before and after each run, the median of many runs.
 #pragma once
 
 #include <algorithm>
@@ -6,19 +6,19 @@
 #include <vector>
 
 #include "bench/gpu/gpu.hpp"
-#include "bench/gpu/row.hpp"
+#include "bench/gpu/measurement.hpp"
 #include "program/median.hpp"
 
 namespace throng::bench::gpu {
 
-// run(k) puts the k-th run on the stream. So many runs as `budget_ms` has room for, at least 10.
+// run(k) adds the k-th run to the stream. As many runs as fit into `budget_ms`, at least 10.
 template <class F>
 Timing time_runs(cudaStream_t stream, double budget_ms, const F& run) {
-  // Events a batch: the host then waits, so that its queue of launches stays short.
+  // Events per batch. The host waits after each batch, so that its queue of launches stays short.
   constexpr std::size_t batch = 64;
   static const std::array<Event, batch> starts, ends;
   std::size_t k = 0;
-  // Warm-up: three runs, the last of which tells how many there is time for.
+  // Warm-up: three runs. The time of the last one determines the number of runs.
   for (; k < 3; ++k) {
     starts[0].record(stream);
     run(k);
@@ -43,7 +43,7 @@ Timing time_runs(cudaStream_t stream, double budget_ms, const F& run) {
   for (std::size_t j = 0; j < wanted; ++j) run(k++);
   ends[0].record(stream);
   ends[0].wait();
-  t.in_a_row_ms = ends[0].ms_since(starts[0]) / static_cast<double>(wanted);
+  t.back_to_back_ms = ends[0].ms_since(starts[0]) / static_cast<double>(wanted);
   t.min_ms = *std::min_element(times.begin(), times.end());
   t.runs = times.size();
   t.median_ms = program::median(std::move(times));

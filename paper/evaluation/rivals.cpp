@@ -47,12 +47,19 @@ struct Slow {};
 Played play(const Lab& lab, const std::string& rival, const Frames& frames) {
   const double limit = lab.setting().limit_seconds;
   Played played;
-  const std::vector<std::string> arguments = {"--rival",   rival,
-                                              "--scene",   "column",
-                                              "--objects", std::to_string(frames.n),
-                                              "--moving",  fmt::format("{}", frames.moving),
-                                              "--first",   std::to_string(first_frame),
-                                              "--frames",  std::to_string(frames.count)};
+  const std::vector<std::string> arguments = {"frames",
+                                              "--library",
+                                              rival,
+                                              "--scene",
+                                              "column",
+                                              "--objects",
+                                              std::to_string(frames.n),
+                                              "--moving",
+                                              fmt::format("{}", frames.moving),
+                                              "--first",
+                                              std::to_string(first_frame),
+                                              "--frames",
+                                              std::to_string(frames.count)};
   const auto hear = [&](const std::string& line) {
     const std::size_t a = line.find(','), b = line.find(',', a + 1);
     if (b == std::string::npos || line.compare(0, 5, "frame") == 0) return;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# throng-bench-gpu compares its results with a file of expected answers: the CPU part, which needs
-# no GPU. answers_test.sh PROGRAM ANSWERS.csv
+# `throng-bench gpu` compares its results with a file of expected answers: the CPU part, which needs no GPU.
+# answers_test.sh PROGRAM ANSWERS.csv
 set -euo pipefail
 program="$1" kept="$2"
 folder="$(mktemp -d)"
@@ -12,7 +12,7 @@ expect() {
   local wanted="$1" words="$2" status=0
   shift 2
   cases=$((cases + 1))
-  "$program" "$@" > "$folder/said" 2>&1 || status=$?
+  "$program" gpu "$@" > "$folder/said" 2>&1 || status=$?
   if [ "$status" -ne "$wanted" ] || ! grep -qF -- "$words" "$folder/said"; then
     echo "status $status instead of $wanted, or without '$words': $*"
     cat "$folder/said"
@@ -38,7 +38,7 @@ expect 1 'DISAGREEMENT' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/changed
 changed '3s/.$//; 3s/$/g/; 3s/g$/0/; 4s/[0-9a-f]\{4\}$/0000/'
 expect 1 'DISAGREEMENT' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/changed.csv"
 changed 's/uniform/another/'
-expect 1 'nothing of what was measured' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/changed.csv"
+expect 1 'no case is in the file of answers' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/changed.csv"
 changed '5s/.$/x/'
 expect 2 'line 5' "${by_cpu[@]}" "$folder/b.csv" --expect "$folder/changed.csv"
 changed '1s/scene/boxes/'
@@ -48,11 +48,11 @@ expect 2 'no part is called' --part nothing
 expect 2 'absent.npy' --files "$folder/absent.npy" --cpu-answers "$folder/b.csv"
 
 # Without a GPU it reports that; with one it measures and finds the same.
-if "$program" --device > /dev/null 2>&1; then
+if "$program" gpu --device > /dev/null 2>&1; then
   expect 0 '4 answers compared with those expected, 0 differ' --part stages --part scaling --most 1000 \
     --budget 0.01 --csv "$folder/rows.csv" --expect "$folder/a.csv"
-  grep -q '^scaling,"uniform, density 2",1000,any,2093,b4b08056e8db5d6e,host,' "$folder/rows.csv"
+  grep -q ',gpu-scaling,"uniform, density 2",1000,unsorted,Throng,0,ms,.*,2093,b4b08056e8db5d6e,' "$folder/rows.csv"
 else
   expect 2 'no GPU can be used' --part scaling --most 1000
 fi
-echo "throng-bench-gpu: $cases calls"
+echo "throng-bench gpu: $cases calls"

@@ -26,8 +26,8 @@ sound_programs() {
   for name in conformance_test cuda_test lattice_test paper_test; do
     program "$name" "$listing; echo '[  PASSED  ] 3 tests.'"
   done
-  program throng-bench-gpu '
-if [ "$*" = --device ]; then echo "NVIDIA H200 NVL: 132 multiprocessors"; exit; fi
+  program throng-bench '
+if [ "$*" = "gpu --device" ]; then echo "NVIDIA H200 NVL: 132 multiprocessors"; exit; fi
 while [ "$#" -gt 0 ]; do
   if [ "$1" = --csv ]; then printf "experiment,what\n%s,row\n" "${part:-files}" > "$2"; fi
   if [ "$1" = --part ]; then part="$2"; fi
@@ -57,7 +57,7 @@ expect() {
   fi
 }
 # None of these needs GPU tools.
-steps=(conformance door lattices check scaling scenes stages bodies live questions crossover machine files paper-tests paper)
+steps=(conformance door lattices check scaling scenes stages bodies tracking queries crossover device files paper-tests paper)
 rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
@@ -80,7 +80,7 @@ touch "$folder/data/boxes.npy"
 expect 0 'bench files' --data "$folder/data" files
 [ "$(rows | grep -c '^files,row')" -gt 0 ]
 
-program throng-bench-gpu 'echo "no GPU can be used"; exit 2'
+program throng-bench 'echo "no GPU can be used"; exit 2'
 expect 2 'no GPU to check' "${steps[@]}"
 sound_programs
 expect 2 "no step 'nothing'" nothing
@@ -155,7 +155,7 @@ expect 1 'FAILED: every test was skipped' memcheck
 sound_programs
 expect 1 'nothing ran' --limit 0 check
 program throng 'case "$1" in check) sleep 30;; esac'
-expect 0 'skipped: over 3 s in all' --limit 3 conformance check machine
+expect 0 'skipped: over 3 s in all' --limit 3 conformance check device
 grep -q 'conformance  *ok' "$folder/said"
 grep -qE 'of 5 checks ran' "$folder/said"
 program throng 'case "$1" in check) touch '"$folder"'/begun; sleep 30;; esac'

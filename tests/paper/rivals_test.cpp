@@ -49,7 +49,7 @@ TEST_F(Rivals, TimesOfItsFramesAreTold) {
 
 TEST_F(Rivals, ASlowOneIsStoppedAndLeftOutFromThenOn) {
   const Section section =
-      figure5(with("case \"$2\" in *Sweep*) exec sleep 20;; *) echo insert,1,0; echo 50,5,1; echo "
+      figure5(with("case \"$3\" in *Sweep*) exec sleep 20;; *) echo insert,1,0; echo 50,5,1; echo "
                    "51,5,1;; esac\n"));
   std::size_t stopped = 0, left_out = 0;
   for (const Row& row : section.rows) {

@@ -1,0 +1,15 @@
+// Throws if a call of the library failed.
+#pragma once
+
+#include <throng/options.hpp>
+
+#include "program/failure.hpp"
+#include "program/remedy.hpp"
+
+namespace throng::bench {
+
+inline void require(const Result& r) {
+  if (!r.ok()) throw program::Failure(program::failure_text(r, {}));
+}
+
+}  // namespace throng::bench

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# scripts/results_tables must pass the tree as it is, refuse changed figures, and renew them.
+# results_tables_test.sh TREE
+set -euo pipefail
+tree="$1"
+folder="$(mktemp -d)"
+trap 'rm -rf "$folder"' EXIT
+script="$tree/scripts/results_tables"
+results=bench/results
+[ -d "$tree/$results" ] || results=apps/bench/results
+page=docs/explanation/benchmarks.md
+
+copy() {
+  rm -rf "$folder/tree"
+  mkdir -p "$folder/tree/$results" "$folder/tree/docs/explanation" "$folder/tree/docs/pictures"
+  cp -r "$tree/$results/." "$folder/tree/$results/"
+  cp "$tree/$page" "$folder/tree/$page"
+  cp "$tree/docs/pictures/speed.svg" "$folder/tree/docs/pictures/"
+  printf '# Readme\n\n<!-- table: gpu-sizes -->\n<!-- /table -->\n' > "$folder/tree/README.md"
+  "$script" --write "$folder/tree" > /dev/null
+}
+refused() {  # what changes, the message, the sed command, the file
+  copy
+  cp "$folder/tree/$4" "$folder/before"
+  sed -i "$3" "$folder/tree/$4"
+  if cmp -s "$folder/before" "$folder/tree/$4"; then
+    echo "nothing changed: $1"
+    exit 1
+  fi
+  if "$script" --check "$folder/tree" > "$folder/output" 2>&1 || ! grep -qF -- "$2" "$folder/output"; then
+    echo "not refused, or without '$2': $1"
+    cat "$folder/output"
+    exit 1
+  fi
+}
+
+"$script" --check "$tree"
+copy
+cmp "$tree/$page" "$folder/tree/$page"
+cmp "$tree/docs/pictures/speed.svg" "$folder/tree/docs/pictures/speed.svg"
+grep -q '^| 100M | 12.4 |' "$folder/tree/README.md"
+"$script" --check "$folder/tree"
+wrong='does not match the result files'
+refused "a figure of a page" "$page: $wrong" 's/^| 100M | 12.4 /| 100M | 11.4 /' "$page"
+refused "a figure of the README" "README.md: $wrong" 's/^| 100M | 12.4 /| 100M | 11.4 /' README.md
+refused "a measured value" "$page: $wrong" '/gpu-scaling.*,100000000,unsorted,.*,ms,/s/12\.4207/13.4207/' "$results/h200/gpu.csv"
+refused "a missing row" "$page: $wrong" '/^| 100M /d' "$page"
+refused "a bar of the chart" "docs/pictures/speed.svg: $wrong" 's/<rect class="own" x="210"/<rect class="own" x="211"/' docs/pictures/speed.svg
+refused "an unknown table" "no table is called 'gpu-weights'" 's/table: gpu-sizes/table: gpu-weights/' README.md
+refused "an unknown machine" 'no file' 's/table: filters epyc/table: filters ryzen/' "$page"
+refused "a table without an end" 'no begin or no end' '$d' README.md
+# --write renews what --check refuses.
+sed -i 's/^| 100M | 12.4 /| 100M | 11.4 /' "$folder/tree/$page"
+printf '<!-- /table -->\n' >> "$folder/tree/README.md"
+"$script" --write "$folder/tree" > /dev/null
+"$script" --check "$folder/tree"
+cmp "$tree/$page" "$folder/tree/$page"
+echo "results_tables: passed"
