@@ -12,9 +12,9 @@
 
 #include "bench/subcommands.hpp"
 #include "program/failure.hpp"
+#include "program/failure_text.hpp"
 #include "program/machine.hpp"
 #include "program/numbers.hpp"
-#include "program/remedy.hpp"
 
 namespace throng::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <throng/options.hpp>
 
 #include "program/failure.hpp"
-#include "program/remedy.hpp"
+#include "program/failure_text.hpp"
 
 namespace throng::bench {
 

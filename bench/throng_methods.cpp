@@ -1,7 +1,7 @@
 #include "bench/throng_methods.hpp"
 
 #include "program/failure.hpp"
-#include "program/remedy.hpp"
+#include "program/failure_text.hpp"
 
 namespace throng::bench {
 namespace {

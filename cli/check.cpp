@@ -14,9 +14,9 @@
 #include "cli/commands.hpp"
 #include "cli/comparison.hpp"
 #include "cli/console.hpp"
+#include "cli/expected_pairs.hpp"
 #include "cli/failure.hpp"
 #include "cli/input.hpp"
-#include "cli/truth.hpp"
 #include "program/numbers.hpp"
 #include "report/format.hpp"
 
@@ -53,16 +53,18 @@ std::size_t check_frame(const Input& input, const Options& options, std::size_t 
   const Result result = b ? probe.find(a, *b) : probe.find(a);
   require_ok(result, input, frame, {.nan = true});
   Progress progress("double loop: box", a.size());
-  Truth truth(a, b ? &*b : nullptr, options.margin, [&](std::size_t done) { progress.at(done); });
-  progress.wipe();
-  say(fmt::format(
-      "{}: {} boxes{}, {} pairs, {} inactive by the double loop\n", input.name(frame),
-      report::format_count(a.size()), b ? " and " + report::format_count(b->size()) : "",
-      report::format_count(truth.pairs().size()), report::format_count(truth.inactive())));
-  Comparison comparison(a, b ? &*b : nullptr, options, truth);
-  say(comparison.head());
+  ExpectedPairs expected_pairs(a, b ? &*b : nullptr, options.margin,
+                               [&](std::size_t done) { progress.at(done); });
+  progress.clear_line();
+  print(fmt::format("{}: {} boxes{}, {} pairs, {} inactive by the double loop\n", input.name(frame),
+                    report::format_count(a.size()),
+                    b ? " and " + report::format_count(b->size()) : "",
+                    report::format_count(expected_pairs.pairs().size()),
+                    report::format_count(expected_pairs.inactive())));
+  Comparison comparison(a, b ? &*b : nullptr, options, expected_pairs);
+  print(comparison.head());
   return comparison.run(full, [](const Comparison::Row& row) {
-    say(row.text());
+    print(row.text());
     finish_output();  // Flush: a row may take seconds.
   });
 }
@@ -86,10 +88,10 @@ int run(const Arguments& arguments) {
     }
   }
   if (wanted < all) {
-    say(fmt::format("{} of {} frames were checked; --frames N checks more\n", wanted, all));
+    print(fmt::format("{} of {} frames were checked; --frames N checks more\n", wanted, all));
   }
-  say(differing ? fmt::format("{} runs DIFFER from the double loop\n", differing)
-                : std::string("all agree with the double loop\n"));
+  print(differing ? fmt::format("{} runs DIFFER from the double loop\n", differing)
+                  : std::string("all agree with the double loop\n"));
   return differing ? exit_differs : exit_done;
 }
 

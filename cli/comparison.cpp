@@ -47,25 +47,25 @@ std::string Comparison::Row::text() const {
       fmt::format("  {:<9} {:<10} {:<8} {:>5} {:>14}  {}\n", to_string(backend),
                   to_string(algorithm), backend == Backend::cpu ? to_string(isa) : "-", runs,
                   skipped ? "-" : milliseconds(fastest_ms),
-                  skipped              ? "skipped: too many comparisons, see --full"
-                  : complaints.empty() ? "agrees"
-                                       : "DIFFERS");
-  for (const std::string& line : complaints) text += "    " + line + "\n";
+                  skipped            ? "skipped: too many comparisons, see --full"
+                  : problems.empty() ? "agrees"
+                                     : "DIFFERS");
+  for (const std::string& line : problems) text += "    " + line + "\n";
   return text;
 }
 
-std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& tell) {
-  tell_ = tell;
+std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& on_row) {
+  on_row_ = on_row;
   const double n = static_cast<double>(a_.size());
   const double tests = b_ ? n * static_cast<double>(b_->size()) : 0.5 * n * n;
   // All-pairs is quadratic: where it would take minutes it is skipped, and the table says so.
-  const double bearable = !has(Isa::sse4) && !has(Isa::neon) ? 1e10 : 1e11;
-  small_ = full || (tests < 1e9 && truth_.pairs().size() < 2000000);
+  const double max_comparisons = !has(Isa::sse4) && !has(Isa::neon) ? 1e10 : 1e11;
+  run_all_forms_ = full || (tests < 1e9 && expected_pairs_.pairs().size() < 2000000);
   for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
     for (const Isa isa :
          {Isa::automatic, Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
-      const bool skip = algorithm == Algorithm::all_pairs && !small_ &&
-                        (isa != Isa::automatic || tests > bearable);
+      const bool skip = algorithm == Algorithm::all_pairs && !run_all_forms_ &&
+                        (isa != Isa::automatic || tests > max_comparisons);
       if (has(isa)) row(Backend::cpu, algorithm, isa, skip);
     }
   }
@@ -73,29 +73,29 @@ std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& te
   const bool gpu = cuda::available().ok();
   for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
     const bool quadratic = algorithm == Algorithm::all_pairs;
-    row(Backend::emulated, algorithm, Isa::automatic, quadratic && !small_);
-    if (gpu) row(Backend::cuda, algorithm, Isa::automatic, quadratic && tests > bearable);
+    row(Backend::emulated, algorithm, Isa::automatic, quadratic && !run_all_forms_);
+    if (gpu) row(Backend::cuda, algorithm, Isa::automatic, quadratic && tests > max_comparisons);
   }
-  return differing_;
+  return differing_runs_;
 }
 
 void Comparison::row(Backend backend, Algorithm algorithm, Isa isa, bool skip) {
   Row row{backend, algorithm, isa, skip, 0, 1e300, {}};
   if (!skip) {
     std::vector<unsigned> threads = {1, 2, 5, 0};  // 0: all; 5: more than some machines have
-    if (!small_) threads = {0};
+    if (!run_all_forms_) threads = {0};
     for (const unsigned t : threads) {
       for (const Order order : {Order::any, Order::canonical}) one(row, t, order, Form::growing);
     }
-    if (isa == Isa::automatic && (small_ || algorithm != Algorithm::all_pairs)) {
-      if (!small_) one(row, 1, Order::any, Form::growing);
+    if (isa == Isa::automatic && (run_all_forms_ || algorithm != Algorithm::all_pairs)) {
+      if (!run_all_forms_) one(row, 1, Order::any, Form::growing);
       for (const Form form : {Form::buffer, Form::consumer}) {
         one(row, 0, Order::any, form);
         one(row, 0, Order::canonical, form);
       }
     }
   }
-  tell_(row);
+  on_row_(row);
 }
 
 bool Comparison::has(Isa isa) const {
@@ -115,7 +115,7 @@ void Comparison::one(Row& row, unsigned threads, Order order, Form form) {
   options.order = order;
   Finder finder(options);
   const auto start = Clock::now();
-  const FormRun run = run_form(finder, a_, b_, form, truth_.pairs().size());
+  const FormRun run = run_form(finder, a_, b_, form, expected_pairs_.pairs().size());
   row.fastest_ms = std::min(row.fastest_ms, ms_since(start));
   ++row.runs;
   const Result& result = run.result;
@@ -127,25 +127,25 @@ void Comparison::one(Row& row, unsigned threads, Order order, Form form) {
   if (!result.ok()) {
     wrong.push_back(result.message[0] ? result.message : to_string(result.status));
   } else {
-    wrong = truth_.differences(run.pairs, run.count, order == Order::canonical);
-    if (!wrong.empty() && !first_ && truth_.first()) {
+    wrong = expected_pairs_.differences(run.pairs, run.count, order == Order::canonical);
+    if (!wrong.empty() && !first_ && expected_pairs_.first()) {
       first_ = {fmt::format("{}, {}, {}, {}", to_string(row.backend), to_string(row.algorithm),
                             to_string(row.isa), name),
-                *truth_.first()};
+                *expected_pairs_.first()};
     }
-    if (result.found != truth_.pairs().size()) {
-      wrong.push_back(
-          fmt::format("reported {} pairs, wanted {}", result.found, truth_.pairs().size()));
+    if (result.found != expected_pairs_.pairs().size()) {
+      wrong.push_back(fmt::format("reported {} pairs, wanted {}", result.found,
+                                  expected_pairs_.pairs().size()));
     }
-    if (result.inactive != truth_.inactive()) {
-      wrong.push_back(
-          fmt::format("reported {} inactive boxes, wanted {}", result.inactive, truth_.inactive()));
+    if (result.inactive != expected_pairs_.inactive()) {
+      wrong.push_back(fmt::format("reported {} inactive boxes, wanted {}", result.inactive,
+                                  expected_pairs_.inactive()));
     }
   }
   if (wrong.empty()) return;
-  ++differing_;
-  row.complaints.push_back(name + ":");
-  for (const std::string& line : wrong) row.complaints.push_back("  " + line);
+  ++differing_runs_;
+  row.problems.push_back(name + ":");
+  for (const std::string& line : wrong) row.problems.push_back("  " + line);
 }
 
 }  // namespace throng::cli

@@ -13,7 +13,7 @@
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 
-#include "cli/truth.hpp"
+#include "cli/expected_pairs.hpp"
 
 namespace throng::cli {
 
@@ -37,23 +37,23 @@ class Comparison {
     bool skipped = false;
     std::size_t runs = 0;
     double fastest_ms = 0;
-    std::vector<std::string> complaints;
+    std::vector<std::string> problems;
 
     std::string text() const;
   };
   // The first wrong pair of all runs, and its run.
   struct First {
     std::string run;
-    Truth::Difference difference;
+    ExpectedPairs::Difference difference;
   };
 
   // Referenced objects must outlive it. Of the options, margin, nan and cell_scale are used.
-  Comparison(const Boxes& a, const Boxes* b, const Options& options, Truth& truth)
-      : a_(a), b_(b), options_(options), truth_(truth) {}
+  Comparison(const Boxes& a, const Boxes* b, const Options& options, ExpectedPairs& expected_pairs)
+      : a_(a), b_(b), options_(options), expected_pairs_(expected_pairs) {}
 
   static std::string head();
   // Calls back after each row; returns the number of runs that differ.
-  std::size_t run(bool full, const std::function<void(const Row&)>& tell);
+  std::size_t run(bool full, const std::function<void(const Row&)>& on_row);
   const std::optional<First>& first() const noexcept { return first_; }
 
  private:
@@ -64,10 +64,10 @@ class Comparison {
   const Boxes a_;
   const Boxes* b_;
   const Options options_;
-  Truth& truth_;
-  std::function<void(const Row&)> tell_;
-  bool small_ = false;
-  std::size_t differing_ = 0;
+  ExpectedPairs& expected_pairs_;
+  std::function<void(const Row&)> on_row_;
+  bool run_all_forms_ = false;
+  std::size_t differing_runs_ = 0;
   std::optional<First> first_;
 };
 

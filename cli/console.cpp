@@ -43,12 +43,12 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-void say(const std::string& text) {
+void print(const std::string& text) {
   errno = 0;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) output_failed(errno);
 }
 
-void complain(const std::string& line) {
+void print_error(const std::string& line) {
   std::fflush(stdout);  // keeps the two streams in order where both go to one place
   std::fputs((line + "\n").c_str(), stderr);
 }
@@ -61,9 +61,9 @@ void finish_output() {
 std::string milliseconds(double ms) { return report::format_ms(ms) + " ms"; }
 
 Progress::Progress(std::string what, std::size_t total)
-    : what_(std::move(what)), total_(total), terminal_(error_is_terminal()) {}
+    : label_(std::move(what)), total_(total), terminal_(error_is_terminal()) {}
 
-void Progress::wipe() {
+void Progress::clear_line() {
   if (visible_) std::fputs("\r\033[K", stderr);
   visible_ = false;
 }
@@ -76,7 +76,7 @@ void Progress::at(std::size_t done, const std::string& detail) {
   }
   shown_ = now;
   visible_ = true;
-  std::string line = fmt::format("\r\033[K{} {} of {}", what_, report::format_count(done),
+  std::string line = fmt::format("\r\033[K{} {} of {}", label_, report::format_count(done),
                                  report::format_count(total_));
   if (!detail.empty()) line += "  " + detail;
   if (done != 0 && done < total_) {

@@ -11,9 +11,9 @@ namespace throng::cli {
 struct BrokenPipe {};
 
 // Writes to standard output. Throws BrokenPipe, or Failure on other errors (a full disk).
-void say(const std::string& text);
+void print(const std::string& text);
 // Writes a line to standard error; errors are ignored.
-void complain(const std::string& line);
+void print_error(const std::string& line);
 // Flushes. Every command ends with it, so that a full disk is noticed.
 void finish_output();
 
@@ -29,17 +29,17 @@ inline double ms_since(Clock::time_point start) {
 class Progress {
  public:
   Progress(std::string what, std::size_t total);
-  ~Progress() { wipe(); }
+  ~Progress() { clear_line(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   // The line shows the remaining time, estimated from the elapsed time.
   void at(std::size_t done, const std::string& detail = {});
   // Clears the line before other output.
-  void wipe();
+  void clear_line();
 
  private:
-  std::string what_;
+  std::string label_;
   std::size_t total_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point shown_ = start_;

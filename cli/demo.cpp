@@ -13,14 +13,14 @@
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "cli/heap.hpp"
+#include "cli/falling_boxes.hpp"
 #include "cli/search_options.hpp"
+#include "program/failure_text.hpp"
 #include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
-#include "program/remedy.hpp"
+#include "report/draw_boxes.hpp"
 #include "report/format.hpp"
-#include "report/picture.hpp"
 #include "report/table.hpp"
 #include "scene/output_file.hpp"
 
@@ -56,7 +56,7 @@ struct Measured {
   Plan plan_of_last;
 };
 
-Measured play(Heap& heap, const Arguments& arguments, Finder& finder) {
+Measured run_frames(FallingBoxes& heap, const Arguments& arguments, Finder& finder) {
   Measured m;
   Progress progress("frame", arguments.frames);
   for (std::size_t f = 0; f < arguments.frames; ++f) {
@@ -124,7 +124,8 @@ std::string tables(const Measured& m, std::size_t objects, std::size_t frames) {
   return stages.text() + "\n" + speed.text() + "\n";
 }
 
-void draw(const Heap& heap, const Finder& finder, const Measured& m, const std::string& path) {
+void draw(const FallingBoxes& heap, const Finder& finder, const Measured& m,
+          const std::string& path) {
   report::PictureStyle style;
   style.title = fmt::format("{} boxes fell on a plane", report::format_count(heap.objects()));
   style.height = 1200;
@@ -155,23 +156,23 @@ int run(const Arguments& arguments) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count - 1));
   }
   scene::check_outputs({{"-o", arguments.picture}});
-  std::unique_ptr<Heap> heap;
+  std::unique_ptr<FallingBoxes> heap;
   try {
-    heap = std::make_unique<Heap>(static_cast<std::size_t>(objects));
+    heap = std::make_unique<FallingBoxes>(static_cast<std::size_t>(objects));
   } catch (
       const std::exception&) {  // bad_alloc, or length_error where a vector cannot be that long
     throw Failure(fmt::format("out of memory: about {} bytes needed for {} moving boxes",
-                              report::format_count(objects * Heap::bytes_an_object),
+                              report::format_count(objects * FallingBoxes::bytes_an_object),
                               report::format_count(objects)));
   }
   Options options;
   options.threads = arguments.threads;
   Finder finder(options);
-  const Measured measured = play(*heap, arguments, finder);
-  say(tables(measured, heap->objects(), arguments.frames));
+  const Measured measured = run_frames(*heap, arguments, finder);
+  print(tables(measured, heap->objects(), arguments.frames));
   finish_output();
   draw(*heap, finder, measured, arguments.picture);
-  say(fmt::format("The picture is in {}\n", arguments.picture));
+  print(fmt::format("The picture is in {}\n", arguments.picture));
   return exit_done;
 }
 

@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::size_t block = 64;         // boxes tested at once
 constexpr std::size_t tile = 16 * block;  // boxes that stay in the L1 cache for many rows
-constexpr std::size_t rows_at_once = 32;
+constexpr std::size_t rows_per_block = 32;
 
 // One set's boxes as columns, grown by the margin. An inactive box is all NaN: every comparison
 // with it is false, even against infinite bounds. Padded with such boxes to whole blocks.
@@ -50,9 +50,9 @@ float beyond(float x, float m, float direction) {
   const double part = sum - a, lost = (a - (sum - part)) + (b - part);
   const float near = static_cast<float>(sum);
   const double error = direction * (sum - static_cast<double>(near)), rest = direction * lost;
-  const bool short_of_it = error > 0 || (error == 0 && rest > 0);
-  return short_of_it ? std::nextafter(near, direction * std::numeric_limits<float>::infinity())
-                     : near;
+  const bool needs_step = error > 0 || (error == 0 && rest > 0);
+  return needs_step ? std::nextafter(near, direction * std::numeric_limits<float>::infinity())
+                    : near;
 }
 
 Columns columns_of(const Boxes& boxes, float margin) {
@@ -151,7 +151,7 @@ class Loop {
       : a_(a), b_(b ? *b : a), two_sets_(b != nullptr), rows_(columns_of(a, margin)) {
     if (two_sets_) columns_ = columns_of(*b, margin);
     by_world_ = a_.filters.world && b_.filters.world;
-    found_.resize((a.size() + rows_at_once - 1) / rows_at_once);
+    found_.resize((a.size() + rows_per_block - 1) / rows_per_block);
   }
 
   LoopResult run(const std::function<void(std::size_t)>& progress) {
@@ -178,7 +178,7 @@ class Loop {
     try {
       for (std::size_t part = next_++; part < found_.size(); part = next_++) {
         rows(part);
-        if (progress) (*progress)(std::min((part + 1) * rows_at_once, rows_.count));
+        if (progress) (*progress)(std::min((part + 1) * rows_per_block, rows_.count));
       }
     } catch (...) {
       next_ = found_.size();
@@ -189,8 +189,8 @@ class Loop {
 
   void rows(std::size_t part) {
     const Columns& c = two_sets_ ? columns_ : rows_;
-    const std::size_t first = part * rows_at_once;
-    const std::size_t last = std::min(first + rows_at_once, rows_.count);
+    const std::size_t first = part * rows_per_block;
+    const std::size_t last = std::min(first + rows_per_block, rows_.count);
     const std::size_t begin = two_sets_ ? 0 : first / block * block;
     std::vector<Pair>& out = found_[part];
     for (std::size_t t = begin; t < c.lower[0].size(); t += tile) {
@@ -201,7 +201,7 @@ class Loop {
                       rows_.world[i]};
         for (std::size_t s = t; s < end; s += block) {
           if (by_world_ ? any_in_block_of_world(c, s, row) : any_in_block(c, s, row)) {
-            look_closer(c, s, i, row, out);
+            collect_overlaps(c, s, i, row, out);
           }
         }
       }
@@ -209,8 +209,8 @@ class Loop {
     std::sort(out.begin(), out.end());
   }
 
-  void look_closer(const Columns& c, std::size_t start, std::size_t i, const Row& row,
-                   std::vector<Pair>& out) const {
+  void collect_overlaps(const Columns& c, std::size_t start, std::size_t i, const Row& row,
+                        std::vector<Pair>& out) const {
     for (std::size_t j = start; j < std::min(start + block, c.count); ++j) {
       if ((two_sets_ || j > i) && meets(c, j, row) && allowed(a_.filters, i, b_.filters, j)) {
         out.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});

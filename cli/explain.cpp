@@ -122,16 +122,16 @@ int run(const Arguments& arguments) {
   Finder finder(options);
   const Boxes a = input.a().frame(last), b = input.b() ? input.b()->frame(last) : Boxes();
   const Result cold = input.b() ? finder.find(a, b) : finder.find(a);
-  const program::Remedies remedies = to_remedies(arguments.search);
-  require_ok(cold, input, last, remedies);
+  const program::HintOptions hint_options = to_hint_options(arguments.search);
+  require_ok(cold, input, last, hint_options);
   Explanation explanation;
   try {
     explanation = input.b() ? finder.explain(a, b) : finder.explain(a);
   } catch (const Error& error) {
-    require_ok(error.result(), input, last, remedies);
+    require_ok(error.result(), input, last, hint_options);
   }
   if (!arguments.html.empty()) write_page(arguments.html, input.name(last), explanation);
-  say(arguments.json ? to_json(explanation).dump(2) + "\n" : to_text(explanation));
+  print(arguments.json ? to_json(explanation).dump(2) + "\n" : to_text(explanation));
   return exit_done;
 }
 

@@ -105,10 +105,11 @@ std::string Input::name(std::size_t frame) const {
 }
 
 void require_ok(const Result& result, const Input& input, std::size_t frame,
-                const program::Remedies& remedies) {
+                const program::HintOptions& hint_options) {
   if (result.ok()) return;
   if (result.status == Status::memory_cap_too_small) throw CapTooSmall{};
-  throw Failure(fmt::format("{}: {}", input.name(frame), program::failure_text(result, remedies)));
+  throw Failure(
+      fmt::format("{}: {}", input.name(frame), program::failure_text(result, hint_options)));
 }
 
 }  // namespace throng::cli

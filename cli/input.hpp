@@ -11,7 +11,7 @@
 #include <throng/options.hpp>
 
 #include "cli/search_options.hpp"
-#include "program/remedy.hpp"
+#include "program/failure_text.hpp"
 #include "scene/npy.hpp"
 #include "scene/output_file.hpp"
 
@@ -63,6 +63,6 @@ struct CapTooSmall {};
 
 // Unless `result` is ok, throws CapTooSmall, or Failure with the input's name and a fix.
 void require_ok(const Result& result, const Input& input, std::size_t frame,
-                const program::Remedies& remedies);
+                const program::HintOptions& hint_options);
 
 }  // namespace throng::cli

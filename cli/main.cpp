@@ -13,11 +13,11 @@
 #include <throng/version.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/companion.hpp"
 #include "cli/console.hpp"
 #include "cli/failure.hpp"
-#include "program/companion.hpp"
+#include "cli/sibling_program.hpp"
 #include "program/interrupt.hpp"
+#include "program/sibling_program.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::cli {
@@ -35,13 +35,13 @@ Exit status: 0 done, 1 a check found a difference, 2 bad input, bad usage or an 
 130, 143 or 129: ended by SIGINT (Ctrl-C), SIGTERM or SIGHUP, 141: the reader closed its output.)";
 
 // Commands that are sibling programs.
-struct Companion {
+struct SiblingProgram {
   const char* command;
   const char* program;
-  const char* what;
-  const char* takes;  // how to configure a build with it
+  const char* description;
+  const char* install_hint;  // how to configure a build with it
 };
-constexpr Companion companions[] = {
+constexpr SiblingProgram sibling_programs[] = {
     {"bench", "throng-bench", "Measure against other libraries",
      "configure with -DTHRONG_BUILD_BENCH=ON (packages libcli11-dev, libfmt-dev, "
      "nlohmann-json3-dev; scripts/bench installs the competitors, too)"},
@@ -51,27 +51,28 @@ constexpr Companion companions[] = {
      "install Bullet (package libbullet-dev), configure with -DTHRONG_BUILD_CLI=ON"},
 };
 // `pairs --mpi` and `bench --mpi`: the same commands of the MPI program.
-constexpr const char* takes_mpi =
+constexpr const char* mpi_install_hint =
     "install MPI (packages libopenmpi-dev, openmpi-bin), configure with -DTHRONG_MPI=ON";
-constexpr Companion across_ranks[] = {{"pairs --mpi", "throng-mpi", "", takes_mpi},
-                                      {"bench --mpi", "throng-mpi", "", takes_mpi}};
+constexpr SiblingProgram across_ranks[] = {{"pairs --mpi", "throng-mpi", "", mpi_install_hint},
+                                           {"bench --mpi", "throng-mpi", "", mpi_install_hint}};
 
-const Companion* companion_of(const std::string& command) {
-  for (const Companion& companion : companions) {
-    if (command == companion.command) return &companion;
+const SiblingProgram* sibling_program_of(const std::string& command) {
+  for (const SiblingProgram& sibling_program : sibling_programs) {
+    if (command == sibling_program.command) return &sibling_program;
   }
   return nullptr;
 }
 
-int start(const Companion& companion, const std::vector<std::string>& arguments) {
-  const std::string path = program::find_companion(companion.program);
+int start(const SiblingProgram& sibling_program, const std::vector<std::string>& arguments) {
+  const std::string path = program::find_sibling_program(sibling_program.program);
   if (path.empty()) {
     throw Failure(
         fmt::format("{}: found no program {} in this program's folder; {}, then build it: "
                     "cmake --build BUILD --target {}",
-                    companion.command, companion.program, companion.takes, companion.program));
+                    sibling_program.command, sibling_program.program, sibling_program.install_hint,
+                    sibling_program.program));
   }
-  return start_companion(path, arguments);
+  return run_sibling_program(path, arguments);
 }
 
 // An empty argument is an unset variable of a script; it differs from no option.
@@ -93,8 +94,8 @@ int dispatch(int argc, char** argv) {
       arguments.erase(mpi);
       return start(across_ranks[arguments[0] == "bench"], arguments);
     }
-    if (const Companion* companion = companion_of(argv[1])) {
-      return start(*companion, {argv + 2, argv + argc});
+    if (const SiblingProgram* sibling_program = sibling_program_of(argv[1])) {
+      return start(*sibling_program, {argv + 2, argv + argc});
     }
   }
   CLI::App app("Finds all pairs of overlapping boxes.", "throng");
@@ -108,11 +109,11 @@ int dispatch(int argc, char** argv) {
   runs.emplace_back("check", add_check(app));
   runs.emplace_back("replay", add_replay(app));
   runs.emplace_back("explain", add_explain(app));
-  for (const Companion& companion : companions) {
+  for (const SiblingProgram& sibling_program : sibling_programs) {
     // `bench` is listed even if not built, so that its message says how to build it.
-    if (std::string(companion.command) == "bench" ||
-        !program::find_companion(companion.program).empty()) {
-      app.add_subcommand(companion.command, companion.what);
+    if (std::string(sibling_program.command) == "bench" ||
+        !program::find_sibling_program(sibling_program.program).empty()) {
+      app.add_subcommand(sibling_program.command, sibling_program.description);
     }
   }
   const auto is_own = [](const std::string& option) {
@@ -154,15 +155,15 @@ int guarded(int argc, char** argv) {
   } catch (const BrokenPipe&) {
     return exit_broken_pipe;
   } catch (const program::Interrupted& interrupted) {
-    complain("throng: interrupted; no partial file is left");
+    print_error("throng: interrupted; no partial file is left");
     return interrupted.status();
   } catch (const Failure& failure) {
-    complain(fmt::format("throng: {}", failure.what()));
+    print_error(fmt::format("throng: {}", failure.what()));
     return failure.status();
   } catch (const std::bad_alloc&) {
-    complain("throng: out of memory");
+    print_error("throng: out of memory");
   } catch (const std::exception& error) {
-    complain(fmt::format("throng: {}", error.what()));
+    print_error(fmt::format("throng: {}", error.what()));
   }
   return exit_bad;
 }

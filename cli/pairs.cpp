@@ -136,8 +136,8 @@ int run(const Arguments& arguments) {
   scene::check_outputs({{"-o", arguments.output}}, files_of(arguments.input));
   SearchRequest request;
   request.options = to_options(arguments.input, arguments.search);
-  request.remedies = to_remedies(arguments.search);
-  request.remedies.memory = true;
+  request.hint_options = to_hint_options(arguments.search);
+  request.hint_options.memory = true;
   request.repeat = arguments.repeat;
   request.output = arguments.output;
   if (!arguments.memory.empty()) {
@@ -149,7 +149,7 @@ int run(const Arguments& arguments) {
   const SearchReport report = request.options.memory_cap_bytes != 0
                                   ? run_capped_search(arguments.input, request)
                                   : run_search(Input(arguments.input), request);
-  say(arguments.json ? to_json(report).dump(2) + "\n" : to_text(report, arguments));
+  print(arguments.json ? to_json(report).dump(2) + "\n" : to_text(report, arguments));
   return exit_done;
 }
 

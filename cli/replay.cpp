@@ -48,7 +48,7 @@ struct Arguments {
 
 const char* const form_names[] = {"growing", "caller's buffer", "consumer"};
 
-void tell_options(const Capture& capture, ReplayReport& report) {
+void report_options(const Capture& capture, ReplayReport& report) {
   const Options& o = capture.options;
   report.text += fmt::format(
       "written by throng {}; backend {}, algorithm {}, {} order, isa {}, {} threads, margin {}, "
@@ -59,7 +59,7 @@ void tell_options(const Capture& capture, ReplayReport& report) {
       o.threads ? fmt::to_string(o.threads) : "all", o.margin,
       o.nan == NanPolicy::refuse ? "refused" : "inactive",
       capture.executor ? fmt::format(", an executor of {}", capture.executor) : std::string(),
-      capture.had_memory ? ", a memory resource" : "");
+      capture.has_memory_resource ? ", a memory resource" : "");
   report.json["library"] = capture.library;
   report.json["options"] = {{"backend", to_string(o.backend)},
                             {"algorithm", to_string(o.algorithm)},
@@ -81,10 +81,10 @@ void repeat(const Capture& capture, const Boxes& a, const Boxes* b, ReplayReport
   const CapturedCall& call = capture.calls[0];
   Finder finder(capture.options);
   // The file does not contain the buffer, only its capacity: limit what is allocated.
-  constexpr std::uint64_t most_capacity = std::uint64_t{1} << 26;
-  const bool roomy = call.capacity > most_capacity;
-  const Form form = roomy ? Form::growing : static_cast<Form>(call.form);
-  const auto capacity = static_cast<std::size_t>(roomy ? 0 : call.capacity);
+  constexpr std::uint64_t max_capacity = std::uint64_t{1} << 26;
+  const bool too_large = call.capacity > max_capacity;
+  const Form form = too_large ? Form::growing : static_cast<Form>(call.form);
+  const auto capacity = static_cast<std::size_t>(too_large ? 0 : call.capacity);
   const FormRun run = run_form(finder, a, b, form, capacity);
   const Result& r = run.result;
   std::string line;
@@ -95,7 +95,7 @@ void repeat(const Capture& capture, const Boxes& a, const Boxes* b, ReplayReport
   }
   report.json["repeated"] = {{"status", to_string(r.status)}, {"pairs", r.found}};
   bool same = true;
-  if (call.answer && !roomy && r.status != Status::unsupported_isa &&
+  if (call.answer && !too_large && r.status != Status::unsupported_isa &&
       r.status != Status::no_device) {
     same = r.status == call.answer->status && r.found == call.answer->found &&
            r.first_invalid == call.answer->first_invalid &&
@@ -110,21 +110,23 @@ void repeat(const Capture& capture, const Boxes& a, const Boxes* b, ReplayReport
   if (!same) report.differs = true;
 }
 
-void compare_answer(const CapturedAnswer& answer, const Truth& truth, const char* by,
-                    ReplayReport& report) {
+void compare_answer(const CapturedAnswer& answer, const ExpectedPairs& expected_pairs,
+                    const char* by, ReplayReport& report) {
   if (answer.status != Status::ok && answer.status != Status::buffer_too_small) return;
-  const std::uint64_t right = pair_checksum(truth.pairs().data(), truth.pairs().size());
+  const std::uint64_t reference =
+      pair_checksum(expected_pairs.pairs().data(), expected_pairs.pairs().size());
   const bool whole = answer.written == answer.found;
-  const bool agrees = answer.found == truth.pairs().size() && answer.inactive == truth.inactive() &&
-                      (!whole || answer.checksum == right);
+  const bool agrees = answer.found == expected_pairs.pairs().size() &&
+                      answer.inactive == expected_pairs.inactive() &&
+                      (!whole || answer.checksum == reference);
   report.json["capture_agrees"] = agrees;
   report.text +=
       fmt::format("the captured result {} {}\n", agrees ? "agrees with" : "DIFFERS from", by);
   if (!agrees) report.differs = true;
 }
 
-void tell_first(const Comparison::First& first, const Boxes& a, const Boxes* b,
-                ReplayReport& report) {
+void report_first_difference(const Comparison::First& first, const Boxes& a, const Boxes* b,
+                             ReplayReport& report) {
   const Pair pair = first.difference.pair;
   report.text += fmt::format("first difference: {}: {} ({}, {})\n", first.run,
                              first.difference.what, pair.first, pair.second);
@@ -177,14 +179,14 @@ void replay_find(const Capture& capture, const ReplayLimits& limits, ReplayRepor
     return;
   }
   const char* by = nullptr;
-  Truth truth = make_truth(a, b, options.margin, limits, by);
-  report.text += fmt::format("expected  {} pairs, checksum {:016x}, by {}\n",
-                             format_count(truth.pairs().size()),
-                             pair_checksum(truth.pairs().data(), truth.pairs().size()), by);
-  report.json["expected"] = {{"pairs", truth.pairs().size()}, {"by", by}};
-  if (call.answer) compare_answer(*call.answer, truth, by, report);
+  ExpectedPairs expected_pairs = make_expected_pairs(a, b, options.margin, limits, by);
+  report.text += fmt::format(
+      "expected  {} pairs, checksum {:016x}, by {}\n", format_count(expected_pairs.pairs().size()),
+      pair_checksum(expected_pairs.pairs().data(), expected_pairs.pairs().size()), by);
+  report.json["expected"] = {{"pairs", expected_pairs.pairs().size()}, {"by", by}};
+  if (call.answer) compare_answer(*call.answer, expected_pairs, by, report);
   report.text += Comparison::head();
-  Comparison comparison(a, b, options, truth);
+  Comparison comparison(a, b, options, expected_pairs);
   report.json["rows"] = nlohmann::ordered_json::array();
   const std::size_t differing = comparison.run(limits.full, [&](const Comparison::Row& row) {
     report.text += row.text();
@@ -193,27 +195,27 @@ void replay_find(const Capture& capture, const ReplayLimits& limits, ReplayRepor
                                    {"isa", to_string(row.isa)},
                                    {"runs", row.runs},
                                    {"skipped", row.skipped},
-                                   {"agrees", row.complaints.empty()}});
+                                   {"agrees", row.problems.empty()}});
   });
   if (differing) report.differs = true;
-  if (comparison.first()) tell_first(*comparison.first(), a, b, report);
+  if (comparison.first()) report_first_difference(*comparison.first(), a, b, report);
 }
 
 int run(const Arguments& arguments) {
   const Capture capture = scene::read_capture(arguments.file);
   ReplayLimits limits;
   limits.full = arguments.full;
-  limits.most_tests = arguments.full ? 1e300 : 1e11;
+  limits.max_tests = arguments.full ? 1e300 : 1e11;
   ReplayReport report;
   report.json["file"] = arguments.file;
   report.json["agrees"] = nullptr;
   report.text = arguments.file + ": ";
-  tell_options(capture, report);
+  report_options(capture, report);
   try {
     if (capture.is_finder())
       replay_find(capture, limits, report);
     else
-      replay_live(capture, limits, report);
+      replay_broad_phase(capture, limits, report);
   } catch (const std::bad_alloc&) {
     throw Failure(
         fmt::format("{}: out of memory; the double loop keeps {} bytes a pair, twice over",
@@ -221,7 +223,7 @@ int run(const Arguments& arguments) {
   }
   report.json["agrees"] = !report.differs;
   report.text += report.differs ? "results DIFFER\n" : "all agree\n";
-  say(arguments.json ? report.json.dump(2) + "\n" : report.text);
+  print(arguments.json ? report.json.dump(2) + "\n" : report.text);
   return report.differs ? exit_differs : exit_done;
 }
 
@@ -235,10 +237,10 @@ std::string box_text(const Box& box) {
   return corner("lower", box.lower) + corner("upper", box.upper);
 }
 
-Truth make_truth(const Boxes& a, const Boxes* b, float margin, const ReplayLimits& limits,
-                 const char*& by) {
+ExpectedPairs make_expected_pairs(const Boxes& a, const Boxes* b, float margin,
+                                  const ReplayLimits& limits, const char*& by) {
   const double n = static_cast<double>(a.size());
-  if ((b ? n * static_cast<double>(b->size()) : 0.5 * n * n) <= limits.most_tests) {
+  if ((b ? n * static_cast<double>(b->size()) : 0.5 * n * n) <= limits.max_tests) {
     by = "the double loop";
     Progress progress("double loop: box", a.size());
     return {a, b, margin, [&](std::size_t done) { progress.at(done); }};
@@ -252,12 +254,12 @@ Truth make_truth(const Boxes& a, const Boxes* b, float margin, const ReplayLimit
   options.order = Order::canonical;
   options.nan = NanPolicy::inactive;
   options.margin = margin;
-  LoopResult right;
+  LoopResult reference;
   const Result r =
-      b ? find_pairs(a, *b, right.pairs, options) : find_pairs(a, right.pairs, options);
+      b ? find_pairs(a, *b, reference.pairs, options) : find_pairs(a, reference.pairs, options);
   if (!r.ok()) throw Failure(fmt::format("the search to compare with failed: {}", r.message));
-  right.inactive = r.inactive;
-  return {a.size(), std::move(right)};
+  reference.inactive = r.inactive;
+  return {a.size(), std::move(reference)};
 }
 
 Run add_replay(CLI::App& program) {

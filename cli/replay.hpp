@@ -10,7 +10,7 @@
 
 #include <throng/boxes.hpp>
 
-#include "cli/truth.hpp"
+#include "cli/expected_pairs.hpp"
 #include "scene/capture.hpp"
 
 namespace throng::cli {
@@ -18,7 +18,7 @@ namespace throng::cli {
 struct ReplayLimits {
   bool full = false;
   // Most comparisons of a double loop; above it the algorithms are compared with each other.
-  double most_tests = 0;
+  double max_tests = 0;
 };
 
 struct ReplayReport {
@@ -32,10 +32,11 @@ std::string box_text(const Box& box);
 
 // The expected result: from the double loop, or where that takes too long from the grid on one
 // thread with the scalar kernels; `by` says which.
-Truth make_truth(const Boxes& a, const Boxes* b, float margin, const ReplayLimits& limits,
-                 const char*& by);
+ExpectedPairs make_expected_pairs(const Boxes& a, const Boxes* b, float margin,
+                                  const ReplayLimits& limits, const char*& by);
 
 // The calls of a BroadPhase in sequence, on several instruction sets and thread counts.
-void replay_live(const scene::Capture& capture, const ReplayLimits& limits, ReplayReport& report);
+void replay_broad_phase(const scene::Capture& capture, const ReplayLimits& limits,
+                        ReplayReport& report);
 
 }  // namespace throng::cli

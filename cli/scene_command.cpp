@@ -111,7 +111,7 @@ int run(Arguments& arguments) {
   if (made.has_worlds()) {
     text += fmt::format("\n{0}: the world of each box, for --world {0}", path);
   }
-  say(text + "\n");
+  print(text + "\n");
   return exit_done;
 }
 

@@ -45,7 +45,7 @@ class Runner {
         const Result result =
             capped() ? consume(f, [](const Pair*, std::size_t) { return true; }) : search(f);
         const double ms = ms_since(start);
-        require_ok(result, input_, f, request_.remedies);
+        require_ok(result, input_, f, request_.hint_options);
         if (result.found != report.frames[f].pairs) {
           throw Failure(
               fmt::format("{}: {} pairs in one run and {} in the next; this is a defect "
@@ -57,7 +57,7 @@ class Runner {
       }
     }
     report.peak_bytes = memory.growth();
-    for (std::size_t f = 0; f < input_.frames(); ++f) times_[f].tell(report.frames[f]);
+    for (std::size_t f = 0; f < input_.frames(); ++f) times_[f].fill(report.frames[f]);
     return report;
   }
 
@@ -72,7 +72,7 @@ class Runner {
       inside.push_back(t.total_ms);
       total.push_back(ms);
     }
-    void tell(FrameReport& frame) const {
+    void fill(FrameReport& frame) const {
       frame.stages = {median(plan), median(bin), median(find), median(order), median(inside)};
       frame.total_ms = median(total);
     }
@@ -124,8 +124,8 @@ class Runner {
       result = search(f);
       ms = ms_since(start);
     }
-    require_ok(result, input_, f, request_.remedies);
-    if (result.message[0] && f == 0) complain(fmt::format("throng: note: {}", result.message));
+    require_ok(result, input_, f, request_.hint_options);
+    if (result.message[0] && f == 0) print_error(fmt::format("throng: note: {}", result.message));
     if (!capped()) {
       const Pairs pairs = finder_.pairs();
       frame.checksum = scene::pair_checksum(pairs.data(), pairs.size());

@@ -39,7 +39,7 @@ struct SearchReport {
 
 struct SearchRequest {
   Options options;  // with a memory cap: the consumer form
-  program::Remedies remedies;
+  program::HintOptions hint_options;
   std::size_t repeat = 1;
   std::string output;  // file for the pairs; empty: none
 };

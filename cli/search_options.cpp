@@ -63,7 +63,7 @@ void add_threads(CLI::App& app, unsigned& threads) {
       ->type_name("N");
 }
 
-void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone) {
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_only) {
   const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
                        const char* what) {
     std::string type;
@@ -72,7 +72,7 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_al
         ->check(CLI::IsMember(choices).description(""))  // the type's name already says it
         ->type_name(type);
   };
-  if (cpu_alone)
+  if (cpu_only)
     add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whatever is given");
   else
     add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
@@ -87,7 +87,7 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_al
   add_threads(app, arguments.threads);
 }
 
-program::Remedies to_remedies(const SearchArguments& search) {
+program::HintOptions to_hint_options(const SearchArguments& search) {
   return {.nan = true,
           .inverted = true,
           .backend = true,
@@ -103,8 +103,8 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
   if (options.backend == Backend::cuda) {
     const Result result = cuda::available();
     if (!result.ok()) {
-      throw Failure(
-          fmt::format("--backend cuda: {}", program::failure_text(result, to_remedies(search))));
+      throw Failure(fmt::format("--backend cuda: {}",
+                                program::failure_text(result, to_hint_options(search))));
     }
   }
   options.algorithm = search.algorithm == "all-pairs" ? Algorithm::all_pairs

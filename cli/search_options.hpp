@@ -5,7 +5,7 @@
 
 #include <throng/options.hpp>
 
-#include "program/remedy.hpp"
+#include "program/failure_text.hpp"
 
 namespace CLI {
 class App;
@@ -37,10 +37,10 @@ struct SearchArguments {
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
 void add_threads(CLI::App& app, unsigned& threads);
-void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_alone = false);
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_only = false);
 
 // The options that help where a search fails, for messages.
-program::Remedies to_remedies(const SearchArguments& search);
+program::HintOptions to_hint_options(const SearchArguments& search);
 // Throws Failure for what this build does not support.
 Options to_options(const InputArguments& input, const SearchArguments& search);
 

@@ -17,8 +17,8 @@ endif()
 # Open MPI needs special flags for more ranks than cores.
 set(THRONG_OPEN_MPI OFF)
 if(THRONG_MPI_FOUND)
-  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE throng_said ERROR_VARIABLE throng_said)
-  if(throng_said MATCHES "Open ?MPI|OpenRTE")
+  execute_process(COMMAND ${MPIEXEC_EXECUTABLE} --version OUTPUT_VARIABLE throng_mpiexec_version ERROR_VARIABLE throng_mpiexec_version)
+  if(throng_mpiexec_version MATCHES "Open ?MPI|OpenRTE")
     set(THRONG_OPEN_MPI ON)
   endif()
 endif()
@@ -26,11 +26,11 @@ endif()
 # throng_mpi_test(NAME RANKS PROGRAM arguments...): a test that runs a program on RANKS ranks, which share the
 # cores.
 function(throng_mpi_test name ranks)
-  set(words ${MPIEXEC_NUMPROC_FLAG} ${ranks})
+  set(mpiexec_options ${MPIEXEC_NUMPROC_FLAG} ${ranks})
   if(THRONG_OPEN_MPI)
-    list(PREPEND words --oversubscribe --bind-to none)
+    list(PREPEND mpiexec_options --oversubscribe --bind-to none)
   endif()
-  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${words} ${ARGN})
+  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${mpiexec_options} ${ARGN})
   # Allow root, for containers.
   set_tests_properties(${name} PROPERTIES LABELS mpi TIMEOUT 300 PROCESSORS 2
     ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1")

@@ -9,9 +9,9 @@
 
 #include <throng/throng.hpp>
 
+#include "figures/animation.hpp"
 #include "figures/drawing.hpp"
 #include "figures/motion.hpp"
-#include "figures/moving.hpp"
 #include "report/page.hpp"
 
 namespace throng::figures {
@@ -29,14 +29,14 @@ std::vector<Pair> pairs_of(const std::vector<Box>& boxes) {
   return find_pairs(boxes, options);
 }
 
-std::vector<Box> crowd() {
-  Chance chance;
+std::vector<Box> random_boxes() {
+  Random random;
   std::vector<Box> boxes;
   for (int i = 0; i < 34; ++i) {
-    const float width = 22 + chance.below(30);
-    const float height = 22 + chance.below(30);
-    const float y = 20 + chance.below(300);
-    const float x = 20 + chance.below(540);
+    const float width = 22 + random.below(30);
+    const float height = 22 + random.below(30);
+    const float y = 20 + random.below(300);
+    const float x = 20 + random.below(540);
     boxes.push_back(flat(x, y, width, height));
   }
   boxes.push_back(flat(60, 250, 430, 26));  // one that is long
@@ -70,7 +70,7 @@ std::string triangle() {
 
 // Columns, seen along them; a box's colour is the number of columns that hold it.
 std::string columns() {
-  const std::vector<Box> boxes = crowd();
+  const std::vector<Box> boxes = random_boxes();
   constexpr float width = 120, height = 90;
   Drawing d(860, 400);
   for (float x = 20; x <= 620; x += width) d.line(x, 20, x, 380, grey, true);
@@ -102,13 +102,13 @@ std::string columns() {
 
 // The boxes of one column, sorted by their start along it, and the candidates of one of them.
 std::string sweep() {
-  Chance chance;
+  Random random;
   std::vector<Box> boxes;
   for (int i = 0; i < 15; ++i) {
-    const float height = 20 + chance.below(20);
-    const float width = 40 + chance.below(70);
-    const float y = chance.below(60);
-    const float x = 30 + chance.below(420);
+    const float height = 20 + random.below(20);
+    const float width = 40 + random.below(70);
+    const float y = random.below(60);
+    const float x = 30 + random.below(420);
     boxes.push_back(flat(x, y, width, height));
   }
   std::sort(boxes.begin(), boxes.end(),
@@ -152,7 +152,7 @@ std::string sweep() {
 }
 
 // Of all columns that two boxes share, one reports the pair.
-std::string home() {
+std::string owner_cell() {
   Drawing d(860, 300);
   for (float x = 40; x <= 560; x += 130) d.line(x, 20, x, 280, grey, true);
   for (float y = 20; y <= 280; y += 130) d.line(40, y, 560, y, grey, true);
@@ -174,7 +174,7 @@ std::string home() {
 
 // Persistent objects: the cost of moving one.
 std::string live() {
-  std::vector<Box> boxes = crowd();
+  std::vector<Box> boxes = random_boxes();
   BroadPhase broad_phase;
   std::vector<ObjectId> ids(boxes.size());
   const auto done = [](const Result& result) {
@@ -237,7 +237,7 @@ int run(const std::string& folder) {
   write("triangle.svg", triangle());
   write("columns.svg", columns());
   write("sweep.svg", sweep());
-  write("home.svg", home());
+  write("home.svg", owner_cell());
   write("live.svg", live());
   write("moving.svg", moving());
   return 0;

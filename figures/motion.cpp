@@ -5,23 +5,23 @@
 namespace throng::figures {
 namespace {
 
-std::vector<Mover> movers_in(int count, int room_width, int room_height) {
+std::vector<Mover> make_movers(int count, int area_width, int area_height) {
   constexpr int edge = 60;
-  Chance chance;
+  Random random;
   std::vector<Mover> movers;
   for (int i = 0; i < count; ++i) {
     // Some large and slow, many small.
     const bool large = i % 8 == 0;
     Mover m{};
-    m.width = chance.within(large ? 900 : 260, large ? 1300 : 560);
-    m.height = chance.within(large ? 500 : 260, large ? 800 : 560);
+    m.width = random.within(large ? 900 : 260, large ? 1300 : 560);
+    m.height = random.within(large ? 500 : 260, large ? 800 : 560);
     m.x.laps = i % 4 == 1 ? 2 : 1;
-    m.y.laps = large ? 1 : 1 << chance.within(0, 2);
-    m.x.phase = chance.within(0, tick_count);
-    m.y.phase = chance.within(0, tick_count);
+    m.y.laps = large ? 1 : 1 << random.within(0, 2);
+    m.x.phase = random.within(0, tick_count);
+    m.y.phase = random.within(0, tick_count);
     m.x.from = m.y.from = edge;
-    m.x.length = 10 * room_width - 2 * edge - m.width;
-    m.y.length = 10 * room_height - 2 * edge - m.height;
+    m.x.length = 10 * area_width - 2 * edge - m.width;
+    m.y.length = 10 * area_height - 2 * edge - m.height;
     movers.push_back(m);
   }
   return movers;
@@ -29,8 +29,8 @@ std::vector<Mover> movers_in(int count, int room_width, int room_height) {
 
 }  // namespace
 
-Motion motion(int count, int room_width, int room_height) {
-  Motion made{movers_in(count, room_width, room_height), {}};
+Motion motion(int count, int area_width, int area_height) {
+  Motion made{make_movers(count, area_width, area_height), {}};
   Options options;
   options.threads = 1;
   BroadPhase broad_phase(options);
@@ -44,12 +44,12 @@ Motion motion(int count, int room_width, int room_height) {
     for (const LivePair& p : broad_phase.begun()) began[{p.first, p.second}] = tick;
     for (const LivePair& p : broad_phase.ended()) {
       const auto found = began.find({p.first, p.second});
-      made.lives.push_back({p.first, p.second, found->second, tick});
+      made.intervals.push_back({p.first, p.second, found->second, tick});
       began.erase(found);
     }
   }
   for (const auto& [pair, tick] : began) {
-    if (tick < tick_count) made.lives.push_back({pair.first, pair.second, tick, tick_count});
+    if (tick < tick_count) made.intervals.push_back({pair.first, pair.second, tick, tick_count});
   }
   return made;
 }

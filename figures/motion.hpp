@@ -13,7 +13,7 @@ namespace throng::figures {
 
 // Pseudo-random numbers that are the same everywhere. Draw one per statement: the evaluation order
 // of a call's arguments is unspecified.
-class Chance {
+class Random {
  public:
   float below(float limit) {
     next();
@@ -35,7 +35,7 @@ inline constexpr int tick_count = 1000;
 
 // From 0 to `length` and back, `laps` times in all ticks; lengths in tenths of a pixel. A lap of
 // 1000 / laps ticks must be an even number of them.
-struct Swing {
+struct Oscillation {
   int from, length, laps, phase;
 
   int half() const { return tick_count / laps / 2; }
@@ -49,7 +49,7 @@ struct Swing {
 
 // One object. Sizes in tenths of a pixel.
 struct Mover {
-  Swing x, y;
+  Oscillation x, y;
   int width, height;
 
   Box box(int tick) const {
@@ -66,18 +66,18 @@ struct Mover {
 
 // A pair, from its begin tick to its end tick. One that spans the last and the first tick counts as
 // two.
-struct Life {
+struct PairInterval {
   std::size_t first, second;
   int began, ended;
 };
 
 struct Motion {
   std::vector<Mover> movers;
-  std::vector<Life> lives;  // by end tick
+  std::vector<PairInterval> intervals;  // by end tick
 };
 
 // `count` moving boxes in an area of that many pixels, and their pairs per tick from BroadPhase.
 // Throws Error.
-Motion motion(int count, int room_width, int room_height);
+Motion motion(int count, int area_width, int area_height);
 
 }  // namespace throng::figures

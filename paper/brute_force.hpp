@@ -47,7 +47,7 @@ class BruteForce final : public Stepper {
     device_.restart();
     const Box* boxes = device_.upload(given, n_);
     device_.mark();
-    device_.each(n_, TakeBox{boxes, boxes_.data()});
+    device_.each(n_, CopyBox{boxes, boxes_.data()});
     device_.mark();
     with_mapping(variant_, list_.data(), [&](const auto& mapping) { search(mapping); });
     device_.mark();
@@ -83,8 +83,8 @@ class BruteForce final : public Stepper {
       if (variant_.write == Write::atomic) {
         device_.each(places_, WriteBitAtomic<Tested>{test, words_.data()});
       } else {
-        device_.in_step(places_,
-                        WriteBitRacy<Tested>{test, reinterpret_cast<std::uint8_t*>(words_.data())});
+        device_.in_lockstep(
+            places_, WriteBitRacy<Tested>{test, reinterpret_cast<std::uint8_t*>(words_.data())});
       }
     }
   }
@@ -112,7 +112,7 @@ class BruteForce final : public Stepper {
     step_.pairs.clear();
     const auto found = [&](std::uint64_t place) {
       Pair pair{};
-      if (pair_of_place(variant_, place, n_, pair)) step_.pairs.push_back(pair);
+      if (pair_at_position(variant_, place, n_, pair)) step_.pairs.push_back(pair);
     };
     if (variant_.output == Output::bit) {
       for_each_bit(static_cast<const std::uint32_t*>(fetched_), places_, found);

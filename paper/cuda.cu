@@ -67,12 +67,12 @@ __global__ void run_teams(std::uint64_t count, F f) {
 
 // Device memory, or the host memory that the device accesses fastest.
 template <class T, bool on_device>
-class Room {
+class DeviceArray {
  public:
-  Room() = default;
-  ~Room() { release(); }
-  Room(const Room&) = delete;
-  Room& operator=(const Room&) = delete;
+  DeviceArray() = default;
+  ~DeviceArray() { release(); }
+  DeviceArray(const DeviceArray&) = delete;
+  DeviceArray& operator=(const DeviceArray&) = delete;
 
   T* data() const noexcept { return data_; }
   std::uint64_t size() const noexcept { return size_; }
@@ -100,7 +100,7 @@ class Room {
 class CudaDevice {
  public:
   template <class T>
-  using Array = Room<T, true>;
+  using Array = DeviceArray<T, true>;
 
   explicit CudaDevice(unsigned = 1) { check(cudaStreamCreate(&stream_), "a stream"); }
   ~CudaDevice() {
@@ -130,7 +130,7 @@ class CudaDevice {
   }
   // Warps execute in lockstep anyway.
   template <class F>
-  void in_step(std::uint64_t count, const F& f) {
+  void in_lockstep(std::uint64_t count, const F& f) {
     each(count, f);
   }
   template <class F>
@@ -143,28 +143,28 @@ class CudaDevice {
   // The initial value's type sets the type of the sums: 64 bits.
   void scan(const std::uint32_t* values, std::uint64_t* sums, std::uint64_t count) {
     std::size_t bytes = 0;
-    const auto run = [&](void* room) {
-      check(cub::DeviceScan::ExclusiveScan(room, bytes, values, sums, ::cuda::std::plus<>{},
+    const auto run = [&](void* storage) {
+      check(cub::DeviceScan::ExclusiveScan(storage, bytes, values, sums, ::cuda::std::plus<>{},
                                            std::uint64_t{0}, count, stream_),
             "a scan");
     };
     run(nullptr);
-    scan_room_.reserve(bytes);
-    run(scan_room_.data());
+    scan_storage_.reserve(bytes);
+    run(scan_storage_.data());
   }
 
   // Transfers are fastest from pinned memory; copying into it is not part of a step.
   void hold(const Box* boxes, std::uint64_t n) {
-    held_.reserve(n);
-    given_.reserve(n);
-    if (n > 0) std::memcpy(held_.data(), boxes, n * sizeof(Box));
+    pinned_boxes_.reserve(n);
+    boxes_copy_.reserve(n);
+    if (n > 0) std::memcpy(pinned_boxes_.data(), boxes, n * sizeof(Box));
   }
   const Box* upload(const Box*, std::uint64_t n) {
-    if (n == 0) return given_.data();
-    check(cudaMemcpyAsync(given_.data(), held_.data(), n * sizeof(Box), cudaMemcpyHostToDevice,
-                          stream_),
+    if (n == 0) return boxes_copy_.data();
+    check(cudaMemcpyAsync(boxes_copy_.data(), pinned_boxes_.data(), n * sizeof(Box),
+                          cudaMemcpyHostToDevice, stream_),
           "the transfer of the boxes");
-    return given_.data();
+    return boxes_copy_.data();
   }
   std::uint64_t read(const std::uint64_t* value) {
     value_.reserve(1);
@@ -213,11 +213,11 @@ class CudaDevice {
   cudaStream_t stream_ = nullptr;
   std::vector<cudaEvent_t> events_;
   std::size_t used_ = 0;
-  Room<Box, false> held_;
-  Room<Box, true> given_;
-  Room<std::uint64_t, false> value_;
-  Room<unsigned char, false> fetched_;
-  Room<unsigned char, true> scan_room_;
+  DeviceArray<Box, false> pinned_boxes_;
+  DeviceArray<Box, true> boxes_copy_;
+  DeviceArray<std::uint64_t, false> value_;
+  DeviceArray<unsigned char, false> fetched_;
+  DeviceArray<unsigned char, true> scan_storage_;
 };
 
 void require_cuda() {

@@ -15,9 +15,9 @@
 #include "paper/evaluation/experiments.hpp"
 #include "paper/failure.hpp"
 #include "paper/input.hpp"
-#include "program/companion.hpp"
 #include "program/machine.hpp"
 #include "program/numbers.hpp"
+#include "program/sibling_program.hpp"
 #include "report/page.hpp"
 
 namespace throng::paper {
@@ -48,7 +48,7 @@ int run(const Arguments& a) {
   setting.memory_bytes = program::parse_bytes(a.memory, "--memory");
   if (!a.up_to.empty()) setting.up_to = program::parse_count(a.up_to, "--up-to");
   setting.limit_seconds = a.limit;
-  setting.rivals = program::find_companion("throng-bench");
+  setting.competitors = program::find_sibling_program("throng-bench");
   setting.progress = [](const std::string& what) {
     std::fputs(fmt::format("throng-paper: {}\n", what).c_str(), stderr);
   };

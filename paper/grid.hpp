@@ -21,7 +21,7 @@
 #include <throng/types.hpp>
 
 #include "core/bounds.hpp"
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "paper/search.hpp"
 #include "pipeline/atomic.hpp"
 

@@ -38,7 +38,7 @@ class GridSearch final : public Stepper {
     device_.restart();
     const Box* boxes = device_.upload(given, n_);
     device_.mark();
-    device_.each(n_, TakeBox{boxes, boxes_.data()});
+    device_.each(n_, CopyBox{boxes, boxes_.data()});
     device_.mark();
     update();
     device_.mark();

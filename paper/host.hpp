@@ -74,7 +74,7 @@ class HostDevice {
   // The lanes of a warp in lockstep: all of them read, then those with a result write, one after
   // the other. A schedule that the racy form allows; deterministic.
   template <class F>
-  void in_step(std::uint64_t count, const F& f) {
+  void in_lockstep(std::uint64_t count, const F& f) {
     in_blocks(count, 1u << 14, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t warp = begin; warp < end; warp += warp_size) {
         std::uint8_t seen[warp_size];

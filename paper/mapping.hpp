@@ -11,7 +11,7 @@
 
 #include <throng/types.hpp>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "core/pair_index.hpp"
 #include "paper/roots.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "core/pair_index.hpp"
 #include "paper/failure.hpp"
 #include "paper/search.hpp"

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::paper {
 

@@ -142,7 +142,7 @@ int run(Arguments a) {
   }
   const std::unique_ptr<Stepper> stepper = make_stepper_on(a.device, job);
   Outcome outcome;
-  if (a.variant.per_cell == 0) outcome.faults = count_faults(a.variant, boxes.n, 1);
+  if (a.variant.per_cell == 0) outcome.errors = count_errors(a.variant, boxes.n, 1);
   std::vector<Pair> all;
   for (std::size_t f = 0; f < boxes.frames; ++f) {
     const Measured m = measure(*stepper, boxes.frame(f), a.repeat);

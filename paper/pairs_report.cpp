@@ -24,7 +24,7 @@ std::string to_json(const Report& a, const Boxes& boxes, const Outcome& o) {
                        {"download", o.times.download}, {"decode", o.times.decode}};
   json["output_bytes"] = o.output_bytes;
   if (a.variant.per_cell > 0) json["grid"] = {{"cells", o.cells}, {"entries", o.entries}};
-  if (a.variant.per_cell == 0) json["wrong_rows"] = o.faults.rows;
+  if (a.variant.per_cell == 0) json["wrong_rows"] = o.errors.rows;
   if (a.check) json["check"] = {{"missing", o.missing}, {"extra", o.extra}};
   return json.dump(2) + "\n";
 }
@@ -52,9 +52,9 @@ std::string to_text(const Report& a, const Boxes& boxes, const Outcome& o) {
   if (a.variant.per_cell > 0) {
     text += fmt::format("grid      {} cells, {} entries\n", format_count(o.cells),
                         format_count(o.entries));
-  } else if (o.faults.indices > 0) {
+  } else if (o.errors.indices > 0) {
     text += fmt::format("mapping   wrong at an end of {} rows, first at index {}\n",
-                        format_count(o.faults.rows), format_count(o.faults.first_index));
+                        format_count(o.errors.rows), format_count(o.errors.first_index));
   }
   if (a.check) {
     text += fmt::format("check     {} missing, {} too many\n", format_count(o.missing),

@@ -14,7 +14,7 @@ struct Outcome {
   std::uint64_t pairs = 0, checksum = 0, missing = 0, extra = 0;
   std::uint64_t output_bytes = 0, cells = 0, entries = 0;
   Times times;
-  Faults faults;
+  MappingErrors errors;
 };
 
 struct Report {

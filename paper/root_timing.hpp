@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "paper/roots.hpp"
 #include "paper/stepper.hpp"
 #include "program/median.hpp"

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::paper {
 

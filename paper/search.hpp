@@ -8,7 +8,7 @@
 #include <throng/types.hpp>
 
 #include "core/bounds.hpp"
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "paper/matrix.hpp"
 #include "pipeline/atomic.hpp"
 
@@ -22,7 +22,7 @@ THRONG_HD constexpr Box nothing() noexcept {
 
 // The update of the bounding volumes: thread i copies object i's box. An inverted box is an empty
 // slot and becomes NaN: otherwise it would overlap boxes that contain it.
-struct TakeBox {
+struct CopyBox {
   const Box* given;
   Box* boxes;
 

@@ -8,26 +8,26 @@ namespace throng::paper {
 namespace {
 
 template <class Mapping>
-Faults faults_of(const Mapping& mapping, std::uint64_t n, std::uint64_t walk) {
-  Faults faults;
+MappingErrors count_mapping_errors(const Mapping& mapping, std::uint64_t n, std::uint64_t walk) {
+  MappingErrors errors;
   const auto wrong = [&](std::uint64_t k, std::uint64_t i) {
     const std::uint32_t row = static_cast<std::uint32_t>(i);
     const Pair want{row, static_cast<std::uint32_t>(i + 1 + (k - core::row_start(i, n)))};
     Pair got{};
     if (mapping(k, n, got) && got == want) return false;
-    if (faults.indices == 0 || k < faults.first_index) faults.first_index = k;
-    ++faults.indices;
+    if (errors.indices == 0 || k < errors.first_index) errors.first_index = k;
+    ++errors.indices;
     return true;
   };
   for (std::uint64_t i = 0; i + 1 < n; ++i) {
     const std::uint64_t begin = core::row_start(i, n), end = core::row_start(i + 1, n);
-    const std::uint64_t before = faults.indices;
+    const std::uint64_t before = errors.indices;
     std::uint64_t k = begin;
     while (k < end && k - begin < walk && wrong(k, i)) ++k;
     for (std::uint64_t last = end; last > k && end - last < walk && wrong(last - 1, i);) --last;
-    faults.rows += faults.indices != before;
+    errors.rows += errors.indices != before;
   }
-  return faults;
+  return errors;
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ std::uint64_t thread_count(const Variant& variant, std::uint64_t n) {
   return variant.mapping == MappingKind::lazy ? Lazy::threads(n) : core::pair_count(n);
 }
 
-bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair) {
+bool pair_at_position(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair) {
   switch (variant.mapping) {
     case MappingKind::lazy:
       return Lazy{}(t, n, pair);
@@ -66,11 +66,11 @@ bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pai
   return Exact{}(t, n, pair);
 }
 
-Faults count_faults(const Variant& variant, std::uint64_t n, std::uint64_t walk) {
+MappingErrors count_errors(const Variant& variant, std::uint64_t n, std::uint64_t walk) {
   // The other mappings are exact, and not in row order.
   if (variant.mapping != MappingKind::formula || n < 2) return {};
   return with_mapping(variant, nullptr,
-                      [&](const auto& mapping) { return faults_of(mapping, n, walk); });
+                      [&](const auto& mapping) { return count_mapping_errors(mapping, n, walk); });
 }
 
 }  // namespace throng::paper

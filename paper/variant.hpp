@@ -78,17 +78,17 @@ auto with_mapping(const Variant& variant, const Pair* stored, Use&& use) {
 std::uint64_t thread_count(const Variant& variant, std::uint64_t n);
 
 // The pair at output position t: by the variant's exact numbering, whatever root its threads use.
-bool pair_of_place(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair);
+bool pair_at_position(const Variant& variant, std::uint64_t t, std::uint64_t n, Pair& pair);
 
 // The errors of a mapping against its exact numbering. Rounding errors occur at the ends of rows,
 // so each row is checked inward from either end until an index is right, or `walk` were wrong: n
 // rows, not n^2 indices. walk = 1 checks only the ends.
-struct Faults {
+struct MappingErrors {
   std::uint64_t indices = 0;      // wrong ones among those checked
   std::uint64_t rows = 0;         // with a wrong first or last index
   std::uint64_t first_index = 0;  // the lowest wrong one, if any
 };
-Faults count_faults(const Variant& variant, std::uint64_t n,
-                    std::uint64_t walk = ~std::uint64_t{0});
+MappingErrors count_errors(const Variant& variant, std::uint64_t n,
+                           std::uint64_t walk = ~std::uint64_t{0});
 
 }  // namespace throng::paper

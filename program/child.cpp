@@ -46,7 +46,7 @@ class End {
   End() = default;
   End(const End&) = delete;
   End& operator=(const End&) = delete;
-  void hold(int fd) {
+  void reset(int fd) {
     fd_ = fd;
     fcntl(fd, F_SETFD, FD_CLOEXEC);
   }
@@ -64,8 +64,8 @@ struct Pipe {
   explicit Pipe(const std::string& path) {
     int ends[2];
     if (pipe(ends) != 0) cannot_start(path, errno);
-    from.hold(ends[0]);
-    to.hold(ends[1]);
+    from.reset(ends[0]);
+    to.reset(ends[1]);
   }
   End from, to;
 };
@@ -114,15 +114,15 @@ class Child {
 using Clock = std::chrono::steady_clock;
 
 // Since the last line.
-class Quiet {
+class SilenceTimer {
  public:
-  explicit Quiet(double seconds) : seconds_(seconds) {}
-  void heard() { last_ = Clock::now(); }
+  explicit SilenceTimer(double seconds) : seconds_(seconds) {}
+  void restart() { last_ = Clock::now(); }
   // For poll: rounded up, so that nothing is left at the timeout; -1: no limit.
   int milliseconds_left() const {
     if (!(seconds_ > 0)) return -1;
-    const std::chrono::duration<double> gone = Clock::now() - last_;
-    return static_cast<int>(std::clamp((seconds_ - gone.count()) * 1000 + 0.999, 0.0, 1e9));
+    const std::chrono::duration<double> elapsed = Clock::now() - last_;
+    return static_cast<int>(std::clamp((seconds_ - elapsed.count()) * 1000 + 0.999, 0.0, 1e9));
   }
 
  private:
@@ -131,7 +131,7 @@ class Quiet {
 };
 
 // In the child, after fork: only async-signal-safe calls, as the parent had other threads.
-[[noreturn]] void become(const char* path, char* const* argv, int out, int report) {
+[[noreturn]] void exec_program(const char* path, char* const* argv, int out, int report) {
 #ifdef __linux__
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // no process would read it any more
 #endif
@@ -147,12 +147,12 @@ class Quiet {
 }
 
 // Removes the complete lines from `text` and returns them.
-void tell_lines(std::string& text, const std::function<void(const std::string&)>& line,
-                Quiet& quiet) {
+void forward_lines(std::string& text, const std::function<void(const std::string&)>& line,
+                   SilenceTimer& silence_timer) {
   std::size_t begin = 0;
   for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
     line(text.substr(begin, end - begin));
-    quiet.heard();
+    silence_timer.restart();
   }
   text.erase(0, begin);
 }
@@ -168,14 +168,14 @@ ChildEnd run_child(const std::string& path, const std::vector<std::string>& argu
   std::fflush(stdout);
   const pid_t pid = fork();
   if (pid < 0) cannot_start(path, errno);
-  if (pid == 0) become(path.c_str(), argv.data(), out.to.fd(), report.to.fd());
+  if (pid == 0) exec_program(path.c_str(), argv.data(), out.to.fd(), report.to.fd());
   Child child(pid);
   out.to.close();
   report.to.close();
   int error = 0;
   if (read_some(report.from.fd(), &error, sizeof error) == sizeof error) cannot_start(path, error);
 
-  Quiet quiet(quiet_seconds);
+  SilenceTimer silence_timer(quiet_seconds);
   std::string text;
   const auto stop = [&] {
     child.kill();
@@ -183,7 +183,7 @@ ChildEnd run_child(const std::string& path, const std::vector<std::string>& argu
   };
   for (;;) {
     pollfd waiting{out.from.fd(), POLLIN, 0};
-    const int left = quiet.milliseconds_left();
+    const int left = silence_timer.milliseconds_left();
     const int ready = poll(&waiting, 1, left);
     if (ready < 0 && errno == EINTR) continue;
     if (ready == 0) return stop();
@@ -191,17 +191,17 @@ ChildEnd run_child(const std::string& path, const std::vector<std::string>& argu
     const ssize_t got = read_some(out.from.fd(), some, sizeof some);
     if (got <= 0) break;
     text.append(some, static_cast<std::size_t>(got));
-    tell_lines(text, line, quiet);
-    if (quiet.milliseconds_left() == 0)
+    forward_lines(text, line, silence_timer);
+    if (silence_timer.milliseconds_left() == 0)
       return stop();  // output without a line end also counts as activity
   }
   if (!text.empty()) {
     line(text);
-    quiet.heard();
+    silence_timer.restart();
   }
   // It may run on after closing its output.
   for (timespec pause{0, 1000000}; !child.wait(WNOHANG); nanosleep(&pause, nullptr)) {
-    if (quiet.milliseconds_left() == 0) return stop();
+    if (silence_timer.milliseconds_left() == 0) return stop();
   }
   return {false, child.status()};
 }

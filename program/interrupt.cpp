@@ -16,13 +16,13 @@ std::atomic<int> by_signal{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "a signal handler sets them");
 
-extern "C" void note_interrupt(int signal) {
+extern "C" void on_interrupt(int signal) {
   by_signal = signal;
   interrupted = true;
   std::signal(signal, SIG_DFL);  // the second signal kills
 }
 
-void on_write_signals(void (*what)(int)) {
+void set_write_signal_handlers(void (*what)(int)) {
 #ifdef SIGPIPE
   std::signal(SIGPIPE, what);
 #endif
@@ -35,17 +35,17 @@ void on_write_signals(void (*what)(int)) {
 
 InterruptGuard::InterruptGuard() {
   interrupted = false;
-  bool* heard = heard_;
+  bool* handled = handled_;
   for (const int signal : signals) {
-    *heard = std::signal(signal, note_interrupt) != SIG_IGN;
-    if (!*heard++) std::signal(signal, SIG_IGN);
+    *handled = std::signal(signal, on_interrupt) != SIG_IGN;
+    if (!*handled++) std::signal(signal, SIG_IGN);
   }
 }
 
 InterruptGuard::~InterruptGuard() {
-  const bool* heard = heard_;
+  const bool* handled = handled_;
   for (const int signal : signals) {
-    if (*heard++) std::signal(signal, SIG_DFL);
+    if (*handled++) std::signal(signal, SIG_DFL);
   }
 }
 
@@ -55,7 +55,7 @@ void InterruptGuard::check() const {
 
 const std::atomic<bool>& InterruptGuard::flag() noexcept { return interrupted; }
 
-void ignore_write_signals() { on_write_signals(SIG_IGN); }
-void restore_write_signals() { on_write_signals(SIG_DFL); }
+void ignore_write_signals() { set_write_signal_handlers(SIG_IGN); }
+void restore_write_signals() { set_write_signal_handlers(SIG_DFL); }
 
 }  // namespace throng::program

@@ -27,7 +27,7 @@ class InterruptGuard {
   static const std::atomic<bool>& flag() noexcept;
 
  private:
-  bool heard_[3] = {};  // those that were not ignored
+  bool handled_[3] = {};  // those that were not ignored
 };
 
 // Turns SIGPIPE and SIGXFSZ into write errors, so that partial files are removed. Child programs

@@ -60,7 +60,7 @@ struct Where {
 };
 
 // Describes an object before its array is taken: device memory cannot be inspected.
-Where where_is(nb::handle value, const std::string& name) {
+Where device_of(nb::handle value, const std::string& name) {
   Where where;
   if (!nb::hasattr(value, "__dlpack_device__")) return where;
   nb::object device;
@@ -77,23 +77,26 @@ Where where_is(nb::handle value, const std::string& name) {
 }
 
 // Whether this call can use arrays of that device.
-void require_place(const Where& where, const std::string& name, Place* place) {
-  const bool can = where.is_host() || (where.is_gpu() && place && gpu_is_built());
+void require_device(const Where& where, const std::string& name, ArrayDevice* array_device) {
+  const bool can = where.is_host() || (where.is_gpu() && array_device && gpu_is_built());
   if (!can) {
     value_error(name + ": found an array on " + where.name() +
-                (where.is_gpu() && place ? ", and this build searches on the CPU alone; build with "
-                                           "THRONG_CUDA=ON, or copy it"
-                                         : ", which this call cannot use; copy it") +
+                (where.is_gpu() && array_device
+                     ? ", and this build searches on the CPU alone; build with "
+                       "THRONG_CUDA=ON, or copy it"
+                     : ", which this call cannot use; copy it") +
                 " to the host first (CuPy: x.get(), PyTorch: x.cpu(), JAX: numpy.asarray(x))");
   }
-  if (!place) return;
-  if (place->decided_by.empty()) {
-    place->on_gpu = where.is_gpu();
-    place->device = where.is_gpu() ? where.index : 0;
-    place->decided_by = name;
-  } else if (place->on_gpu != where.is_gpu() || (place->on_gpu && place->device != where.index)) {
-    value_error(name + ": found an array on " + where.name() + ", and " + place->decided_by +
-                " lies on " + place->name() + "; all must be on one device");
+  if (!array_device) return;
+  if (array_device->first_argument.empty()) {
+    array_device->on_gpu = where.is_gpu();
+    array_device->device = where.is_gpu() ? where.index : 0;
+    array_device->first_argument = name;
+  } else if (array_device->on_gpu != where.is_gpu() ||
+             (array_device->on_gpu && array_device->device != where.index)) {
+    value_error(name + ": found an array on " + where.name() + ", and " +
+                array_device->first_argument + " lies on " + array_device->name() +
+                "; all must be on one device");
   }
 }
 
@@ -112,7 +115,7 @@ nb::object capsule_for(nb::handle value, std::uintptr_t stream) {
 
 // PyTorch tensors have two flags: gradients are recorded (DLPack refuses), and values are to be
 // negated (DLPack ignores it). Both: take the plain tensor. A missing flag is no error.
-nb::object plain_tensor(nb::handle value) {
+nb::object resolve_tensor_flags(nb::handle value) {
   nb::object plain = nb::borrow(value);
   if (!nb::hasattr(plain, "resolve_neg") || !nb::hasattr(plain, "requires_grad")) return plain;
   if (nb::cast<bool>(plain.attr("requires_grad"))) plain = plain.attr("detach")();
@@ -142,21 +145,21 @@ void require_aligned(const AnyArray& a, const std::string& name, std::size_t byt
 }
 
 // The stride of rows, in values.
-std::size_t row_stride(const AnyArray& a, const std::string& name, std::size_t if_one_row) {
-  if (a.shape(0) <= 1) return if_one_row;
+std::size_t row_stride(const AnyArray& a, const std::string& name, std::size_t single_row_stride) {
+  if (a.shape(0) <= 1) return single_row_stride;
   if (a.stride(0) >= 0) return static_cast<std::size_t>(a.stride(0));
   value_error(name + ": its rows run backwards (a stride of " + std::to_string(a.stride(0)) +
               " values); give a copy: numpy.ascontiguousarray(" + name + ")");
 }
 
 AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
-                      Place* place) {
-  const Where where = where_is(value, name);
+                      ArrayDevice* array_device) {
+  const Where where = device_of(value, name);
   const bool is_capsule = PyCapsule_CheckExact(value.ptr());
   require_unmasked(value, name);
-  if (!is_capsule) require_place(where, name, place);
-  nb::object source = plain_tensor(value);
-  if (where.is_gpu()) source = capsule_for(source, place->stream);
+  if (!is_capsule) require_device(where, name, array_device);
+  nb::object source = resolve_tensor_flags(value);
+  if (where.is_gpu()) source = capsule_for(source, array_device->stream);
   AnyArray array;
   if (!nb::try_cast(source, array) || !array.is_valid()) {
     type_error(name + ": found " + described_array(value) + ", wanted an array of " + wanted +
@@ -165,7 +168,7 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
   }
   const Where lies{array.device_type(), array.device_id()};
   if (is_capsule) {
-    require_place(lies, name, place);
+    require_device(lies, name, array_device);
   } else if (lies.is_host() != where.is_host() ||
              (!lies.is_host() && (lies.type != where.type || lies.index != where.index))) {
     type_error(name + ": its __dlpack_device__ says " + where.name() + ", its __dlpack__ gives " +
@@ -178,16 +181,16 @@ std::string described(const AnyArray& a) { return type_text(a) + " of shape " + 
 
 bool is_float32(const AnyArray& a) noexcept { return a.dtype() == nb::dtype<float>(); }
 
-Rounding rounding_of(nb::handle round, bool takes_exact) {
+Rounding rounding_of(nb::handle round, bool allows_exact) {
   if (round.is_none()) return Rounding::none;
   const auto is = [&](const char* text) {
     return PyUnicode_Check(round.ptr()) && PyUnicode_CompareWithASCIIString(round.ptr(), text) == 0;
   };
   if (is("outward")) return Rounding::outward;
-  if (is("exact") && takes_exact) return Rounding::exact;
+  if (is("exact") && allows_exact) return Rounding::exact;
   value_error(
       "round: found " + described(round) + ", wanted None" +
-      (takes_exact ? ", 'outward' or 'exact'" : " or 'outward': float32 is made of these boxes"));
+      (allows_exact ? ", 'outward' or 'exact'" : " or 'outward': float32 is made of these boxes"));
 }
 
 }  // namespace throng::python

@@ -22,36 +22,37 @@ namespace nb = nanobind;
 
 using AnyArray = nb::ndarray<nb::ro>;
 // Keeps the memory of a view alive; released with the interpreter's lock held.
-using Kept = std::vector<std::shared_ptr<void>>;
+using KeepAlive = std::vector<std::shared_ptr<void>>;
 
 // The device of the arrays of one call: the host, or one GPU. The first array decides.
-struct Place {
+struct ArrayDevice {
   // The caller's stream: a GPU array is valid for work enqueued on it.
   std::uintptr_t stream = 0;
   bool on_gpu = false;
   int device = 0;
-  std::string decided_by;  // the argument that decided; empty: none yet
+  std::string first_argument;  // the argument that decided; empty: none yet
 
   std::string name() const { return on_gpu ? "cuda:" + std::to_string(device) : "the CPU"; }
 };
 
 // TypeError if the value is not an array, ValueError if it is on another device than the call's
-// other arrays; `place` null: host memory only. `wanted` ends the message, its type first: "float32
-// of shape (n, 6)".
+// other arrays; `array_device` null: host memory only. `wanted` ends the message, its type first:
+// "float32 of shape (n, 6)".
 AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
-                      Place* place = nullptr);
+                      ArrayDevice* array_device = nullptr);
 // "float32 of shape (5, 6)"
 std::string described(const AnyArray& array);
 bool is_float32(const AnyArray& array) noexcept;
 // ValueError unless values are at multiples of `bytes`.
 void require_aligned(const AnyArray& array, const std::string& name, std::size_t bytes);
 // The stride of rows, in values; ValueError if it is negative.
-std::size_t row_stride(const AnyArray& array, const std::string& name, std::size_t if_one_row);
+std::size_t row_stride(const AnyArray& array, const std::string& name,
+                       std::size_t single_row_stride);
 
 // The handling of float64: exact float32 only, rounded to float32 that contain it, or kept.
 enum class Rounding : std::uint8_t { none, outward, exact };
 // ValueError for any other, and for 'exact' where only float32 is supported.
-Rounding rounding_of(nb::handle round, bool takes_exact);
+Rounding rounding_of(nb::handle round, bool allows_exact);
 
 // One corner of each box, in an array whose first index is the box.
 struct CornerArray {
@@ -66,7 +67,8 @@ struct CornerArray {
 // keep the view valid.
 class BoxArray {
  public:
-  BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place = nullptr);
+  BoxArray(nb::handle value, const std::string& name, Rounding rounding,
+           ArrayDevice* array_device = nullptr);
 
   // Exactly one of the two views holds the boxes: doubles() if they stay float64, by
   // Rounding::exact.
@@ -83,8 +85,8 @@ class BoxArray {
                    nb::handle world, nb::handle is_static);
 
  private:
-  void take_one(nb::handle value, const std::string& name, Rounding rounding);
-  void take_two(nb::handle pair, const std::string& name, Rounding rounding);
+  void import_array_of_boxes(nb::handle value, const std::string& name, Rounding rounding);
+  void import_lower_upper(nb::handle pair, const std::string& name, Rounding rounding);
   // Makes the view, of values without a copy, or of converted float64.
   void show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
             Rounding rounding);
@@ -93,18 +95,18 @@ class BoxArray {
   DoubleBoxes doubles_;
   bool is_double_ = false;
   unsigned dimensions_ = 3;
-  Place* place_;  // null: host memory
+  ArrayDevice* array_device_;  // null: host memory
   std::vector<AnyArray> arrays_;
   std::unique_ptr<float[]> converted_;
   std::unique_ptr<double[]> widened_;
-  Kept filters_;
+  KeepAlive filters_;
 };
 
 // One value of T per box: the array itself if it has that type, else converted values, which must
 // fit; no conversion on a GPU. Objects in `kept` must outlive the view.
 template <class T>
-Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept,
-                         Place* place = nullptr);
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count,
+                         KeepAlive& kept, ArrayDevice* array_device = nullptr);
 
 // A NumPy array that owns its values.
 template <class T>
@@ -126,9 +128,10 @@ nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
 // n rows of the floats of a T: without a copy if a row's values are contiguous, or converted
 // float64, each of which must be a float32; None: absent (count 0). count: expected rows, or -1.
 template <class T>
-Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept);
+Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count,
+                       KeepAlive& kept);
 // The same for directions, each of `dimensions` or three values; a missing z is 0.
 Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
-                                unsigned dimensions, Kept& kept);
+                                unsigned dimensions, KeepAlive& kept);
 
 }  // namespace throng::python

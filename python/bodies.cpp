@@ -24,7 +24,7 @@ nb::object update(nb::handle position, nb::handle shapes, nb::handle rotation,
   options.margin = margin_of(margin);
   options.threads = threads_of(threads);
   options.executor = &executor();
-  Kept kept;
+  KeepAlive kept;
   Bodies bodies;
   bodies.position = import_rows<Vec3>(position, "position", -1, kept);
   const std::size_t n = bodies.size();

@@ -68,7 +68,7 @@ std::optional<Inexact> to_floats(const Table<double>& lower, const Table<double>
 }
 
 // float32, float64, or a TypeError.
-bool holds_double(const AnyArray& a, const std::string& name, const std::string& wanted) {
+bool is_float64(const AnyArray& a, const std::string& name, const std::string& wanted) {
   if (is_float32(a)) return false;
   if (a.dtype() == nb::dtype<double>()) return true;
   type_error(name + ": found " + described(a) + ", wanted " + wanted +
@@ -87,7 +87,7 @@ BasicBoxes<Real> rows_of(const Real* p, std::size_t count, unsigned d) {
 
 // Lower and upper corners of Real, without a copy.
 template <class Real>
-BasicBoxes<Real> as_they_lie(const CornerArray& lower, const CornerArray& upper, unsigned d) {
+BasicBoxes<Real> in_place_view(const CornerArray& lower, const CornerArray& upper, unsigned d) {
   using View = BasicBoxes<Real>;
   const std::size_t count = lower.array.shape(0);
   const std::size_t stride = row_stride(lower.array, lower.name, 2 * d) * sizeof(Real);
@@ -111,19 +111,19 @@ BasicBoxes<Real> as_they_lie(const CornerArray& lower, const CornerArray& upper,
 
 }  // namespace
 
-BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding, Place* place)
-    : place_(place) {
+BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding, ArrayDevice* place)
+    : array_device_(place) {
   if (PyTuple_Check(value.ptr()))
-    take_two(value, name, rounding);
+    import_lower_upper(value, name, rounding);
   else
-    take_one(value, name, rounding);
+    import_array_of_boxes(value, name, rounding);
 }
 
-void BoxArray::take_one(nb::handle value, const std::string& name, Rounding rounding) {
+void BoxArray::import_array_of_boxes(nb::handle value, const std::string& name, Rounding rounding) {
   const std::string wanted =
       "float32 of shape (n, 6) or (n, 2, 3), for 2-D (n, 4) or (n, 2, 2), or a tuple (lower, "
       "upper)";
-  AnyArray a = import_array(value, name, wanted, place_);
+  AnyArray a = import_array(value, name, wanted, array_device_);
   const bool rows = a.ndim() == 2 && (a.shape(1) == 6 || a.shape(1) == 4);
   const bool corners = a.ndim() == 3 && a.shape(1) == 2 && (a.shape(2) == 3 || a.shape(2) == 2);
   if (!rows && !corners) {
@@ -148,20 +148,21 @@ void BoxArray::take_one(nb::handle value, const std::string& name, Rounding roun
   }
 }
 
-void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding rounding) {
+void BoxArray::import_lower_upper(nb::handle pair, const std::string& name, Rounding rounding) {
   const std::string wanted = "float32 of shape (n, 3), or (n, 2) for 2-D";
   if (nb::len(pair) != 2) {
     value_error(name + ": found a tuple of " + std::to_string(nb::len(pair)) +
                 ", wanted (lower, upper)");
   }
   const std::string names[2] = {name + "[0]", name + "[1]"};
-  for (int k = 0; k < 2; ++k) arrays_.push_back(import_array(pair[k], names[k], wanted, place_));
+  for (int k = 0; k < 2; ++k)
+    arrays_.push_back(import_array(pair[k], names[k], wanted, array_device_));
   const AnyArray &lower = arrays_[0], &upper = arrays_[1];
   for (int k = 0; k < 2; ++k) {
     const AnyArray& a = arrays_[k];
     if (a.ndim() != 2 || (a.shape(1) != 3 && a.shape(1) != 2))
       value_error(names[k] + ": found " + described(a) + ", wanted " + wanted);
-    (void)holds_double(a, names[k], wanted);  // of another type: a TypeError
+    (void)is_float64(a, names[k], wanted);  // of another type: a TypeError
   }
   if (lower.shape(0) != upper.shape(0) || lower.shape(1) != upper.shape(1) ||
       lower.dtype() != upper.dtype()) {
@@ -175,9 +176,9 @@ void BoxArray::take_two(nb::handle pair, const std::string& name, Rounding round
 
 void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
                     Rounding rounding) {
-  const bool given_double = holds_double(lower.array, lower.name, wanted);
-  if (given_double && place_ && place_->on_gpu) {
-    type_error(lower.name + ": found " + described(lower.array) + " on " + place_->name() +
+  const bool given_double = is_float64(lower.array, lower.name, wanted);
+  if (given_double && array_device_ && array_device_->on_gpu) {
+    type_error(lower.name + ": found " + described(lower.array) + " on " + array_device_->name() +
                ", where values are not converted; wanted float32, as by x.astype(float32)");
   }
   const std::size_t count = lower.array.shape(0);
@@ -191,7 +192,7 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
   require_aligned(lower.array, lower.name, given_double ? 8 : 4);
   require_aligned(upper.array, upper.name, given_double ? 8 : 4);
   if (is_double_) {
-    doubles_ = as_they_lie<double>(lower, upper, d);
+    doubles_ = in_place_view<double>(lower, upper, d);
   } else if (given_double) {
     converted_.reset(new (std::nothrow) float[2 * d * count]);
     if (!converted_) {
@@ -215,7 +216,7 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
     }
     view_ = rows_of(converted_.get(), count, d);
   } else {
-    view_ = as_they_lie<float>(lower, upper, d);
+    view_ = in_place_view<float>(lower, upper, d);
   }
 }
 
@@ -241,11 +242,12 @@ void BoxArray::set_filters(const std::string& prefix, nb::handle group, nb::hand
                            nb::handle owner, nb::handle world, nb::handle is_static) {
   Filters& f = is_double_ ? doubles_.filters : view_.filters;
   const std::size_t n = size();
-  f.group = import_values<std::uint32_t>(group, prefix + "group", n, filters_, place_);
-  f.mask = import_values<std::uint32_t>(mask, prefix + "mask", n, filters_, place_);
-  f.owner = import_values<std::int32_t>(owner, prefix + "owner", n, filters_, place_);
-  f.world = import_values<std::int32_t>(world, prefix + "world", n, filters_, place_);
-  f.is_static = import_values<std::uint8_t>(is_static, prefix + "static", n, filters_, place_);
+  f.group = import_values<std::uint32_t>(group, prefix + "group", n, filters_, array_device_);
+  f.mask = import_values<std::uint32_t>(mask, prefix + "mask", n, filters_, array_device_);
+  f.owner = import_values<std::int32_t>(owner, prefix + "owner", n, filters_, array_device_);
+  f.world = import_values<std::int32_t>(world, prefix + "world", n, filters_, array_device_);
+  f.is_static =
+      import_values<std::uint8_t>(is_static, prefix + "static", n, filters_, array_device_);
 }
 
 }  // namespace throng::python

@@ -16,7 +16,7 @@ namespace throng::python {
 namespace {
 
 // Initial pair capacity per box, as on the host; here it takes memory.
-constexpr std::size_t pairs_a_box = 4, fewest_pairs = 4096;
+constexpr std::size_t pairs_per_box = 4, min_pairs = 4096;
 
 void require(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return;
@@ -130,7 +130,7 @@ nb::object DeviceFinder::find(const BoxArray& a, const BoxArray* b, std::uintptr
   auto* const on = reinterpret_cast<cuda::Stream>(stream);
   std::size_t capacity = state_->last_found + state_->last_found / 8 + 64;
   if (state_->last_found == 0)
-    capacity = pairs_a_box * (a.size() + (b ? b->size() : 0)) + fewest_pairs;
+    capacity = pairs_per_box * (a.size() + (b ? b->size() : 0)) + min_pairs;
   std::unique_ptr<DevicePairs> pairs;
   for (;;) {
     pairs.reset();

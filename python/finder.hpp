@@ -28,25 +28,25 @@ void run_unlocked(bool is_long, std::atomic<bool>& stop, const std::function<voi
 
 // Buffers for pairs. A released array's buffer serves the next search, so a loop over frames
 // touches no fresh memory.
-class PairRooms {
+class PairBufferPool {
  public:
-  struct Room {
+  struct Buffer {
     Pair* data = nullptr;
     std::size_t capacity = 0;
   };
-  PairRooms() = default;
-  ~PairRooms();
-  PairRooms(const PairRooms&) = delete;
-  PairRooms& operator=(const PairRooms&) = delete;
+  PairBufferPool() = default;
+  ~PairBufferPool();
+  PairBufferPool(const PairBufferPool&) = delete;
+  PairBufferPool& operator=(const PairBufferPool&) = delete;
 
   // MemoryError if there is none.
-  Room take(std::size_t capacity);
-  void give(Room room) noexcept;
+  Buffer take(std::size_t capacity);
+  void give_back(Buffer buffer) noexcept;
 
  private:
   static constexpr int most = 2;
   std::mutex mutex_;
-  Room rooms_[most];
+  Buffer buffers_[most];
 };
 
 class FinderObject {
@@ -56,7 +56,8 @@ class FinderObject {
 
   // (m, 2) uint32. `b` may be null; both have one type. GPU results stay there, or are copied
   // `to_host`.
-  nb::object find(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
+  nb::object find(const BoxArray& a, const BoxArray* b, const ArrayDevice& array_device,
+                  bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
   // ValueError for Rounding::exact.
   Explanation explain(const BoxArray& a, const BoxArray* b);
@@ -66,17 +67,18 @@ class FinderObject {
   std::size_t memory_bytes() const;
 
  private:
-  class Busy;
+  class CallGuard;
   static void require_same_dimensions(const BoxArray& a, const BoxArray* b);
-  nb::object find_on_gpu(const BoxArray& a, const BoxArray* b, const Place& place, bool to_host);
+  nb::object find_on_gpu(const BoxArray& a, const BoxArray* b, const ArrayDevice& array_device,
+                         bool to_host);
   void search(const BoxArray& a, const BoxArray* b, const std::function<Result()>& call);
 
   Finder finder_;
   Rounding rounding_;
-  bool once_;
+  bool single_use_;
   std::unique_ptr<DeviceFinder> on_gpu_;
-  bool has_found_ = false;
-  std::shared_ptr<PairRooms> rooms_ = std::make_shared<PairRooms>();
+  bool has_result_ = false;
+  std::shared_ptr<PairBufferPool> buffers_ = std::make_shared<PairBufferPool>();
   std::atomic<bool> stop_{false};
   std::atomic<bool> busy_{false};
   Result result_;

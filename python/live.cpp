@@ -24,7 +24,7 @@
 namespace throng::python {
 namespace {
 
-Filters filters_of(const nb::tuple& f, std::size_t n, Kept& kept) {
+Filters filters_of(const nb::tuple& f, std::size_t n, KeepAlive& kept) {
   Filters filters;
   filters.group = import_values<std::uint32_t>(f[0], "group", n, kept);
   filters.mask = import_values<std::uint32_t>(f[1], "mask", n, kept);
@@ -47,7 +47,7 @@ struct QueryBoxes {
 struct QuerySweeps {
   BoxArray boxes;
   SweepHits which;
-  Kept kept;
+  KeepAlive kept;
   std::size_t count;
   Filters filters;
   std::unique_ptr<Sweep[]> sweeps;
@@ -101,7 +101,7 @@ class LiveObject {
       live_ = BroadPhase(o);
       require_ok(live_.copy_from(other.live_));
       result_ = other.result_;
-      changed_ = other.changed_;
+      changed_count_ = other.changed_count_;
     });
   }
 
@@ -136,7 +136,7 @@ class LiveObject {
 
   void set_filters(nb::handle ids, const nb::tuple& f) {
     const Ids list(ids);
-    Kept kept;
+    KeepAlive kept;
     const Filters filters = filters_of(f, list.size(), kept);
     change(list.size(), [&] { return live_.set_filters(list.data(), list.size(), filters); });
   }
@@ -147,25 +147,25 @@ class LiveObject {
 
   Result update() {
     call(
-        changed_ >= long_from, [&] { return live_.update(); }, [&] { changed_ = 0; });
+        changed_count_ >= long_from, [&] { return live_.update(); }, [&] { changed_count_ = 0; });
     return result_;
   }
 
   // (m, 3): first, second, slot.
   nb::object begun() const {
-    return told([&] { return live_.begun(); });
+    return live_pairs_array([&] { return live_.begun(); });
   }
   nb::object ended() const {
-    return told([&] { return live_.ended(); });
+    return live_pairs_array([&] { return live_.ended(); });
   }
   nb::object pairs() {
-    return told([&] { return live_.pairs(); });
+    return live_pairs_array([&] { return live_.pairs(); });
   }
 
   nb::object pairs_of(nb::handle id) const {
-    const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
+    const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
     std::vector<LivePair> pairs;
-    return told([&] {
+    return live_pairs_array([&] {
       pairs.resize(live_.pairs_of(index, nullptr, 0));
       live_.pairs_of(index, pairs.data(), pairs.size());
       return LivePairs{pairs.data(), pairs.size()};
@@ -194,7 +194,7 @@ class LiveObject {
   }
 
   bool is_alive(nb::handle id) const {
-    const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
+    const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
     bool alive = false;
     alone([&] { alive = live_.is_alive(index); });
     return alive;
@@ -238,7 +238,7 @@ class LiveObject {
     std::size_t size() const noexcept { return values_.count; }
 
    private:
-    Kept kept_;
+    KeepAlive kept_;
     Strided<ObjectId> values_;
     std::unique_ptr<ObjectId[]> copy_;
   };
@@ -246,7 +246,7 @@ class LiveObject {
   // The filters of an object; ValueError unless it is alive.
   template <class Value>
   Value of_object(nb::handle id, Value (BroadPhase::*of)(ObjectId) const noexcept) const {
-    const auto index = static_cast<ObjectId>(whole(id, "id", 0xffffffffu));
+    const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
     Value value;
     bool alive = false;
     alone([&] {
@@ -287,10 +287,10 @@ class LiveObject {
   // For `count` objects; the next update has more work.
   template <class F>
   void change(std::size_t count, const F& body) {
-    call(false, body, [&] { changed_ += count; });
+    call(false, body, [&] { changed_count_ += count; });
   }
 
-  nb::object told(const std::function<LivePairs()>& pairs) const {
+  nb::object live_pairs_array(const std::function<LivePairs()>& pairs) const {
     nb::object array;
     alone([&] {
       const LivePairs view = pairs();
@@ -301,7 +301,7 @@ class LiveObject {
 
   BroadPhase live_;
   Result result_;
-  std::size_t changed_ = 0;  // objects named by calls since the last update
+  std::size_t changed_count_ = 0;  // objects named by calls since the last update
   std::atomic<bool> stop_{false};
   mutable std::atomic<bool> busy_{false};
 };

@@ -13,7 +13,7 @@
 namespace throng::python {
 namespace {
 
-[[noreturn]] void sleep_for_ever() noexcept {
+[[noreturn]] void block_for_ever() noexcept {
   for (;;) {
 #if defined(_WIN32)
     Sleep(INFINITE);
@@ -29,7 +29,7 @@ void stay(const F& f) noexcept {
 #if defined(_WIN32)
   f();
 #else
-  pthread_cleanup_push([](void*) { sleep_for_ever(); }, nullptr);
+  pthread_cleanup_push([](void*) { block_for_ever(); }, nullptr);
   f();
   pthread_cleanup_pop(0);
 #endif
@@ -37,15 +37,15 @@ void stay(const F& f) noexcept {
 
 }  // namespace
 
-Unlocked::Unlocked() noexcept : by_who_ends_it_(is_ending()), state_(PyEval_SaveThread()) {}
+Unlocked::Unlocked() noexcept : by_finalizing_thread_(is_ending()), state_(PyEval_SaveThread()) {}
 
 Unlocked::~Unlocked() {
-  if (is_ending() && !by_who_ends_it_) sleep_for_ever();
+  if (is_ending() && !by_finalizing_thread_) block_for_ever();
   stay([this] { PyEval_RestoreThread(state_); });
 }
 
 Locked::Locked() noexcept {
-  if (is_ending()) sleep_for_ever();
+  if (is_ending()) block_for_ever();
   stay([this] { state_ = PyGILState_Ensure(); });
 }
 

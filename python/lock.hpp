@@ -20,7 +20,7 @@ class Unlocked {
   Unlocked& operator=(const Unlocked&) = delete;
 
  private:
-  bool by_who_ends_it_;
+  bool by_finalizing_thread_;
   PyThreadState* state_;
 };
 

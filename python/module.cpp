@@ -24,14 +24,15 @@ struct Sets {
 
 // Boxes and their filters: (group, mask, owner, world, static), each an array or None.
 Set box_set(nb::handle boxes, const char* name, const nb::tuple& filters, const char* prefix,
-            Rounding rounding, Place* place) {
-  auto set = std::make_unique<BoxArray>(boxes, name, rounding, place);
+            Rounding rounding, ArrayDevice* array_device) {
+  auto set = std::make_unique<BoxArray>(boxes, name, rounding, array_device);
   set->set_filters(prefix, filters[0], filters[1], filters[2], filters[3], filters[4]);
   return set;
 }
 
-Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding, Place* place) {
-  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding, place);
+Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding,
+              ArrayDevice* array_device) {
+  if (!boxes.is_none()) return box_set(boxes, "other", filters, "other_", rounding, array_device);
   for (const nb::handle filter : filters) {
     if (filter.is_none()) continue;
     value_error("other: found None, wanted a second set of boxes for the filters other_...");
@@ -41,10 +42,11 @@ Set other_set(nb::handle boxes, const nb::tuple& filters, Rounding rounding, Pla
 
 // Both get one type: float32 becomes float64 if the other is.
 Sets sets_of(nb::handle boxes, nb::handle other, const nb::tuple& filters,
-             const nb::tuple& other_filters, Rounding rounding, Place* place = nullptr) {
+             const nb::tuple& other_filters, Rounding rounding,
+             ArrayDevice* array_device = nullptr) {
   Sets s;
-  s.a = box_set(boxes, "boxes", filters, "", rounding, place);
-  s.b = other_set(other, other_filters, rounding, place);
+  s.a = box_set(boxes, "boxes", filters, "", rounding, array_device);
+  s.b = other_set(other, other_filters, rounding, array_device);
   if (s.b && s.b->is_double() && !s.a->is_double()) s.a->widen("boxes");
   if (s.b && s.a->is_double() && !s.b->is_double()) s.b->widen("other");
   return s;
@@ -76,10 +78,11 @@ void bind_finder(nb::module_& m) {
           "find",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
              const nb::tuple& other_filters, std::uint64_t stream, bool to_host) {
-            Place place;
-            place.stream = static_cast<std::uintptr_t>(stream);
-            const Sets s = sets_of(boxes, other, filters, other_filters, self.rounding(), &place);
-            return self.find(*s.a, s.b.get(), place, to_host);
+            ArrayDevice array_device;
+            array_device.stream = static_cast<std::uintptr_t>(stream);
+            const Sets s =
+                sets_of(boxes, other, filters, other_filters, self.rounding(), &array_device);
+            return self.find(*s.a, s.b.get(), array_device, to_host);
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
           nb::arg("other_filters"), nb::arg("stream"), nb::arg("to_host"))

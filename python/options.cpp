@@ -13,8 +13,8 @@ template <class T>
 T choice(nb::handle value, const char* name, std::initializer_list<std::pair<const char*, T>> all) {
   const bool is_text = PyUnicode_Check(value.ptr());
   std::string wanted;
-  for (const auto& [text, meaning] : all) {
-    if (is_text && PyUnicode_CompareWithASCIIString(value.ptr(), text) == 0) return meaning;
+  for (const auto& [text, value_of_name] : all) {
+    if (is_text && PyUnicode_CompareWithASCIIString(value.ptr(), text) == 0) return value_of_name;
     wanted += (wanted.empty() ? "'" : ", '") + std::string(text) + "'";
   }
   const std::string message =
@@ -25,7 +25,8 @@ T choice(nb::handle value, const char* name, std::initializer_list<std::pair<con
 
 }  // namespace
 
-unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most) {
+unsigned long long parse_integer(nb::handle value, const std::string& name,
+                                 unsigned long long most) {
   const std::string wanted = ", wanted an integer from 0 to " + std::to_string(most);
   const nb::object index = nb::steal(PyNumber_Index(value.ptr()));
   if (!index.is_valid()) {
@@ -57,11 +58,12 @@ float margin_of(nb::handle value) {
 }
 
 unsigned threads_of(nb::handle value) {
-  return static_cast<unsigned>(whole(value, "threads", 65535));
+  return static_cast<unsigned>(parse_integer(value, "threads", 65535));
 }
 
 std::size_t bytes_of(nb::handle value, const char* name) {
-  return static_cast<std::size_t>(whole(value, name, std::numeric_limits<std::int64_t>::max()));
+  return static_cast<std::size_t>(
+      parse_integer(value, name, std::numeric_limits<std::int64_t>::max()));
 }
 
 Order order_of(nb::handle value) {

@@ -24,6 +24,7 @@ InvertedPolicy inverted_of(nb::handle value);
 Isa isa_of(nb::handle value);
 SweepHits hits_of(nb::handle value);
 // An integer, 0 to `most`.
-unsigned long long whole(nb::handle value, const std::string& name, unsigned long long most);
+unsigned long long parse_integer(nb::handle value, const std::string& name,
+                                 unsigned long long most);
 
 }  // namespace throng::python

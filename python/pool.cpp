@@ -14,7 +14,7 @@ unsigned processors() noexcept {
 }
 
 // Never freed: its threads may outlive all static destructors.
-std::atomic<Pool*> the_pool{nullptr};
+std::atomic<Pool*> global_pool{nullptr};
 
 }  // namespace
 
@@ -52,7 +52,7 @@ void Pool::append(Job& job) noexcept {
 
 // Runs one task of the job, which has one left. The job may be destroyed when this returns to a
 // worker.
-void Pool::take_one(Job& job, std::unique_lock<std::mutex>& lock) {
+void Pool::run_one_task(Job& job, std::unique_lock<std::mutex>& lock) {
   const unsigned index = job.next++;
   if (job.next == job.count) {
     Job** link = &first_;
@@ -74,7 +74,7 @@ void Pool::work() {
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
     wake_.wait(lock, [this] { return first_ != nullptr; });
-    take_one(*first_, lock);
+    run_one_task(*first_, lock);
   }
 }
 
@@ -86,16 +86,19 @@ void Pool::run(unsigned count, void (*task)(void*, unsigned), void* context) {
   start(count - 1);
   append(job);
   for (unsigned i = 1; i < count; ++i) wake_.notify_one();
-  while (job.next < job.count) take_one(job, lock);
+  while (job.next < job.count) run_one_task(job, lock);
   job.ended.wait(lock, [&] { return job.done == job.count; });
 }
 
-bool Pool::run_aside(void (*body)(void*), void* context, void (*poll)(void*), void* poll_context) {
-  struct Aside {
+bool Pool::run_in_background(void (*body)(void*), void* context, void (*poll)(void*),
+                             void* poll_context) {
+  struct BackgroundCall {
     void (*body)(void*);
     void* context;
   } aside{body, context};
-  Job job{[](void* a, unsigned) { static_cast<Aside*>(a)->body(static_cast<Aside*>(a)->context); },
+  Job job{[](void* a, unsigned) {
+            static_cast<BackgroundCall*>(a)->body(static_cast<BackgroundCall*>(a)->context);
+          },
           &aside, 1};
   std::unique_lock<std::mutex> lock(mutex_);
   // One thread more than the search can use, as its caller only waits.
@@ -111,10 +114,10 @@ bool Pool::run_aside(void (*body)(void*), void* context, void (*poll)(void*), vo
 }
 
 Pool& pool() {
-  Pool* p = the_pool.load(std::memory_order_acquire);
+  Pool* p = global_pool.load(std::memory_order_acquire);
   if (p) return *p;
   auto* fresh = new Pool;
-  if (the_pool.compare_exchange_strong(p, fresh)) return *fresh;
+  if (global_pool.compare_exchange_strong(p, fresh)) return *fresh;
   delete fresh;
   return *p;
 }
@@ -127,6 +130,6 @@ const Executor& executor() {
   return on_pool;
 }
 
-void forget_threads() { the_pool.store(nullptr); }
+void forget_threads() { global_pool.store(nullptr); }
 
 }  // namespace throng::python

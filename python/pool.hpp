@@ -16,14 +16,14 @@ class Pool {
   void run(unsigned count, void (*task)(void* context, unsigned index), void* context);
   // body(context) on one of the threads, while the caller calls poll(poll_context) every 30 ms.
   // False if no thread can be started: nothing was called.
-  bool run_aside(void (*body)(void* context), void* context, void (*poll)(void* context),
-                 void* poll_context);
+  bool run_in_background(void (*body)(void* context), void* context, void (*poll)(void* context),
+                         void* poll_context);
 
  private:
   struct Job;
   bool start(unsigned threads);  // under the lock; true if there is a thread
   void append(Job& job) noexcept;
-  void take_one(Job& job, std::unique_lock<std::mutex>& lock);
+  void run_one_task(Job& job, std::unique_lock<std::mutex>& lock);
   void work();
 
   std::mutex mutex_;

@@ -20,11 +20,11 @@
 namespace throng::python {
 namespace {
 
-constexpr std::uint64_t most_boxes = std::uint64_t{1} << 40;
+constexpr std::uint64_t max_boxes = std::uint64_t{1} << 40;
 
-std::unique_ptr<Box[]> box_room(std::uint64_t count, const std::string& what) {
+std::unique_ptr<Box[]> allocate_boxes(std::uint64_t count, const std::string& what) {
   std::unique_ptr<Box[]> boxes;
-  if (count <= most_boxes) boxes.reset(new (std::nothrow) Box[std::max<std::uint64_t>(count, 1)]);
+  if (count <= max_boxes) boxes.reset(new (std::nothrow) Box[std::max<std::uint64_t>(count, 1)]);
   if (boxes) return boxes;
   memory_error(what + ": no memory for " + std::to_string(count) + " boxes of 24 bytes");
 }
@@ -57,9 +57,9 @@ scene::Scene make_scene(const std::string& name, nb::handle objects, std::size_t
                         nb::handle density, nb::handle seed, nb::handle moving) {
   scene::Spec spec;
   spec.name = name;
-  spec.objects = static_cast<std::size_t>(whole(objects, "objects", max_box_count));
+  spec.objects = static_cast<std::size_t>(parse_integer(objects, "objects", max_box_count));
   spec.frames = frames;
-  spec.seed = whole(seed, "seed", ~0ull);
+  spec.seed = parse_integer(seed, "seed", ~0ull);
   const auto number = [](nb::handle value, const char* argument) {
     double x = 0;
     if (!nb::try_cast(value, x))
@@ -73,12 +73,12 @@ scene::Scene make_scene(const std::string& name, nb::handle objects, std::size_t
 
 nb::object make_frames(const std::string& name, nb::handle objects, nb::handle frame_count,
                        nb::handle density, nb::handle seed, nb::handle moving) {
-  const auto frames = static_cast<std::size_t>(whole(frame_count, "frames", 1u << 30));
+  const auto frames = static_cast<std::size_t>(parse_integer(frame_count, "frames", 1u << 30));
   if (frames == 0) value_error("frames: found 0, wanted 1 or more");
   const scene::Scene made = make_scene(name, objects, frames, density, seed, moving);
   const std::size_t n = made.size();
-  if (n > most_boxes / frames) memory_error("scene: more than 2^40 boxes in all frames");
-  auto boxes = box_room(std::uint64_t{n} * frames, "scene");
+  if (n > max_boxes / frames) memory_error("scene: more than 2^40 boxes in all frames");
+  auto boxes = allocate_boxes(std::uint64_t{n} * frames, "scene");
   std::atomic<bool> stop{false};
   run_unlocked(n * frames >= 65536, stop, [&] {
     constexpr std::size_t part = 65536;
@@ -130,7 +130,7 @@ void save_boxes(const std::string& path, const nb::list& frames) {
       if (boxes.dimensions() != 3) value_error("boxes: found 2-D boxes, wanted shape (n, 6)");
       if (!writer) {
         count = boxes.size();
-        rows = box_room(count, "boxes");
+        rows = allocate_boxes(count, "boxes");
         writer = std::make_unique<scene::BoxWriter>(path, frame_count, count);
       }
       const Unlocked unlocked;

@@ -31,15 +31,15 @@ const char* type_name() {
 }
 
 // The first value that does not fit, in words: "at 3 is -1".
-using Misfit = std::optional<std::string>;
+using ConversionError = std::optional<std::string>;
 
-template <class T, class Given>
-Misfit convert(const AnyArray& a, T* out) {
-  const auto* data = static_cast<const Given*>(a.data());
+template <class T, class Source>
+ConversionError convert(const AnyArray& a, T* out) {
+  const auto* data = static_cast<const Source*>(a.data());
   for (std::size_t i = 0; i < a.shape(0); ++i) {
-    const Given v = data[static_cast<std::int64_t>(i) * a.stride(0)];
+    const Source v = data[static_cast<std::int64_t>(i) * a.stride(0)];
     out[i] = static_cast<T>(v);
-    if (static_cast<Given>(out[i]) != v || (v < 0) != (out[i] < 0)) {
+    if (static_cast<Source>(out[i]) != v || (v < 0) != (out[i] < 0)) {
       return "at " + std::to_string(i) + " is " + std::to_string(v);
     }
   }
@@ -47,7 +47,7 @@ Misfit convert(const AnyArray& a, T* out) {
 }
 
 template <class T>
-Misfit convert_any(const AnyArray& a, T* out, bool& known) {
+ConversionError convert_any(const AnyArray& a, T* out, bool& known) {
   known = true;
   if (holds<std::int8_t>(a)) return convert<T, std::int8_t>(a, out);
   if (holds<std::int16_t>(a)) return convert<T, std::int16_t>(a, out);
@@ -108,12 +108,12 @@ std::shared_ptr<float[]> rows_of_floats(const AnyArray& a, const std::string& na
 }  // namespace
 
 template <class T>
-Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count, Kept& kept,
-                         Place* place) {
+Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count,
+                         KeepAlive& kept, ArrayDevice* array_device) {
   if (value.is_none()) return {};
   const std::string wanted =
       std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value per box";
-  AnyArray a = import_array(value, name, wanted, place);
+  AnyArray a = import_array(value, name, wanted, array_device);
   if (a.ndim() != 1 || a.shape(0) != count) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
   }
@@ -126,8 +126,8 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
     const auto stride = count == 1 ? sizeof(T) : static_cast<std::size_t>(a.stride(0)) * sizeof(T);
     return {static_cast<const T*>(a.data()), count, stride};
   }
-  if (place && place->on_gpu) {
-    type_error(name + ": found " + described(a) + " on " + place->name() +
+  if (array_device && array_device->on_gpu) {
+    type_error(name + ": found " + described(a) + " on " + array_device->name() +
                ", where values are not converted; wanted " + wanted +
                ", aligned, with a positive stride");
   }
@@ -136,7 +136,7 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
   auto values = std::shared_ptr<T[]>(new T[count]);
   bool known = false;
   // A flag with a negative stride is read as its byte.
-  const Misfit bad =
+  const ConversionError bad =
       is_flag ? convert<T, std::uint8_t>(a, values.get()) : convert_any(a, values.get(), known);
   if (!known && !is_flag) type_error(name + ": found " + described(a) + ", wanted " + wanted);
   if (bad) {
@@ -164,7 +164,7 @@ std::string rows_text(std::int64_t count, std::size_t columns) {
 
 template <class T>
 Strided<T> rows_of(const AnyArray& a, const std::string& name, const std::string& wanted,
-                   std::int64_t count, Kept& kept) {
+                   std::int64_t count, KeepAlive& kept) {
   constexpr std::size_t columns = sizeof(T) / sizeof(float);
   const bool is_double = a.dtype() == nb::dtype<double>();
   if (!is_float32(a) && !is_double) {
@@ -197,14 +197,15 @@ Strided<T> rows_of(const AnyArray& a, const std::string& name, const std::string
 }  // namespace
 
 template <class T>
-Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count, Kept& kept) {
+Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count,
+                       KeepAlive& kept) {
   if (value.is_none()) return {};
   const std::string wanted = "float32 of shape " + rows_text(count, sizeof(T) / sizeof(float));
   return rows_of<T>(import_array(value, name, wanted), name, wanted, count, kept);
 }
 
 Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
-                                unsigned dimensions, Kept& kept) {
+                                unsigned dimensions, KeepAlive& kept) {
   const auto n = static_cast<std::int64_t>(count);
   std::string wanted = "float32 of shape ";
   if (dimensions == 2) wanted += rows_text(n, 2) + " or ";
@@ -214,21 +215,21 @@ Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::
   if (dimensions != 2 || a.ndim() != 2 || a.shape(1) != 2)
     return rows_of<Vec3>(a, name, wanted, n, kept);
   const Strided<Vec2> given = rows_of<Vec2>(a, name, wanted, n, kept);
-  std::shared_ptr<Vec3[]> whole(new (std::nothrow) Vec3[count + 1]);
-  if (!whole) memory_error(name + ": no memory for " + std::to_string(count) + " directions");
-  for (std::size_t i = 0; i < given.count; ++i) whole[i] = {given[i].x, given[i].y, 0};
-  kept.push_back(whole);
-  return {whole.get(), given.count, sizeof(Vec3)};
+  std::shared_ptr<Vec3[]> vectors(new (std::nothrow) Vec3[count + 1]);
+  if (!vectors) memory_error(name + ": no memory for " + std::to_string(count) + " directions");
+  for (std::size_t i = 0; i < given.count; ++i) vectors[i] = {given[i].x, given[i].y, 0};
+  kept.push_back(vectors);
+  return {vectors.get(), given.count, sizeof(Vec3)};
 }
 
-template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
-                                              Place*);
-template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
-                                             Place*);
-template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t, Kept&,
-                                             Place*);
-template Strided<Vec3> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
-template Strided<Quaternion> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
-template Strided<Shape> import_rows(nb::handle, const std::string&, std::int64_t, Kept&);
+template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t,
+                                              KeepAlive&, ArrayDevice*);
+template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t,
+                                             KeepAlive&, ArrayDevice*);
+template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t,
+                                             KeepAlive&, ArrayDevice*);
+template Strided<Vec3> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);
+template Strided<Quaternion> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);
+template Strided<Shape> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);
 
 }  // namespace throng::python

@@ -9,14 +9,14 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "mpi/least.hpp"
+#include "mpi/minimum_copies.hpp"
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "ranks/collective.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
 #include "ranks/search.hpp"
-#include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "report/table.hpp"
 #include "scene/scene.hpp"
@@ -29,7 +29,7 @@ struct Arguments {
   bool weak = false, parts = false;
   std::size_t frames = 5;
   unsigned threads = 1;
-  Where where;
+  BackendOptions backend_options;
 };
 
 // The boxes that this rank holds, with their ids.
@@ -58,7 +58,8 @@ Slice make(const scene::Scene& scene, std::size_t f, Mine&& mine) {
 
 struct Row {
   int ranks = 0;
-  std::uint64_t boxes = 0, pairs = 0, bytes = 0, messages = 0, most_work = 0, work = 0, known = 0;
+  std::uint64_t boxes = 0, pairs = 0, bytes = 0, messages = 0, max_work = 0, work = 0,
+                owned_and_ghost = 0;
   std::uint64_t balance_bytes = 0;
   double ms = 0, imbalance = 1;
   std::string buffers;
@@ -73,7 +74,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
   mpi::Settings settings;
   settings.search.threads = a.threads;
   settings.parts = a.parts;
-  Search search(comm, a.where, settings);
+  Search search(comm, a.backend_options, settings);
   const int rank = rank_of(comm), size = size_of(comm);
   Row row;
   row.ranks = size;
@@ -87,7 +88,7 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
     const Slice slice = make(scene, f, [&](std::size_t i, const Box& box) {
       return first ? i >= begin && i < end : search.home(box) == rank;
     });
-    together(comm, [&] { search.load({Boxes(slice.boxes), slice.ids.data()}); });
+    run_collectively(comm, [&] { search.load({Boxes(slice.boxes), slice.ids.data()}); });
     MPI_Barrier(comm);
     const auto start = std::chrono::steady_clock::now();
     const Result r = search.find();
@@ -100,12 +101,12 @@ Row measure(const Arguments& a, std::uint64_t objects, MPI_Comm comm) {
     row.pairs = r.found;
   }
   const mpi::Traffic& t = search.traffic();
-  row.bytes = most_of(t.halo.bytes, comm);
-  row.messages = most_of(t.halo.messages, comm);
-  row.balance_bytes = most_of(row.balance_bytes, comm);
-  row.most_work = most_of(t.work, comm);
-  row.work = sum_of(t.work, comm);
-  row.known = sum_of(t.known, comm);
+  row.bytes = max_over_ranks(t.halo.bytes, comm);
+  row.messages = max_over_ranks(t.halo.messages, comm);
+  row.balance_bytes = max_over_ranks(row.balance_bytes, comm);
+  row.max_work = max_over_ranks(t.work, comm);
+  row.work = sum_over_ranks(t.work, comm);
+  row.owned_and_ghost = sum_over_ranks(t.owned_and_ghost, comm);
   row.imbalance = t.imbalance;
   row.ms = program::median(times);
   row.buffers = search.buffers();
@@ -130,7 +131,7 @@ void run(const Arguments& a) {
     MPI_Comm some = MPI_COMM_NULL;
     MPI_Comm_split(world, rank_of(world) < k ? 0 : MPI_UNDEFINED, 0, &some);
     Row row;
-    together(world, [&] {
+    run_collectively(world, [&] {
       if (some == MPI_COMM_NULL) return;
       row = measure(a, a.weak ? objects * static_cast<std::uint64_t>(k) : objects, some);
     });
@@ -138,16 +139,16 @@ void run(const Arguments& a) {
     if (rank_of(world) != 0) continue;
     buffers = row.buffers;
     const double boxes = static_cast<double>(row.boxes);
-    if (k == 1) first_work = static_cast<double>(row.most_work);
-    const double copies = static_cast<double>(row.known) / boxes - 1;
+    if (k == 1) first_work = static_cast<double>(row.max_work);
+    const double copies = static_cast<double>(row.owned_and_ghost) / boxes - 1;
     scene::Spec spec;
     spec.name = a.scene;
     spec.objects = row.boxes;
-    const double least = mpi::least_copies(k, scene::Scene(spec).side());
+    const double least = mpi::minimum_copies(k, scene::Scene(spec).side());
     table.add_row(
         {fmt::format("{}", k), report::format_count(row.boxes), report::format_count(row.pairs),
          report::format_ms(row.ms), fmt::format("{:.1f}", static_cast<double>(row.work) / boxes),
-         fmt::format("{:.4f}", static_cast<double>(row.most_work) / first_work),
+         fmt::format("{:.4f}", static_cast<double>(row.max_work) / first_work),
          fmt::format("{:.3f}", row.imbalance), fmt::format("{:.4f}", copies),
          a.scene == "uniform" && k > 1 ? fmt::format("{:.2f}", copies / least) : "",
          report::format_bytes(static_cast<double>(row.bytes)), report::format_count(row.messages),
@@ -159,7 +160,7 @@ void run(const Arguments& a) {
     table.add_note(fmt::format("Boxes and pairs are in device memory, passed to MPI {}.", buffers));
   }
   say(table.text(), world);
-  together(world, [&] {
+  run_collectively(world, [&] {
     if (a.csv.empty() || rank_of(world) != 0) return;
     std::ofstream file(a.csv, std::ios::binary);
     file << table.csv();
@@ -190,7 +191,7 @@ Run add_bench(CLI::App& program) {
                                        program::count_into(a->frames, "--frames", 1, 100000),
                                        "frames to take the median of (5)")
       ->type_name("F");
-  a->where.add_to(app);
+  a->backend_options.add_to(app);
   app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
                                        "threads per rank (1)")
       ->type_name("N");

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "program/failure.hpp"
-#include "ranks/together.hpp"
+#include "ranks/collective.hpp"
 #include "scene/npy.hpp"
 #include "scene/npy_header.hpp"
 
@@ -86,11 +86,12 @@ void BoxSlices::open() {
 
 BoxSlices::BoxSlices(const std::string& path, MPI_Comm comm) : path_(path), comm_(comm) {
   try {
-    together(comm_, [&] { open(); });
+    run_collectively(comm_, [&] { open(); });
     const std::uint64_t mine[] = {file_bytes_, count_, frames_};
     const char* names[] = {"bytes", "boxes", "frames"};
     for (int k = 0; k < 3; ++k) {
-      const std::uint64_t most = most_of(mine[k], comm_), least = ~most_of(~mine[k], comm_);
+      const std::uint64_t most = max_over_ranks(mine[k], comm_),
+                          least = ~max_over_ranks(~mine[k], comm_);
       if (most == least) continue;
       throw Failure(fmt::format("{}: found files of {} to {} {}, wanted the same on all ranks",
                                 path_, least, most, names[k]));
@@ -109,7 +110,7 @@ BoxSlices::~BoxSlices() {
 
 std::vector<Box> BoxSlices::read(std::uint64_t f) const {
   std::vector<Box> boxes;
-  together(comm_, [&] {
+  run_collectively(comm_, [&] {
     boxes.resize(end_ - begin_);
     read_at(file_, path_, offset_ + (f * count_ + begin_) * sizeof(Box), boxes.data(),
             boxes.size() * sizeof(Box));
@@ -119,7 +120,7 @@ std::vector<Box> BoxSlices::read(std::uint64_t f) const {
 
 void check_output(const scene::NamedFile& output, const std::vector<scene::NamedFile>& inputs,
                   MPI_Comm comm) {
-  together(comm, [&] {
+  run_collectively(comm, [&] {
     if (rank_of(comm) == 0) scene::check_outputs({output}, inputs);
   });
 }
@@ -127,7 +128,7 @@ void check_output(const scene::NamedFile& output, const std::vector<scene::Named
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm) {
   // Rank 0 chooses the names.
   std::string target, temporary;
-  together(comm, [&] {
+  run_collectively(comm, [&] {
     if (rank_of(comm) != 0) return;
     target = scene::output_target(path);
     if (target.empty())
@@ -138,7 +139,7 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
   temporary.resize(static_cast<std::size_t>(length));
   MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
-  const std::uint64_t total = sum_of(pairs.size(), comm);
+  const std::uint64_t total = sum_over_ranks(pairs.size(), comm);
   std::uint64_t mine = pairs.size(), before = 0;
   MPI_Exscan(&mine, &before, 1, MPI_UINT64_T, MPI_SUM, comm);
   if (rank_of(comm) == 0) before = 0;
@@ -166,14 +167,14 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
     }
   };
   try {
-    together(comm, [&] {
+    run_collectively(comm, [&] {
       if (rank_of(comm) != 0) return;
       MPI_File file;
       open(MPI_MODE_WRONLY | MPI_MODE_CREATE | MPI_MODE_EXCL, file);
       write(file, 0, header.data(), header.size());
       MPI_File_close(&file);
     });
-    together(comm, [&] {
+    run_collectively(comm, [&] {
       if (pairs.empty()) return;
       MPI_File file;
       open(MPI_MODE_WRONLY, file);
@@ -181,7 +182,7 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
             pairs.size() * sizeof(Pair64));
       check(MPI_File_close(&file), path, "cannot be written");
     });
-    together(comm, [&] {
+    run_collectively(comm, [&] {
       if (rank_of(comm) == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) {
         throw Failure(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
       }

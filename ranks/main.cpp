@@ -14,9 +14,9 @@
 #include <throng/version.hpp>
 
 #include "program/failure.hpp"
+#include "ranks/collective.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/devices.hpp"
-#include "ranks/together.hpp"
 
 namespace throng::ranks {
 namespace {
@@ -27,10 +27,10 @@ int dispatch(int argc, char** argv) {
   app.require_subcommand(1);
   const std::vector<std::pair<std::string, Run>> runs = {
       {"pairs", add_pairs(app)}, {"bench", add_bench(app)}, {"model", add_model(app)}};
-  // Parse errors normally occur on every rank; together() handles those on some ranks only.
+  // Parse errors normally occur on every rank; run_collectively() handles those on some ranks only.
   int status = program::exit_done;
   bool parsed = false;
-  together(MPI_COMM_WORLD, [&] {
+  run_collectively(MPI_COMM_WORLD, [&] {
     try {
       app.parse(argc, argv);
       parsed = true;

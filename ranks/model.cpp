@@ -10,10 +10,10 @@
 #include <CLI/CLI.hpp>
 
 #include "mpi/bisect.hpp"
-#include "mpi/least.hpp"
+#include "mpi/minimum_copies.hpp"
 #include "program/failure.hpp"
+#include "ranks/collective.hpp"
 #include "ranks/commands.hpp"
-#include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "report/table.hpp"
 #include "scene/random.hpp"
@@ -30,10 +30,10 @@ struct Arguments {
   double least = 1000;  // minimum boxes per rank; other rows are omitted
 };
 
-constexpr double record = 32;  // bytes of a box and its id
+constexpr double record_size = 32;  // bytes of a box and its id
 
 struct Cost {
-  double copies_mean = 0, copies_most = 0, messages_mean = 0, messages_most = 0;
+  double copies_mean = 0, copies_max = 0, messages_mean = 0, messages_max = 0;
 };
 
 // Partitions a sample of the boxes, large enough for 160 points per region.
@@ -54,7 +54,7 @@ Cost simulate(double objects, int ranks) {
   for (int rank = 0; rank < ranks; ++rank) {
     const Bounds b = regions.bounds(rank, rank + 1);
     double volume = 1, grown = 1;
-    mpi::Reach reach;
+    mpi::KeyBox key_box;
     for (int k = 0; k < 3; ++k) {
       const bool first = b.lower[k] <= mpi::key_of(0),
                  last = b.upper[k] > mpi::key_of(static_cast<float>(side));
@@ -64,21 +64,21 @@ Cost simulate(double objects, int ranks) {
       // A box up to one unit below overlaps this region, if there is a region below.
       grown *= high - low + (first ? 0 : 1);
       // The extent of this rank's boxes: lower corners in the region, upper ones one unit further.
-      reach.lower[k] = mpi::key_of(static_cast<float>(low));
-      reach.upper[k] = mpi::key_of(static_cast<float>(std::min(high + 1, side)));
+      key_box.lower[k] = mpi::key_of(static_cast<float>(low));
+      key_box.upper[k] = mpi::key_of(static_cast<float>(std::min(high + 1, side)));
     }
     int reached = -1;
-    regions.visit(reach, [&](int) { return ++reached >= 0; });
+    regions.visit(key_box, [&](int) { return ++reached >= 0; });
     const double copies = density * (grown - volume);
     cost.copies_mean += copies / ranks;
-    cost.copies_most = std::max(cost.copies_most, copies);
+    cost.copies_max = std::max(cost.copies_max, copies);
     cost.messages_mean += static_cast<double>(reached) / ranks;
-    cost.messages_most = std::max(cost.messages_most, static_cast<double>(reached));
+    cost.messages_max = std::max(cost.messages_max, static_cast<double>(reached));
   }
   return cost;
 }
 
-std::string short_of(double n) { return fmt::format("{:.0e}", n); }
+std::string short_text(double n) { return fmt::format("{:.0e}", n); }
 
 void run(const Arguments& a) {
   if (rank_of(MPI_COMM_WORLD) != 0) return;
@@ -93,11 +93,11 @@ void run(const Arguments& a) {
       if (each < a.least) continue;
       const Cost c = simulate(n, ranks);
       const double side = 2 * std::cbrt(n);
-      const double least = each * mpi::least_copies(ranks, side);
-      table.add_row({short_of(n), fmt::format("{}", ranks), short_of(each),
-                     fmt::format("{:.4g}", c.copies_mean), fmt::format("{:.4g}", c.copies_most),
-                     report::format_bytes(c.copies_mean * record),
-                     fmt::format("{:.1f}", c.messages_mean), fmt::format("{:.0f}", c.messages_most),
+      const double least = each * mpi::minimum_copies(ranks, side);
+      table.add_row({short_text(n), fmt::format("{}", ranks), short_text(each),
+                     fmt::format("{:.4g}", c.copies_mean), fmt::format("{:.4g}", c.copies_max),
+                     report::format_bytes(c.copies_mean * record_size),
+                     fmt::format("{:.1f}", c.messages_mean), fmt::format("{:.0f}", c.messages_max),
                      ranks == 1 ? "" : fmt::format("{:.2f}", c.copies_mean / least)});
     }
   }

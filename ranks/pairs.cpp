@@ -13,10 +13,10 @@
 #include "program/failure.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "ranks/collective.hpp"
 #include "ranks/commands.hpp"
 #include "ranks/file.hpp"
 #include "ranks/search.hpp"
-#include "ranks/together.hpp"
 #include "report/format.hpp"
 #include "scene/checksum.hpp"
 #include "scene/npy.hpp"
@@ -27,7 +27,7 @@ namespace {
 struct Arguments {
   std::string input, output, group, mask, owner, world, is_static;
   std::string order = "any", nan = "refuse";
-  Where where;
+  BackendOptions backend_options;
   float margin = 0;
   unsigned threads = 0;
   std::size_t repeat = 1;
@@ -54,7 +54,7 @@ Filters filters_of(const Values& v, const Arguments& a) {
 
 Values read_filters(const Arguments& a, std::uint64_t count, MPI_Comm comm) {
   Values values;
-  together(comm, [&] {
+  run_collectively(comm, [&] {
     const auto load = [&](const std::string& path, auto& out, auto* read) {
       if (!path.empty()) out = slice(read(path, count), rank_of(comm), size_of(comm));
     };
@@ -83,7 +83,7 @@ mpi::Settings settings_of(const Arguments& a) {
   settings.search.threads = a.threads;
   settings.search.order = a.order == "canonical" ? Order::canonical : Order::any;
   settings.search.nan = a.nan == "inactive" ? NanPolicy::inactive : NanPolicy::refuse;
-  settings.seconds = a.seconds;
+  settings.timeout_seconds = a.seconds;
   return settings;
 }
 
@@ -107,16 +107,16 @@ void run(const Arguments& a) {
                                        a.input, file.count()));
   }
   const Values values = read_filters(a, file.count(), comm);
-  Search search(comm, a.where, settings_of(a));
+  Search search(comm, a.backend_options, settings_of(a));
   std::uint64_t found = 0, checksum = 0, inactive = 0, comparisons = 0, visited = 0;
-  std::uint64_t bytes = 0, messages = 0, known = 0;
+  std::uint64_t bytes = 0, messages = 0, owned_and_ghost = 0;
   std::vector<Pair64> kept;
   std::vector<double> times(a.repeat);
   for (std::uint64_t f = 0; f < file.frames(); ++f) {
     const std::vector<Box> boxes = file.read(f);
     mpi::RankBoxes mine{Boxes(boxes), nullptr};
     mine.boxes.filters = filters_of(values, a);
-    together(comm, [&] { search.load(mine); });
+    run_collectively(comm, [&] { search.load(mine); });
     for (std::size_t k = 0; k < a.repeat; ++k) {
       MPI_Barrier(comm);
       const auto start = std::chrono::steady_clock::now();
@@ -131,14 +131,14 @@ void run(const Arguments& a) {
       comparisons += r.comparisons;
       visited += r.visited;
       mpi::Pairs64 pairs;
-      together(comm, [&] { pairs = search.pairs(); });
-      checksum += sum_of(checksum_of(pairs, file.count()), comm);
+      run_collectively(comm, [&] { pairs = search.pairs(); });
+      checksum += sum_over_ranks(checksum_of(pairs, file.count()), comm);
       if (!a.output.empty()) {
-        together(comm, [&] { kept.insert(kept.end(), pairs.begin(), pairs.end()); });
+        run_collectively(comm, [&] { kept.insert(kept.end(), pairs.begin(), pairs.end()); });
       }
-      bytes += most_of(search.traffic().halo.bytes, comm);
-      messages += most_of(search.traffic().halo.messages, comm);
-      known += sum_of(search.traffic().known, comm);
+      bytes += max_over_ranks(search.traffic().halo.bytes, comm);
+      messages += max_over_ranks(search.traffic().halo.messages, comm);
+      owned_and_ghost += sum_over_ranks(search.traffic().owned_and_ghost, comm);
     }
   }
   if (!a.output.empty()) write_pairs(a.output, kept, comm);
@@ -156,7 +156,7 @@ void run(const Arguments& a) {
                                    {"comparisons", comparisons},
                                    {"visited", visited},
                                    {"imbalance", imbalance},
-                                   {"boxes_searched", known},
+                                   {"boxes_searched", owned_and_ghost},
                                    {"most_bytes_a_rank", bytes},
                                    {"most_messages_a_rank", messages}};
     if (!buffers.empty()) json["device_memory_to_mpi"] = buffers;
@@ -214,7 +214,7 @@ Run add_pairs(CLI::App& program) {
   app.add_option("--order", a->order, "any or canonical (sorted on each rank) (any)")
       ->check(CLI::IsMember({"any", "canonical"}))
       ->type_name("ORDER");
-  a->where.add_to(app);
+  a->backend_options.add_to(app);
   app.add_option_function<std::string>("--threads", program::threads_into(a->threads),
                                        "maximum per rank; 0: all")
       ->type_name("N");

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "ranks/together.hpp"
+#include "ranks/collective.hpp"
 
 namespace throng::ranks {
 
-void Where::add_to(CLI::App& app) {
+void BackendOptions::add_to(CLI::App& app) {
   app.add_option("--backend", backend, "backend of each rank: auto, cpu, cuda or emulated (auto)")
       ->check(CLI::IsMember({"auto", "cpu", "cuda", "emulated"}))
       ->type_name("BACKEND");
@@ -19,7 +19,7 @@ void Where::add_to(CLI::App& app) {
       ->type_name("HOW");
 }
 
-void Where::apply(mpi::Settings& settings) const {
+void BackendOptions::apply(mpi::Settings& settings) const {
   settings.search.backend = backend == "cuda"       ? Backend::cuda
                             : backend == "cpu"      ? Backend::cpu
                             : backend == "emulated" ? Backend::emulated
@@ -29,12 +29,13 @@ void Where::apply(mpi::Settings& settings) const {
                                            : mpi::Buffers::automatic;
 }
 
-Search::Search(MPI_Comm comm, const Where& where, const mpi::Settings& settings)
+Search::Search(MPI_Comm comm, const BackendOptions& backend_options, const mpi::Settings& settings)
     : comm_(comm),
-      copies_(where.on_device && where.backend != "emulated" && where.backend != "cpu") {
+      copies_(backend_options.on_device && backend_options.backend != "emulated" &&
+              backend_options.backend != "cpu") {
   mpi::Settings all = settings;
-  where.apply(all);
-  if (where.on_device)
+  backend_options.apply(all);
+  if (backend_options.on_device)
     device_.emplace(comm, all);
   else
     host_.emplace(comm, all);
@@ -63,7 +64,7 @@ int Search::home(const Box& box) const noexcept {
 std::string Search::buffers() const {
   if (!device_) return "";
   const auto ranks = static_cast<std::uint64_t>(size_of(comm_));
-  const std::uint64_t direct = sum_of(traffic().direct ? 1 : 0, comm_);
+  const std::uint64_t direct = sum_over_ranks(traffic().direct ? 1 : 0, comm_);
   return direct == 0       ? "staged"
          : direct == ranks ? "direct"
                            : fmt::format("direct on {} of {} ranks", direct, ranks);

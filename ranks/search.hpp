@@ -16,7 +16,7 @@ class App;
 
 namespace throng::ranks {
 
-struct Where {
+struct BackendOptions {
   std::string backend = "auto", buffers = "auto";
   bool on_device = false;
 
@@ -26,7 +26,7 @@ struct Where {
 
 class Search {
  public:
-  Search(MPI_Comm comm, const Where& where, const mpi::Settings& settings);
+  Search(MPI_Comm comm, const BackendOptions& backend_options, const mpi::Settings& settings);
 
   // Not collective. The arrays must stay unchanged until the next load.
   void load(const mpi::RankBoxes& boxes);

@@ -26,7 +26,7 @@ tbody tr:hover { background: #f6f8ff; } .note { margin: 4px 0; color: #555; font
 )";
 
 // Escaped text never contains it.
-const char* const contents_mark = "<!-- contents -->";
+const char* const contents_placeholder = "<!-- contents -->";
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void Page::heading(const std::string& text, const std::string& id) {
   body_ += "<h2 id=\"" + escape_html(id) + "\">" + escape_html(text) + "</h2>\n";
   links_ += "<li><a href=\"#" + escape_html(id) + "\">" + escape_html(text) + "</a></li>\n";
 }
-void Page::contents() { body_ += contents_mark; }
+void Page::contents() { body_ += contents_placeholder; }
 void Page::paragraph(const std::string& text) { body_ += "<p>" + escape_html(text) + "</p>\n"; }
 void Page::add(const Table& table) { body_ += table.html(); }
 void Page::add(const Plot& plot) { body_ += plot.svg(); }
@@ -53,8 +53,8 @@ void Page::add(const std::vector<Plot>& plots) {
 std::string Page::html() const {
   const std::string title = escape_html(title_);
   std::string body = body_;
-  if (const std::size_t at = body.find(contents_mark); at != std::string::npos) {
-    body.replace(at, std::strlen(contents_mark), "<nav><ul>\n" + links_ + "</ul></nav>\n");
+  if (const std::size_t at = body.find(contents_placeholder); at != std::string::npos) {
+    body.replace(at, std::strlen(contents_placeholder), "<nav><ul>\n" + links_ + "</ul></nav>\n");
   }
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +

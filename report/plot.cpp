@@ -105,7 +105,7 @@ std::string Plot::svg() const {
   for (const Series& s : series) longest = std::max(longest, s.name.size());
   const double legend_width = std::max(210.0, 56 + 6.8 * static_cast<double>(longest));
   const double left = 68, right = width - 210, top = 44, bottom = height - 52.0;
-  const int whole_width = static_cast<int>(right + legend_width);
+  const int total_width = static_cast<int>(right + legend_width);
   Axis ax, ay;
   ax.log = log_x;
   ay.log = log_y;
@@ -133,7 +133,7 @@ std::string Plot::svg() const {
       "role=\"img\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
       "<text x=\"{3}\" y=\"24\" font-size=\"15\" font-weight=\"600\" fill=\"#222\">{2}</text>\n",
-      whole_width, height, escape_html(title), left);
+      total_width, height, escape_html(title), left);
   for (const Tick& t : ticks(ax)) {
     const double x = ax.pixel(t.value);
     out += fmt::format("<path d=\"M{0:.1f} {1:.1f}V{2:.1f}\" stroke=\"{3}\"/>\n", x, bottom, top,

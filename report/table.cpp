@@ -16,8 +16,8 @@ std::size_t width(const std::string& text) {
 }
 
 std::string padded(const std::string& text, std::size_t to, bool right) {
-  const std::string blanks(to - std::min(to, width(text)), ' ');
-  return right ? blanks + text : text + blanks;
+  const std::string padding(to - std::min(to, width(text)), ' ');
+  return right ? padding + text : text + padding;
 }
 
 bool looks_numeric(const std::string& text) {

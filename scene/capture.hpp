@@ -51,10 +51,10 @@ struct CapturedCall {
 struct Capture {
   Options options;  // executor, memory and stop are null: recorded separately
   std::uint32_t executor = 0;
-  bool had_memory = false, had_stop = false;
+  bool has_memory_resource = false, had_stop = false;
   std::string library;  // the version that wrote the file
   std::vector<CapturedCall> calls;
-  bool cut = false;  // the file ends within a call, which is left out
+  bool truncated = false;  // the file ends within a call, which is left out
 
   bool is_finder() const noexcept {
     return calls.empty() || calls[0].operation == capture::Operation::find;

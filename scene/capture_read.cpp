@@ -19,11 +19,11 @@ using capture::Operation;
 using capture::Tag;
 
 // The data that an operation comes with.
-struct Needs {
+struct OperationInputs {
   std::size_t least_sets, most_sets;
   bool ids, sweeps;
 };
-constexpr Needs needs[capture::operation_count] = {
+constexpr OperationInputs operation_inputs[capture::operation_count] = {
     {1, 2, false, false},  // find
     {1, 1, false, false},  // add
     {0, 0, true, false},   // remove
@@ -37,7 +37,7 @@ constexpr Needs needs[capture::operation_count] = {
     {1, 1, true, false},   // restart
 };
 
-struct Cut {};  // the file ends here
+struct Truncated {};  // the file ends here
 
 class Reader {
  public:
@@ -46,49 +46,49 @@ class Reader {
 
   Capture read() {
     if (size_ < 16 || std::memcmp(data_, capture::magic, sizeof capture::magic) != 0)
-      wrong("not a capture", "a file that Options::capture or THRONG_CAPTURE made");
+      fail("not a capture", "a file that Options::capture or THRONG_CAPTURE made");
     at_ = 8;
     end_ = size_;
     const std::uint32_t version = u32();
     if (version != capture::format_version)
-      wrong("format " + std::to_string(version), "1; use the throng of the program that made it");
-    if (u32() != 0) wrong("an unknown number at byte 12", "0");
+      fail("format " + std::to_string(version), "1; use the throng of the program that made it");
+    if (u32() != 0) fail("an unknown number at byte 12", "0");
     Capture capture;
     try {
       begin_section();
-      if (tag_ != Tag::options) wrong_here("section " + tag_text(), "the options first");
+      if (tag_ != Tag::options) fail_at_section("section " + tag_text(), "the options first");
       options(capture);
       end_section();
-    } catch (const Cut&) {
-      wrong("a file cut short", "all of it");
+    } catch (const Truncated&) {
+      fail("a file cut short", "all of it");
     }
     while (at_ < size_) {
       try {
         begin_section();
-        if (tag_ != Tag::operation) wrong_here("section " + tag_text(), "an operation");
+        if (tag_ != Tag::operation) fail_at_section("section " + tag_text(), "an operation");
         capture.calls.push_back(call());
-      } catch (const Cut&) {
-        capture.cut = true;
+      } catch (const Truncated&) {
+        capture.truncated = true;
         break;
       }
     }
-    capture.cut = capture.cut || cut_;
-    if (capture.calls.empty()) wrong("a file cut short before its first call is complete", "more");
+    capture.truncated = capture.truncated || truncated_;
+    if (capture.calls.empty()) fail("a file cut short before its first call is complete", "more");
     for (const CapturedCall& c : capture.calls) {
       const bool find = c.operation == Operation::find;
       if (find != capture.is_finder() || (find && capture.calls.size() != 1))
-        wrong("calls of several objects", "one call of a Finder, or those of a BroadPhase");
+        fail("calls of several objects", "one call of a Finder, or those of a BroadPhase");
     }
     return capture;
   }
 
  private:
   // Messages.
-  [[noreturn]] void wrong(const std::string& found, const std::string& wanted) const {
+  [[noreturn]] void fail(const std::string& found, const std::string& wanted) const {
     throw_file_error(name_, found, wanted);
   }
-  [[noreturn]] void wrong_here(const std::string& found, const std::string& wanted) const {
-    wrong(found + " at byte " + std::to_string(start_), wanted);
+  [[noreturn]] void fail_at_section(const std::string& found, const std::string& wanted) const {
+    fail(found + " at byte " + std::to_string(start_), wanted);
   }
   std::string tag_text() const { return std::to_string(static_cast<std::uint32_t>(tag_)); }
 
@@ -96,24 +96,25 @@ class Reader {
   void begin_section() {
     start_ = at_;
     end_ = size_;
-    if (size_ - at_ < 24) throw Cut{};
+    if (size_ - at_ < 24) throw Truncated{};
     tag_ = static_cast<Tag>(u32());
     number_ = u32();
     const std::uint64_t bytes = u64();
     if (tag_ < Tag::options || tag_ > Tag::answer)
-      wrong_here("section " + tag_text(), "a section that this version knows");
-    if (bytes > size_ - at_ - 8) throw Cut{};
+      fail_at_section("section " + tag_text(), "a section that this version knows");
+    if (bytes > size_ - at_ - 8) throw Truncated{};
     end_ = at_ + static_cast<std::size_t>(bytes);
     const std::uint64_t sum = capture::fold(capture::fold_start, data_ + start_, end_ - start_);
     const std::size_t payload = at_;
     at_ = end_;
     end_ = size_;
-    if (u64() != sum) wrong_here("a section whose bytes are damaged", "the file as it was written");
+    if (u64() != sum)
+      fail_at_section("a section whose bytes are damaged", "the file as it was written");
     at_ = payload;
     end_ = payload + static_cast<std::size_t>(bytes);
   }
   void end_section() {
-    if (at_ != end_) wrong_here(std::to_string(end_ - at_) + " bytes too many", "none");
+    if (at_ != end_) fail_at_section(std::to_string(end_ - at_) + " bytes too many", "none");
     at_ += 8;
   }
   // The number of values of this size that a section declares; they must fill its rest exactly.
@@ -121,18 +122,18 @@ class Reader {
     const std::uint64_t count = u64();
     const std::size_t left = end_ - at_;
     if (count != left / bytes_each || left % bytes_each != 0)
-      wrong_here(std::to_string(count) + " values in " + std::to_string(left) + " bytes",
-                 std::to_string(bytes_each) + " bytes each");
+      fail_at_section(std::to_string(count) + " values in " + std::to_string(left) + " bytes",
+                      std::to_string(bytes_each) + " bytes each");
     return static_cast<std::size_t>(count);
   }
 
   // Values. A section that is too short for them is an error, not a cut: its length was complete.
-  void want(std::size_t bytes) const {
+  void require_bytes(std::size_t bytes) const {
     if (end_ - at_ < bytes)
-      wrong_here("a section too short", std::to_string(bytes) + " bytes more");
+      fail_at_section("a section too short", std::to_string(bytes) + " bytes more");
   }
   std::uint32_t u32() {
-    want(4);
+    require_bytes(4);
     const unsigned char* p = data_ + at_;
     at_ += 4;
     return p[0] | std::uint32_t{p[1]} << 8 | std::uint32_t{p[2]} << 16 | std::uint32_t{p[3]} << 24;
@@ -149,14 +150,14 @@ class Reader {
   template <class E>
   E choice(std::uint32_t value, E last, const char* what) const {
     if (value > static_cast<std::uint32_t>(last))
-      wrong_here(std::string(what) + " " + std::to_string(value),
-                 "at most " + std::to_string(static_cast<std::uint32_t>(last)));
+      fail_at_section(std::string(what) + " " + std::to_string(value),
+                      "at most " + std::to_string(static_cast<std::uint32_t>(last)));
     return static_cast<E>(value);
   }
   bool flag(const char* what) { return choice(u32(), 1, what) == 1; }
 
   void options(Capture& capture) {
-    want(sizeof(capture::OptionsFields));
+    require_bytes(sizeof(capture::OptionsFields));
     Options& o = capture.options;
     o.algorithm = choice(u32(), Algorithm::grid, "algorithm");
     o.order = choice(u32(), Order::canonical, "order");
@@ -169,17 +170,17 @@ class Reader {
     o.concurrent_consumer = flag("concurrent consumer");
     o.measure_stages = flag("measuring of stages");
     capture.executor = u32();
-    capture.had_memory = flag("memory resource");
+    capture.has_memory_resource = flag("memory resource");
     capture.had_stop = flag("stop");
     (void)u32();
     const std::uint64_t cap = u64();
-    if (cap > SIZE_MAX) wrong_here("a memory cap of " + std::to_string(cap), "less");
+    if (cap > SIZE_MAX) fail_at_section("a memory cap of " + std::to_string(cap), "less");
     o.memory_cap_bytes = static_cast<std::size_t>(cap);
     for (int k = 0; k < 16; ++k) {
       const char c = static_cast<char>(data_[at_++]);
       // It is printed: only characters of version numbers.
       if (c == 0) continue;
-      if (c < '!' || c > '~') wrong_here("an invalid version string", "as 0.1.0");
+      if (c < '!' || c > '~') fail_at_section("an invalid version string", "as 0.1.0");
       capture.library += c;
     }
   }
@@ -187,17 +188,17 @@ class Reader {
   CapturedCall call() {
     CapturedCall c;
     if (number_ >= capture::operation_count)
-      wrong_here("operation " + std::to_string(number_), "one that this version knows");
+      fail_at_section("operation " + std::to_string(number_), "one that this version knows");
     c.operation = static_cast<Operation>(number_);
     c.capacity = u64();
     c.by = vec3();
     const bool find = c.operation == Operation::find;
     c.form = choice(u32(), find ? 2u : 1u, "form");
     const std::uint32_t sets = u32();
-    if (sets < needs[number_].least_sets || sets > needs[number_].most_sets)
-      wrong_here(std::to_string(sets) + " sets of boxes", "what the operation takes");
+    if (sets < operation_inputs[number_].least_sets || sets > operation_inputs[number_].most_sets)
+      fail_at_section(std::to_string(sets) + " sets of boxes", "what the operation takes");
     end_section();
-    const Needs& need = needs[number_];
+    const OperationInputs& need = operation_inputs[number_];
     bool ids = false, sweeps = false;
     const auto whole = [&] {
       return c.sets.size() == sets && ids == need.ids && sweeps == need.sweeps;
@@ -205,9 +206,9 @@ class Reader {
     while (at_ < size_) {
       try {
         begin_section();
-      } catch (const Cut&) {
+      } catch (const Truncated&) {
         if (!whole()) throw;
-        cut_ = true;  // only the result is missing
+        truncated_ = true;  // only the result is missing
         at_ = size_;
         break;
       }
@@ -235,20 +236,20 @@ class Reader {
           sweep.by = vec3();
         }
       } else {
-        wrong_here(
+        fail_at_section(
             "section " + tag_text(),
             "what operation " + std::to_string(static_cast<int>(c.operation)) + " comes with");
       }
       end_section();
     }
     if (!whole()) {
-      if (at_ >= size_ && !c.answer) throw Cut{};
-      wrong_here("a call without all its inputs", "its boxes, ids and sweeps");
+      if (at_ >= size_ && !c.answer) throw Truncated{};
+      fail_at_section("a call without all its inputs", "its boxes, ids and sweeps");
     }
     // A list that accompanies boxes has one entry per box.
     if ((ids && !c.sets.empty() && c.ids.size() != c.sets[0].boxes.size()) ||
         (sweeps && c.sweeps.size() != c.sets[0].boxes.size()))
-      wrong_here("lists of different lengths", "one id or sweep per box");
+      fail_at_section("lists of different lengths", "one id or sweep per box");
     return c;
   }
 
@@ -256,7 +257,7 @@ class Reader {
     CapturedBoxes set;
     set.flags = number_;
     if (set.flags > capture::known_boxes_flags)
-      wrong_here("flags " + std::to_string(set.flags), "those that this version knows");
+      fail_at_section("flags " + std::to_string(set.flags), "those that this version knows");
     std::size_t bytes_each = sizeof(Box);
     for (const auto word :
          {capture::has_group, capture::has_mask, capture::has_owner, capture::has_world}) {
@@ -265,13 +266,13 @@ class Reader {
     if (set.flags & capture::has_static) bytes_each += 1;
     const std::size_t n = count_of(bytes_each);
     if (n > max_box_count)
-      wrong_here(std::to_string(n) + " boxes", std::to_string(max_box_count) + " at most");
+      fail_at_section(std::to_string(n) + " boxes", std::to_string(max_box_count) + " at most");
     set.boxes.resize(n);
     for (Box& box : set.boxes) {
       box.lower = vec3();
       box.upper = vec3();
       if ((set.flags & capture::is_flat) && (box.lower.z != 0 || box.upper.z != 0))
-        wrong_here("a flat box with a z", "0");
+        fail_at_section("a flat box with a z", "0");
     }
     const auto words = [&](std::uint32_t which, auto& values) {
       if (!(set.flags & which)) return;
@@ -309,7 +310,7 @@ class Reader {
   std::size_t at_ = 0, end_ = 0, start_ = 0;
   Tag tag_ = Tag::options;
   std::uint32_t number_ = 0;
-  bool cut_ = false;
+  bool truncated_ = false;
 };
 
 template <class T>

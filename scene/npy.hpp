@@ -147,7 +147,7 @@ class PairWriter {
 
   void write(const Pair* pairs, std::size_t count);
   // Drops all but the first `count` pairs.
-  void cut(std::uint64_t count);
+  void truncate(std::uint64_t count);
   void finish();
   std::uint64_t count() const noexcept { return written_; }
 

@@ -105,9 +105,9 @@ void PairWriter::write(const Pair* pairs, std::size_t count) {
   written_ += count;
 }
 
-void PairWriter::cut(std::uint64_t count) {
+void PairWriter::truncate(std::uint64_t count) {
   if (count >= written_) return;
-  file_->cut(header_bytes_ + count * sizeof(Pair));
+  file_->truncate(header_bytes_ + count * sizeof(Pair));
   written_ = count;
 }
 

@@ -124,7 +124,7 @@ void OutputFile::seek(std::uint64_t offset) {
 
 bool OutputFile::can_seek() const noexcept { return file_ && seek_to(file_, at_); }
 
-void OutputFile::cut(std::uint64_t offset) {
+void OutputFile::truncate(std::uint64_t offset) {
   seek(offset);
   end_ = offset;
 }

@@ -22,7 +22,7 @@ class OutputFile {
   void seek(std::uint64_t offset);
   bool can_seek() const noexcept;
   // seek(), and truncates the file there.
-  void cut(std::uint64_t offset);
+  void truncate(std::uint64_t offset);
   void commit();
 
  private:

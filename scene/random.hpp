@@ -42,7 +42,7 @@ inline double reflect(double x, double span) noexcept {
 }
 
 // 2^x for x in [0, 63), by its series: independent of the math library's rounding. Good to 1e-10.
-inline double exp2_plain(double x) noexcept {
+inline double portable_exp2(double x) noexcept {
   const int octave = static_cast<int>(x);
   const double t = (x - octave) * 0.69314718055994531;
   constexpr double inverse[12] = {1.0,     1.0 / 2, 1.0 / 3, 1.0 / 4,  1.0 / 5,  1.0 / 6,

@@ -117,7 +117,7 @@ std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
   constexpr int steps = 48;
   std::vector<SizeClass> classes;
   for (int k = 0; k < steps; ++k) {
-    const double s = exp2_plain((k + 0.5) / steps * octaves);
+    const double s = portable_exp2((k + 0.5) / steps * octaves);
     classes.push_back({{s, s, s}, 1.0 / steps});
   }
   const std::size_t cubes = spec.objects > 0 ? spec.objects - 1 : 0;
@@ -126,7 +126,7 @@ std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
   auto made = scatter(
       spec, random,
       [span](std::size_t i, const Random& r) {
-        const double s = exp2_plain(r.even(i) * octaves);
+        const double s = portable_exp2(r.even(i) * octaves);
         Place p = in_cube(s, s, s, span, 5 * kSpeed);
         p.origin[2] = 0;
         return p;

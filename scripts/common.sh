@@ -15,7 +15,7 @@ engine_packages=(libbullet-dev libfcl-dev)
 test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
 # If MPI is installed, the search across ranks and its tests are built.
 mpi_packages=(libopenmpi-dev openmpi-bin)
-rival_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
+competitor_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
 docs_packages=(doxygen python3-venv)
 # PyPI packages for the site.
 docs_modules=(sphinx breathe myst-parser furo numpy)
@@ -100,12 +100,12 @@ build() {
 }
 
 # Whether PyPI (or a mirror) serves any package: if it does, a failed installation is an error.
-pypi_answers() {
-  local room answer=0
-  room="$(mktemp -d)"
-  python3 -m venv "$room/venv"
-  "$room/venv/bin/pip" download --quiet --disable-pip-version-check --retries 1 --no-cache-dir --no-deps -d "$room" wheel || answer=1
-  rm -rf "$room"
+pypi_is_reachable() {
+  local workdir answer=0
+  workdir="$(mktemp -d)"
+  python3 -m venv "$workdir/venv"
+  "$workdir/venv/bin/pip" download --quiet --disable-pip-version-check --retries 1 --no-cache-dir --no-deps -d "$workdir" wheel || answer=1
+  rm -rf "$workdir"
   return "$answer"
 }
 

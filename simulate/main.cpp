@@ -20,8 +20,8 @@
 #include "program/interrupt.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
+#include "report/draw_boxes.hpp"
 #include "report/format.hpp"
-#include "report/picture.hpp"
 #include "report/table.hpp"
 #include "scene/npy.hpp"
 #include "scene/output_file.hpp"
@@ -81,18 +81,19 @@ Choice parse_choice(const std::string& text, const char* option,
   return static_cast<Choice>(found - names.begin());
 }
 
-struct Told {
+struct Measurements {
   std::vector<double> step_ms, broad_phase_ms;
   double setup_ms = 0;
   std::size_t pairs = 0, compared = 0, missing = 0, extra = 0;
   Contacts contacts;
 };
 
-Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& world) {
-  Told told;
+Measurements run_steps(const Spec& spec, const Arguments& arguments,
+                       std::unique_ptr<World>& world) {
+  Measurements measured;
   const auto start = std::chrono::steady_clock::now();
   world = std::make_unique<World>(spec);
-  told.setup_ms =
+  measured.setup_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   const program::InterruptGuard guard;
   std::unique_ptr<scene::BoxWriter> record;
@@ -105,15 +106,15 @@ Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& 
     const StepReport step = world->step();
     // The first step finds all pairs and allocates memory.
     if (s > 0 || arguments.steps == 1) {
-      told.step_ms.push_back(step.step_ms);
-      told.broad_phase_ms.push_back(step.broad_phase_ms);
+      measured.step_ms.push_back(step.step_ms);
+      measured.broad_phase_ms.push_back(step.broad_phase_ms);
     }
     if (record) record->write(world->boxes().data(), world->boxes().size());
     if (spec.compare) {
       const Comparison& c = world->comparison();
-      told.compared += c.pairs;
-      told.missing += c.missing;
-      told.extra += c.extra;
+      measured.compared += c.pairs;
+      measured.missing += c.missing;
+      measured.extra += c.extra;
     }
     progress.at(
         s + 1,
@@ -121,12 +122,12 @@ Told play(const Spec& spec, const Arguments& arguments, std::unique_ptr<World>& 
                     report::format_ms(step.broad_phase_ms), report::format_count(world->pairs())));
   }
   if (record) record->finish();
-  told.pairs = world->pairs();
-  told.contacts = world->contacts();
-  return told;
+  measured.pairs = world->pairs();
+  measured.contacts = world->contacts();
+  return measured;
 }
 
-std::string json_text(const Spec& spec, const Arguments& arguments, const Told& told) {
+std::string json_text(const Spec& spec, const Arguments& arguments, const Measurements& measured) {
   nlohmann::ordered_json object = {
       {"scene", to_string(spec.scene)},
       {"shape", to_string(spec.shape)},
@@ -134,22 +135,22 @@ std::string json_text(const Spec& spec, const Arguments& arguments, const Told& 
       {"steps", arguments.steps},
       {"seed", spec.seed},
       {"broadphase", to_string(spec.phase)},
-      {"setup_ms", told.setup_ms},
-      {"step_ms", median(told.step_ms)},
-      {"broad_phase_ms", median(told.broad_phase_ms)},
-      {"pairs", told.pairs},
-      {"contacts", told.contacts.points},
-      {"deepest_penetration", told.contacts.deepest},
+      {"setup_ms", measured.setup_ms},
+      {"step_ms", median(measured.step_ms)},
+      {"broad_phase_ms", median(measured.broad_phase_ms)},
+      {"pairs", measured.pairs},
+      {"contacts", measured.contacts.points},
+      {"deepest_penetration", measured.contacts.deepest},
   };
   if (spec.compare) {
-    object["compared_pairs"] = told.compared;
-    object["missing"] = told.missing;
-    object["extra"] = told.extra;
+    object["compared_pairs"] = measured.compared;
+    object["missing"] = measured.missing;
+    object["extra"] = measured.extra;
   }
   return object.dump() + "\n";
 }
 
-std::string table_text(const Spec& spec, const Arguments& arguments, const Told& told) {
+std::string table_text(const Spec& spec, const Arguments& arguments, const Measurements& measured) {
   const auto worst = [](const std::vector<double>& v) {
     return report::format_ms(*std::max_element(v.begin(), v.end()));
   };
@@ -157,32 +158,35 @@ std::string table_text(const Spec& spec, const Arguments& arguments, const Told&
                                   report::format_count(spec.objects), to_string(spec.shape),
                                   arguments.steps, to_string(spec.phase)),
                       {"", "median ms", "slowest ms"});
-  table.add_row({"a step", report::format_ms(median(told.step_ms)), worst(told.step_ms)});
-  table.add_row({"its broad phase", report::format_ms(median(told.broad_phase_ms)),
-                 worst(told.broad_phase_ms)});
+  table.add_row({"a step", report::format_ms(median(measured.step_ms)), worst(measured.step_ms)});
+  table.add_row({"its broad phase", report::format_ms(median(measured.broad_phase_ms)),
+                 worst(measured.broad_phase_ms)});
   table.add_note(fmt::format("In the last step {} pairs, {} points of contact, the deepest {:.4f}.",
-                             report::format_count(told.pairs),
-                             report::format_count(told.contacts.points), told.contacts.deepest));
+                             report::format_count(measured.pairs),
+                             report::format_count(measured.contacts.points),
+                             measured.contacts.deepest));
   if (spec.compare) {
     table.add_note(fmt::format("Compared with {}: {} overlaps, {} missing, {} extra.",
                                spec.phase == Phase::throng ? "dbvt" : "throng",
-                               report::format_count(told.compared), told.missing, told.extra));
+                               report::format_count(measured.compared), measured.missing,
+                               measured.extra));
   }
   return table.text();
 }
 
-void draw(const World& world, const Spec& spec, const Told& told, const std::string& path) {
+void draw(const World& world, const Spec& spec, const Measurements& measured,
+          const std::string& path) {
   report::PictureStyle style;
   style.title = fmt::format("{}: {} {}s", to_string(spec.scene), report::format_count(spec.objects),
                             to_string(spec.shape));
   style.legend = "touching objects per object";
   style.caption = fmt::format("Boxes of the last step; {} points of contact.",
-                              report::format_count(told.contacts.points));
-  report::draw_boxes(path, world.boxes().data(), world.objects(), told.contacts.of_objects.data(),
-                     style);
+                              report::format_count(measured.contacts.points));
+  report::draw_boxes(path, world.boxes().data(), world.objects(),
+                     measured.contacts.of_objects.data(), style);
 }
 
-void say(const std::string& text) {
+void print(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
   }
@@ -199,14 +203,15 @@ int run(const Arguments& arguments) {
   spec.compare = arguments.check;
   scene::check_outputs({{"--record", arguments.record}, {"--picture", arguments.picture}});
   std::unique_ptr<World> world;
-  const Told told = play(spec, arguments, world);
-  say(arguments.json ? json_text(spec, arguments, told) : table_text(spec, arguments, told));
+  const Measurements measured = run_steps(spec, arguments, world);
+  print(arguments.json ? json_text(spec, arguments, measured)
+                       : table_text(spec, arguments, measured));
   if (!arguments.picture.empty()) {
     const program::InterruptGuard guard;  // an incomplete picture is removed
-    draw(*world, spec, told, arguments.picture);
+    draw(*world, spec, measured, arguments.picture);
     guard.check();
   }
-  return told.missing + told.extra == 0 ? exit_done : exit_differs;
+  return measured.missing + measured.extra == 0 ? exit_done : exit_differs;
 }
 
 int dispatch(int argc, char** argv) {

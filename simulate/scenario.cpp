@@ -8,14 +8,14 @@
 namespace throng::simulate {
 namespace {
 
-constexpr double no_turn[4] = {0, 0, 0, 1};
+constexpr double identity_rotation[4] = {0, 0, 0, 1};
 constexpr double slope = 1.5;  // of a pile
 
 using scene::Random;
 using scene::unit;
 
-Placement at(double x, double y, double z, const double (&turn)[4] = no_turn) {
-  return {{x, y, z}, {turn[0], turn[1], turn[2], turn[3]}};
+Placement at(double x, double y, double z, const double (&rotation)[4] = identity_rotation) {
+  return {{x, y, z}, {rotation[0], rotation[1], rotation[2], rotation[3]}};
 }
 std::size_t whole(double x) { return static_cast<std::size_t>(std::max(1.0, std::ceil(x))); }
 // In [-1, 1].
@@ -40,17 +40,17 @@ std::vector<Placement> column(const Extent& e, std::size_t objects, const Random
 }
 
 // A uniform random rotation (Shoemake).
-struct Turn {
+struct Rotation {
   double q[4];
 };
-Turn any_turn(const Random& random, std::size_t i) {
+Rotation random_rotation(const Random& random, std::size_t i) {
   const double u = unit(random.word(i, 3)), tau = 6.283185307179586;
   const double v = tau * unit(random.word(i, 4)), w = tau * unit(random.word(i, 5));
   const double a = std::sqrt(1 - u), b = std::sqrt(u);
   return {{a * std::sin(v), a * std::cos(v), b * std::sin(w), b * std::cos(w)}};
 }
 // The smallest sphere that contains it in every orientation.
-double ball(Shape shape) {
+double bounding_diameter(Shape shape) {
   const Extent e = extent(shape);
   return shape == Shape::sphere ? e.x : std::sqrt(e.x * e.x + e.y * e.y + e.z * e.z);
 }
@@ -70,7 +70,7 @@ std::vector<Placement> pile(double cell, std::size_t objects, const Random& rand
         const double px = (static_cast<double>(x) + shift) * cell;
         const double py = (static_cast<double>(y) + shift) * cell;
         if (px * px + py * py > r * r && (x != 0 || y != 0)) continue;
-        all.push_back(at(px, py, z, any_turn(random, all.size()).q));
+        all.push_back(at(px, py, z, random_rotation(random, all.size()).q));
       }
     }
   }
@@ -87,7 +87,7 @@ std::vector<Placement> rain(double cell, std::size_t objects, const Random& rand
       return (static_cast<double>(k) - from + 0.24 * spread(random, i, word)) * cell;
     };
     all.push_back(at(line(i % n, centre, 0), line(i / n % n, centre, 1), line(i / (n * n), -1, 2),
-                     any_turn(random, i).q));
+                     random_rotation(random, i).q));
   }
   return all;
 }
@@ -119,9 +119,9 @@ std::vector<Placement> place(Scene scene, Shape shape, std::size_t objects, std:
     case Scene::column:
       return column(extent(shape), objects, random);
     case Scene::pile:
-      return pile(1.02 * ball(shape), objects, random);
+      return pile(1.02 * bounding_diameter(shape), objects, random);
     default:
-      return rain(2 * ball(shape), objects, random);
+      return rain(2 * bounding_diameter(shape), objects, random);
   }
 }
 

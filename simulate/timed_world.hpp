@@ -7,7 +7,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "simulate/twin.hpp"
+#include "simulate/shadow_compare.hpp"
 
 namespace throng::simulate {
 
@@ -35,15 +35,15 @@ class TimedWorld : public btDiscreteDynamicsWorld {
     const auto start = Clock::now();
     getBroadphase()->calculateOverlappingPairs(m_dispatcher1);
     broad_phase_ms += ms_since(start);
-    if (!twin) return;
+    if (!shadow_compare) return;
     const auto other = Clock::now();
-    twin->step(*getBroadphase(), comparison);
-    aside_ms = ms_since(other);
+    shadow_compare->step(*getBroadphase(), comparison);
+    other_ms = ms_since(other);
   }
 
   double broad_phase_ms = 0;
-  double aside_ms = 0;  // outside the broad phase's steps
-  std::unique_ptr<Twin> twin;
+  double other_ms = 0;  // outside the broad phase's steps
+  std::unique_ptr<ShadowCompare> shadow_compare;
   Comparison comparison;
 
  private:

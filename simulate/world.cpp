@@ -76,8 +76,8 @@ struct World::Engine {
     }
     if (spec.compare) {
       const Phase other = spec.phase == Phase::throng ? Phase::dbvt : Phase::throng;
-      world.twin = std::make_unique<Twin>(make_phase(other, spec, placements), other,
-                                          spec.phase == Phase::throng, world);
+      world.shadow_compare = std::make_unique<ShadowCompare>(
+          make_phase(other, spec, placements), other, spec.phase == Phase::throng, world);
     }
   }
 
@@ -130,10 +130,10 @@ World::~World() = default;
 StepReport World::step() {
   Engine& e = *engine_;
   StepReport report;
-  e.world.aside_ms = 0;
+  e.world.other_ms = 0;
   const auto start = Clock::now();
   e.world.stepSimulation(btScalar(1) / 60, 0);
-  report.step_ms = ms_since(start) - e.world.aside_ms;
+  report.step_ms = ms_since(start) - e.world.other_ms;
   report.broad_phase_ms = e.world.broad_phase_ms;
   for (std::size_t i = 0; i < e.boxes.size(); ++i) {
     const btBroadphaseProxy& proxy = *e.object(i).getBroadphaseProxy();

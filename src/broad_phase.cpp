@@ -7,42 +7,45 @@
 namespace throng {
 
 using live::ids_ahead;
+using live::load_filter;
 using live::none;
-using live::set;
 
 namespace {
 
 using Access = BroadPhaseAccess;
 using capture::Operation;
 
-LivePairs view(const live::List<LivePair>& pairs) noexcept { return {pairs.data(), pairs.size()}; }
+LivePairs view(const live::PodVector<LivePair>& pairs) noexcept {
+  return {pairs.data(), pairs.size()};
+}
 
 // Whether all ids are alive and unique.
 bool valid_ids(live::Objects& objects, const ObjectId* ids, std::size_t count, Result& r) noexcept {
   if (count != 0 && !ids) {
-    say(r, "the array of ids is null; pass the address of %llu ids", ull{count});
+    set_message(r, "the array of ids is null; pass the address of %llu ids", ull{count});
     r.invalid_count = count;
     return refuse(r, Status::bad_id);
   }
   bool dead = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (i + ids_ahead < count) objects.prefetch_flags(ids[i + ids_ahead]);
-    if (objects.list(ids[i])) continue;
+    if (objects.mark_listed(ids[i])) continue;
     if (r.invalid_count++ == 0) {
       r.first_invalid = i;
       dead = !objects.is_alive(ids[i]);
     }
   }
-  for (std::size_t i = 0; i < count; ++i) objects.unlist(ids[i]);
+  for (std::size_t i = 0; i < count; ++i) objects.clear_listed(ids[i]);
   if (r.invalid_count == 0) return true;
-  say(r, "%llu ids are invalid, the first is id %u at index %llu of the list: it %s",
+  set_message(
+      r, "%llu ids are invalid, the first is id %u at index %llu of the list: it %s",
       ull{r.invalid_count}, ids[r.first_invalid], ull{r.first_invalid},
       dead ? "is not alive; use ids that add() returned" : "occurs twice; give each id once");
   return refuse(r, Status::bad_id);
 }
 
 // Hash of reported pairs, stored in captures.
-std::uint64_t fold_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
+std::uint64_t hash_of(std::uint64_t sum, const LivePairs& pairs) noexcept {
   for (const LivePair& pair : pairs) {
     sum = capture::chain(sum, std::uint64_t{pair.first} << 32 | pair.second);
     sum = capture::chain(sum, pair.slot);
@@ -80,39 +83,39 @@ BroadPhase& BroadPhase::operator=(BroadPhase&& other) noexcept {
 
 Result BroadPhase::copy_from(const BroadPhase& other) noexcept {
   if (this == &other) return {};
-  return Access::call(*this, [&](live::Tracker& mine, Result& r) {
+  return Access::call(*this, [&](live::Tracker& own, Result& r) {
     if (!other.state_) {
-      mine.copy(live::Tracker(state_->resource, other.options_.margin, 0));
-    } else if (!other.state_->gate.enter_alone()) {
-      say(r, "another thread is in a call on the BroadPhase to be copied");
+      own.copy(live::Tracker(state_->resource, other.options_.margin, 0));
+    } else if (!other.state_->guard.try_lock()) {
+      set_message(r, "another thread is in a call on the BroadPhase to be copied");
       r.status = Status::busy;
       return;
     } else {
       struct Leave {
-        Gate& gate;
-        ~Leave() { gate.leave_alone(); }
-      } const leave{other.state_->gate};
-      mine.reserve_for(other.state_->tracker);
-      mine.copy(other.state_->tracker);
+        SharedGuard& guard;
+        ~Leave() { guard.unlock(); }
+      } const leave{other.state_->guard};
+      own.reserve_for(other.state_->tracker);
+      own.copy(other.state_->tracker);
     }
     options_.margin = other.options_.margin;
-    r.found = mine.objects().count();
+    r.found = own.objects().count();
     if (capture::Log& log = Access::log(*this)) {
       log.begin(Operation::restart, 1, 0, 0, {options_.margin, 0, 0});
-      log.boxes(mine.objects().view());
-      log.list(mine.objects().limit(), [&](std::size_t id) { return mine.objects().is_alive(id); });
+      log.boxes(own.objects().view());
+      log.list(own.objects().limit(), [&](std::size_t id) { return own.objects().is_alive(id); });
     }
   });
 }
 
 Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.change();
+    live::Objects& objects = tracker.mutable_objects();
     if (!valid(boxes, r)) return;
     if (!valid_floats(boxes, options_, all_boxes, r)) return;
     if (boxes.size() > max_box_count - objects.limit()) {
-      say(r, "%llu boxes plus %llu existing ids exceed %llu; remove some first", ull{boxes.size()},
-          ull{objects.limit()}, ull{max_box_count});
+      set_message(r, "%llu boxes plus %llu existing ids exceed %llu; remove some first",
+                  ull{boxes.size()}, ull{objects.limit()}, ull{max_box_count});
       r.status = Status::too_many_boxes;
       return;
     }
@@ -123,12 +126,12 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
     std::uint64_t told = 0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       Filter filter;
-      set(filter, boxes.filters, i);
+      load_filter(filter, boxes.filters, i);
       const ObjectId id = objects.add(boxes[i], filter);
       if (ids) ids[i] = id;
       if (log) told = capture::chain(told, id);
     }
-    log.told(told);
+    log.set_checksum(told);
     r.found = objects.count();
   });
 }
@@ -150,7 +153,7 @@ ObjectId BroadPhase::add(const Box& box, const Filter& filter) {
 
 Result BroadPhase::remove(const ObjectId* ids, std::size_t count) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.change();
+    live::Objects& objects = tracker.mutable_objects();
     if (!valid_ids(objects, ids, count, r)) return;
     Access::log(*this).begin(Operation::remove, 0);
     Access::log(*this).ids(ids, count);
@@ -165,14 +168,15 @@ Status BroadPhase::remove(ObjectId id) noexcept { return remove(&id, 1).status; 
 
 Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.change();
-    Boxes bare = boxes;
-    bare.filters = {};
-    if (!valid(bare, r)) return;
+    live::Objects& objects = tracker.mutable_objects();
+    Boxes unfiltered = boxes;
+    unfiltered.filters = {};
+    if (!valid(unfiltered, r)) return;
     if (!valid_ids(objects, ids, boxes.size(), r)) return;
     if (!valid_floats(boxes, options_, all_boxes, r)) {
       if (r.status == Status::nan_box) {
-        say(r,
+        set_message(
+            r,
             "%llu boxes have a NaN, the first is box %llu of the list, for id %u, and none was "
             "moved; fix them, or treat them as inactive by Options::nan",
             ull{r.invalid_count}, ull{r.first_invalid}, ids[r.first_invalid]);
@@ -181,8 +185,8 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes) noexcept {
     }
     Access::log(*this).begin(Operation::move, 1);
     Access::log(*this).ids(ids, boxes.size());
-    Access::log(*this).boxes(bare);
-    objects.move_listed(ids, bare);
+    Access::log(*this).boxes(unfiltered);
+    objects.move_listed(ids, unfiltered);
     r.found = objects.count();
   });
 }
@@ -193,19 +197,19 @@ Status BroadPhase::move(ObjectId id, const Box& box) noexcept {
 Result BroadPhase::move_all(const Boxes& boxes) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     const live::Objects& objects = tracker.objects();
-    Boxes bare = boxes;
-    bare.filters = {};
-    if (!valid(bare, r)) return;
+    Boxes unfiltered = boxes;
+    unfiltered.filters = {};
+    if (!valid(unfiltered, r)) return;
     if (boxes.size() != objects.limit()) {
-      say(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
-          ull{boxes.size()}, ull{objects.limit()});
+      set_message(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
+                  ull{boxes.size()}, ull{objects.limit()});
       r.status = Status::bad_boxes;
       return;
     }
     const auto alive = [&](std::size_t id) { return objects.is_alive(id); };
     if (!valid_floats(boxes, options_, alive, r)) return;
     Access::log(*this).begin(Operation::move_all, 1);
-    Access::log(*this).boxes(bare);
+    Access::log(*this).boxes(unfiltered);
     tracker.move_all(boxes, options_);
     r.found = objects.count();
   });
@@ -214,7 +218,7 @@ Result BroadPhase::move_all(const Boxes& boxes) noexcept {
 Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
                                const Filters& filters) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
-    live::Objects& objects = tracker.change();
+    live::Objects& objects = tracker.mutable_objects();
     if (!valid_ids(objects, ids, count, r)) return;
     constexpr Box some{};
     Boxes stand_in(&some, count, 0);  // one box, repeated; only the filters matter
@@ -225,7 +229,7 @@ Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count,
     Access::log(*this).boxes(stand_in);
     for (std::size_t i = 0; i < count; ++i) {
       Filter filter = objects.filter(ids[i]);
-      set(filter, filters, i);
+      load_filter(filter, filters, i);
       objects.set_filter(ids[i], filter);
     }
     r.found = objects.count();
@@ -238,13 +242,14 @@ Status BroadPhase::set_filter(ObjectId id, const Filter& filter) noexcept {
 Result BroadPhase::shift_origin(const Vec3& by) noexcept {
   return Access::call(*this, [&](live::Tracker& tracker, Result& r) {
     if (!std::isfinite(by.x) || !std::isfinite(by.y) || !std::isfinite(by.z)) {
-      say(r, "the shift of origin (%g, %g, %g) is not finite; give at most 3.4e38 a component",
-          static_cast<double>(by.x), static_cast<double>(by.y), static_cast<double>(by.z));
+      set_message(r,
+                  "the shift of origin (%g, %g, %g) is not finite; give at most 3.4e38 a component",
+                  static_cast<double>(by.x), static_cast<double>(by.y), static_cast<double>(by.z));
       r.status = Status::bad_option;
       return;
     }
     Access::log(*this).begin(Operation::shift_origin, 0, 0, 0, by);
-    live::Objects& objects = tracker.change();
+    live::Objects& objects = tracker.mutable_objects();
     for (std::size_t i = 0; i < objects.limit(); ++i) {
       if (!objects.is_alive(i)) continue;
       const auto id = static_cast<ObjectId>(i);
@@ -259,7 +264,7 @@ Result BroadPhase::update() noexcept {
     capture::Log& log = Access::log(*this);
     log.begin(Operation::update, 0);
     tracker.update(options_, r);
-    if (log) log.told(fold_of(fold_of(0, begun()), ended()));
+    if (log) log.set_checksum(hash_of(hash_of(0, begun()), ended()));
   });
 }
 
@@ -274,8 +279,8 @@ LivePairs BroadPhase::pairs() noexcept {
   return view(state_->tracker.pairs().sorted(state_->tracker.objects().limit()));
 }
 
-std::size_t BroadPhase::pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept {
-  return state_ ? state_->tracker.pairs_of(id, out, room) : 0;
+std::size_t BroadPhase::pairs_of(ObjectId id, LivePair* out, std::size_t capacity) const noexcept {
+  return state_ ? state_->tracker.pairs_of(id, out, capacity) : 0;
 }
 
 bool BroadPhase::is_alive(ObjectId id) const noexcept {

@@ -13,9 +13,9 @@
 
 #include "capture/log.hpp"
 #include "cpu/float_state.hpp"
-#include "gate.hpp"
-#include "inverted.hpp"
+#include "inverted_boxes.hpp"
 #include "live/tracker.hpp"
+#include "shared_guard.hpp"
 #include "validate.hpp"
 
 namespace throng {
@@ -28,7 +28,7 @@ struct BroadPhase::State {
 
   std::pmr::memory_resource* resource;
   live::Tracker tracker;
-  Gate gate;
+  SharedGuard guard;
   bool called = false;
   capture::Log log;
 };
@@ -56,8 +56,8 @@ struct BroadPhaseAccess {
     Result r;
     if (!prepare(it, "BroadPhase", r)) return r;
     BroadPhase::State& state = *it.state_;
-    if (!state.gate.enter_alone()) {
-      say(r, "another thread is in a call on this BroadPhase; make one call at a time");
+    if (!state.guard.try_lock()) {
+      set_message(r, "another thread is in a call on this BroadPhase; make one call at a time");
       r.status = Status::busy;
       return r;
     }
@@ -66,33 +66,36 @@ struct BroadPhaseAccess {
     }
     attempt(r, if_no_memory, [&] { body(state.tracker, r); });
     state.log.answer(r);
-    state.gate.leave_alone();
+    state.guard.unlock();
     return r;
   }
 
-  static constexpr const char* query_less = "free some, or query fewer at once";
+  static constexpr const char* query_memory_hint = "free some, or query fewer at once";
 
   // Runs body(queries, tracker, result) likewise, but shared with other queries; the tracker is
   // null if there are no objects.
   template <class F>
-  static Result ask(BroadPhaseQuery& it, const BroadPhase& objects, F&& body) noexcept {
+  static Result run_query(BroadPhaseQuery& it, const BroadPhase& objects, F&& body) noexcept {
     const cpu::FloatState float_state;
     Result r;
     if (!prepare(it, "BroadPhaseQuery", r)) return r;
     BroadPhaseQuery::State& state = *it.state_;
     if (state.in_call.exchange(true, std::memory_order_acquire)) {
-      say(r,
+      set_message(
+          r,
           "another thread is in a call on this BroadPhaseQuery; give each thread one of its own");
       r.status = Status::busy;
       return r;
     }
-    BroadPhase::State* const asked = state_of(objects);
-    if (asked && !asked->gate.enter(state.number)) {
-      say(r, "another thread is in a call on the queried BroadPhase; retry when it has returned");
+    BroadPhase::State* const target = state_of(objects);
+    if (target && !target->guard.try_lock_shared(state.number)) {
+      set_message(
+          r, "another thread is in a call on the queried BroadPhase; retry when it has returned");
       r.status = Status::busy;
     } else {
-      attempt(r, query_less, [&] { body(state.queries, asked ? &asked->tracker : nullptr, r); });
-      if (asked) asked->gate.leave(state.number);
+      attempt(r, query_memory_hint,
+              [&] { body(state.queries, target ? &target->tracker : nullptr, r); });
+      if (target) target->guard.unlock_shared(state.number);
     }
     state.in_call.store(false, std::memory_order_release);
     return r;
@@ -102,16 +105,16 @@ struct BroadPhaseAccess {
   static capture::Log& log(BroadPhase& it) noexcept { return it.state_->log; }
 
   // Creates the state in the first call; thread-safe.
-  template <class Door>
-  static bool prepare(Door& it, const char* name, Result& r) noexcept {
-    using State = typename Door::State;
+  template <class Handle>
+  static bool prepare(Handle& it, const char* name, Result& r) noexcept {
+    using State = typename Handle::State;
     std::atomic_ref<State*> shared(it.state_);
     if (shared.load(std::memory_order_acquire)) return true;
     const Options& options = it.options_;
     if (!valid(Boxes(), nullptr, options, r)) return false;
     if (options.backend != Backend::automatic && options.backend != Backend::cpu) {
-      say(r, "a %s does not support backend '%s'; use Backend::automatic", name,
-          to_string(options.backend));
+      set_message(r, "a %s does not support backend '%s'; use Backend::automatic", name,
+                  to_string(options.backend));
       return refuse(r, Status::bad_option);
     }
     std::pmr::memory_resource* memory = options.memory;
@@ -119,14 +122,14 @@ struct BroadPhaseAccess {
     static std::mutex making;
     const std::lock_guard<std::mutex> lock(making);
     if (shared.load(std::memory_order_acquire)) return true;
-    void* room = take_room(*memory, sizeof(State), alignof(State), r);
-    if (!room) return false;
-    shared.store(new (room) State(options, memory), std::memory_order_release);
+    void* storage = allocate_state(*memory, sizeof(State), alignof(State), r);
+    if (!storage) return false;
+    shared.store(new (storage) State(options, memory), std::memory_order_release);
     return true;
   }
-  template <class Door>
-  static void destroy(Door& it) noexcept {
-    using State = typename Door::State;
+  template <class Handle>
+  static void destroy(Handle& it) noexcept {
+    using State = typename Handle::State;
     State* const state = it.state_;
     if (!state) return;
     std::pmr::memory_resource* memory = state->resource;
@@ -150,25 +153,25 @@ struct BroadPhaseAccess {
   static void attempt(Result& r, const char* if_no_memory, F&& body) noexcept {
     try {
       body();
-    } catch (const cpu::NoMemory& failure) {
+    } catch (const cpu::AllocationFailed& failure) {
       explain_failure(r, {Status::out_of_memory, failure.bytes}, if_no_memory);
     }
     if (!r.ok()) explain(r, false, false, if_no_memory);
   }
 };
 
-// Checks NaN and lower > upper in the boxes for which wanted(i) holds.
+// Checks NaN and lower > upper in the boxes for which selected(i) holds.
 template <class Wanted>
-bool valid_floats(const Boxes& boxes, const Options& options, const Wanted& wanted,
+bool valid_floats(const Boxes& boxes, const Options& options, const Wanted& selected,
                   Result& r) noexcept {
   if (options.nan == NanPolicy::refuse && live::Tracker::has_nan(boxes, options)) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      if (!core::has_nan(boxes[i]) || !wanted(i)) continue;
+      if (!core::has_nan(boxes[i]) || !selected(i)) continue;
       if (r.invalid_count++ == 0) r.first_invalid = i;
     }
     if (r.invalid_count != 0) return refuse(r, Status::nan_box);
   }
-  return options.inverted != InvertedPolicy::refuse || none_inverted(boxes, "", wanted, r);
+  return options.inverted != InvertedPolicy::refuse || check_not_inverted(boxes, "", selected, r);
 }
 
 }  // namespace throng

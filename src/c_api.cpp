@@ -12,30 +12,30 @@
 #include <throng/options.hpp>
 #include <throng/version.hpp>
 
-#include "c_door.hpp"
+#include "c_api_common.hpp"
 
 namespace throng {
 namespace {
 
-constexpr bool same(throng_status c, Status cpp) noexcept {
+constexpr bool equal(throng_status c, Status cpp) noexcept {
   return static_cast<int>(c) == static_cast<int>(cpp);
 }
-static_assert(same(THRONG_OK, Status::ok) &&
-              same(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
-              same(THRONG_STOPPED, Status::stopped) && same(THRONG_NAN_BOX, Status::nan_box) &&
-              same(THRONG_BAD_BOXES, Status::bad_boxes) &&
-              same(THRONG_BAD_FILTER, Status::bad_filter) &&
-              same(THRONG_BAD_OPTION, Status::bad_option) &&
-              same(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
-              same(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
-              same(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
-              same(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
-              same(THRONG_NO_DEVICE, Status::no_device) &&
-              same(THRONG_DEVICE_ERROR, Status::device_error) &&
-              same(THRONG_NOT_RESERVED, Status::not_reserved) &&
-              same(THRONG_BAD_BODIES, Status::bad_bodies) &&
-              same(THRONG_BAD_SHAPE, Status::bad_shape) && same(THRONG_BAD_ID, Status::bad_id) &&
-              same(THRONG_BUSY, Status::busy) && same(THRONG_INVERTED_BOX, Status::inverted_box));
+static_assert(equal(THRONG_OK, Status::ok) &&
+              equal(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
+              equal(THRONG_STOPPED, Status::stopped) && equal(THRONG_NAN_BOX, Status::nan_box) &&
+              equal(THRONG_BAD_BOXES, Status::bad_boxes) &&
+              equal(THRONG_BAD_FILTER, Status::bad_filter) &&
+              equal(THRONG_BAD_OPTION, Status::bad_option) &&
+              equal(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
+              equal(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
+              equal(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
+              equal(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
+              equal(THRONG_NO_DEVICE, Status::no_device) &&
+              equal(THRONG_DEVICE_ERROR, Status::device_error) &&
+              equal(THRONG_NOT_RESERVED, Status::not_reserved) &&
+              equal(THRONG_BAD_BODIES, Status::bad_bodies) &&
+              equal(THRONG_BAD_SHAPE, Status::bad_shape) && equal(THRONG_BAD_ID, Status::bad_id) &&
+              equal(THRONG_BUSY, Status::busy) && equal(THRONG_INVERTED_BOX, Status::inverted_box));
 static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_ALGORITHM_ALL_PAIRS == static_cast<int>(Algorithm::all_pairs) &&
               THRONG_ORDER_CANONICAL == static_cast<int>(Order::canonical) &&
@@ -56,7 +56,7 @@ static_assert(sizeof(throng_box) == sizeof(Box) && sizeof(throng_pair) == sizeof
 }  // namespace
 }  // namespace throng
 
-struct throng_finder : throng::c_door::Handle {
+struct throng_finder : throng::c_api::Handle {
   explicit throng_finder(const throng_options& given) noexcept : Handle(given), finder(options()) {}
 
   throng::Finder finder;
@@ -64,15 +64,15 @@ struct throng_finder : throng::c_door::Handle {
 
 namespace {
 
-using throng::c_door::view;
-using Take = int (*)(void* context, const throng_pair* pairs, size_t count);
+using throng::c_api::view;
+using ConsumerFunction = int (*)(void* context, const throng_pair* pairs, size_t count);
 
 // Runs call(view of a), or with a second set call(both views). C is throng_boxes or
 // throng_double_boxes.
 template <class C, class Call>
 throng_status search(throng_finder* finder, const C* a, const C* b, const Call& call) noexcept {
-  return throng::c_door::answer(finder, a != nullptr, "boxes",
-                                [&] { return b ? call(view(*a), view(*b)) : call(view(*a)); });
+  return throng::c_api::run_call(finder, a != nullptr, "boxes",
+                                 [&] { return b ? call(view(*a), view(*b)) : call(view(*a)); });
 }
 
 template <class C>
@@ -89,14 +89,14 @@ throng_status find_into(throng_finder* finder, const C* a, const C* b, throng_pa
 }
 
 template <class C>
-throng_status consume(throng_finder* finder, const C* a, const C* b, Take consumer,
+throng_status consume(throng_finder* finder, const C* a, const C* b, ConsumerFunction consumer,
                       void* context) noexcept {
   const auto take = [&](const throng::Pair* pairs, std::size_t count) {
     return consumer(context, reinterpret_cast<const throng_pair*>(pairs), count) != 0;
   };
   if (!consumer) {
-    return throng::c_door::answer(
-        finder, true, "", [] { return throng::c_door::bad_option("found no consumer (NULL)"); });
+    return throng::c_api::run_call(
+        finder, true, "", [] { return throng::c_api::bad_option("found no consumer (NULL)"); });
   }
   return search(finder, a, b,
                 [&](const auto&... sets) { return finder->finder.consume(sets..., take); });
@@ -143,7 +143,7 @@ void throng_options_init_sized(throng_options* options, size_t struct_bytes) {
 }
 
 throng_finder* throng_finder_create(const throng_options* options) {
-  return new (std::nothrow) throng_finder(throng::c_door::known(options));
+  return new (std::nothrow) throng_finder(throng::c_api::complete_options(options));
 }
 
 void throng_finder_destroy(throng_finder* finder) { delete finder; }
@@ -173,11 +173,12 @@ throng_status throng_find_doubles_into(throng_finder* finder, const throng_doubl
 }
 
 throng_status throng_consume(throng_finder* finder, const throng_boxes* a, const throng_boxes* b,
-                             Take consumer, void* context) {
+                             ConsumerFunction consumer, void* context) {
   return consume(finder, a, b, consumer, context);
 }
 throng_status throng_consume_doubles(throng_finder* finder, const throng_double_boxes* a,
-                                     const throng_double_boxes* b, Take consumer, void* context) {
+                                     const throng_double_boxes* b, ConsumerFunction consumer,
+                                     void* context) {
   return consume(finder, a, b, consumer, context);
 }
 
@@ -191,7 +192,7 @@ throng_box throng_box_from_center(const float* center, const float* half_size) {
 }
 
 const throng_result* throng_finder_result(const throng_finder* finder) {
-  return throng::c_door::result_of(finder);
+  return throng::c_api::result_of(finder);
 }
 
 void throng_finder_stop(throng_finder* finder) {

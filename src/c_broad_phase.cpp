@@ -7,10 +7,10 @@
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>
 
-#include "c_door.hpp"
+#include "c_api_common.hpp"
 
-using throng::c_door::answer;
-using throng::c_door::view;
+using throng::c_api::run_call;
+using throng::c_api::view;
 
 static_assert(sizeof(throng_live_pair) == sizeof(throng::LivePair) &&
               alignof(throng_live_pair) == alignof(throng::LivePair) &&
@@ -23,31 +23,31 @@ static_assert(sizeof(throng_sweep_hit) == sizeof(throng::SweepHit) &&
 static_assert(THRONG_HITS_ALL == static_cast<int>(throng::SweepHits::all) &&
               THRONG_HITS_FIRST == static_cast<int>(throng::SweepHits::first));
 
-struct throng_broad_phase : throng::c_door::Handle {
+struct throng_broad_phase : throng::c_api::Handle {
   explicit throng_broad_phase(const throng_options& given) noexcept
       : Handle(given), objects(options()) {}
 
   throng::BroadPhase objects;
 };
 
-struct throng_query : throng::c_door::Handle {
-  explicit throng_query(const throng_options& given) noexcept : Handle(given), asks(options()) {}
+struct throng_query : throng::c_api::Handle {
+  explicit throng_query(const throng_options& given) noexcept : Handle(given), queries(options()) {}
 
-  throng::BroadPhaseQuery asks;
+  throng::BroadPhaseQuery queries;
 };
 
 namespace {
 
 // Returns a list of the C++ API as an array of the layout-compatible C struct.
 template <class Out, class List>
-const Out* show(const List& list, size_t* count) noexcept {
+const Out* as_c_list(const List& list, size_t* count) noexcept {
   if (count) *count = list.size();
   return reinterpret_cast<const Out*>(list.data());
 }
 
 // Calls write(), which writes a property of the object to `to`.
 template <class Write>
-throng_status show_object(const throng_broad_phase* broad_phase, std::uint32_t id, const void* to,
+throng_status read_object(const throng_broad_phase* broad_phase, std::uint32_t id, const void* to,
                           throng_status if_null, const Write& write) noexcept {
   if (!broad_phase) return THRONG_OUT_OF_MEMORY;
   if (!throng_broad_phase_is_alive(broad_phase, id)) return THRONG_BAD_ID;
@@ -57,11 +57,11 @@ throng_status show_object(const throng_broad_phase* broad_phase, std::uint32_t i
 }
 
 // Calls the callback with the C++ forms (sweeps, count, which, filters) of the C arguments.
-template <class Ask>
-throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which,
-                             const throng_boxes* filters, const Ask& ask) noexcept {
+template <class Cast>
+throng::Result cast_sweeps(const throng_sweep* sweeps, size_t count, int which,
+                           const throng_boxes* filters, const Cast& cast) noexcept {
   if (which != THRONG_HITS_ALL && which != THRONG_HITS_FIRST) {
-    return throng::c_door::bad_option("`which` is none of the constants THRONG_HITS_; use one");
+    return throng::c_api::bad_option("`which` is none of the constants THRONG_HITS_; use one");
   }
   throng::Filters of_sweeps;
   if (filters) {
@@ -69,8 +69,8 @@ throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which
     counted.count = count;
     of_sweeps = view(counted).filters;
   }
-  return ask(reinterpret_cast<const throng::Sweep*>(sweeps), count,
-             static_cast<throng::SweepHits>(which), of_sweeps);
+  return cast(reinterpret_cast<const throng::Sweep*>(sweeps), count,
+              static_cast<throng::SweepHits>(which), of_sweeps);
 }
 
 }  // namespace
@@ -78,69 +78,69 @@ throng::Result ask_of_sweeps(const throng_sweep* sweeps, size_t count, int which
 extern "C" {
 
 throng_broad_phase* throng_broad_phase_create(const throng_options* options) {
-  return new (std::nothrow) throng_broad_phase(throng::c_door::known(options));
+  return new (std::nothrow) throng_broad_phase(throng::c_api::complete_options(options));
 }
 
 void throng_broad_phase_destroy(throng_broad_phase* broad_phase) { delete broad_phase; }
 
 throng_status throng_broad_phase_copy(throng_broad_phase* to, const throng_broad_phase* from) {
-  return answer(to, from != nullptr, "broad phase to copy",
-                [&] { return to->objects.copy_from(from->objects); });
+  return run_call(to, from != nullptr, "broad phase to copy",
+                  [&] { return to->objects.copy_from(from->objects); });
 }
 
 throng_status throng_broad_phase_add(throng_broad_phase* broad_phase, const throng_boxes* boxes,
                                      uint32_t* ids) {
-  return answer(broad_phase, boxes != nullptr, "boxes",
-                [&] { return broad_phase->objects.add(view(*boxes), ids); });
+  return run_call(broad_phase, boxes != nullptr, "boxes",
+                  [&] { return broad_phase->objects.add(view(*boxes), ids); });
 }
 
 throng_status throng_broad_phase_remove(throng_broad_phase* broad_phase, const uint32_t* ids,
                                         size_t count) {
-  return answer(broad_phase, true, "", [&] { return broad_phase->objects.remove(ids, count); });
+  return run_call(broad_phase, true, "", [&] { return broad_phase->objects.remove(ids, count); });
 }
 
 throng_status throng_broad_phase_move(throng_broad_phase* broad_phase, const uint32_t* ids,
                                       const throng_boxes* boxes) {
-  return answer(broad_phase, boxes != nullptr, "boxes",
-                [&] { return broad_phase->objects.move(ids, view(*boxes)); });
+  return run_call(broad_phase, boxes != nullptr, "boxes",
+                  [&] { return broad_phase->objects.move(ids, view(*boxes)); });
 }
 
 throng_status throng_broad_phase_move_all(throng_broad_phase* broad_phase,
                                           const throng_boxes* boxes) {
-  return answer(broad_phase, boxes != nullptr, "boxes",
-                [&] { return broad_phase->objects.move_all(view(*boxes)); });
+  return run_call(broad_phase, boxes != nullptr, "boxes",
+                  [&] { return broad_phase->objects.move_all(view(*boxes)); });
 }
 
 throng_status throng_broad_phase_set_filters(throng_broad_phase* broad_phase, const uint32_t* ids,
                                              const throng_boxes* filters) {
-  return answer(broad_phase, filters != nullptr, "filters", [&] {
+  return run_call(broad_phase, filters != nullptr, "filters", [&] {
     return broad_phase->objects.set_filters(ids, filters->count, view(*filters).filters);
   });
 }
 
 throng_status throng_broad_phase_shift_origin(throng_broad_phase* broad_phase, const float* by) {
-  return answer(broad_phase, by != nullptr, "shift", [&] {
+  return run_call(broad_phase, by != nullptr, "shift", [&] {
     return broad_phase->objects.shift_origin({by[0], by[1], by[2]});
   });
 }
 
 throng_status throng_broad_phase_update(throng_broad_phase* broad_phase) {
-  return answer(broad_phase, true, "", [&] { return broad_phase->objects.update(); });
+  return run_call(broad_phase, true, "", [&] { return broad_phase->objects.update(); });
 }
 
 const throng_live_pair* throng_broad_phase_begun(const throng_broad_phase* broad_phase,
                                                  size_t* count) {
-  return show<throng_live_pair>(broad_phase ? broad_phase->objects.begun() : throng::LivePairs(),
-                                count);
+  return as_c_list<throng_live_pair>(
+      broad_phase ? broad_phase->objects.begun() : throng::LivePairs(), count);
 }
 const throng_live_pair* throng_broad_phase_ended(const throng_broad_phase* broad_phase,
                                                  size_t* count) {
-  return show<throng_live_pair>(broad_phase ? broad_phase->objects.ended() : throng::LivePairs(),
-                                count);
+  return as_c_list<throng_live_pair>(
+      broad_phase ? broad_phase->objects.ended() : throng::LivePairs(), count);
 }
 const throng_live_pair* throng_broad_phase_pairs(throng_broad_phase* broad_phase, size_t* count) {
-  return show<throng_live_pair>(broad_phase ? broad_phase->objects.pairs() : throng::LivePairs(),
-                                count);
+  return as_c_list<throng_live_pair>(
+      broad_phase ? broad_phase->objects.pairs() : throng::LivePairs(), count);
 }
 
 size_t throng_broad_phase_pairs_of(const throng_broad_phase* broad_phase, uint32_t id,
@@ -152,21 +152,21 @@ size_t throng_broad_phase_pairs_of(const throng_broad_phase* broad_phase, uint32
 
 throng_status throng_broad_phase_find_overlaps(throng_broad_phase* broad_phase,
                                                const throng_boxes* boxes) {
-  return answer(broad_phase, boxes != nullptr, "boxes",
-                [&] { return broad_phase->objects.find_overlaps(view(*boxes)); });
+  return run_call(broad_phase, boxes != nullptr, "boxes",
+                  [&] { return broad_phase->objects.find_overlaps(view(*boxes)); });
 }
 const throng_pair* throng_broad_phase_overlaps(const throng_broad_phase* broad_phase,
                                                size_t* count) {
   const throng::Pairs found = broad_phase ? broad_phase->objects.overlaps() : throng::Pairs();
-  return show<throng_pair>(found, count);
+  return as_c_list<throng_pair>(found, count);
 }
 
 throng_status throng_broad_phase_find_hits(throng_broad_phase* broad_phase,
                                            const throng_sweep* sweeps, size_t count, int which,
                                            const throng_boxes* filters) {
-  return answer(broad_phase, true, "", [&] {
-    return ask_of_sweeps(sweeps, count, which, filters, [&](const auto&... asked) {
-      return broad_phase->objects.find_hits(asked...);
+  return run_call(broad_phase, true, "", [&] {
+    return cast_sweeps(sweeps, count, which, filters, [&](const auto&... arguments) {
+      return broad_phase->objects.find_hits(arguments...);
     });
   });
 }
@@ -174,7 +174,7 @@ const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_
                                                 size_t* count) {
   const throng::SweepHitList found =
       broad_phase ? broad_phase->objects.hits() : throng::SweepHitList();
-  return show<throng_sweep_hit>(found, count);
+  return as_c_list<throng_sweep_hit>(found, count);
 }
 
 int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id) {
@@ -182,14 +182,14 @@ int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t 
 }
 throng_status throng_broad_phase_box(const throng_broad_phase* broad_phase, uint32_t id,
                                      throng_box* box) {
-  return show_object(broad_phase, id, box, THRONG_BAD_BOXES, [&] {
+  return read_object(broad_phase, id, box, THRONG_BAD_BOXES, [&] {
     const throng::Box b = broad_phase->objects.box(id);
     *box = {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}};
   });
 }
 throng_status throng_broad_phase_filter(const throng_broad_phase* broad_phase, uint32_t id,
                                         throng_filter* filter) {
-  return show_object(broad_phase, id, filter, THRONG_BAD_FILTER, [&] {
+  return read_object(broad_phase, id, filter, THRONG_BAD_FILTER, [&] {
     const throng::Filter f = broad_phase->objects.filter(id);
     *filter = {f.group, f.mask, f.owner, f.world, f.is_static};
   });
@@ -213,46 +213,46 @@ size_t throng_broad_phase_memory_bytes(const throng_broad_phase* broad_phase) {
   return broad_phase ? broad_phase->objects.memory_bytes() : 0;
 }
 const throng_result* throng_broad_phase_result(const throng_broad_phase* broad_phase) {
-  return throng::c_door::result_of(broad_phase);
+  return throng::c_api::result_of(broad_phase);
 }
 
 throng_query* throng_query_create(const throng_options* options) {
-  return new (std::nothrow) throng_query(throng::c_door::known(options));
+  return new (std::nothrow) throng_query(throng::c_api::complete_options(options));
 }
 
 void throng_query_destroy(throng_query* query) { delete query; }
 
 throng_status throng_query_find_overlaps(throng_query* query, const throng_broad_phase* broad_phase,
                                          const throng_boxes* boxes) {
-  return answer(query, broad_phase && boxes, boxes ? "broad phase" : "boxes",
-                [&] { return query->asks.find_overlaps(broad_phase->objects, view(*boxes)); });
+  return run_call(query, broad_phase && boxes, boxes ? "broad phase" : "boxes",
+                  [&] { return query->queries.find_overlaps(broad_phase->objects, view(*boxes)); });
 }
 const throng_pair* throng_query_overlaps(const throng_query* query, size_t* count) {
-  return show<throng_pair>(query ? query->asks.overlaps() : throng::Pairs(), count);
+  return as_c_list<throng_pair>(query ? query->queries.overlaps() : throng::Pairs(), count);
 }
 
 throng_status throng_query_find_hits(throng_query* query, const throng_broad_phase* broad_phase,
                                      const throng_sweep* sweeps, size_t count, int which,
                                      const throng_boxes* filters, throng_sweep_test test,
                                      void* context) {
-  return answer(query, broad_phase != nullptr, "broad phase", [&] {
-    return ask_of_sweeps(sweeps, count, which, filters, [&](const auto&... asked) {
-      return query->asks.find_hits(broad_phase->objects, asked..., {test, context});
+  return run_call(query, broad_phase != nullptr, "broad phase", [&] {
+    return cast_sweeps(sweeps, count, which, filters, [&](const auto&... arguments) {
+      return query->queries.find_hits(broad_phase->objects, arguments..., {test, context});
     });
   });
 }
 const throng_sweep_hit* throng_query_hits(const throng_query* query, size_t* count) {
-  return show<throng_sweep_hit>(query ? query->asks.hits() : throng::SweepHitList(), count);
+  return as_c_list<throng_sweep_hit>(query ? query->queries.hits() : throng::SweepHitList(), count);
 }
 
 const throng_result* throng_query_result(const throng_query* query) {
-  return throng::c_door::result_of(query);
+  return throng::c_api::result_of(query);
 }
 void throng_query_stop(throng_query* query) {
   if (query) query->stop();
 }
 size_t throng_query_memory_bytes(const throng_query* query) {
-  return query ? query->asks.memory_bytes() : 0;
+  return query ? query->queries.memory_bytes() : 0;
 }
 
 }  // extern "C"

@@ -8,7 +8,7 @@
 
 #include "cuda/backend.hpp"
 #include "pipeline/failure.hpp"
-#include "pipeline/questions.hpp"
+#include "pipeline/queries.hpp"
 #include "validate.hpp"
 
 namespace throng::cuda {
@@ -27,8 +27,8 @@ struct BroadPhaseAccess {
     r.plan.backend = Backend::cuda;
     if (!valid_on_device({}, nullptr, it.options_, r)) return r;
     if (!(it.fat_margin_ >= 0) || !std::isfinite(it.fat_margin_)) {
-      say(r, "the margin of fat boxes is %g; it must be finite and not negative",
-          static_cast<double>(it.fat_margin_));
+      set_message(r, "the margin of fat boxes is %g; it must be finite and not negative",
+                  static_cast<double>(it.fat_margin_));
       r.status = Status::bad_option;
       return r;
     }
@@ -50,28 +50,28 @@ struct BroadPhaseAccess {
     if (!with_filters) boxes.filters = {};
     Result r;
     if (!valid_on_device(boxes, nullptr, it.options_, r)) return r;
-    return run(it, [&](Scene& scene, Result& told) { f(scene, boxes, told); });
+    return run(it, [&](Scene& scene, Result& result) { f(scene, boxes, result); });
   }
   // The same with sweeps and their filters.
   template <class F>
-  static Result ask(BroadPhase& it, const Sweep* sweeps, std::size_t count, SweepHits which,
-                    const Filters& filters, const F& f) noexcept {
+  static Result run_sweeps(BroadPhase& it, const Sweep* sweeps, std::size_t count, SweepHits which,
+                           const Filters& filters, const F& f) noexcept {
     Result r;
     if (!valid_sweeps(sweeps, count, which, r)) return r;
-    const auto asked = pipeline::Asked::about(sweeps, count, filters);
-    return run(it, asked.boxes, true, [&](Scene& scene, const Boxes&, Result& told) {
-      f(scene, asked, told);
-      if (told.status == Status::nan_box) explain_sweeps(told);
+    const auto queries = pipeline::QueryBatch::of_sweeps(sweeps, count, filters);
+    return run(it, queries.boxes, true, [&](Scene& scene, const Boxes&, Result& result) {
+      f(scene, queries, result);
+      if (result.status == Status::nan_box) explain_sweeps(result);
     });
   }
   static const Scene* scene(const BroadPhase& it) noexcept {
     return it.state_ ? it.state_->scene.get() : nullptr;
   }
   // Whether there is a box for every id; otherwise false, with the message.
-  static bool one_each(const Scene& scene, const Boxes& boxes, Result& r) noexcept {
+  static bool has_box_per_id(const Scene& scene, const Boxes& boxes, Result& r) noexcept {
     if (boxes.size() == scene.id_limit()) return true;
-    say(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
-        ull{boxes.size()}, ull{scene.id_limit()});
+    set_message(r, "%llu boxes were given; give one for every id below id_limit(), which is %llu",
+                ull{boxes.size()}, ull{scene.id_limit()});
     return refuse(r, Status::bad_boxes);
   }
 };
@@ -122,7 +122,7 @@ Result BroadPhase::move(const ObjectId* ids, const Boxes& boxes, Stream stream) 
 }
 Result BroadPhase::move_all(const Boxes& boxes, Stream stream) noexcept {
   return Access::run(*this, boxes, false, [&](Scene& scene, const Boxes& given, Result& r) {
-    if (Access::one_each(scene, given, r)) scene.move_all(given, stream, r);
+    if (Access::has_box_per_id(scene, given, r)) scene.move_all(given, stream, r);
   });
 }
 Result BroadPhase::set_filters(const ObjectId* ids, std::size_t count, const Filters& filters,
@@ -138,8 +138,8 @@ Result BroadPhase::shift_origin(const Vec3& by, Stream stream) noexcept {
   return Access::run(*this, [&](Scene& scene, Result& r) {
     if (std::isfinite(by.x) && std::isfinite(by.y) && std::isfinite(by.z))
       return scene.shift_origin(by, stream, r);
-    say(r, "the shift of origin (%g, %g, %g) is not finite", static_cast<double>(by.x),
-        static_cast<double>(by.y), static_cast<double>(by.z));
+    set_message(r, "the shift of origin (%g, %g, %g) is not finite", static_cast<double>(by.x),
+                static_cast<double>(by.y), static_cast<double>(by.z));
     r.status = Status::bad_option;
   });
 }
@@ -149,7 +149,7 @@ Result BroadPhase::update(Stream stream) noexcept {
 }
 Result BroadPhase::update(const Boxes& boxes, Stream stream) noexcept {
   return Access::run(*this, boxes, false, [&](Scene& scene, const Boxes& given, Result& r) {
-    if (Access::one_each(scene, given, r)) scene.update(&given, stream, r);
+    if (Access::has_box_per_id(scene, given, r)) scene.update(&given, stream, r);
   });
 }
 
@@ -180,17 +180,17 @@ Result BroadPhase::find_overlaps(const Boxes& boxes, Stream stream) noexcept {
 }
 Result BroadPhase::find_hits(const Sweep* sweeps, std::size_t count, SweepHits which,
                              const Filters& filters, Stream stream) noexcept {
-  return Access::ask(*this, sweeps, count, which, filters,
-                     [&](Scene& scene, const pipeline::Asked& asked, Result& r) {
-                       scene.find_hits(asked, which, stream, r);
-                     });
+  return Access::run_sweeps(*this, sweeps, count, which, filters,
+                            [&](Scene& scene, const pipeline::QueryBatch& queries, Result& r) {
+                              scene.find_hits(queries, which, stream, r);
+                            });
 }
 Result BroadPhase::find_first_hits(const Sweep* sweeps, std::size_t count, const Filters& filters,
                                    SweepHit* out, Stream stream) noexcept {
-  return Access::ask(*this, sweeps, count, SweepHits::first, filters,
-                     [&](Scene& scene, const pipeline::Asked& asked, Result& r) {
-                       scene.find_first_hits(asked, out, stream, r);
-                     });
+  return Access::run_sweeps(*this, sweeps, count, SweepHits::first, filters,
+                            [&](Scene& scene, const pipeline::QueryBatch& queries, Result& r) {
+                              scene.find_first_hits(queries, out, stream, r);
+                            });
 }
 Pairs BroadPhase::overlaps() const noexcept {
   const Scene* scene = Access::scene(*this);

@@ -55,8 +55,8 @@ struct FinderAccess {
                              Stream stream) noexcept {
     Pairs pairs;
     finder.pairs_ = {};
-    const Result r = run(finder, a, b, [&](Engine& engine, Result& told) {
-      pairs = engine.find_growing(a, b, finder.options_, stream, told);
+    const Result r = run(finder, a, b, [&](Engine& engine, Result& result) {
+      pairs = engine.find_growing(a, b, finder.options_, stream, result);
     });
     if (r.ok()) finder.pairs_ = pairs;
     return r;
@@ -125,10 +125,10 @@ std::size_t Finder::memory_bytes() const noexcept {
 
 namespace {
 
-// Calls put(job, result), which makes the boxes; shared by both forms.
+// Calls launch(job, result), which makes the boxes; shared by both forms.
 template <class F>
 Result update(const Bodies& bodies, Box* out, const UpdateOptions& options,
-              std::size_t stride_bytes, const F& put) noexcept {
+              std::size_t stride_bytes, const F& launch) noexcept {
   Result r;
   core::UpdateBoxes job;
   if (!make_job(bodies, out, options, stride_bytes, job, r)) return r;
@@ -138,7 +138,7 @@ Result update(const Bodies& bodies, Box* out, const UpdateOptions& options,
     check_available();
     if (bodies.size() > max_box_count)
       throw pipeline::Failure{Status::too_many_boxes, bodies.size()};
-    put(job, r);
+    launch(job, r);
     r.written = bodies.size();
   } catch (const pipeline::Failure& failure) {
     explain_failure(r, failure);
@@ -151,11 +151,11 @@ Result update(const Bodies& bodies, Box* out, const UpdateOptions& options,
 Result update_boxes(const Bodies& bodies, Box* out, BodyReport* report, Stream stream,
                     const UpdateOptions& options, std::size_t stride_bytes) noexcept {
   return update(bodies, out, options, stride_bytes, [&](const core::UpdateBoxes& job, Result& r) {
-    const BodyReport told = update_boxes(job, bodies.size(), report, stream);
-    if (told.bad_shapes == 0) return;
+    const BodyReport result = update_boxes(job, bodies.size(), report, stream);
+    if (result.bad_shapes == 0) return;
     r.status = Status::bad_shape;
-    r.invalid_count = told.bad_shapes;
-    r.first_invalid = told.first_bad_shape();
+    r.invalid_count = result.bad_shapes;
+    r.first_invalid = result.first_bad_shape();
     explain(r, false, false, "");  // needs no memory advice
   });
 }

@@ -39,7 +39,7 @@ class IntoVector {
   static Pair* grow(void* self, std::size_t count) noexcept {
     auto& [out, finder] = *static_cast<IntoVector*>(self);
     if (count <= cpu::few_pairs && out.empty()) {
-      if (Pair* const room = FinderAccess::room(&finder, count)) return room;
+      if (Pair* const buffer = FinderAccess::grow_pairs(&finder, count)) return buffer;
     }
     try {
       out.clear();

@@ -6,16 +6,16 @@
 
 #include <throng/throng.hpp>
 
-#include "automatic.hpp"
+#include "backend_chooser.hpp"
 #include "capture/log.hpp"
 #include "cpu/engine.hpp"
 #include "cpu/float_state.hpp"
 #include "cpu/large_pages.hpp"
 #include "cpu/threads.hpp"
 #include "cuda/backend.hpp"
-#include "describe.hpp"
+#include "explanation.hpp"
 #include "finder_access.hpp"
-#include "inverted.hpp"
+#include "inverted_boxes.hpp"
 #include "pipeline/engine.hpp"
 #include "pipeline/host_device.hpp"
 #include "validate.hpp"
@@ -69,19 +69,19 @@ struct Finder::State {
       find_emulated(a, b, options, output, consumer, r);
       nan_in_second = emulated.nan_in_second_set();
     } else if (options.backend == Backend::cuda ||
-               (cuda::is_built() && automatic.wants_gpu(boxes, options))) {
+               (cuda::is_built() && backend_chooser.should_try_gpu(boxes, options))) {
       nan_in_second = find_on_gpu(a, b, options, output, consumer, r);
     }
     // Fall back to the CPU if an automatic choice tried a GPU that fails, unless the consumer has
     // already been given pairs.
     const bool tried = r.plan.backend != Backend::cpu;
-    if (!tried ||
-        (options.backend == Backend::automatic && !delivered && automatic.falls_back(r))) {
+    if (!tried || (options.backend == Backend::automatic && !delivered &&
+                   backend_chooser.should_fall_back(r))) {
       if (tried) gpu.reset();
       r = find_on_cpu(a, b, options, output, consumer);
       nan_in_second = cpu.nan_in_second_set();
-      if (options.backend == Backend::automatic && automatic.reason(boxes))
-        r.plan.reason = automatic.reason(boxes);
+      if (options.backend == Backend::automatic && backend_chooser.reason(boxes))
+        r.plan.reason = backend_chooser.reason(boxes);
     }
     throng::explain(r, b != nullptr, nan_in_second, if_no_memory(consumer));
     return r;
@@ -95,7 +95,7 @@ struct Finder::State {
     emulated.device().begin(cpu::executor_of(options), r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may be stored there; the pipeline enforces the cap
     try {
-      unless_stopped(
+      run_unless_stopped(
           options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
     } catch (const pipeline::Failure& failure) {
       explain_failure(r, failure, if_no_memory(consumer));
@@ -104,13 +104,13 @@ struct Finder::State {
 
   // Throws Failure{stopped} if the stop flag is set before or after find().
   template <class F>
-  static void unless_stopped(const Options& options, const F& find) {
-    const auto heed = [&] {
+  static void run_unless_stopped(const Options& options, const F& find) {
+    const auto throw_if_stopped = [&] {
       if (options.stop && options.stop->load()) throw pipeline::Failure{Status::stopped};
     };
-    heed();
+    throw_if_stopped();
     find();
-    heed();
+    throw_if_stopped();
   }
 
   // Returns whether the second set has a NaN.
@@ -121,7 +121,7 @@ struct Finder::State {
     cpu.memory().set_cap(0);
     delivered = false;
     try {
-      unless_stopped(options, [&] {
+      run_unless_stopped(options, [&] {
         if (!gpu) gpu.reset(cuda::create({}));
         gpu->find(a, b, options, cpu.memory().held(), output, consumer, r);
       });
@@ -138,7 +138,7 @@ struct Finder::State {
   pipeline::Engine<pipeline::HostDevice> emulated;
   std::unique_ptr<cuda::Engine> gpu;
   bool delivered = false;  // the consumer was given pairs before the GPU failed
-  Automatic automatic;
+  BackendChooser backend_chooser;
 };
 
 template <class AnyBoxes>
@@ -150,13 +150,13 @@ Result FinderAccess::run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, c
   if (!valid(a, b, finder.options_, r)) return r;
   const bool refuses = finder.options_.inverted == InvertedPolicy::refuse;
   // Checked before the search: a consumer would be given pairs before the search counts such boxes.
-  if (refuses && consumer && !none_inverted(a, b, r)) return r;
+  if (refuses && consumer && !check_not_inverted(a, b, r)) return r;
   r = capture_or_search(finder, a, b, output, consumer);
   // Checked afterwards, and only if some box is inactive, so that valid boxes are not read twice. A
   // wrong layout can also give more pairs than memory holds.
   if (refuses && (r.inactive != 0 || r.status == Status::out_of_memory)) {
     Result refused;
-    if (!none_inverted(a, b, refused)) {
+    if (!check_not_inverted(a, b, refused)) {
       finder.pairs_ = {};
       return refused;
     }
@@ -197,7 +197,7 @@ Result FinderAccess::captured(const char* folder, Finder& finder, const Boxes& a
     sum = pair_checksum(output->data, static_cast<std::size_t>(r.written));
   else if (!consumer)
     sum = pair_checksum(finder.pairs_.data(), finder.pairs_.size());
-  log.told(sum);
+  log.set_checksum(sum);
   log.answer(r);
   return r;
 }
@@ -213,26 +213,26 @@ Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b
     if (cap != 0 && cap < sizeof(Finder::State)) {
       // The cap is smaller than the state itself. The backend, called with no byte to spare,
       // reports the number of bytes needed.
-      alignas(Finder::State) unsigned char spot[sizeof(Finder::State)];
-      auto* state = new (spot) Finder::State(memory);
+      alignas(Finder::State) unsigned char storage[sizeof(Finder::State)];
+      auto* state = new (storage) Finder::State(memory);
       r = state->find(a, b, finder.options_, output, consumer);
       state->~State();
       return r;
     }
-    void* room = take_room(*memory, sizeof(Finder::State), alignof(Finder::State), r);
-    if (!room) return r;
-    finder.state_ = new (room) Finder::State(memory);
+    void* block = allocate_state(*memory, sizeof(Finder::State), alignof(Finder::State), r);
+    if (!block) return r;
+    finder.state_ = new (block) Finder::State(memory);
   }
   const cpu::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
-  core::Output own{pairs.data(), pairs.capacity(), room, &finder};
+  core::Output own{pairs.data(), pairs.capacity(), grow_pairs, &finder};
   if (!output && !consumer) output = &own;
   r = finder.state_->find(a, b, finder.options_, output, consumer);
   if (output == &own && r.ok()) finder.pairs_ = {own.data, static_cast<std::size_t>(r.found)};
   return r;
 }
 
-Pair* FinderAccess::room(void* finder, std::size_t count) noexcept {
-  return cpu::room_for_pairs(&static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
+Pair* FinderAccess::grow_pairs(void* finder, std::size_t count) noexcept {
+  return cpu::grow_pairs(&static_cast<Finder*>(finder)->state_->cpu.pairs(), count);
 }
 
 Explanation FinderAccess::explain(Finder& finder, const Boxes& a, const Boxes* b) {
@@ -240,12 +240,12 @@ Explanation FinderAccess::explain(Finder& finder, const Boxes& a, const Boxes* b
   Result r;
   if (!valid_choices(options, r) || !valid_on_cpu(options, "a search is explained", r))
     throw Error(r);
-  const Backend asked = options.backend;
+  const Backend requested = options.backend;
   finder.options_.backend = Backend::cpu;
   r = run<Boxes>(finder, a, b, nullptr, nullptr);
-  finder.options_.backend = asked;
+  finder.options_.backend = requested;
   if (!r.ok()) throw Error(r);
-  return describe(a, b, options, r, finder.state_->cpu);
+  return make_explanation(a, b, options, r, finder.state_->cpu);
 }
 
 template Result FinderAccess::run(Finder&, const Boxes&, const Boxes*, core::Output*,

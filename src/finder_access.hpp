@@ -17,7 +17,7 @@ struct FinderAccess {
                     const Consumer* consumer);
   // Memory for `count` pairs in the finder's own buffer; null on failure. `finder` points to a
   // Finder after its first run().
-  static Pair* room(void* finder, std::size_t count) noexcept;
+  static Pair* grow_pairs(void* finder, std::size_t count) noexcept;
   // Throws Error.
   static Explanation explain(Finder&, const Boxes& a, const Boxes* b);
 

@@ -10,7 +10,7 @@
 #include "core/update_boxes.hpp"
 #include "cpu/body_boxes.hpp"
 #include "cpu/float_state.hpp"
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 #include "cpu/threads.hpp"
 #include "validate.hpp"
 
@@ -29,14 +29,15 @@ template <class T>
 bool valid(const Strided<T>& array, const char* name, const std::size_t* bodies,
            Result& r) noexcept {
   if (!array.data && array.count != 0) {
-    say(r, "the array '%s' has %llu values but is null; give its address, or count 0 for none",
-        name, ull{array.count});
+    set_message(r,
+                "the array '%s' has %llu values but is null; give its address, or count 0 for none",
+                name, ull{array.count});
   } else if (array && bodies && array.count != *bodies) {
-    say(r, "the array '%s' has %llu values for %llu bodies; give one value per body", name,
-        ull{array.count}, ull{*bodies});
+    set_message(r, "the array '%s' has %llu values for %llu bodies; give one value per body", name,
+                ull{array.count}, ull{*bodies});
   } else if (array.stride_bytes % alignof(float) != 0) {
-    say(r, "the stride of '%s' is %llu bytes; it must be a multiple of %llu", name,
-        ull{array.stride_bytes}, ull{alignof(float)});
+    set_message(r, "the stride of '%s' is %llu bytes; it must be a multiple of %llu", name,
+                ull{array.stride_bytes}, ull{alignof(float)});
   } else {
     return true;
   }
@@ -52,18 +53,20 @@ bool valid(const Bodies& b, const Box* out, std::size_t stride, Result& r) noexc
   }
   if (n == 0) return true;
   if (!b.shape && b.shapes.count != n && b.shapes.count != 1) {
-    say(r,
+    set_message(
+        r,
         "there are %llu shapes for %llu bodies; give one per body, one for all, or the array "
         "'shape' with the shape index of each body",
         ull{b.shapes.count}, ull{n});
     return refuse(r, Status::bad_bodies);
   }
   if (!out) {
-    say(r, "the array of boxes is null; provide space for %llu boxes", ull{n});
+    set_message(r, "the array of boxes is null; provide space for %llu boxes", ull{n});
     return refuse(r, Status::bad_bodies);
   }
   if (stride % alignof(float) != 0 || stride < sizeof(Box)) {
-    say(r, "the stride of the boxes is %llu bytes; it must be a multiple of %llu, and %llu or more",
+    set_message(
+        r, "the stride of the boxes is %llu bytes; it must be a multiple of %llu, and %llu or more",
         ull{stride}, ull{alignof(float)}, ull{sizeof(Box)});
     return refuse(r, Status::bad_bodies);
   }
@@ -75,7 +78,8 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
   const ull count{r.invalid_count}, index{job.shape_index(i)};
   const core::ShapeFault fault = job.fault(i);
   if (fault == core::ShapeFault::index) {
-    say(r,
+    set_message(
+        r,
         "%llu bodies have an invalid shape, the first is body %llu with shape %llu of %llu; use 0 "
         "to one less than that",
         count, ull{i}, index, ull{job.shape_count});
@@ -102,8 +106,8 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
                     static_cast<unsigned long>(s.kind));
       break;
   }
-  say(r, "%llu bodies have an invalid shape, the first is body %llu: shape %llu has %s", count,
-      ull{i}, index, what);
+  set_message(r, "%llu bodies have an invalid shape, the first is body %llu: shape %llu has %s",
+              count, ull{i}, index, what);
 }
 
 }  // namespace
@@ -111,12 +115,12 @@ void explain(Result& r, const core::UpdateBoxes& job) noexcept {
 bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
               std::size_t stride_bytes, core::UpdateBoxes& job, Result& r) noexcept {
   if (!valid_margin(options.margin, r) || !valid(bodies, out, stride_bytes, r)) return false;
-  job.position = core::column(bodies.position);
-  job.rotation = core::column(bodies.rotation);
-  job.displacement = core::column(bodies.displacement);
-  job.shape = core::column(bodies.shape);
-  job.shapes = core::column(bodies.shapes);
-  job.points = core::column(bodies.points);
+  job.position = core::strided_array(bodies.position);
+  job.rotation = core::strided_array(bodies.rotation);
+  job.displacement = core::strided_array(bodies.displacement);
+  job.shape = core::strided_array(bodies.shape);
+  job.shapes = core::strided_array(bodies.shapes);
+  job.points = core::strided_array(bodies.points);
   job.shape_count = bodies.shapes.count;
   job.point_count = bodies.points.count;
   job.one_shape = bodies.shapes.count == 1;
@@ -142,7 +146,7 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
   const std::size_t n = bodies.size();
   r.plan.isa = kernels->isa;
   r.plan.threads = n < threads_pay_from ? 1 : cpu::threads_of(options);
-  cpu::Stop stop(options.stop);
+  cpu::Cancellation stop(options.stop);
   if (n != 0) {
     const cpu::BodyReport report =
         cpu::update_boxes(job, n, kernels->isa, cpu::executor_of(options), r.plan.threads, stop);

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 
 namespace throng {
 
@@ -85,7 +85,7 @@ const char* to_string(Status status) noexcept {
 
 using ull = unsigned long long;
 
-void say(Result& r, const char* format, ...) noexcept {
+void set_message(Result& r, const char* format, ...) noexcept {
   std::va_list args;
   va_start(args, format);
   std::vsnprintf(r.message, sizeof r.message, format, args);
@@ -99,11 +99,11 @@ bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name,
                   Result& r) noexcept {
   if (!filter) return true;
   if (filter.count != boxes) {
-    say(r, "filter '%s' of %s has %llu values for %llu boxes; give one value per box", name, set,
-        ull{filter.count}, ull{boxes});
+    set_message(r, "filter '%s' of %s has %llu values for %llu boxes; give one value per box", name,
+                set, ull{filter.count}, ull{boxes});
   } else if (filter.stride_bytes % alignof(T) != 0) {
-    say(r, "the stride of filter '%s' of %s is %llu bytes; it must be a multiple of %llu", name,
-        set, ull{filter.stride_bytes}, ull{alignof(T)});
+    set_message(r, "the stride of filter '%s' of %s is %llu bytes; it must be a multiple of %llu",
+                name, set, ull{filter.stride_bytes}, ull{alignof(T)});
   } else {
     return true;
   }
@@ -113,18 +113,19 @@ bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name,
 template <class Real>
 bool valid_boxes(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
   if (boxes.size() > max_box_count) {
-    say(r, "%s has %llu boxes, at most %llu can be indexed; split them", set, ull{boxes.size()},
-        ull{max_box_count});
+    set_message(r, "%s has %llu boxes, at most %llu can be indexed; split them", set,
+                ull{boxes.size()}, ull{max_box_count});
     return refuse(r, Status::too_many_boxes);
   }
   if (!boxes.complete()) {
-    say(r, "%s has %llu boxes but a coordinate array is null; only both z arrays may be missing",
+    set_message(
+        r, "%s has %llu boxes but a coordinate array is null; only both z arrays may be missing",
         set, ull{boxes.size()});
     return refuse(r, Status::bad_boxes);
   }
   if (boxes.stride_bytes() % alignof(Real) != 0) {
-    say(r, "the stride of %s is %llu bytes; it must be a multiple of %llu", set,
-        ull{boxes.stride_bytes()}, ull{alignof(Real)});
+    set_message(r, "the stride of %s is %llu bytes; it must be a multiple of %llu", set,
+                ull{boxes.stride_bytes()}, ull{alignof(Real)});
     return refuse(r, Status::bad_boxes);
   }
   const Filters& f = boxes.filters;
@@ -152,7 +153,8 @@ bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noe
     if (r.invalid_count++ == 0) r.first_invalid = i;
   }
   if (r.invalid_count == 0) return true;
-  say(r,
+  set_message(
+      r,
       "%llu boxes of %s have a world below -1, the first is box %llu with world %d; use -1 for "
       "every world, 0 and up for one",
       ull{r.invalid_count}, set, ull{r.first_invalid}, f.world[r.first_invalid]);
@@ -163,7 +165,7 @@ bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noe
 
 bool valid_margin(float margin, Result& r) noexcept {
   if (margin >= 0 && std::isfinite(margin)) return true;
-  say(r, "the margin is %g; it must be finite and not negative", double{margin});
+  set_message(r, "the margin is %g; it must be finite and not negative", double{margin});
   return refuse(r, Status::bad_option);
 }
 
@@ -172,20 +174,21 @@ namespace {
 template <class Enum>
 bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept {
   if (value <= last) return true;
-  say(r, "%s is %d, which is not one of its constants; use one, or keep the default", option,
-      static_cast<int>(value));
+  set_message(r, "%s is %d, which is not one of its constants; use one, or keep the default",
+              option, static_cast<int>(value));
   return refuse(r, Status::bad_option);
 }
 
 bool valid_cell_scale(float scale, Result& r) noexcept {
   if (scale >= 1 / 64.0f && scale <= 64) return true;
-  say(r, "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
-      double{scale});
+  set_message(r,
+              "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
+              double{scale});
   return refuse(r, Status::bad_option);
 }
 
 // THRONG_ISA does not name an available instruction set.
-void say_forced_isa(Result& r) noexcept {
+void set_forced_isa_message(Result& r) noexcept {
   char here[64] = "auto";
   std::size_t length = 4;
   for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
@@ -194,7 +197,8 @@ void say_forced_isa(Result& r) noexcept {
         std::snprintf(here + length, sizeof here - length, ", %s", to_string(isa)));
   }
   const char* const name = std::getenv("THRONG_ISA");
-  say(r,
+  set_message(
+      r,
       "the environment variable THRONG_ISA is '%.40s', which is not an instruction set available "
       "here; "
       "unset it, or set it to one of: %s",
@@ -214,7 +218,7 @@ bool valid_choices(const Options& options, Result& r) noexcept {
 
 bool valid_executor(const Executor* executor, Result& r) noexcept {
   if (!executor || executor->run) return true;
-  say(r, "the executor has no function that runs tasks; set Executor::run");
+  set_message(r, "the executor has no function that runs tasks; set Executor::run");
   return refuse(r, Status::bad_option);
 }
 
@@ -223,10 +227,10 @@ const cpu::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept
   const cpu::Kernels* kernels = cpu::find_kernels(isa);
   if (kernels) return kernels;
   if (isa == Isa::automatic)
-    say_forced_isa(r);
+    set_forced_isa_message(r);
   else
-    say(r, "instruction set '%s' is not available here (requested by %s); use auto", to_string(isa),
-        option);
+    set_message(r, "instruction set '%s' is not available here (requested by %s); use auto",
+                to_string(isa), option);
   refuse(r, Status::unsupported_isa);
   return nullptr;
 }
@@ -266,15 +270,15 @@ bool valid(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options, R
 
 bool valid_on_cpu(const Options& options, const char* what, Result& r) noexcept {
   if (options.backend != Backend::cuda && options.backend != Backend::emulated) return true;
-  say(r, "backend %s: %s on the CPU alone; set backend to cpu or automatic",
-      to_string(options.backend), what);
+  set_message(r, "backend %s: %s on the CPU alone; set backend to cpu or automatic",
+              to_string(options.backend), what);
   return refuse(r, Status::bad_option);
 }
 
-void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
-                Result& r) noexcept {
+void* allocate_state(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
+                     Result& r) noexcept {
   try {
-    if (void* room = memory.allocate(bytes, alignment)) return room;
+    if (void* block = memory.allocate(bytes, alignment)) return block;
   } catch (...) {
   }
   explain_failure(r, {Status::out_of_memory, bytes});
@@ -283,8 +287,8 @@ void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_
 
 namespace {
 
-void say_no_memory(Result& r, const char* remedy) noexcept {
-  say(r, "out of memory: allocating %llu bytes failed; %s", ull{r.bytes_needed}, remedy);
+void set_out_of_memory_message(Result& r, const char* remedy) noexcept {
+  set_message(r, "out of memory: allocating %llu bytes failed; %s", ull{r.bytes_needed}, remedy);
 }
 
 }  // namespace
@@ -299,44 +303,50 @@ void explain_failure(Result& r, const pipeline::Failure& failure,
   switch (failure.status) {
     case Status::no_device:
       if (failure.text)
-        say(r, "no GPU can be used: %s; use Backend::cpu", text);
+        set_message(r, "no GPU can be used: %s; use Backend::cpu", text);
       else
-        say(r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
+        set_message(
+            r, "this build has no GPU backend; use Backend::cpu, or build with THRONG_CUDA=ON");
       break;
     case Status::device_error:
-      say(r,
+      set_message(
+          r,
           "the GPU failed: %s; its memory may be lost: create a new Finder, and if that fails, "
           "too, restart the process",
           text);
       break;
     case Status::not_reserved:
-      say(r,
+      set_message(
+          r,
           "%llu boxes, or the capacity under canonical order, exceed what was reserved; call "
           "reserve() first",
           number);
       break;
     case Status::too_many_boxes:
-      say(r, "%llu boxes are more than a device takes, of both sets together; split them", number);
+      set_message(r, "%llu boxes are more than a device takes, of both sets together; split them",
+                  number);
       break;
     case Status::bad_boxes:
     case Status::bad_filter:
     case Status::bad_option:
-      say(r, "%s %s; give aligned device memory of the Finder's device, or use throng::Finder",
-          what, text);
+      set_message(r,
+                  "%s %s; give aligned device memory of the Finder's device, or use throng::Finder",
+                  what, text);
       break;
     case Status::bad_bodies:
-      say(r,
+      set_message(
+          r,
           "%s %s; give aligned device memory of the stream's device, or use throng::update_boxes",
           what, text);
       break;
     case Status::out_of_memory:
       r.bytes_needed = number;
-      if (!failure.text) return say_no_memory(r, if_no_memory);
+      if (!failure.text) return set_out_of_memory_message(r, if_no_memory);
       if (number)
-        say(r, "out of device memory: allocating %llu bytes failed (%s); %s", number, text,
-            if_no_memory);
+        set_message(r, "out of device memory: allocating %llu bytes failed (%s); %s", number, text,
+                    if_no_memory);
       else
-        say(r, "out of device memory: %s; %s", text, if_no_memory);
+        set_message(r, "out of device memory: %s; %s", text, if_no_memory);
       break;
     case Status::memory_cap_too_small:
       r.bytes_needed = number;
@@ -348,15 +358,17 @@ void explain_failure(Result& r, const pipeline::Failure& failure,
 
 bool valid_sweeps(const Sweep* sweeps, std::size_t count, SweepHits which, Result& r) noexcept {
   if (which > SweepHits::first) {
-    say(r, "SweepHits is %d, which is not one of its constants; use one", static_cast<int>(which));
+    set_message(r, "SweepHits is %d, which is not one of its constants; use one",
+                static_cast<int>(which));
     return refuse(r, Status::bad_option);
   }
   if (sweeps || count == 0) return true;
-  say(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
+  set_message(r, "the array of sweeps is null; give its address, with %llu sweeps", ull{count});
   return refuse(r, Status::bad_boxes);
 }
 void explain_sweeps(Result& r) noexcept {
-  say(r,
+  set_message(
+      r,
       "%llu sweeps have a NaN or an infinite direction, the first is sweep %llu; instead of "
       "infinity "
       "give a length beyond the scene, as 1e30 (at most 3.4e38 a component): it finds the same "
@@ -369,37 +381,40 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no
   const char* set = !two_sets ? "" : nan_in_second_set ? " of the second set" : " of the first set";
   switch (r.status) {
     case Status::nan_box:
-      say(r,
+      set_message(
+          r,
           "%llu boxes have a NaN, the first is box %llu%s; fix them, or treat them as inactive "
           "by Options::nan",
           ull{r.invalid_count}, ull{r.first_invalid}, set);
       break;
     case Status::bad_filter:
-      say(r,
+      set_message(
+          r,
           "%llu boxes have a world below -1, the first is box %llu; use -1 for every world, 0 and "
           "up for one",
           ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::bad_id:
-      say(r,
+      set_message(
+          r,
           "%llu ids are not valid, the first is at index %llu of the list: it is not alive, or "
           "occurs "
           "twice; give each id returned by add() once",
           ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::buffer_too_small:
-      say(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
+      set_message(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
       break;
     case Status::out_of_memory:
-      say_no_memory(r, if_no_memory);
+      set_out_of_memory_message(r, if_no_memory);
       break;
     case Status::bad_shape:
-      say(r, "%llu bodies have an invalid shape, the first is body %llu; fix it",
-          ull{r.invalid_count}, ull{r.first_invalid});
+      set_message(r, "%llu bodies have an invalid shape, the first is body %llu; fix it",
+                  ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::memory_cap_too_small:
-      say(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",
-          ull{r.bytes_needed});
+      set_message(r, "the memory cap is too small; raise Options::memory_cap_bytes to %llu or more",
+                  ull{r.bytes_needed});
       break;
     default:
       break;

@@ -19,7 +19,7 @@ namespace throng {
 #if defined(__GNUC__)
 __attribute__((format(printf, 2, 3)))
 #endif
-void say(Result& r, const char* format, ...) noexcept;
+void set_message(Result& r, const char* format, ...) noexcept;
 
 inline bool refuse(Result& r, Status status) noexcept {
   r.status = status;
@@ -56,8 +56,8 @@ void explain_failure(Result& r, const pipeline::Failure&,
 
 // Allocates an object's state from the caller's memory resource. Null, with status and message, on
 // failure.
-void* take_room(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
-                Result& r) noexcept;
+void* allocate_state(std::pmr::memory_resource& memory, std::size_t bytes, std::size_t alignment,
+                     Result& r) noexcept;
 
 // Checks that the array is not null unless empty, and that `which` is valid. False, with status and
 // message, if not.

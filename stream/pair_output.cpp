@@ -12,7 +12,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // In a merge each run has at least this many keys in memory.
-constexpr std::size_t least_keys = 512;
+constexpr std::size_t min_keys = 512;
 constexpr std::size_t block_pairs = 4096;
 
 class Timer {
@@ -61,10 +61,10 @@ PairOutput::Mark PairOutput::mark() const noexcept {
   return {writer_ ? writer_->count() : 0, totals_};
 }
 
-void PairOutput::take_back(const Mark& mark) {
+void PairOutput::rewind(const Mark& mark) {
   if (!keys_.empty()) return;
   totals_ = mark.totals;
-  if (writer_) writer_->cut(mark.written);
+  if (writer_) writer_->truncate(mark.written);
 }
 
 void PairOutput::spill() {
@@ -81,8 +81,8 @@ void PairOutput::spill() {
     for (std::size_t i = 0; i < key_count_; ++i) add(keys_[i]);
   });
   key_count_ = 0;
-  const std::size_t most_runs = std::clamp<std::size_t>(keys_.size() / least_keys, 2, 256);
-  if (runs_.size() < most_runs) return;
+  const std::size_t max_runs = std::clamp<std::size_t>(keys_.size() / min_keys, 2, 256);
+  if (runs_.size() < max_runs) return;
   std::vector<Part> merged = std::exchange(runs_, {});
   add_run([&](const auto& add) { merge(merged, add); });
 }
@@ -91,10 +91,10 @@ void PairOutput::spill() {
 // the memory of keys_.
 template <class Take>
 void PairOutput::merge(std::vector<Part>& runs, const Take& take) {
-  struct Head {
+  struct RunCursor {
     std::uint64_t key;
     std::size_t run;
-    bool operator<(const Head& other) const noexcept {
+    bool operator<(const RunCursor& other) const noexcept {
       return key > other.key;
     }  // the smallest on top
   };
@@ -102,30 +102,30 @@ void PairOutput::merge(std::vector<Part>& runs, const Take& take) {
     std::uint64_t next = 0;        // in the run
     std::size_t at = 0, here = 0;  // in memory
   };
-  const std::size_t room = keys_.size() / runs.size();
+  const std::size_t keys_per_run = keys_.size() / runs.size();
   std::vector<Reader> readers(runs.size());
-  std::vector<Head> heads;
+  std::vector<RunCursor> cursors;
   const auto push = [&](std::size_t r) {
     Reader& reader = readers[r];
-    std::uint64_t* keys = keys_.data() + r * room;
+    std::uint64_t* keys = keys_.data() + r * keys_per_run;
     if (reader.at == reader.here) {
       const std::uint64_t left = runs[r].count() - reader.next;
       if (left == 0) return;
-      reader.here = static_cast<std::size_t>(std::min<std::uint64_t>(left, room));
+      reader.here = static_cast<std::size_t>(std::min<std::uint64_t>(left, keys_per_run));
       reader.at = 0;
       runs[r].read(reader.next, reader.here, reinterpret_cast<char*>(keys));
       reader.next += reader.here;
     }
-    heads.push_back({keys[reader.at++], r});
-    std::push_heap(heads.begin(), heads.end());
+    cursors.push_back({keys[reader.at++], r});
+    std::push_heap(cursors.begin(), cursors.end());
   };
   for (std::size_t r = 0; r < runs.size(); ++r) push(r);
   bool any = false;
   std::uint64_t before = 0;
-  while (!heads.empty()) {
-    std::pop_heap(heads.begin(), heads.end());
-    const Head head = heads.back();
-    heads.pop_back();
+  while (!cursors.empty()) {
+    std::pop_heap(cursors.begin(), cursors.end());
+    const RunCursor head = cursors.back();
+    cursors.pop_back();
     if (!any || head.key != before) take(head.key);
     any = true;
     before = head.key;

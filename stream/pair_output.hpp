@@ -35,7 +35,7 @@ class PairOutput {
     PairTotals totals;
   };
   Mark mark() const noexcept;
-  void take_back(const Mark& mark);
+  void rewind(const Mark& mark);
 
   // Ends a frame: sorts its pairs, if requested. Returns its totals.
   PairTotals finish_frame();

@@ -14,7 +14,7 @@ namespace throng::stream {
 // The byte offset of each part of a row; absent filters have none.
 struct Layout {
   static constexpr std::size_t index_at = sizeof(Box);
-  static constexpr std::size_t most_bytes = sizeof(Box) + 6 * 4;
+  static constexpr std::size_t max_bytes = sizeof(Box) + 6 * 4;
 
   std::size_t bytes = sizeof(Box) + 4;
   std::size_t group = 0, mask = 0, owner = 0, world = 0, is_static = 0;
@@ -42,7 +42,7 @@ struct Rows {
     return {row(begin), how_many, layout};
   }
   void swap(std::size_t i, std::size_t j) const noexcept {
-    char kept[Layout::most_bytes];
+    char kept[Layout::max_bytes];
     std::memcpy(kept, row(i), layout->bytes);
     std::memmove(row(i), row(j), layout->bytes);
     std::memcpy(row(j), kept, layout->bytes);

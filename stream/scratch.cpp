@@ -17,7 +17,7 @@
 namespace throng::stream {
 namespace {
 
-std::FILE* open_nameless(const std::string& folder) {
+std::FILE* open_unnamed(const std::string& folder) {
 #ifdef _WIN32
   for (int attempt = 0; attempt < 16; ++attempt) {
     const std::string name = fmt::format("{}/throng-{:08x}", folder, std::rand());
@@ -67,7 +67,7 @@ std::uint64_t Scratch::write(const char* data, std::size_t bytes) {
   }
   if (!file_) {
     errno = 0;
-    file_ = open_nameless(folder_);
+    file_ = open_unnamed(folder_);
     if (!file_) fail("made", errno);
     std::setvbuf(file_, nullptr, _IONBF, 0);
   }
@@ -101,7 +101,7 @@ void Scratch::read(std::uint64_t extent, std::size_t at, char* out, std::size_t 
 Part& Part::operator=(Part&& other) noexcept {
   std::swap(scratch_, other.scratch_);
   std::swap(item_bytes_, other.item_bytes_);
-  std::swap(room_, other.room_);
+  std::swap(memory_extents_, other.memory_extents_);
   std::swap(extents_, other.extents_);
   std::swap(count_, other.count_);
   std::swap(waiting_, other.waiting_);
@@ -116,10 +116,10 @@ void Part::flush() {
 
 void Part::read(std::uint64_t first, std::size_t count, char* out) {
   while (count != 0) {
-    const std::size_t at = static_cast<std::size_t>(first % room_);
-    const std::size_t now = std::min(count, room_ - at);
-    scratch_->read(extents_[static_cast<std::size_t>(first / room_)], at * item_bytes_, out,
-                   now * item_bytes_);
+    const std::size_t at = static_cast<std::size_t>(first % memory_extents_);
+    const std::size_t now = std::min(count, memory_extents_ - at);
+    scratch_->read(extents_[static_cast<std::size_t>(first / memory_extents_)], at * item_bytes_,
+                   out, now * item_bytes_);
     first += now;
     count -= now;
     out += now * item_bytes_;
@@ -127,7 +127,7 @@ void Part::read(std::uint64_t first, std::size_t count, char* out) {
 }
 
 void Part::clear() noexcept {
-  for (const std::uint64_t extent : extents_) scratch_->give_back(extent);
+  for (const std::uint64_t extent : extents_) scratch_->release(extent);
   extents_ = {};
   count_ = 0;
 }

@@ -27,7 +27,7 @@ class Scratch {
   std::uint64_t write(const char* data,
                       std::size_t bytes);  // writes a free extent; returns its index
   void read(std::uint64_t extent, std::size_t at, char* out, std::size_t bytes);
-  void give_back(std::uint64_t extent) {
+  void release(std::uint64_t extent) {
     (extent < memory_.size() ? free_memory_ : free_).push_back(extent);
   }
   // The largest size of the file.
@@ -49,7 +49,9 @@ class Part final : public Source {
  public:
   Part() = default;
   Part(Scratch& scratch, std::size_t item_bytes)
-      : scratch_(&scratch), item_bytes_(item_bytes), room_(scratch.extent_bytes() / item_bytes) {}
+      : scratch_(&scratch),
+        item_bytes_(item_bytes),
+        memory_extents_(scratch.extent_bytes() / item_bytes) {}
   ~Part() override { clear(); }
   Part(Part&& other) noexcept { *this = std::move(other); }
   Part& operator=(Part&& other) noexcept;
@@ -64,7 +66,7 @@ class Part final : public Source {
     char* at = waiting_ + waiting_count_ * item_bytes_;
     std::memcpy(at, item, item_bytes_);
     ++count_;
-    if (++waiting_count_ == room_) flush();
+    if (++waiting_count_ == memory_extents_) flush();
   }
   // Ends the insertions.
   void seal() {
@@ -77,7 +79,7 @@ class Part final : public Source {
   void flush();
 
   Scratch* scratch_ = nullptr;
-  std::size_t item_bytes_ = 0, room_ = 0;
+  std::size_t item_bytes_ = 0, memory_extents_ = 0;
   std::vector<std::uint64_t> extents_;
   std::uint64_t count_ = 0;
   char* waiting_ = nullptr;

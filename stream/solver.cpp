@@ -10,20 +10,20 @@
 #include <fmt/format.h>
 
 #include "program/failure.hpp"
-#include "program/remedy.hpp"
+#include "program/failure_text.hpp"
 
 namespace throng::stream {
 namespace {
 
 // Each cut must pay for itself by its estimate; this limits the depth where samples are repeatedly
 // wrong.
-constexpr int most_cuts = 12;
+constexpr int max_depth = 12;
 // Smaller searches are not halved: the library's minimum no longer decreases.
-constexpr std::size_t least_rows = 64;
+constexpr std::size_t min_rows = 64;
 // Work per row, for the progress: cutting into slabs, and searching.
-constexpr double work_to_cut = 1, work_to_search = 2;
+constexpr double cut_work_per_row = 1, search_work_per_row = 2;
 
-program::Remedies remedies_of(const Options& options) {
+program::HintOptions hint_options_of(const Options& options) {
   return {.nan = true,
           .inverted = true,
           .memory = true,
@@ -34,7 +34,7 @@ program::Remedies remedies_of(const Options& options) {
 }  // namespace
 
 struct Solver::Lists {
-  std::vector<Part> home[2], halo[2];
+  std::vector<Part> owned[2], halo[2];
   Part wide[2];
   std::uint64_t nan = 0, first_nan = 0;
   std::uint64_t inverted = 0, first_inverted = 0;
@@ -50,8 +50,8 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
       output_(output),
       progress_(std::move(progress)),
       search_(std::move(search)),
-      room_(sizes.room_bytes, large_pages()),
-      home_bytes_(sizes.room_bytes / 4 * 3) {
+      arena_(sizes.arena_bytes, large_pages()),
+      owned_bytes_limit_(sizes.arena_bytes / 4 * 3) {
   options_.order = Order::any;
   options_.memory_cap_bytes = sizes.finder_bytes;
   options_.concurrent_consumer = true;
@@ -62,8 +62,9 @@ Solver::Solver(const SolverSizes& sizes, const Options& options, Scratch& scratc
 void Solver::advance(double work) {
   work_done_ += work;
   // More work may turn up later: reported progress never decreases.
-  if (work_ > 0) share_ = std::max(share_, std::min(work_done_ / work_, 1.0));
-  progress_(share_);
+  if (work_ > 0)
+    reported_progress_ = std::max(reported_progress_, std::min(work_done_ / work_, 1.0));
+  progress_(reported_progress_);
 }
 
 std::uint64_t Solver::rows_of(const Problem& p) const {
@@ -78,15 +79,15 @@ bool Solver::fits(const Problem& p, std::size_t bytes) const {
   return needed <= bytes;
 }
 
-Solver::Seen Solver::solve_frame(const Problem& problem) {
+Solver::InputCounts Solver::solve_frame(const Problem& problem) {
   name_ = problem.name;
-  seen_ = {};
-  work_done_ = share_ = 0;
-  work_ = static_cast<double>(rows_of(problem)) * (work_to_cut + work_to_search);
+  counts_ = {};
+  work_done_ = reported_progress_ = 0;
+  work_ = static_cast<double>(rows_of(problem)) * (cut_work_per_row + search_work_per_row);
   const Split split = choose(problem);
   slabs_ += static_cast<std::uint64_t>(split.slabs());
   divide(problem, split, 0);
-  return seen_;
+  return counts_;
 }
 
 Split Solver::choose(const Problem& p) {
@@ -98,10 +99,10 @@ Split Solver::choose(const Problem& p) {
     request.layouts[side] = p.layout[side];
     widest = std::max(widest, p.layout[side]->bytes);
   }
-  request.slab_rows = home_bytes_ / widest;
+  request.slab_rows = owned_bytes_limit_ / widest;
   // While rows are distributed, the arena holds one block to read and one extent per list.
-  const auto extents = static_cast<int>(sizes_.room_bytes / scratch_.extent_bytes());
-  request.most_slabs = std::max(2, ((extents - 1) / request.side_count - 1) / 2);
+  const auto extents = static_cast<int>(sizes_.arena_bytes / scratch_.extent_bytes());
+  request.max_slabs = std::max(2, ((extents - 1) / request.side_count - 1) / 2);
   request.sample_rows = sizes_.sample_rows;
   request.margin = options_.margin;
   return choose_split(request);
@@ -112,23 +113,23 @@ void Solver::solve(const Problem& problem, int depth) {
       (!problem.self && (problem.side[0]->count() == 0 || problem.side[1]->count() == 0))) {
     return;
   }
-  if (fits(problem, sizes_.room_bytes)) {
+  if (fits(problem, sizes_.arena_bytes)) {
     const Rows a = load(*problem.side[0], *problem.layout[0], 0,
                         static_cast<std::size_t>(problem.side[0]->count()), 0);
     if (problem.self) {
-      search(a, nullptr, Told::by_index);
+      search(a, nullptr, PairOrder::by_index);
     } else {
       const Rows b =
           load(*problem.side[1], *problem.layout[1], 0,
                static_cast<std::size_t>(problem.side[1]->count()), a.count * a.layout->bytes);
-      search(a, &b, Told::as_found);
+      search(a, &b, PairOrder::as_found);
     }
-    advance(work_to_search * static_cast<double>(rows_of(problem)));
+    advance(search_work_per_row * static_cast<double>(rows_of(problem)));
     return;
   }
-  const Split split = depth < most_cuts ? choose(problem) : Split{};
-  if (split.borders.empty()) return in_blocks(problem);
-  work_ += work_to_cut * static_cast<double>(rows_of(problem));
+  const Split split = depth < max_depth ? choose(problem) : Split{};
+  if (split.borders.empty()) return solve_in_blocks(problem);
+  work_ += cut_work_per_row * static_cast<double>(rows_of(problem));
   divide(problem, split, depth);
 }
 
@@ -164,29 +165,29 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
   Source& source = *problem.side[side];
   const auto slabs = static_cast<std::size_t>(split.slabs());
   const std::size_t extent = scratch_.extent_bytes();
-  char* waiting = room_.data() + extent;
+  char* waiting = arena_.data() + extent;
   const auto make = [&] {
     Part part(scratch_, layout.bytes);
     part.begin(waiting);
     waiting += extent;
     return part;
   };
-  std::vector<Part>& home = lists.home[side];
+  std::vector<Part>& owned = lists.owned[side];
   std::vector<Part>& halo = lists.halo[side];
   Part& wide = lists.wide[side];
-  for (std::size_t s = 0; s < slabs; ++s) home.push_back(make());
+  for (std::size_t s = 0; s < slabs; ++s) owned.push_back(make());
   for (std::size_t s = 0; s < slabs; ++s) halo.push_back(make());
   wide = make();
   const std::size_t block = extent / layout.bytes;
   const std::uint64_t count = source.count();
   for (std::uint64_t at = 0; at < count; at += block) {
     const auto here = static_cast<std::size_t>(std::min<std::uint64_t>(block, count - at));
-    source.read(at, here, room_.data());
+    source.read(at, here, arena_.data());
     for (std::size_t i = 0; i < here; ++i) {
-      const char* row = room_.data() + i * layout.bytes;
+      const char* row = arena_.data() + i * layout.bytes;
       const Box box = Rows::box_of(row);
       if (!is_active(box)) {
-        ++seen_.inactive;
+        ++counts_.inactive;
         if (has_nan(box)) {
           if (lists.nan++ == 0) lists.first_nan = at + i;
         } else if (lists.inverted++ == 0) {
@@ -194,17 +195,17 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
         }
         continue;
       }
-      const int first = split.home(box), last = split.last(box, first);
-      if (last - first > Split::most_halos) {
+      const int first = split.owner(box), last = split.last(box, first);
+      if (last - first > Split::max_halos) {
         wide.add(row);
         continue;
       }
-      home[static_cast<std::size_t>(first)].add(row);
+      owned[static_cast<std::size_t>(first)].add(row);
       for (int s = first + 1; s <= last; ++s) halo[static_cast<std::size_t>(s)].add(row);
     }
-    advance(work_to_cut * static_cast<double>(here));
+    advance(cut_work_per_row * static_cast<double>(here));
   }
-  for (Part& part : home) part.seal();
+  for (Part& part : owned) part.seal();
   for (Part& part : halo) part.seal();
   wide.seal();
 }
@@ -213,41 +214,43 @@ void Solver::distribute(const Problem& problem, int side, const Split& split, Li
 void Solver::slab(const Problem& problem, const Split& split, Lists& lists, int s, int depth) {
   const auto at = static_cast<std::size_t>(s);
   const int sides = problem.self ? 1 : 2;
-  Problem home = problem;
-  for (int side = 0; side < sides; ++side) home.side[side] = &lists.home[side][at];
-  const bool whole = fits(home, home_bytes_);
-  if (!whole) solve(home, depth + 1);
+  Problem owned = problem;
+  for (int side = 0; side < sides; ++side) owned.side[side] = &lists.owned[side][at];
+  const bool whole = fits(owned, owned_bytes_limit_);
+  if (!whole) solve(owned, depth + 1);
   std::size_t used = 0;
   Rows rows[2];
   if (whole) {
     for (int side = 0; side < sides; ++side) {
-      Part& part = lists.home[side][at];
+      Part& part = lists.owned[side][at];
       rows[side] =
           load(part, *problem.layout[side], 0, static_cast<std::size_t>(part.count()), used);
       used += rows[side].count * rows[side].layout->bytes;
     }
     if (problem.self) {
-      search(rows[0], nullptr, Told::by_index);
+      search(rows[0], nullptr, PairOrder::by_index);
     } else {
-      search(rows[0], &rows[1], Told::as_found);
+      search(rows[0], &rows[1], PairOrder::as_found);
     }
-    advance(work_to_search * static_cast<double>(rows_of(home)));
+    advance(search_work_per_row * static_cast<double>(rows_of(owned)));
   }
   // Halo rows of the other side, or of the only one, against the owned rows.
   for (int side = 0; side < sides; ++side) {
     const int other = problem.self ? 0 : 1 - side;
-    const Layout& guests = *problem.layout[other];
-    const Told told = problem.self ? Told::by_index : side == 0 ? Told::as_found : Told::swapped;
+    const Layout& halo_layout = *problem.layout[other];
+    const PairOrder pair_order = problem.self ? PairOrder::by_index
+                                 : side == 0  ? PairOrder::as_found
+                                              : PairOrder::swapped;
     const auto meet = [&](const Rows& here, std::size_t bytes) {
-      pass_by(here, bytes, lists.halo[other][at], guests, told, &split, s);
-      pass_by(here, bytes, lists.wide[other], guests, told, &split, s);
+      search_against(here, bytes, lists.halo[other][at], halo_layout, pair_order, &split, s);
+      search_against(here, bytes, lists.wide[other], halo_layout, pair_order, &split, s);
     };
     if (whole) {
       meet(rows[side], used);
       continue;
     }
-    Part& part = lists.home[side][at];
-    const std::size_t block = home_bytes_ / problem.layout[side]->bytes;
+    Part& part = lists.owned[side][at];
+    const std::size_t block = owned_bytes_limit_ / problem.layout[side]->bytes;
     for (std::uint64_t first = 0; first < part.count(); first += block) {
       const auto here = std::min<std::uint64_t>(block, part.count() - first);
       const Rows loaded =
@@ -256,61 +259,61 @@ void Solver::slab(const Problem& problem, const Split& split, Lists& lists, int 
     }
   }
   for (int side = 0; side < sides; ++side) {
-    lists.home[side][at].clear();
+    lists.owned[side][at].clear();
     lists.halo[side][at].clear();
   }
 }
 
-void Solver::in_blocks(const Problem& problem) {
+void Solver::solve_in_blocks(const Problem& problem) {
   const Layout& layout = *problem.layout[0];
   const Layout& other = *problem.layout[problem.self ? 0 : 1];
   Source& a = *problem.side[0];
   Source& b = *problem.side[problem.self ? 0 : 1];
-  const std::size_t block = home_bytes_ / layout.bytes;
+  const std::size_t block = owned_bytes_limit_ / layout.bytes;
   // With one set, the blocks after each are compared with it; with two, all of the second.
   const double times = static_cast<double>(a.count()) / static_cast<double>(block);
   const double share = problem.self ? 0.5 : 1.0;
-  work_ += work_to_search * share * times * static_cast<double>(b.count());
+  work_ += search_work_per_row * share * times * static_cast<double>(b.count());
   for (std::uint64_t first = 0; first < a.count(); first += block) {
     const auto here = static_cast<std::size_t>(std::min<std::uint64_t>(block, a.count() - first));
     const Rows rows = load(a, layout, first, here, 0);
     const std::size_t used = rows.count * layout.bytes;
-    if (problem.self) search(rows, nullptr, Told::by_index);
+    if (problem.self) search(rows, nullptr, PairOrder::by_index);
     const std::uint64_t after = problem.self ? first + here : 0;
-    pass_by(rows, used, b, other, problem.self ? Told::by_index : Told::as_found, nullptr, 0,
-            after);
-    advance(work_to_search * static_cast<double>(here + b.count() - after));
+    search_against(rows, used, b, other, problem.self ? PairOrder::by_index : PairOrder::as_found,
+                   nullptr, 0, after);
+    advance(search_work_per_row * static_cast<double>(here + b.count() - after));
   }
 }
 
 Rows Solver::load(Source& source, const Layout& layout, std::uint64_t first, std::size_t count,
                   std::size_t at) {
-  const Rows rows{room_.data() + at, count, &layout};
+  const Rows rows{arena_.data() + at, count, &layout};
   source.read(first, count, rows.data);
   advance(0);
   return rows;
 }
 
-void Solver::pass_by(Rows here, std::size_t used, Source& source, const Layout& layout, Told told,
-                     const Split* split, int s, std::uint64_t first) {
+void Solver::search_against(Rows here, std::size_t used, Source& source, const Layout& layout,
+                            PairOrder pair_order, const Split* split, int s, std::uint64_t first) {
   if (here.count == 0) return;
-  const std::size_t room = (sizes_.room_bytes - used) / layout.bytes;
-  for (; first < source.count(); first += room) {
+  const std::size_t rows_per_block = (sizes_.arena_bytes - used) / layout.bytes;
+  for (; first < source.count(); first += rows_per_block) {
     const auto count =
-        static_cast<std::size_t>(std::min<std::uint64_t>(room, source.count() - first));
-    Rows guests = load(source, layout, first, count, used);
+        static_cast<std::size_t>(std::min<std::uint64_t>(rows_per_block, source.count() - first));
+    Rows halo_layout = load(source, layout, first, count, used);
     Rows met = here;
     if (split) {
       double reach = -std::numeric_limits<double>::infinity();
       std::size_t kept = 0;
-      for (std::size_t i = 0; i < guests.count; ++i) {
-        const Box box = guests.box(i);
-        const int home = split->home(box);
-        if (home > s + Split::most_halos || split->last(box, home) < s) continue;
+      for (std::size_t i = 0; i < halo_layout.count; ++i) {
+        const Box box = halo_layout.box(i);
+        const int owner = split->owner(box);
+        if (owner > s + Split::max_halos || split->last(box, owner) < s) continue;
         reach = std::max(reach, split->reach(box));
-        guests.swap(kept++, i);
+        halo_layout.swap(kept++, i);
       }
-      guests.count = kept;
+      halo_layout.count = kept;
       // Moves the owned rows that begin before all halo rows end to the front.
       std::size_t front = 0;
       for (std::size_t i = 0; i < here.count; ++i) {
@@ -318,11 +321,11 @@ void Solver::pass_by(Rows here, std::size_t used, Source& source, const Layout& 
       }
       met.count = front;
     }
-    if (guests.count != 0 && met.count != 0) search(met, &guests, told);
+    if (halo_layout.count != 0 && met.count != 0) search(met, &halo_layout, pair_order);
   }
 }
 
-bool Solver::try_search(const Rows& a, const Rows* b, Told told, Result& result) {
+bool Solver::try_search(const Rows& a, const Rows* b, PairOrder pair_order, Result& result) {
   const auto take = [&](const Pair* found, std::size_t count) {
     constexpr std::size_t block = 1024;
     Pair pairs[block];
@@ -331,7 +334,8 @@ bool Solver::try_search(const Rows& a, const Rows* b, Told told, Result& result)
       const std::size_t here = std::min(block, count - at);
       for (std::size_t i = 0; i < here; ++i) {
         std::uint32_t x = a.index(found[at + i].first), y = second.index(found[at + i].second);
-        if (told == Told::swapped || (told == Told::by_index && y < x)) std::swap(x, y);
+        if (pair_order == PairOrder::swapped || (pair_order == PairOrder::by_index && y < x))
+          std::swap(x, y);
         pairs[i] = {x, y};
       }
       output_.write(pairs, here);
@@ -343,36 +347,36 @@ bool Solver::try_search(const Rows& a, const Rows* b, Told told, Result& result)
   result = search_(finder_, first, b ? &others : nullptr, take);
   if (!result.ok()) return false;
   plan_ = result.plan;
-  seen_.comparisons += result.comparisons;
-  seen_.visited += result.visited;
+  counts_.comparisons += result.comparisons;
+  counts_.visited += result.visited;
   return true;
 }
 
-void Solver::search(const Rows& a, const Rows* b, Told told) {
+void Solver::search(const Rows& a, const Rows* b, PairOrder pair_order) {
   if (a.count == 0 || (b && b->count == 0)) return;
   const auto start = std::chrono::steady_clock::now();
   const PairOutput::Mark mark = output_.mark();
   Result result;
-  bool done = try_search(a, b, told, result);
+  bool done = try_search(a, b, pair_order, result);
   if (!done && result.status == Status::memory_cap_too_small) {
-    output_.take_back(mark);
+    output_.rewind(mark);
     finder_ = Finder(options_);  // its retained workspace may be the memory that is missing
-    done = try_search(a, b, told, result);
-    if (!done) output_.take_back(mark);
+    done = try_search(a, b, pair_order, result);
+    if (!done) output_.rewind(mark);
   }
   search_ms_ +=
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (done) return;
   if (result.status == Status::stopped) advance(0);  // a consumer's stop reports its reason here
   const std::size_t larger = b ? std::max(a.count, b->count) : a.count;
-  if (result.status != Status::memory_cap_too_small || larger < least_rows) {
+  if (result.status != Status::memory_cap_too_small || larger < min_rows) {
     throw program::Failure(fmt::format(
         "{}: {}", name_,
         result.status == Status::memory_cap_too_small
             ? fmt::format("--memory: {} more bytes are needed; raise it",
                           result.bytes_needed -
                               std::min<std::uint64_t>(result.bytes_needed, sizes_.finder_bytes))
-            : program::failure_text(result, remedies_of(options_))));
+            : program::failure_text(result, hint_options_of(options_))));
   }
   const auto halves = [](const Rows& rows) {
     const std::size_t half = rows.count / 2;
@@ -380,17 +384,17 @@ void Solver::search(const Rows& a, const Rows* b, Told told) {
   };
   if (!b) {
     const auto [first, second] = halves(a);
-    search(first, nullptr, told);
-    search(second, nullptr, told);
-    search(first, &second, told);
+    search(first, nullptr, pair_order);
+    search(second, nullptr, pair_order);
+    search(first, &second, pair_order);
   } else if (a.count >= b->count) {
     const auto [first, second] = halves(a);
-    search(first, b, told);
-    search(second, b, told);
+    search(first, b, pair_order);
+    search(second, b, pair_order);
   } else {
     const auto [first, second] = halves(*b);
-    search(a, &first, told);
-    search(a, &second, told);
+    search(a, &first, pair_order);
+    search(a, &second, pair_order);
   }
 }
 

@@ -17,7 +17,7 @@
 namespace throng::stream {
 
 struct SolverSizes {
-  std::size_t room_bytes = 0;    // for rows in memory
+  std::size_t arena_bytes = 0;   // for rows in memory
   std::size_t finder_bytes = 0;  // for the library
   std::size_t sample_rows = 0;
 };
@@ -40,11 +40,11 @@ class Solver {
     bool self = true;  // pairs within side[0]
     std::string name;  // for messages
   };
-  struct Seen {  // of both sides
+  struct InputCounts {  // of both sides
     std::uint64_t inactive = 0, comparisons = 0, visited = 0;
   };
   // Writes a frame's pairs to the output. The sides may hold inactive boxes and NaN.
-  Seen solve_frame(const Problem& problem);
+  InputCounts solve_frame(const Problem& problem);
 
   std::uint64_t searches() const noexcept { return searches_; }
   std::uint64_t slabs() const noexcept { return slabs_; }
@@ -53,7 +53,7 @@ class Solver {
 
  private:
   // The order of the two ids of a pair.
-  enum class Told { by_index, as_found, swapped };
+  enum class PairOrder { by_index, as_found, swapped };
   struct Lists;  // of a problem that was cut
 
   static Result consume(Finder& finder, const Boxes& a, const Boxes* b, Consumer consumer) {
@@ -63,7 +63,7 @@ class Solver {
   void divide(const Problem& problem, const Split& split, int depth);
   void distribute(const Problem& problem, int side, const Split& split, Lists& lists);
   void slab(const Problem& problem, const Split& split, Lists& lists, int s, int depth);
-  void in_blocks(const Problem& problem);
+  void solve_in_blocks(const Problem& problem);
   Split choose(const Problem& problem);
   std::uint64_t rows_of(const Problem& problem) const;
   bool fits(const Problem& problem, std::size_t bytes) const;
@@ -71,10 +71,10 @@ class Solver {
             std::size_t at);
   // Searches `here`, in the first `used` bytes of the arena, against all rows of `source`. With a
   // split: only those that can overlap slab s.
-  void pass_by(Rows here, std::size_t used, Source& source, const Layout& layout, Told told,
-               const Split* split, int s, std::uint64_t first = 0);
-  void search(const Rows& a, const Rows* b, Told told);
-  bool try_search(const Rows& a, const Rows* b, Told told, Result& result);
+  void search_against(Rows here, std::size_t used, Source& source, const Layout& layout,
+                      PairOrder pair_order, const Split* split, int s, std::uint64_t first = 0);
+  void search(const Rows& a, const Rows* b, PairOrder pair_order);
+  bool try_search(const Rows& a, const Rows* b, PairOrder pair_order, Result& result);
   void advance(double work);
 
   SolverSizes sizes_;
@@ -84,16 +84,16 @@ class Solver {
   PairOutput& output_;
   std::function<void(double)> progress_;
   Search search_;
-  std::pmr::vector<char> room_;
-  std::size_t home_bytes_;  // of the arena: the limit for a slab's owned rows
+  std::pmr::vector<char> arena_;
+  std::size_t owned_bytes_limit_;  // of the arena: the limit for a slab's owned rows
   Finder finder_;
   std::string name_;
-  Seen seen_;
+  InputCounts counts_;
   std::uint64_t searches_ = 0, slabs_ = 0;
   throng::Plan plan_;
   double search_ms_ = 0;
   double work_done_ = 0, work_ = 0;  // in rows, weighted
-  double share_ = 0;
+  double reported_progress_ = 0;
 };
 
 }  // namespace throng::stream

@@ -17,11 +17,11 @@
 // other slab does, since b is not in a halo of slab owner(a) < owner(b). So each pair is reported
 // once, by the slab that holds the larger of the two lower bounds.
 //
-// A box with last(b) - owner(b) > most_halos is wide: it is stored in one list of wide boxes
+// A box with last(b) - owner(b) > max_halos is wide: it is stored in one list of wide boxes
 // instead, however many slabs it spans. Wide boxes are compared with each slab's owned[s], and with
-// each other: again each pair once. Slab s can skip a wide box w unless owner(w) <= s + most_halos
+// each other: again each pair once. Slab s can skip a wide box w unless owner(w) <= s + max_halos
 // and last(w) >= s: a box b that is owned by s and overlaps w has s <= last(w) and owner(w) <=
-// last(b) <= s + most_halos.
+// last(b) <= s + max_halos.
 //
 // With two sets each box has one owner slab, in its own set's lists, with the same borders: slab s
 // compares owned a[s] with owned b[s] and with halo b[s], and halo a[s] with owned b[s].
@@ -35,7 +35,7 @@
 namespace throng::stream {
 
 struct Split {
-  static constexpr int most_halos = 4;
+  static constexpr int max_halos = 4;
 
   int axis = 0;
   float margin = 0;
@@ -44,9 +44,9 @@ struct Split {
   int slabs() const noexcept { return static_cast<int>(borders.size()) + 1; }
   // Upper bound of the lower bound of boxes that overlap b.
   double reach(const Box& b) const noexcept;
-  int home(const Box& b) const noexcept;
-  // `home` is owner(b).
-  int last(const Box& b, int home) const noexcept;
+  int owner(const Box& b) const noexcept;
+  // `owner` is owner(b).
+  int last(const Box& b, int owner) const noexcept;
 };
 
 // The inputs of the choice.
@@ -55,7 +55,7 @@ struct SplitRequest {
   const Layout* layouts[2] = {};
   int side_count = 1;
   std::size_t slab_rows = 0;  // of both sets together, the limit of a slab's owned rows
-  int most_slabs = 2;
+  int max_slabs = 2;
   std::size_t sample_rows = 0;  // sample size
   float margin = 0;
 };

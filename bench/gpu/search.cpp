@@ -183,7 +183,7 @@ struct Moved {
   double per_box, random_per_box, per_pair;
   const char* reason;
 };
-// Above this number boxes are sorted by cell (pipeline/cell_order.hpp): no cell is counted in
+// Above this number boxes are sorted by cell (pipeline/cell_sort.hpp): no cell is counted in
 // device memory, and boxes are gathered, one and a half sectors per box.
 constexpr std::size_t sorted_above = 3500000;
 constexpr Moved bin_sorted = {"bin", (24 + 4 + 4) + (4 + 2 * (8 + 8)) + (4 + 4 + 4 + 48 + 32 + 9),

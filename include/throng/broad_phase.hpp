@@ -157,11 +157,10 @@ class THRONG_API BroadPhase {
   // Cost: a sort of all pairs, once after an update.
   LivePairs pairs() noexcept;
   // The pairs of one object, sorted by the other one. Returns how many there are and writes them if
-  // `room` is enough; otherwise the contents of `out` are unspecified. 0 for an id without pairs.
-  // Thread-safe against itself and against each BroadPhaseQuery.
-  // Cost: the object's pairs; but after an update that found all pairs from scratch, the first
-  // calls scan all pairs.
-  std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
+  // `capacity` is enough; otherwise the contents of `out` are unspecified. 0 for an id without
+  // pairs. Thread-safe against itself and against each BroadPhaseQuery. Cost: the object's pairs;
+  // but after an update that found all pairs from scratch, the first calls scan all pairs.
+  std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t capacity) const noexcept;
 
   // Queries against the current boxes of the objects; no update is needed first. Each call takes a
   // batch and divides it among threads. The margin is ignored. Results are valid until the next

@@ -67,7 +67,8 @@ class THRONG_API Finder {
   Finder& operator=(const Finder&) = delete;
 
   // Stores the pairs in the Finder's own growing buffer; see pairs().
-  // Cost: O(n + pairs); docs/how-to/choose.md, 'What each call costs', lists all calls and exceptions.
+  // Cost: O(n + pairs); docs/how-to/choose.md, 'What each call costs', lists all calls and
+  // exceptions.
   Result find(const Boxes& boxes) noexcept;
   Result find(const Boxes& a, const Boxes& b) noexcept;
   Pairs pairs() const noexcept { return pairs_; }

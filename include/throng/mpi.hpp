@@ -41,17 +41,18 @@ struct Settings {
   // ranks.
   double imbalance = 1.1;
   // How long a call waits for other ranks; 0: no limit.
-  double seconds = 600;
+  double timeout_seconds = 600;
   // A box that overlaps more regions than this is forwarded along the tree of regions, from rank to
   // rank, instead of being sent by its owner to each. This bounds the messages per rank. >= 1. The
   // same on all ranks.
-  unsigned wide = 32;
+  unsigned tree_send_threshold = 32;
   // BroadPhase: move each object to the rank whose region contains its lower corner.
   bool migrate = true;
   // DeviceFinder; may differ between ranks.
   Buffers buffers = Buffers::automatic;
   // Finder on the CPU: search groups of boxes of a region that lie far apart separately. Reduces
-  // the imbalance that gaps between clusters cause, but costs more than it saves: docs/how-to/mpi.md.
+  // the imbalance that gaps between clusters cause, but costs more than it saves:
+  // docs/how-to/mpi.md.
   bool parts = false;
 };
 
@@ -62,17 +63,17 @@ struct Counts {
 
 // Statistics of the last call on this rank.
 struct Traffic {
-  std::uint64_t home = 0;   // boxes whose lower corner lies in this rank's region
-  std::uint64_t known = 0;  // boxes searched here: own boxes and ghosts (copies)
-  std::uint64_t parts = 0;  // Finder: separate searches of groups that lie far apart
-  std::uint64_t wide = 0;   // boxes of this rank that were forwarded along the tree
-  Counts halo;              // boxes sent to other ranks
-  Counts balance;           // repartitioning
-  Counts control;           // consensus on the status, and the check of ids
-  bool cut_anew = false;    // space was repartitioned before the search
-  bool direct = false;      // DeviceFinder: MPI was given device pointers
-  std::uint64_t work = 0;   // counted work of this rank
-  double imbalance = 1;     // the largest rank's work over the mean
+  std::uint64_t home = 0;             // boxes whose lower corner lies in this rank's region
+  std::uint64_t owned_and_ghost = 0;  // boxes searched here: own boxes and ghosts (copies)
+  std::uint64_t parts = 0;            // Finder: separate searches of groups that lie far apart
+  std::uint64_t wide = 0;             // boxes of this rank that were forwarded along the tree
+  Counts halo;                        // boxes sent to other ranks
+  Counts balance;                     // repartitioning
+  Counts control;                     // consensus on the status, and the check of ids
+  bool cut_anew = false;              // space was repartitioned before the search
+  bool direct = false;                // DeviceFinder: MPI was given device pointers
+  std::uint64_t work = 0;             // counted work of this rank
+  double imbalance = 1;               // the largest rank's work over the mean
 };
 
 // A view of pairs, valid until the next call. One set: first < second.
@@ -109,7 +110,8 @@ class Finder {
 
   // Collective. A rank may have no boxes. Two sets: `first` is an id of a, `second` one of b; each
   // set has its own ids.
-  // Cost: that of throng::Finder for the boxes that overlap a rank's region; see docs/how-to/mpi.md.
+  // Cost: that of throng::Finder for the boxes that overlap a rank's region; see
+  // docs/how-to/mpi.md.
   Result find(const RankBoxes& boxes) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b) noexcept;
   // The pairs that this rank reports; sorted with Order::canonical.

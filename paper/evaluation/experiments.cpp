@@ -25,7 +25,7 @@ const std::vector<Experiment>& experiments() {
                                               {"figure6", figure6},
                                               {"scenes", scenes},
                                               {"study", cell_study},
-                                              {"slips", slips}};
+                                              {"errata", errata}};
   return all;
 }
 

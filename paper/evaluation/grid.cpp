@@ -49,7 +49,7 @@ double update_ms(const Lab& lab, const std::vector<Transform>& transforms, Devic
 // The X with the smallest total among those tried.
 struct Best {
   double per_cell = 0;
-  Lab::Answer answer;
+  Lab::Measurement measurement;
 };
 Best best_grid(const Lab& lab, const Boxes& boxes, DeviceKind device) {
   Best best;
@@ -58,25 +58,25 @@ Best best_grid(const Lab& lab, const Boxes& boxes, DeviceKind device) {
   for (const double per_cell : all) {
     Variant variant;
     variant.per_cell = per_cell;
-    Lab::Answer answer = lab.run(variant, boxes.frame(0), boxes.n, device);
-    if (best.answer.measured && answer.measured &&
-        answer.measured->step.times.total() >= best.answer.measured->step.times.total()) {
+    Lab::Measurement measurement = lab.run(variant, boxes.frame(0), boxes.n, device);
+    if (best.measurement.measured && measurement.measured &&
+        measurement.measured->step.times.total() >= best.measurement.measured->step.times.total()) {
       continue;
     }
-    if (!answer.measured && best.per_cell != 0) continue;
-    best = {per_cell, std::move(answer)};
+    if (!measurement.measured && best.per_cell != 0) continue;
+    best = {per_cell, std::move(measurement)};
   }
   return best;
 }
 
-struct Given6 {
+struct PaperRow6 {
   std::uint64_t n;
   double boxes, grid, search, total;
 };
-constexpr Given6 table6_given[] = {{1000, 0.03, 0.13, 0.09, 0.25},
-                                   {10000, 0.31, 1.45, 0.59, 2.35},
-                                   {100000, 3.38, 11.12, 13.41, 27.91},
-                                   {1000000, 14.26, 134.91, 142.72, 291.89}};
+constexpr PaperRow6 table6_rows[] = {{1000, 0.03, 0.13, 0.09, 0.25},
+                                     {10000, 0.31, 1.45, 0.59, 2.35},
+                                     {100000, 3.38, 11.12, 13.41, 27.91},
+                                     {1000000, 14.26, 134.91, 142.72, 291.89}};
 
 }  // namespace
 
@@ -88,7 +88,7 @@ Section table6(const Lab& lab) {
     report::Series library{"Throng", {}, {}, true, false};
     report::Series paper{"paper: total", {}, {}, false, true};
     std::string gains, searches, grids;
-    for (const Given6& g : table6_given) {
+    for (const PaperRow6& g : table6_rows) {
       const std::uint64_t n = g.n;
       paper.x.push_back(static_cast<double>(n));
       paper.y.push_back(g.total);
@@ -107,15 +107,15 @@ Section table6(const Lab& lab) {
         section.rows.push_back(std::move(row));
         return section.rows.back();
       };
-      if (best.answer.measured) {
-        const Times& t = best.answer.measured->step.times;
+      if (best.measurement.measured) {
+        const Times& t = best.measurement.measured->step.times;
         const double total = update + t.upload + t.boxes + t.grid + t.search + t.download;
         add(name, "AABB update", g.boxes, update);
         add(name, "grid update", g.grid, t.grid);
         add(name, "search and transfers", g.search, t.upload + t.boxes + t.search + t.download);
         Row& row = add(name, "total", g.total, total);
-        row.pairs = best.answer.measured->step.pairs.size();
-        row.checksum = best.answer.measured->checksum;
+        row.pairs = best.measurement.measured->step.pairs.size();
+        row.checksum = best.measurement.measured->checksum;
         own.x.push_back(static_cast<double>(n));
         own.y.push_back(total);
         grids += fmt::format("{}{} at {}", grids.empty() ? "" : ", ",
@@ -123,7 +123,7 @@ Section table6(const Lab& lab) {
       } else {
         Row row = lab.row(name, n, "total", "ms", device);
         row.paper = g.total;
-        row.found = best.answer.excuse;
+        row.found = best.measurement.skip_reason;
         section.rows.push_back(std::move(row));
       }
       const Lab::Library found = lab.library(boxes.frame(0), n, device);
@@ -161,11 +161,11 @@ Section table6(const Lab& lab) {
 
 Section table7(const Lab& lab) {
   Section section("table7", "Table 7: without and with the grid");
-  struct Given {
+  struct PaperRow {
     std::uint64_t n;
     double without, with;
   };
-  static constexpr Given given[] = {
+  static constexpr PaperRow given[] = {
       {100, 0.046, 1.020}, {1000, 0.872, 1.840}, {10000, 31.450, 3.257}};
   for (const DeviceKind device : lab.devices()) {
     report::Plot plot{"Table 7, " + lab.name(device), "objects", "ms", true, true, {}};
@@ -173,19 +173,19 @@ Section table7(const Lab& lab) {
                                {"grid", {}, {}, true, false},
                                {"paper: without grid", {}, {}, false, true},
                                {"paper: with grid", {}, {}, false, true}};
-    std::uint64_t crossing = 0;
+    std::uint64_t first_grid_win = 0;
     for (const std::uint64_t n :
          lab.sizes({30, 50, 100, 200, 300, 500, 1000, 2000, 3000, 10000}, 10000)) {
       lab.say(fmt::format("Table 7: {} objects, {}", n, lab.name(device)));
       const Boxes boxes = make_scene("uniform", n, 1, 1);
       Variant variant;
-      const Lab::Answer brute = lab.run(variant, boxes.frame(0), n, device);
+      const Lab::Measurement brute = lab.run(variant, boxes.frame(0), n, device);
       variant.per_cell = 8;
-      const Lab::Answer grid = lab.run(variant, boxes.frame(0), n, device);
+      const Lab::Measurement grid = lab.run(variant, boxes.frame(0), n, device);
       if (!brute.measured || !grid.measured) continue;
       Row rows[2] = {lab.row("without grid, one bit a pair", n, "total", "ms", device),
                      lab.row("with grid, X = 8", n, "total", "ms", device)};
-      const Lab::Answer* answers[2] = {&brute, &grid};
+      const Lab::Measurement* answers[2] = {&brute, &grid};
       for (int k = 0; k < 2; ++k) {
         rows[k].measured = answers[k]->measured->step.times.total();
         rows[k].pairs = answers[k]->measured->step.pairs.size();
@@ -194,8 +194,8 @@ Section table7(const Lab& lab) {
         lines[k].y.push_back(*rows[k].measured);
       }
       const bool grid_wins = *rows[1].measured < *rows[0].measured;
-      if (grid_wins && crossing == 0) crossing = n;
-      for (const Given& g : given) {
+      if (grid_wins && first_grid_win == 0) first_grid_win = n;
+      for (const PaperRow& g : given) {
         if (g.n != n) continue;
         rows[0].paper = g.without;
         rows[1].paper = g.with;
@@ -205,7 +205,7 @@ Section table7(const Lab& lab) {
       }
       for (Row& row : rows) section.rows.push_back(std::move(row));
     }
-    for (const Given& g : given) {
+    for (const PaperRow& g : given) {
       lines[2].x.push_back(static_cast<double>(g.n));
       lines[2].y.push_back(g.without);
       lines[3].x.push_back(static_cast<double>(g.n));
@@ -216,14 +216,14 @@ Section table7(const Lab& lab) {
     Row row = lab.row("fewest objects, of those tried, for which the grid is faster", 0, "",
                       "objects", device);
     row.paper_text = "1,000 (section 5), 3,000 (section 3.5)";
-    row.measured_text = crossing == 0 ? "none" : report::format_count(crossing);
+    row.measured_text = first_grid_win == 0 ? "none" : report::format_count(first_grid_win);
     row.found = "the paper's Table 7 itself has the brute force ahead at 1,000";
     section.rows.push_back(row);
     section.finding +=
-        crossing == 0
+        first_grid_win == 0
             ? fmt::format("On {} the brute force wins at all sizes tried. ", lab.name(device))
             : fmt::format("On {} the grid wins from {} objects on, at the latest. ",
-                          lab.name(device), report::format_count(crossing));
+                          lab.name(device), report::format_count(first_grid_win));
   }
   return section;
 }

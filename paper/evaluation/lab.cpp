@@ -39,8 +39,8 @@ std::vector<std::uint64_t> Lab::sizes(std::vector<std::uint64_t> all,
   return all;
 }
 
-Lab::Answer Lab::run(const Variant& variant, const Box* boxes, std::uint64_t n, DeviceKind device,
-                     unsigned threads) const {
+Lab::Measurement Lab::run(const Variant& variant, const Box* boxes, std::uint64_t n,
+                          DeviceKind device, unsigned threads) const {
   Job job;
   job.variant = variant;
   job.n = n;
@@ -67,13 +67,13 @@ Row Lab::row(const std::string& what, std::uint64_t n, const std::string& quanti
 }
 
 Row Lab::row(const std::string& what, std::uint64_t n, const std::string& quantity,
-             DeviceKind device, const Answer& answer, double Times::*stage) const {
+             DeviceKind device, const Measurement& measurement, double Times::*stage) const {
   Row result = row(what, n, quantity, "ms", device);
-  result.found = answer.excuse;
-  if (answer.measured) {
-    result.measured = answer.measured->step.times.*stage;
-    result.pairs = answer.measured->step.pairs.size();
-    result.checksum = answer.measured->checksum;
+  result.found = measurement.skip_reason;
+  if (measurement.measured) {
+    result.measured = measurement.measured->step.times.*stage;
+    result.pairs = measurement.measured->step.pairs.size();
+    result.checksum = measurement.measured->checksum;
   }
   return result;
 }
@@ -111,9 +111,9 @@ double median_ms(const std::function<void()>& call, int repeat, double budget_ms
   std::vector<double> times;
   double spent = 0;
   // Short calls on several threads are slow until the system has spread the threads over the cores.
-  constexpr double settled_ms = 100;
+  constexpr double min_total_ms = 100;
   while (times.empty() ||
-         ((static_cast<int>(times.size()) < repeat || spent < settled_ms) && spent < budget_ms)) {
+         ((static_cast<int>(times.size()) < repeat || spent < min_total_ms) && spent < budget_ms)) {
     times.push_back(ms_of(call));
     spent += times.back();
   }

@@ -21,7 +21,7 @@ struct Setting {
   std::uint64_t memory_bytes = std::uint64_t{4} << 30;              // for one output, list or grid
   std::uint64_t up_to = std::numeric_limits<std::uint64_t>::max();  // larger n are skipped
   double limit_seconds = 60;                         // for a frame of another library
-  std::string rivals;                                // the program that runs them; empty: not built
+  std::string competitors;                           // the program that runs them; empty: not built
   std::function<void(const std::string&)> progress;  // may be empty
 };
 
@@ -39,14 +39,14 @@ class Lab {
   // Without those above --up-to, and with --quick those above `quick_limit`.
   std::vector<std::uint64_t> sizes(std::vector<std::uint64_t> all, std::uint64_t quick_limit) const;
 
-  struct Answer {
+  struct Measurement {
     std::optional<Measured> measured;
-    std::string excuse;  // why there is none
+    std::string skip_reason;  // why there is none
   };
   // The median step of a variant, or the reason for skipping it (too much memory). `threads` 0: the
   // setting's number.
-  Answer run(const Variant& variant, const Box* boxes, std::uint64_t n, DeviceKind device,
-             unsigned threads = 0) const;
+  Measurement run(const Variant& variant, const Box* boxes, std::uint64_t n, DeviceKind device,
+                  unsigned threads = 0) const;
   // Time limit for one variant at one size, after its first step.
   double budget_ms() const noexcept { return quick() ? 250 : 3000; }
   int repeat() const noexcept { return quick() ? 5 : 11; }
@@ -56,7 +56,7 @@ class Lab {
           const std::string& unit, DeviceKind device) const;
   // The same with pairs, checksum and number from a result.
   Row row(const std::string& what, std::uint64_t n, const std::string& quantity, DeviceKind device,
-          const Answer& answer, double Times::*stage) const;
+          const Measurement& measurement, double Times::*stage) const;
 
   // Throng's time for the same boxes: the median of warmed calls. Failure where it is refused.
   struct Library {

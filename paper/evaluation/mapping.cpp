@@ -14,7 +14,7 @@
 namespace throng::paper {
 namespace {
 
-Variant way(MappingKind mapping, RootKind root = RootKind::float32, int steps = 2) {
+Variant make_variant(MappingKind mapping, RootKind root = RootKind::float32, int steps = 2) {
   Variant variant;
   variant.mapping = mapping;
   variant.root = root;
@@ -23,27 +23,27 @@ Variant way(MappingKind mapping, RootKind root = RootKind::float32, int steps = 
   return variant;
 }
 
-struct Way {
+struct MappingChoice {
   const char* name;
   Variant variant;
 };
-std::vector<Way> ways() {
-  return {{"mapping, float32 root", way(MappingKind::formula)},
-          {"lazy", way(MappingKind::lazy)},
-          {"mapping, float64 root", way(MappingKind::formula, RootKind::float64)},
-          {"mapping, Carmack, 2 steps", way(MappingKind::formula, RootKind::carmack)},
-          {"mapping, Lomont, 2 steps", way(MappingKind::formula, RootKind::lomont)},
-          {"mapping, exact root", way(MappingKind::exact)},
-          {"tile fold", way(MappingKind::fold)},
-          {"stored list", way(MappingKind::stored)}};
+std::vector<MappingChoice> mapping_choices() {
+  return {{"mapping, float32 root", make_variant(MappingKind::formula)},
+          {"lazy", make_variant(MappingKind::lazy)},
+          {"mapping, float64 root", make_variant(MappingKind::formula, RootKind::float64)},
+          {"mapping, Carmack, 2 steps", make_variant(MappingKind::formula, RootKind::carmack)},
+          {"mapping, Lomont, 2 steps", make_variant(MappingKind::formula, RootKind::lomont)},
+          {"mapping, exact root", make_variant(MappingKind::exact)},
+          {"tile fold", make_variant(MappingKind::fold)},
+          {"stored list", make_variant(MappingKind::stored)}};
 }
 
 // The paper's Table 2, ms.
-struct Given {
+struct PaperRow {
   std::uint64_t n;
   double mapping, lazy;
 };
-constexpr Given given[] = {{1000, 0.21, 0.25}, {10000, 2.25, 4.28}, {100000, 29.66, 58.24}};
+constexpr PaperRow paper_rows[] = {{1000, 0.21, 0.25}, {10000, 2.25, 4.28}, {100000, 29.66, 58.24}};
 
 // For this many consecutive threads, each adding its pair to a sum.
 std::optional<std::uint64_t> instructions_of(const Variant& variant, std::uint64_t n,
@@ -66,7 +66,7 @@ std::optional<std::uint64_t> instructions_of(const Variant& variant, std::uint64
   });
 }
 
-double pairs_a_second(std::uint64_t n, double ms) {
+double pairs_per_second(std::uint64_t n, double ms) {
   return static_cast<double>(core::pair_count(n)) / (ms * 1e6);  // in 10^9
 }
 
@@ -82,15 +82,15 @@ Section table2(const Lab& lab) {
     for (const std::uint64_t n : lab.sizes({1000, 10000, 100000}, 10000)) {
       const Boxes boxes = make_scene("uniform", n, 1, 1);
       double ms[2] = {0, 0};
-      for (const Way& w : ways()) {
+      for (const MappingChoice& w : mapping_choices()) {
         const bool mapping = std::string(w.name) == "mapping, float32 root";
         const bool lazy = w.variant.mapping == MappingKind::lazy;
         if (device == DeviceKind::cpu && n > cpu_limit && !mapping && !lazy) continue;
         lab.say(fmt::format("Table 2: {}, {} objects, {}", w.name, report::format_short(n),
                             lab.name(device)));
-        const Lab::Answer answer = lab.run(w.variant, boxes.frame(0), n, device);
-        Row row = lab.row(w.name, n, "search", device, answer, &Times::search);
-        for (const Given& g : given) {
+        const Lab::Measurement measurement = lab.run(w.variant, boxes.frame(0), n, device);
+        Row row = lab.row(w.name, n, "search", device, measurement, &Times::search);
+        for (const PaperRow& g : paper_rows) {
           if (g.n == n && mapping) row.paper = g.mapping;
           if (g.n == n && lazy) row.paper = g.lazy;
         }
@@ -102,16 +102,16 @@ Section table2(const Lab& lab) {
           line.emphasis = mapping;
           line.x.push_back(static_cast<double>(n));
           line.y.push_back(*row.measured);
-          row.found = fmt::format("{:.3g} G pairs/s", pairs_a_second(n, *row.measured));
+          row.found = fmt::format("{:.3g} G pairs/s", pairs_per_second(n, *row.measured));
           if (row.paper) {
             row.found += fmt::format("; the paper's time would be {:.3g} G pairs/s",
-                                     pairs_a_second(n, *row.paper));
+                                     pairs_per_second(n, *row.paper));
           }
         }
         section.rows.push_back(std::move(row));
       }
       if (ms[0] <= 0 || ms[1] <= 0) continue;
-      for (const Given& g : given) {
+      for (const PaperRow& g : paper_rows) {
         if (g.n != n) continue;
         Row row = lab.row("lazy / mapping", n, "times", "", device);
         row.paper = g.lazy / g.mapping;
@@ -129,12 +129,12 @@ Section table2(const Lab& lab) {
                                      lab.name(device), verdict);
     }
     report::Plot plot{"Table 2, " + lab.name(device), "objects", "ms", true, true, {}};
-    for (const Way& w : ways()) {
+    for (const MappingChoice& w : mapping_choices()) {
       if (series.count(w.name) != 0) plot.series.push_back(series[w.name]);
     }
     report::Series paper[2] = {{"paper: mapping", {}, {}, false, true},
                                {"paper: lazy", {}, {}, false, true}};
-    for (const Given& g : given) {
+    for (const PaperRow& g : paper_rows) {
       paper[0].x.push_back(static_cast<double>(g.n));
       paper[0].y.push_back(g.mapping);
       paper[1].x.push_back(static_cast<double>(g.n));
@@ -150,8 +150,10 @@ Section table2(const Lab& lab) {
   if (n <= lab.setting().up_to) {
     lab.say("Table 2: one thread of the processor");
     const Boxes boxes = make_scene("uniform", n, 1, 1);
-    const Lab::Answer mapping = lab.run(ways()[0].variant, boxes.frame(0), n, DeviceKind::cpu, 1);
-    const Lab::Answer lazy = lab.run(ways()[1].variant, boxes.frame(0), n, DeviceKind::cpu, 1);
+    const Lab::Measurement mapping =
+        lab.run(mapping_choices()[0].variant, boxes.frame(0), n, DeviceKind::cpu, 1);
+    const Lab::Measurement lazy =
+        lab.run(mapping_choices()[1].variant, boxes.frame(0), n, DeviceKind::cpu, 1);
     Row row = lab.row("lazy", n, "search", DeviceKind::cpu, lazy, &Times::search);
     row.device += ", only 1 used";
     if (n == 10000) row.paper = 4510;
@@ -173,7 +175,7 @@ Section table2(const Lab& lab) {
       "Each pair is tested once, through a counter into a list. The paper's times grow in step "
       "with "
       "n where the pairs grow with its square, so they cannot be times of all pairs; see the "
-      "slips."};
+      "errata."};
   return section;
 }
 
@@ -186,7 +188,7 @@ Section mapping_cost(const Lab& lab) {
   for (const DeviceKind device : lab.devices()) {
     std::string fastest;
     double least = 0;
-    for (const Way& w : ways()) {
+    for (const MappingChoice& w : mapping_choices()) {
       lab.say(fmt::format("mapping cost: {}, {}", w.name, lab.name(device)));
       const MappingTime time = device == DeviceKind::cuda
                                    ? time_mapping_on_cuda(w.variant, n, lab.repeat())

@@ -16,16 +16,16 @@ namespace throng::paper {
 namespace {
 
 // The paper's Table 5: kernel in ms, output in us.
-struct Given {
+struct PaperRow {
   std::uint64_t n;
   double byte_kernel, byte_output, bit_kernel, bit_output;
 };
-constexpr Given given[] = {{100, 0.03, 14.35, 0.03, 7.75},
-                           {1000, 2.70, 842.75, 2.72, 111.18},
-                           {5000, 73.95, 21428, 74.14, 2612.42},
-                           {7500, 163.60, 45865.94, 162.03, 5687.20}};
-const Given* given_for(std::uint64_t n) {
-  for (const Given& g : given) {
+constexpr PaperRow paper_rows[] = {{100, 0.03, 14.35, 0.03, 7.75},
+                                   {1000, 2.70, 842.75, 2.72, 111.18},
+                                   {5000, 73.95, 21428, 74.14, 2612.42},
+                                   {7500, 163.60, 45865.94, 162.03, 5687.20}};
+const PaperRow* paper_row_for(std::uint64_t n) {
+  for (const PaperRow& g : paper_rows) {
     if (g.n == n) return &g;
   }
   return nullptr;
@@ -66,26 +66,27 @@ Section table5(const Lab& lab) {
     std::uint64_t lost = 0, found = 0, largest = 0;
     double share = 0;
     for (const std::uint64_t n : lab.sizes({100, 250, 500, 1000, 2500, 5000, 7500}, 5000)) {
-      const Given* const g = given_for(n);
+      const PaperRow* const g = paper_row_for(n);
       const Boxes boxes = make_scene("pile", n, 1, 1);
       std::uint64_t all = 0;
       double byte_output = 0;
       for (const Form& form : forms()) {
         lab.say(fmt::format("Table 5: {}, {} objects, {}", form.name, n, lab.name(device)));
-        const Lab::Answer answer = lab.run(form.variant, boxes.frame(0), n, device);
-        Row kernel = lab.row(form.name, n, "kernel", device, answer, &Times::search);
-        if (!answer.measured) {
+        const Lab::Measurement measurement = lab.run(form.variant, boxes.frame(0), n, device);
+        Row kernel = lab.row(form.name, n, "kernel", device, measurement, &Times::search);
+        if (!measurement.measured) {
           section.rows.push_back(std::move(kernel));
           continue;
         }
         const bool byte = form.variant.output == Output::byte;
         const bool racy = !byte && form.variant.write == Write::racy;
-        const std::uint64_t pairs = answer.measured->step.pairs.size();
+        const std::uint64_t pairs = measurement.measured->step.pairs.size();
         if (byte) all = pairs;
         const double x = static_cast<double>(n);
-        const double output_ms = device == DeviceKind::cpu
-                                     ? copy_ms(answer.measured->step.output_bytes, lab.repeat())
-                                     : answer.measured->step.times.download;
+        const double output_ms =
+            device == DeviceKind::cpu
+                ? copy_ms(measurement.measured->step.output_bytes, lab.repeat())
+                : measurement.measured->step.times.download;
         kernels[form.name].x.push_back(x);
         kernels[form.name].y.push_back(*kernel.measured);
         outputs[form.name].x.push_back(x);
@@ -128,7 +129,7 @@ Section table5(const Lab& lab) {
     report::Series paper[3] = {{"paper: kernel, one bit", {}, {}, false, true},
                                {"paper: output, one byte", {}, {}, false, true},
                                {"paper: output, one bit", {}, {}, false, true}};
-    for (const Given& g : given) {
+    for (const PaperRow& g : paper_rows) {
       const double y[3] = {g.bit_kernel, g.byte_output / 1000, g.bit_output / 1000};
       for (int k = 0; k < 3; ++k) {
         paper[k].x.push_back(static_cast<double>(g.n));
@@ -173,12 +174,12 @@ Section figure4(const Lab& lab) {
          lab.sizes({100, 500, 1000, 1500, 2000, 2500, 3000, 4000, 5000}, 5000)) {
       lab.say(fmt::format("Figure 4: {} objects, {}", n, lab.name(device)));
       const Boxes boxes = make_scene("uniform", n, 1, 1);
-      const Lab::Answer answer = lab.run(matrix(Output::bit), boxes.frame(0), n, device);
+      const Lab::Measurement measurement = lab.run(matrix(Output::bit), boxes.frame(0), n, device);
       Row row =
-          lab.row("brute force, one bit, ballot", n, "kernel", device, answer, &Times::search);
-      if (answer.measured) {
+          lab.row("brute force, one bit, ballot", n, "kernel", device, measurement, &Times::search);
+      if (measurement.measured) {
         const double x = static_cast<double>(n), in = 24 * x;
-        const double out = static_cast<double>(answer.measured->step.output_bytes);
+        const double out = static_cast<double>(measurement.measured->step.output_bytes);
         if (least == 0) least = n, first = *row.measured;
         most = n, last = *row.measured;
         kernel.x.push_back(x);
@@ -191,7 +192,7 @@ Section figure4(const Lab& lab) {
         }
         row.found =
             fmt::format("{} bytes in, {} out, {:.3g} G pairs/s", report::format_count(24 * n),
-                        report::format_count(answer.measured->step.output_bytes),
+                        report::format_count(measurement.measured->step.output_bytes),
                         static_cast<double>(core::pair_count(n)) / (*row.measured * 1e6));
       }
       section.rows.push_back(std::move(row));
@@ -221,8 +222,8 @@ Section figure4(const Lab& lab) {
       Variant grid;
       grid.per_cell = 4;
       const Boxes boxes = make_scene("uniform", 10000, 1, 1);
-      const Lab::Answer answer = lab.run(grid, boxes.frame(0), 10000, device);
-      if (answer.measured) upload.measured = answer.measured->step.times.upload * 1000;
+      const Lab::Measurement measurement = lab.run(grid, boxes.frame(0), 10000, device);
+      if (measurement.measured) upload.measured = measurement.measured->step.times.upload * 1000;
     }
     if (upload.measured) {
       upload.found = fmt::format("{} the 50 us that the paper stays under{}",

@@ -40,7 +40,7 @@ std::uint64_t objects_of(std::uint64_t tests) {
 // The smallest n with a wrong pair at the end of a row; 0 if there is none up to `limit`.
 std::uint64_t first_failure(const Variant& variant, std::uint64_t limit) {
   for (std::uint64_t n = 2; n <= limit; ++n) {
-    if (count_faults(variant, n, 1).rows > 0) return n;
+    if (count_errors(variant, n, 1).rows > 0) return n;
   }
   return 0;
 }
@@ -68,7 +68,7 @@ Section repairs(const Lab& lab) {
       const auto share = [&](bool repair) {
         return 100.0 *
                static_cast<double>(
-                   count_faults(formula(RootKind::carmack, steps, repair), n).indices) /
+                   count_errors(formula(RootKind::carmack, steps, repair), n).indices) /
                static_cast<double>(core::pair_count(n));
       };
       Row row = plain_row(fmt::format("Carmack, {} steps, repaired", steps), n,
@@ -95,10 +95,10 @@ Section repairs(const Lab& lab) {
       row.found = "searched from 2 objects on";
     } else {
       row.measured = static_cast<double>(n);
-      const Faults faults = count_faults(variant, n);
+      const MappingErrors errors = count_errors(variant, n);
       row.found = fmt::format("{}thread {} is the first wrong one",
                               variant.repair ? "differs: the repairs do not fix it; " : "",
-                              report::format_count(faults.first_index));
+                              report::format_count(errors.first_index));
     }
     section.rows.push_back(std::move(row));
   };
@@ -114,7 +114,7 @@ Section repairs(const Lab& lab) {
   const auto between = [&](const Variant& variant, std::uint64_t n, std::uint64_t limit) {
     if (n > limit) return;
     lab.say(fmt::format("repairs: {} at {} objects", name_of(variant), report::format_count(n)));
-    const Faults before = count_faults(variant, n - 1, 1), at = count_faults(variant, n, 1);
+    const MappingErrors before = count_errors(variant, n - 1, 1), at = count_errors(variant, n, 1);
     Row row = plain_row(name_of(variant), n, "rows with a wrong end", "rows");
     if (variant.repair) row.paper = 0;
     beyond += variant.repair;

@@ -37,7 +37,7 @@ constexpr Printed printed[] = {
 constexpr std::uint64_t tests_of_table3[] = {1000, 10000, 100000, 1000000, 10000000, 100000000};
 
 // The share truncated (or rounded) to the printed number of digits.
-bool reads_as(double share, const std::string& text, bool cut) {
+bool matches_printed(double share, const std::string& text, bool cut) {
   const std::size_t point = text.find('.');
   const int digits = static_cast<int>(text.size() - point - 1);
   const double scale = std::pow(10.0, digits);
@@ -114,7 +114,7 @@ Section table3(const Lab& lab) {
     for (std::size_t d = 0; d < 4; ++d) {
       std::size_t same = 0;
       for (std::size_t i = 0; i < tests.size(); ++i) {
-        same += reads_as(percent(counts[p.steps][c][d][i], tests[i]), p.share[i], true);
+        same += matches_printed(percent(counts[p.steps][c][d][i], tests[i]), p.share[i], true);
       }
       if (same > most) most = same, best = d;
     }
@@ -127,22 +127,22 @@ Section table3(const Lab& lab) {
       row.paper = std::stod(p.share[i]);
       row.paper_text = p.share[i];
       row.measured = percent(counts[p.steps][c][best][i], tests[i]);
-      if (reads_as(*row.measured, p.share[i], true)) {
+      if (matches_printed(*row.measured, p.share[i], true)) {
         ++agree;
         row.found = "agrees to the printed digits, cut off";
-      } else if (reads_as(*row.measured, p.share[i], false)) {
+      } else if (matches_printed(*row.measured, p.share[i], false)) {
         ++agree;
         row.found = "agrees to the printed digits, rounded";
       } else {
         std::string others;
         for (std::size_t d = 0; d < 4; ++d) {
-          if (reads_as(percent(counts[p.steps][c][d][i], tests[i]), p.share[i], true)) {
+          if (matches_printed(percent(counts[p.steps][c][d][i], tests[i]), p.share[i], true)) {
             others += (others.empty() ? "" : "; ") + definitions[d].name();
           }
         }
         const std::uint64_t from_one =
             counts[p.steps][c][best][i] + past[p.steps][c][best][i] - zero[p.steps][c][best];
-        if (reads_as(percent(from_one, tests[i]), p.share[i], true)) {
+        if (matches_printed(percent(from_one, tests[i]), p.share[i], true)) {
           row.found =
               fmt::format("differs from the rest of its row: so it is for i = 1 .. N, {} wrong",
                           report::format_count(from_one));
@@ -189,16 +189,16 @@ Section table3(const Lab& lab) {
 
 Section table4(const Lab& lab) {
   Section section("table4", "Table 4: the time of square roots");
-  struct Given {
+  struct PaperRow {
     std::uint64_t n;
     double carmack, lomont, hardware, gain;
   };
-  static constexpr Given given[] = {{1000000, 0.042, 0.042, 0.048, 12.6},
-                                    {10000000, 0.409, 0.409, 0.478, 14.7},
-                                    {100000000, 4.102, 4.102, 4.722, 13.2},
-                                    {1000000000, 41.01, 41.01, 48.01, 14.6}};
-  const auto given_for = [&](std::uint64_t n) -> const Given* {
-    for (const Given& g : given) {
+  static constexpr PaperRow paper_rows[] = {{1000000, 0.042, 0.042, 0.048, 12.6},
+                                            {10000000, 0.409, 0.409, 0.478, 14.7},
+                                            {100000000, 4.102, 4.102, 4.722, 13.2},
+                                            {1000000000, 41.01, 41.01, 48.01, 14.6}};
+  const auto paper_row_for = [&](std::uint64_t n) -> const PaperRow* {
+    for (const PaperRow& g : paper_rows) {
       if (g.n == n) return &g;
     }
     return nullptr;
@@ -214,7 +214,7 @@ Section table4(const Lab& lab) {
     report::Series paper{"paper: CUDA", {}, {}, false, true};
     std::string gains;
     for (const std::uint64_t n : counts) {
-      const Given* const g = given_for(n);
+      const PaperRow* const g = paper_row_for(n);
       const auto time = [&](const std::string& what, RootKind kind, int steps) {
         lab.say(fmt::format("Table 4: {} roots, {}, {}", report::format_short(n), what,
                             lab.name(device)));

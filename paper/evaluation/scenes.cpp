@@ -57,7 +57,7 @@ Section scenes(const Lab& lab) {
       Variant variant;
       const bool brute = std::string(c.what).find("brute") != std::string::npos;
       if (!brute) variant.per_cell = 4;
-      const Lab::Answer answer = lab.run(variant, boxes.data(), c.n, device);
+      const Lab::Measurement measurement = lab.run(variant, boxes.data(), c.n, device);
       const auto finish = [&](Row row) {
         if (c.paper > 0) row.paper = c.paper;
         row.paper_text = c.paper_text;
@@ -69,11 +69,11 @@ Section scenes(const Lab& lab) {
       };
       Row row = lab.row(c.what, c.n, brute ? "the paper's brute force" : "the paper's grid, X = 4",
                         "ms", device);
-      row.found = answer.excuse;
-      if (answer.measured) {
-        row.measured = answer.measured->step.times.total();
-        row.pairs = answer.measured->step.pairs.size();
-        row.checksum = answer.measured->checksum;
+      row.found = measurement.skip_reason;
+      if (measurement.measured) {
+        row.measured = measurement.measured->step.times.total();
+        row.pairs = measurement.measured->step.pairs.size();
+        row.checksum = measurement.measured->checksum;
       }
       finish(row);
       const Lab::Library found = lab.library(boxes.data(), c.n, device);

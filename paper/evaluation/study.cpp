@@ -58,38 +58,39 @@ Section cell_study(const Lab& lab) {
         true,
         true,
         {}};
-    double worst_plan = 1, least_x = 0, most_x = 0;
-    std::string worst_scene, bests;
+    double worst_plan = 1, min_x = 0, max_x = 0;
+    std::string worst_scene, best_texts;
     for (const char* const name : names) {
       const Boxes boxes = make_scene(name, n, 1, 1);
       Curve curve{{name, {}, {}, false, false}};
-      std::string excuse;
+      std::string skip_reason;
       for (const double per_cell : per_cells) {
         lab.say(fmt::format("study: {}, X = {:g}, {}", name, per_cell, lab.name(device)));
         Variant variant;
         variant.per_cell = per_cell;
-        const Lab::Answer answer = lab.run(variant, boxes.frame(0), n, device);
-        if (answer.measured) {
-          curve.add(per_cell, answer.measured->step.times.total());
+        const Lab::Measurement measurement = lab.run(variant, boxes.frame(0), n, device);
+        if (measurement.measured) {
+          curve.add(per_cell, measurement.measured->step.times.total());
         } else {
-          excuse += fmt::format("; X = {:g} {}", per_cell, answer.excuse);
+          skip_reason += fmt::format("; X = {:g} {}", per_cell, measurement.skip_reason);
         }
       }
       Row row = lab.row(name, n, "best X of the paper's grid", "objects per cell", device);
       if (curve.best_ms > 0) {
         row.measured = curve.best_x;
-        row.found = fmt::format("{} ms there{}", report::format_ms(curve.best_ms), excuse);
+        row.found = fmt::format("{} ms there{}", report::format_ms(curve.best_ms), skip_reason);
         for (const double x : {1.0, 2.0, 4.0, 8.0, 32.0}) {
           if (curve.at(x) > 0) {
             row.found += fmt::format("; X = {:g}: {}", x, report::format_ratio(curve.at(x)));
           }
         }
-        bests += fmt::format("{}{:g} for {}", bests.empty() ? "" : ", ", curve.best_x, name);
-        least_x = least_x == 0 ? curve.best_x : std::min(least_x, curve.best_x);
-        most_x = std::max(most_x, curve.best_x);
+        best_texts +=
+            fmt::format("{}{:g} for {}", best_texts.empty() ? "" : ", ", curve.best_x, name);
+        min_x = min_x == 0 ? curve.best_x : std::min(min_x, curve.best_x);
+        max_x = std::max(max_x, curve.best_x);
         grids.series.push_back(curve.line);
       } else {
-        row.found = excuse;
+        row.found = skip_reason;
       }
       section.rows.push_back(row);
 
@@ -109,7 +110,7 @@ Section cell_study(const Lab& lab) {
     }
     section.finding += fmt::format(
         "On {} the best X is {}{}. The planner of Throng, which is given no X, is {}. ",
-        lab.name(device), bests, most_x > least_x ? ": no one value serves all" : "",
+        lab.name(device), best_texts, max_x > min_x ? ": no one value serves all" : "",
         worst_scene.empty() ? std::string("at the best size of all tried in every scene")
                             : fmt::format("at most {} of the best time away, in the scene {}",
                                           report::format_ratio(worst_plan), worst_scene));

@@ -19,18 +19,18 @@ class Browser:
         assert PROGRAM is not None
         # After its termination request the browser may still write into its cache.
         self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-        theirs_in, self.to = os.pipe()
-        self.back, theirs_out = os.pipe()
+        child_in, self.to = os.pipe()
+        self.back, child_out = os.pipe()
         # It reads descriptor 3 and writes descriptor 4.
         self.process = subprocess.Popen(
-            ["bash", "-c", f'exec "$@" 3<&{theirs_in} 4>&{theirs_out}', "bash", PROGRAM, "--headless=new",
+            ["bash", "-c", f'exec "$@" 3<&{child_in} 4>&{child_out}', "bash", PROGRAM, "--headless=new",
              "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={self.folder.name}",
              "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
              "--hide-scrollbars", "--enable-logging=stderr", f"--window-size={size[0]},{size[1]}"],
-            pass_fds=(theirs_in, theirs_out), stdout=subprocess.DEVNULL, stderr=open(console, "wb"),
+            pass_fds=(child_in, child_out), stdout=subprocess.DEVNULL, stderr=open(console, "wb"),
         )  # fmt: skip
-        os.close(theirs_in)
-        os.close(theirs_out)
+        os.close(child_in)
+        os.close(child_out)
         self.buffer = b""
         self.number = 0
         self.session: dict[str, str] = {}
@@ -48,14 +48,14 @@ class Browser:
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters, **self.session}
         os.write(self.to, json.dumps(message).encode() + b"\0")
-        until = time.monotonic() + 150
-        while time.monotonic() < until:
+        deadline = time.monotonic() + 150
+        while time.monotonic() < deadline:
             while b"\0" in self.buffer:
                 answer, _, self.buffer = self.buffer.partition(b"\0")
-                told = json.loads(answer)
-                if told.get("id") == self.number:
-                    assert "result" in told, told
-                    return told["result"]
+                reply = json.loads(answer)
+                if reply.get("id") == self.number:
+                    assert "result" in reply, reply
+                    return reply["result"]
             if select.select([self.back], [], [], 1)[0]:
                 self.buffer += os.read(self.back, 1 << 20)
         raise TimeoutError(f"no answer to {method}")

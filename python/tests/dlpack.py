@@ -66,7 +66,7 @@ def opened(of: Any) -> Tensor:
     return tensor
 
 
-class OnDevice:
+class ArrayOnDevice:
     """An array with a device type; its values are at `address`, by default an invalid one."""
 
     def __init__(self, device: Any, values: Any = None, address: int = 4096) -> None:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-LONGEST = 10.0  # seconds until it must have ended
+MAX_SECONDS = 10.0  # seconds until it must have ended
 
 
 @contextmanager
@@ -23,7 +23,7 @@ def ctrl_c() -> Iterator[None]:
         timer.start()
         with pytest.raises(KeyboardInterrupt):
             yield
-        assert time.monotonic() - started < LONGEST
+        assert time.monotonic() - started < MAX_SECONDS
     finally:
         timer.join()
         signal.signal(signal.SIGINT, before)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
-from dlpack import OnDevice, OnlyDLPack
+from dlpack import ArrayOnDevice, OnlyDLPack
 from reference import NAN, as_pairs, box_rows, brute_force, double, double_rows, find_pairs, grown
 
 import throng
@@ -150,7 +150,7 @@ def test_exact_nan(boxes: Any, floats: Any) -> None:
             find_pairs(floats, boxes, round="exact")
 
 
-def rows_of_neighbours(n: int, at: float) -> Any:
+def rows_of_adjacent_rods(n: int, at: float) -> Any:
     """(n, 6) float64: adjacent rods that alternately touch the next, or miss it by one step."""
     boxes = numpy.zeros((n, 6))
     boxes[:, 3] = at + numpy.arange(1, n + 1)
@@ -163,7 +163,7 @@ def rows_of_neighbours(n: int, at: float) -> Any:
 
 @pytest.mark.parametrize("at", [0.0, 0.1, -1e9, 1e9, 1e15])
 def test_exact_far_from_the_origin(at: float) -> None:
-    boxes = rows_of_neighbours(1001, at)
+    boxes = rows_of_adjacent_rods(1001, at)
     wanted = [(i, i + 1) for i in range(1, 1000, 2)]
     assert as_pairs(find_pairs(boxes, round="exact")) == wanted == brute_force(boxes)
     half = boxes[::2], boxes[1::2]
@@ -209,7 +209,7 @@ def test_exact_is_for_float64_on_the_cpu() -> None:
     assert as_pairs(find_pairs(OnlyDLPack(BOXES.astype(float)), round="exact")) == [(0, 1), (1, 2)]
 
 
-EXACTLY_WRONG = [
+WRONG_FOR_EXACT = [
     (BOXES.astype(float)[::-1], "rows run backwards.*ascontiguousarray"),
     ((BOXES[:, :3].astype(float), BOXES[:, 3:]), "of one type and shape"),
     ((BOXES.astype(float)[:, :3], BOXES[:, 3:].astype(float)), "48 bytes apart and.*24"),
@@ -219,8 +219,8 @@ EXACTLY_WRONG = [
 ]
 
 
-@pytest.mark.parametrize("boxes, text", EXACTLY_WRONG)
-def test_exactly_wrong(boxes: Any, text: str) -> None:
+@pytest.mark.parametrize("boxes, text", WRONG_FOR_EXACT)
+def test_wrong_for_exact(boxes: Any, text: str) -> None:
     for name, sets in (("boxes", (boxes,)), ("boxes", (boxes, BOXES)), ("other", (BOXES, boxes))):
         with pytest.raises(ValueError, match=text) as caught:
             find_pairs(*sets, round="exact")
@@ -259,8 +259,8 @@ WRONG = [
     ((BOXES[:, :3], None), TypeError, r"boxes\[1\]: found None"),
     ((BOXES, BOXES), ValueError, r"boxes\[0\]: found float32 of shape \(3, 6\)"),
     (numpy.ones(49, numpy.uint8)[1:].view(numpy.float32).reshape(2, 6), ValueError, "copy"),
-    (OnDevice((10, 0)), ValueError, "device type 10"),
-    (OnDevice("cuda"), TypeError, "__dlpack_device__"),
+    (ArrayOnDevice((10, 0)), ValueError, "device type 10"),
+    (ArrayOnDevice("cuda"), TypeError, "__dlpack_device__"),
 ]
 
 

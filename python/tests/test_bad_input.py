@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy
 import pytest
-from dlpack import CUDA, OnDevice, OnlyDLPack, capsule
+from dlpack import CUDA, ArrayOnDevice, OnlyDLPack, capsule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
@@ -82,7 +82,7 @@ def test_devices(devices: list[Any]) -> None:
     def put(array: Any, device: Any) -> Any:
         if device is None or device == (1, 0):
             return array if device is None else OnlyDLPack(array)
-        return OnDevice(device, array)
+        return ArrayOnDevice(device, array)
 
     world = numpy.zeros(3, numpy.int32)
     boxes, other = put(BOXES, devices[0]), put(BOXES, devices[1])
@@ -121,13 +121,13 @@ def test_capsules(name: str, what: str, n: int) -> None:
         return
     held: Any = array.__dlpack__()
     if what == "used":
-        numpy.from_dlpack(OnceMore(held))
+        numpy.from_dlpack(ReusedCapsule(held))
     else:
         held = datetime_capsule()
     refused(TypeError, name, "found a PyCapsule", held)
 
 
-class OnceMore:
+class ReusedCapsule:
     def __init__(self, held: Any) -> None:
         self.held = held
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy
 import pytest
-from dlpack import CUDA, MANAGED, OnDevice, OnlyDLPack, capsule, opened
+from dlpack import CUDA, MANAGED, ArrayOnDevice, OnlyDLPack, capsule, opened
 from reference import as_pairs
 
 import throng
@@ -15,7 +15,7 @@ from throng import _exchange, _throng
 
 BOXES = numpy.array([[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [3, 3, 3, 4, 4, 4]], numpy.float32)
 PAIRS = [(0, 1), (1, 2)]
-on_gpu = OnDevice((CUDA, 1), BOXES)
+on_gpu = ArrayOnDevice((CUDA, 1), BOXES)
 
 
 def test_kinds() -> None:
@@ -35,7 +35,7 @@ def test_kinds() -> None:
     assert type(throng.find_pairs(boxes, result="numpy")) is numpy.ndarray
 
 
-def test_kinds_that_cannot_be() -> None:
+def test_invalid_result_kinds() -> None:
     with pytest.raises(TypeError, match="result: found 'same' for boxes in a memoryview, and builtins has"):
         view: Any = memoryview(BOXES)  # type: ignore[arg-type]
         throng.find_pairs(view, result="same")
@@ -102,58 +102,58 @@ def test_only_the_host() -> None:
     assert on_gpu.streams == []
 
 
-def test_mixed_places() -> None:
+def test_mixed_devices() -> None:
     on_host = OnlyDLPack(BOXES)
     kind = "cannot use|this build searches on the CPU alone" if not _throng.has_cuda else "lies on"
     calls: list[tuple[Any, Any, Any]] = [
         (on_host, on_gpu, None),
         (on_gpu, on_host, None),
-        ((BOXES[:, :3], OnDevice((CUDA, 0), BOXES[:, 3:])), None, None),
-        (on_host, None, OnDevice((CUDA, 0), numpy.ones(3, numpy.uint32))),
+        ((BOXES[:, :3], ArrayOnDevice((CUDA, 0), BOXES[:, 3:])), None, None),
+        (on_host, None, ArrayOnDevice((CUDA, 0), numpy.ones(3, numpy.uint32))),
     ]
     for boxes, other, group in calls:
         with pytest.raises(ValueError, match=kind):
             throng.find_pairs(boxes, other, group=group)
 
 
-def test_an_array_that_lies() -> None:
-    class Liar(OnDevice):
+def test_an_array_with_a_wrong_device() -> None:
+    class WrongDevice(ArrayOnDevice):
         def __dlpack_device__(self) -> Any:
             return (1, 0)
 
     with pytest.raises(TypeError, match="__dlpack_device__ says the CPU, its __dlpack__ gives cuda:1"):
-        throng.find_pairs(Liar((CUDA, 1), BOXES))
+        throng.find_pairs(WrongDevice((CUDA, 1), BOXES))
 
 
 @pytest.mark.skipif(_throng.has_cuda, reason="this build has a GPU backend")
 def test_without_a_gpu_backend() -> None:
-    for boxes in (on_gpu, OnDevice((MANAGED, 1), BOXES), capsule(BOXES, 4096, (CUDA, 1))):
+    for boxes in (on_gpu, ArrayOnDevice((MANAGED, 1), BOXES), capsule(BOXES, 4096, (CUDA, 1))):
         with pytest.raises(ValueError, match="boxes: found an array on cuda:1, and this build searches on "
                            "the CPU alone; build with THRONG_CUDA=ON, or copy it to the host"):  # fmt: skip
             throng.find_pairs(boxes)
 
 
 @pytest.mark.skipif(not _throng.has_cuda, reason="this build has no GPU backend")
-def test_refused_before_a_gpu_is_asked() -> None:
+def test_refused_before_gpu_access() -> None:
     def refuses(kind: type[Exception], text: str, boxes: Any, *args: Any, **named: Any) -> None:
         with pytest.raises(kind, match=text):
             throng.find_pairs(boxes, *args, **named)
 
-    asked = OnDevice((CUDA, 0), BOXES)
-    refuses(ValueError, "backend: found 'cpu' for boxes on cuda:0", asked, backend="cpu", stream=55)
-    assert asked.streams == [55]
-    refuses(ValueError, "backend: found 'emulated'", asked, backend="emulated")
-    assert asked.streams[-1] == 1  # the default stream, in DLPack's numbers
-    doubles = OnDevice((CUDA, 0), BOXES.astype(float))
+    device_array = ArrayOnDevice((CUDA, 0), BOXES)
+    refuses(ValueError, "backend: found 'cpu' for boxes on cuda:0", device_array, backend="cpu", stream=55)
+    assert device_array.streams == [55]
+    refuses(ValueError, "backend: found 'emulated'", device_array, backend="emulated")
+    assert device_array.streams[-1] == 1  # the default stream, in DLPack's numbers
+    doubles = ArrayOnDevice((CUDA, 0), BOXES.astype(float))
     refuses(TypeError, "found float64 .* on cuda:0, where values", doubles)
     refuses(TypeError, "boxes: found float64 .* on cuda:0, where values", doubles, round="exact")
-    refuses(TypeError, "other: found float64 .* on cuda:0, where values", asked, doubles, round="exact")
-    refuses(ValueError, r"found float32 of shape \(3, 5\)", OnDevice((CUDA, 0), BOXES[:, :5]))
-    refuses(ValueError, "rows run backwards", OnDevice((CUDA, 0), BOXES[::-1]))
-    longs = OnDevice((CUDA, 0), numpy.ones(3, numpy.int64))
-    refuses(TypeError, "world: found int64 .* on cuda:0, where values", asked, world=longs)
-    other = OnDevice((CUDA, 1), BOXES)
-    refuses(ValueError, "other: found an array on cuda:1, and boxes lies on cuda:0", asked, other)
+    refuses(TypeError, "other: found float64 .* on cuda:0, where values", device_array, doubles, round="exact")
+    refuses(ValueError, r"found float32 of shape \(3, 5\)", ArrayOnDevice((CUDA, 0), BOXES[:, :5]))
+    refuses(ValueError, "rows run backwards", ArrayOnDevice((CUDA, 0), BOXES[::-1]))
+    longs = ArrayOnDevice((CUDA, 0), numpy.ones(3, numpy.int64))
+    refuses(TypeError, "world: found int64 .* on cuda:0, where values", device_array, world=longs)
+    other = ArrayOnDevice((CUDA, 1), BOXES)
+    refuses(ValueError, "other: found an array on cuda:1, and boxes lies on cuda:0", device_array, other)
 
 
 class Driver:
@@ -171,13 +171,13 @@ class Driver:
     def need(error: int) -> None:
         assert error == 0, f"CUDA error {error}"
 
-    def put(self, values: Any) -> OnDevice:
+    def put(self, values: Any) -> ArrayOnDevice:
         address = ctypes.c_uint64()
         size = ctypes.c_size_t(max(values.nbytes, 1))
         self.need(self.lib.cuMemAlloc_v2(ctypes.byref(address), size))
         data = ctypes.c_void_p(values.ctypes.data)
         self.need(self.lib.cuMemcpyHtoD_v2(address, data, ctypes.c_size_t(values.nbytes)))
-        return OnDevice((CUDA, 0), values, address.value)
+        return ArrayOnDevice((CUDA, 0), values, address.value)
 
     def get(self, found: Any) -> Any:
         assert found.__dlpack_device__() == (CUDA, 0)
@@ -197,7 +197,7 @@ def test_on_a_gpu() -> None:
         gpu = Driver()
     except OSError as reason:
         with pytest.raises(RuntimeError, match="no GPU can be used"):
-            throng.find_pairs(OnDevice((CUDA, 0), BOXES))
+            throng.find_pairs(ArrayOnDevice((CUDA, 0), BOXES))
         pytest.skip(str(reason))
     finder = throng.Finder(order="canonical")
     for name, objects in (("uniform", 50000), ("pile", 20000), ("uniform", 10)):

@@ -61,24 +61,24 @@ def test_explain() -> None:
     boxes = throng.scene("mixed", 20000)[0].copy()
     boxes[77, :3] -= 50
     finder = throng.Finder()
-    told = finder.explain(boxes)
-    assert told.result.found == len(throng.find_pairs(boxes)) == finder.result.found
-    assert told.boxes == 20000 and told.cells == told.occupancy.size == told.occupancy.shape[0] * (
-        told.occupancy.shape[1] * told.occupancy.shape[2]
+    explanation = finder.explain(boxes)
+    assert explanation.result.found == len(throng.find_pairs(boxes)) == finder.result.found
+    assert explanation.boxes == 20000 and explanation.cells == explanation.occupancy.size == explanation.occupancy.shape[0] * (
+        explanation.occupancy.shape[1] * explanation.occupancy.shape[2]
     )
-    assert told.occupancy.shape == told.result.plan.columns
-    assert told.entries == told.occupancy.sum() and told.occupied == (told.occupancy > 0).sum()
-    assert told.densest[0].boxes == told.occupancy.max()
-    lower, upper = told.densest[0].bounds[:3], told.densest[0].bounds[3:]
-    assert all(g <= d for g, d in zip(told.grid[:3], lower)) and lower < upper
+    assert explanation.occupancy.shape == explanation.result.plan.columns
+    assert explanation.entries == explanation.occupancy.sum() and explanation.occupied == (explanation.occupancy > 0).sum()
+    assert explanation.densest[0].boxes == explanation.occupancy.max()
+    lower, upper = explanation.densest[0].bounds[:3], explanation.densest[0].bounds[3:]
+    assert all(g <= d for g, d in zip(explanation.grid[:3], lower)) and lower < upper
     extents = (boxes[:, 3:] - boxes[:, :3]).max(axis=1)
-    assert told.largest[0].index == extents.argmax() and not told.largest[0].in_second_set
-    assert [b.extent for b in told.largest] == sorted(extents.tolist())[:-11:-1]
-    assert sum(c.boxes for c in told.size_classes) == 20000
-    for c in told.size_classes:
+    assert explanation.largest[0].index == extents.argmax() and not explanation.largest[0].in_second_set
+    assert [b.extent for b in explanation.largest] == sorted(extents.tolist())[:-11:-1]
+    assert sum(c.boxes for c in explanation.size_classes) == 20000
+    for c in explanation.size_classes:
         assert c.boxes == ((extents >= c.least) & (extents < c.below)).sum() and c.cells_per_box >= 1
-    assert sum(told.memory.values()) == told.memory_bytes > 0
-    assert "boxes=20000" in repr(told) and all(len(advice) > 20 for advice in told.advice)
+    assert sum(explanation.memory.values()) == explanation.memory_bytes > 0
+    assert "boxes=20000" in repr(explanation) and all(len(advice) > 20 for advice in explanation.advice)
     few = finder.explain(boxes[:50], boxes[:9])
     assert few.cells == 0 and few.occupancy.shape == (0, 0, 0) and "59 boxes are few" in few.advice[0]
     with pytest.raises(ValueError, match="boxes: found"):
@@ -186,7 +186,7 @@ def test_nan_keeps_the_finder_usable() -> None:
     assert as_pairs(finder.find(boxes)) == as_pairs(wanted)
 
 
-class Undecided:
+class RaisesOnBool:
     def __bool__(self) -> bool:
         raise KeyError("mine, too")
 
@@ -202,7 +202,7 @@ def test_what_a_consumer_returns(answer: Any, stops: bool, objects: int) -> None
     result = finder.consume(boxes, lambda pairs: answer)
     assert result.status == ("stopped" if stops else "ok")
     with pytest.raises(KeyError, match="mine, too"):
-        finder.consume(boxes, lambda pairs: Undecided())
+        finder.consume(boxes, lambda pairs: RaisesOnBool())
     with pytest.raises(ValueError, match="truth value"):
         finder.consume(boxes, lambda pairs: numpy.zeros(2))
     assert len(finder.find(boxes)) > 0

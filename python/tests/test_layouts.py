@@ -18,7 +18,7 @@ def some_boxes(n: int, seed: int = 1, far: float = 1000.0) -> Any:
 
 @pytest.mark.parametrize("d", [3, 2])
 @pytest.mark.parametrize("kind", [numpy.float32, numpy.float64])
-def test_corners_in_an_index_of_their_own(d: int, kind: type) -> None:
+def test_corners_with_separate_index(d: int, kind: type) -> None:
     boxes = some_boxes(200)[:, [*range(d), *range(3, 3 + d)]].astype(kind)
     corners = boxes.reshape(-1, 2, d)
     wanted = throng.find_pairs(boxes, order="canonical")
@@ -75,7 +75,7 @@ def test_the_likely_mistake_is_named() -> None:
     assert "the first is box 0" in refused(doubles, round="exact")
 
 
-def test_empty_slots_are_allowed_where_said() -> None:
+def test_empty_slots_are_allowed_by_option() -> None:
     boxes = some_boxes(100)
     boxes[17] = [1, 1, 1, 0, 0, 0]
     assert "1 of 100 boxes" in refused(boxes)
@@ -184,7 +184,7 @@ def test_hits_of_two_dimensions() -> None:
         live.find_hits((rays, rays), numpy.array([[numpy.inf, 0]] * 2, numpy.float32))
 
 
-def test_four_threads_ask_at_once() -> None:
+def test_four_threads_query_at_once() -> None:
     boxes = some_boxes(4000, far=0.0)
     live = throng.BroadPhase()
     live.add(boxes)

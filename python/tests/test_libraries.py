@@ -57,10 +57,10 @@ def test_torch_flags() -> None:
         assert pairs_of(torch, tensor) == PAIRS
         assert throng.BroadPhase().add(tensor).tolist() == [0, 1, 2]
     assert recorded.requires_grad and recorded.grad is None
-    lying = torch.view_as_complex(torch.stack([-boxes, -boxes], dim=2)).conj().imag
-    assert lying.is_neg() and torch.equal(lying, boxes)
-    assert pairs_of(torch, lying) == PAIRS
-    assert pairs_of(torch, (lying[:, :3], lying[:, 3:])) == PAIRS
+    flagged = torch.view_as_complex(torch.stack([-boxes, -boxes], dim=2)).conj().imag
+    assert flagged.is_neg() and torch.equal(flagged, boxes)
+    assert pairs_of(torch, flagged) == PAIRS
+    assert pairs_of(torch, (flagged[:, :3], flagged[:, 3:])) == PAIRS
     with torch.inference_mode():
         assert pairs_of(torch, boxes * 1) == PAIRS
 
@@ -89,7 +89,7 @@ def test_torch_refused() -> None:
             throng.find_pairs(wrong)
 
 
-def test_torch_objects_that_live() -> None:
+def test_torch_persistent_objects() -> None:
     torch = pytest.importorskip("torch", reason="PyTorch is not installed")
     boxes = torch.from_numpy(BOXES)
     live = throng.BroadPhase()

@@ -180,8 +180,8 @@ def test_ctrl_c(ask: bool) -> None:
     many = numpy.broadcast_to(everywhere[0], (1500000, 6))
     by = numpy.broadcast_to(numpy.ones(3, numpy.float32), (1500000, 3))
     with ctrl_c():
-        until = time.monotonic() + LONGEST
-        while time.monotonic() < until:
+        deadline = time.monotonic() + LONGEST
+        while time.monotonic() < deadline:
             if ask:
                 live.find_hits(many, by, static=numpy.ones(1500000, bool))
             else:

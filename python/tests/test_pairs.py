@@ -110,7 +110,7 @@ def test_large_and_threads() -> None:
         assert numpy.array_equal(found, wanted)
 
 
-def test_more_pairs_than_were_made_room_for() -> None:
+def test_more_pairs_than_capacity() -> None:
     boxes = numpy.zeros((1000, 6), numpy.float32)
     found = find_pairs(boxes, order="canonical")
     assert numpy.array_equal(found, numpy.argwhere(numpy.triu(overlap(boxes, boxes), 1)))
@@ -141,6 +141,6 @@ def test_the_result_is_its_own() -> None:
     boxes = numpy.zeros((50, 6), numpy.float32)
     found = find_pairs(boxes)
     copy = found.copy()
-    found_again = find_pairs(boxes)
-    found_again[:] = 7
+    second_result = find_pairs(boxes)
+    second_result[:] = 7
     assert numpy.array_equal(found, copy) and found.flags.writeable

@@ -38,13 +38,13 @@ def test_frames() -> None:
         assert as_set(frame.ended) == (before - now if before is not None else set())
         assert frame.overlaps[5] == sum(5 in pair for pair in now)
         assert len(frame.shown) == len(boxes) and as_set(frame.lines(frame.pairs)) == now
-        assert frame.occupancy.ndim == 2 and frame.occupancy.sum() == frame.told.entries
+        assert frame.occupancy.ndim == 2 and frame.occupancy.sum() == frame.explanation.entries
         bounds, counts = frame.cells()
-        assert counts[0] == frame.told.densest[0].boxes == frame.occupancy.max()
+        assert counts[0] == frame.explanation.densest[0].boxes == frame.occupancy.max()
         assert (counts > 0).all() and (numpy.diff(counts.astype(int)) <= 0).all()
-        plan = frame.told.result.plan
+        plan = frame.explanation.result.plan
         across = [k for k in range(3) if k != plan.sweep_axis]
-        dense = numpy.array(frame.told.densest[0].bounds)
+        dense = numpy.array(frame.explanation.densest[0].bounds)
         columns = across + [k + 3 for k in across]
         # Bounds are float32 of the scene's size, and one of them may be 0.
         near = numpy.isclose(
@@ -95,7 +95,7 @@ def test_the_map_of_the_cells(name: str, objects: int) -> None:
 
     (frame,) = view.frames(throng.scene(name, objects))
     chart = _heat.heat_map(frame)
-    assert chart is not None and frame.told.cells > 1
+    assert chart is not None and frame.explanation.cells > 1
     # Each cell's pixel shows it, or a denser one that shares the pixel.
     height, width = chart.counts.shape
     assert max(height, width) <= _heat.LONGEST and chart.counts.max() == frame.occupancy.max()
@@ -115,8 +115,8 @@ def test_the_map_of_the_cells(name: str, objects: int) -> None:
     assert picture.shape == (height + 2 * chart.strip, width, 3)
     places, words = chart.words()
     assert words[-1] == f"{frame.occupancy.max():,} boxes" and len(places) == len(words)
-    assert sum(c.cells for c in frame.told.cell_classes) == frame.told.occupied
-    assert sum(c.boxes for c in frame.told.cell_classes) == frame.told.entries
+    assert sum(c.cells for c in frame.explanation.cell_classes) == frame.explanation.occupied
+    assert sum(c.boxes for c in frame.explanation.cell_classes) == frame.explanation.entries
 
 
 def test_the_scale_of_the_map() -> None:
@@ -136,7 +136,7 @@ def test_no_map_without_a_grid() -> None:
     from throng.view._heat import heat_map
 
     (frame,) = view.frames(throng.scene("uniform", 20))
-    assert frame.told.cells == 0 and heat_map(frame) is None and frame.told.cell_classes == []
+    assert frame.explanation.cells == 0 and heat_map(frame) is None and frame.explanation.cell_classes == []
 
 
 def test_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
@@ -212,25 +212,25 @@ def test_the_recording_read_back(tmp_path: Path) -> None:
         for name, count in (("pairs", len(pairs)), ("begun", began), ("ended", ended)):
             assert held[f"/counts/{name} scalars"][number] == [count]
         assert 0 < held["/times/find_ms scalars"][number][0] <= held["/times/total_ms scalars"][number][0]
-        told = throng.Finder(order="canonical").explain(boxes)
+        explanation = throng.Finder(order="canonical").explain(boxes)
         tensor = held["/grid/occupancy data"][number][0]
-        assert sum(tensor["buffer"]) == told.entries and max(tensor["buffer"]) == told.densest[0].boxes
-        assert len(held["/world/cells centers"][number]) == min(told.occupied, 2000)
+        assert sum(tensor["buffer"]) == explanation.entries and max(tensor["buffer"]) == explanation.densest[0].boxes
+        assert len(held["/world/cells centers"][number]) == min(explanation.occupied, 2000)
         seen = held["/grid/map buffer"][number][0], held["/grid/map format"][number][0]
         picture = numpy.frombuffer(bytes(seen[0]), numpy.uint8).reshape(seen[1]["height"], seen[1]["width"], 3)
         # At most one colour per number, plus empty cells, surroundings and scale.
-        kinds = len(numpy.unique(told.occupancy.sum(axis=told.result.plan.sweep_axis)))
+        kinds = len(numpy.unique(explanation.occupancy.sum(axis=explanation.result.plan.sweep_axis)))
         above = picture[: seen[1]["height"] * 3 // 4].reshape(-1, 3)
         assert 1 <= len(numpy.unique(above, axis=0)) <= kinds + 2
-        assert len(held["/grid/map/densest centers"][number]) == len(told.densest)
-        assert len(held["/grid/map/largest centers"][number]) == len(told.largest)
-        assert f"{told.densest[0].boxes:,} boxes" in held["/grid/map/words labels"][number]
+        assert len(held["/grid/map/densest centers"][number]) == len(explanation.densest)
+        assert len(held["/grid/map/largest centers"][number]) == len(explanation.largest)
+        assert f"{explanation.densest[0].boxes:,} boxes" in held["/grid/map/words labels"][number]
         bars = held["/grid/distribution values"][number][0]["buffer"]
-        assert sum(bars) == told.occupied and bars[-1] == told.cell_classes[-1].cells > 0
-        for cells in told.cell_classes:
+        assert sum(bars) == explanation.occupied and bars[-1] == explanation.cell_classes[-1].cells > 0
+        for cells in explanation.cell_classes:
             assert bars[cells.least.bit_length() - 1] == cells.cells
         text = held["/lists text"][number][0]
-        largest, densest = told.largest[0], told.densest[0]
+        largest, densest = explanation.largest[0], explanation.densest[0]
         assert f"| {largest.index} | {largest.extent:.4g} |" in text and f"| {densest.boxes} |" in text
         assert f"{len(pairs):,} pairs" in text
         before = pairs
@@ -250,11 +250,11 @@ def test_the_page_in_a_browser(tmp_path: Path) -> None:
         address = server.stdout.readline().strip()
         assert address == "http://localhost:19390/?url=rerun%2Bhttp://localhost:19376/proxy"
         shown.open(address)
-        until = time.monotonic() + 240
+        deadline = time.monotonic() + 240
         picture = b""
         # The page without a recording shows less than half of that.
         while len(picture) < 150000:
-            assert time.monotonic() < until, f"only {len(picture)} bytes; {console.read_text()[-3000:]}"
+            assert time.monotonic() < deadline, f"only {len(picture)} bytes; {console.read_text()[-3000:]}"
             time.sleep(1)
             picture = shown.picture()
         if kept := os.environ.get("THRONG_VIEW_PICTURE"):

@@ -270,7 +270,7 @@ class BroadPhaseQuery:
     ) -> NDArray[numpy.uint32]:
         """As BroadPhase.find_overlaps, on the objects of a BroadPhase."""
         return self._query.find_overlaps(
-            _live_of(objects), boxes, (group, mask, owner, world, static)
+            _broad_phase_of(objects), boxes, (group, mask, owner, world, static)
         )
 
     def find_hits(
@@ -288,11 +288,11 @@ class BroadPhaseQuery:
     ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
         """As BroadPhase.find_hits, on the objects of a BroadPhase."""
         return self._query.find_hits(
-            _live_of(objects), boxes, by, which, (group, mask, owner, world, static)
+            _broad_phase_of(objects), boxes, by, which, (group, mask, owner, world, static)
         )
 
 
-def _live_of(objects: object) -> _throng.BroadPhase:
+def _broad_phase_of(objects: object) -> _throng.BroadPhase:
     if isinstance(objects, BroadPhase):
         return objects._live
     raise TypeError(f"objects: found a {type(objects).__name__}, wanted a BroadPhase")

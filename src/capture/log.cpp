@@ -97,7 +97,7 @@ void Log::put_options(const Options& o) noexcept {
 void Log::begin(Operation operation, std::uint32_t sets, std::uint64_t capacity, std::uint32_t form,
                 const Vec3& by) noexcept {
   if (!file_) return;
-  began_ = true;
+  in_operation_ = true;
   checksum_ = 0;
   section(Tag::operation, static_cast<std::uint32_t>(operation), 28);
   put64(capacity);
@@ -144,7 +144,7 @@ void Log::sweeps(const Sweep* sweeps, std::size_t count) noexcept {
 }
 
 void Log::answer(Result& r) noexcept {
-  if (file_ && began_) {
+  if (file_ && in_operation_) {
     section(Tag::answer, static_cast<std::uint32_t>(r.status), 7 * 8 + 4 * 4);
     for (const std::uint64_t number : {r.found, r.written, r.inactive, r.first_invalid,
                                        r.invalid_count, r.bytes_needed, checksum_}) {
@@ -155,7 +155,7 @@ void Log::answer(Result& r) noexcept {
     put32(static_cast<std::uint32_t>(r.plan.isa));
     put32(r.plan.threads);
     end_section();
-    began_ = false;
+    in_operation_ = false;
   }
   if (!failed_) return;
   failed_ = false;

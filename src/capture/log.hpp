@@ -45,7 +45,7 @@ class Log {
   }
   void sweeps(const Sweep* sweeps, std::size_t count) noexcept;
   // Sets the checksum of the data returned in addition to the Result, for the next answer().
-  void told(std::uint64_t checksum) noexcept { checksum_ = checksum; }
+  void set_checksum(std::uint64_t checksum) noexcept { checksum_ = checksum; }
   // Writes the result; reports a failed write once, in its message.
   void answer(Result& result) noexcept;
 
@@ -61,15 +61,15 @@ class Log {
   void close() noexcept;
   void fail(int error) noexcept;
 
-  static constexpr std::size_t name_room = 1024, buffer_room = 512;
+  static constexpr std::size_t name_capacity = 1024, buffer_capacity = 512;
   std::FILE* file_ = nullptr;
   std::uint64_t sum_ = 0, checksum_ = 0;
-  bool began_ = false;   // an operation awaits its answer
-  bool failed_ = false;  // not reported yet
+  bool in_operation_ = false;  // an operation awaits its answer
+  bool failed_ = false;        // not reported yet
   int error_ = 0;
   std::size_t used_ = 0;
-  unsigned char buffer_[buffer_room];
-  char name_[name_room] = {};
+  unsigned char buffer_[buffer_capacity];
+  char name_[name_capacity] = {};
 };
 
 }  // namespace throng::capture

@@ -8,7 +8,7 @@
 
 #include <throng/types.hpp>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 // A compiler that assumes no NaN exists would remove the NaN checks.
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \

@@ -15,7 +15,7 @@
 
 #include <throng/types.hpp>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::core {
 
@@ -28,7 +28,7 @@ THRONG_HD constexpr std::uint64_t pair_count(std::uint64_t m) noexcept {
 // A double near the square root of x = 2k + 1/4, for triangle_column() only. At compile time, where
 // std::sqrt is not available, Newton's method from above; the iterates decrease until they reach
 // the root.
-THRONG_HD constexpr double near_root(double x) noexcept {
+THRONG_HD constexpr double approximate_root(double x) noexcept {
   if (!std::is_constant_evaluated()) return std::sqrt(x);
   double y = x < 1 ? 1 : x;
   for (double next = 0.5 * (y + x / y); next < y; next = 0.5 * (y + x / y)) y = next;
@@ -44,7 +44,7 @@ THRONG_HD constexpr double near_root(double x) noexcept {
 // floor by at most one: one step either way is enough. Integers decide the step: j <= 2^32 + 1
 // here, and pair_count(2^32 + 2) < 2^64.
 THRONG_HD constexpr std::uint64_t triangle_column(std::uint64_t k) noexcept {
-  const double root = near_root(2.0 * static_cast<double>(k) + 0.25);
+  const double root = approximate_root(2.0 * static_cast<double>(k) + 0.25);
   // NOLINTNEXTLINE(bugprone-incorrect-roundings): a guess, corrected below
   std::uint64_t j = static_cast<std::uint64_t>(root + 0.5);
   if (pair_count(j) > k) return j - 1;

@@ -15,18 +15,18 @@ constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    
 // Column indices are 32-bit: a plan has at most 2^17 columns, sections times parts, which price()
 // and the loops over sections ensure. A position along an axis, columns * 32768 - 1 at most, fits
 // 31 bits.
-static_assert(std::uint64_t{max_columns_per_axis} * words_per_column <= 0x7fffffffu);
-Quantiser make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
-  Quantiser map;
+static_assert(std::uint64_t{max_columns_per_axis} * steps_per_column <= 0x7fffffffu);
+Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
+  Quantizer map;
   for (int k = 0; k < 3; ++k) {
     const double length = double{s.upper[k]} - double{s.lower[k]};
-    const double wanted = columns[k] * double{words_per_column} / std::max(length, least_length);
+    const double wanted = columns[k] * double{steps_per_column} / std::max(length, least_length);
     map.by_bits[k] = s.by_bits[k];
     map.centre[k] = s.centre[k];
     // A length is at least one ulp of its ends, so these stay below 2^26 if it becomes 1.
     if (length > FLT_MAX / 2 || (wanted > FLT_MAX / 2 && length > 0))
       map.factor[k] = std::ldexp(1.0f, std::clamp(-std::ilogb(length), -126, 127));
-    map.plain = map.plain && map.factor[k] == 1 && !s.by_bits[k];
+    map.is_identity = map.is_identity && map.factor[k] == 1 && !s.by_bits[k];
     map.origin[k] = s.lower[k] * map.factor[k];
     map.scale[k] = static_cast<float>(std::min(wanted / double{map.factor[k]}, 3e38));
     map.max[k] = largest_index(columns[k]);
@@ -48,7 +48,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   if (forced == Algorithm::all_pairs ||
       (forced == Algorithm::automatic && s.target_count <= all_pairs_limit)) {
     best.all_pairs = true;
-    best.expected_ns = 0.5 * n * work * brute_ns;
+    best.expected_ns = 0.5 * n * work * brute_force_ns;
     best.reason = forced == Algorithm::all_pairs ? "brute force was requested"
                                                  : "few boxes: brute force is fastest";
     return best;
@@ -59,16 +59,16 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     const double range = double{s.upper[k]} - double{s.lower[k]};
     length[k] = std::max(range, least_length);
     extents[k] = range > 0 ? s.extent[k] : length[k];
-    layers[k] = 1 / std::max(s.within[k], 1e-9);
+    layers[k] = 1 / std::max(s.layer_overlap[k], 1e-9);
   }
-  const double most_columns = std::clamp(n / 48, 1.0, double{1u << 17});
+  const double max_columns = std::clamp(n / 48, 1.0, double{1u << 17});
   // The costs of sweeping along x that do not depend on the number of columns. `window`: the
   // fraction of a column's boxes that begin within one of them.
   struct Sweep {
     std::uint32_t x;
-    double share_x, share_y, share_z, share_yz, window, word_parts, most_parts;
+    double share_x, share_y, share_z, share_yz, window, step_parts, most_parts;
   };
-  const auto along = [&](std::uint32_t x) {
+  const auto sweep_along = [&](std::uint32_t x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
     Sweep sweep;
     sweep.x = x;
@@ -76,15 +76,15 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     sweep.share_y = extents[y] / length[y];
     sweep.share_z = extents[z] / length[z];
     sweep.share_yz = s.product[x] / (length[y] * length[z]);
-    sweep.window = std::min(1.0, sweep.share_x + s.within[x]);
-    if (s.crowded) {
+    sweep.window = std::min(1.0, sweep.share_x + s.layer_overlap[x]);
+    if (s.clustered) {
       const double slabs = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
-      const double filled = s.filled_slabs(x, static_cast<std::uint32_t>(slabs));
-      sweep.window = std::min(1.0, s.beyond_all / (s.beyond_across[x] * filled));
+      const double effective_slabs = s.effective_slabs_at(x, static_cast<std::uint32_t>(slabs));
+      sweep.window = std::min(1.0, s.joint_correlation / (s.axis_correlation[x] * effective_slabs));
     }
     // Long columns are divided if their boxes are short enough: to stay in the cache, and to make
     // an extent some quantization steps long, as each tie reads the floats.
-    sweep.word_parts = std::ceil(extent_words / (words_per_column * std::max(sweep.share_x, 1e-9)));
+    sweep.step_parts = std::ceil(extent_steps / (steps_per_column * std::max(sweep.share_x, 1e-9)));
     sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
     return sweep;
   };
@@ -103,15 +103,15 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   // Of the columns across x, the number that hold boxes, derived from the probability that two
   // boxes share one. Without clustering, at most the number of layers per axis; boxes slightly
   // clustered, but in all columns, have correspondingly more neighbours.
-  const auto with_boxes = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
-    if (!s.crowded) {
+  const auto occupied_columns = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+    if (!s.clustered) {
       const double y = std::min(layers[(sweep.x + 1) % 3], static_cast<double>(cy));
       const double z = std::min(layers[(sweep.x + 2) % 3], static_cast<double>(cz));
-      return y * z / s.crowding;
+      return y * z / s.density_ratio;
     }
-    const double y = s.filled_slabs((sweep.x + 1) % 3, cy);
-    const double z = s.filled_slabs((sweep.x + 2) % 3, cz);
-    return std::max({y, z, y * z / s.beyond_across[sweep.x]});
+    const double y = s.effective_slabs_at((sweep.x + 1) % 3, cy);
+    const double z = s.effective_slabs_at((sweep.x + 2) % 3, cz);
+    return std::max({y, z, y * z / s.axis_correlation[sweep.x]});
   };
   struct Price {
     double parts, replicas, cost;
@@ -119,12 +119,12 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double sections = static_cast<double>(cy) * cz;
     const double replicas = replicas_of(sweep, cy, cz);
-    const double full = with_boxes(sweep, cy, cz);
+    const double full = occupied_columns(sweep, cy, cz);
     const double per_column = n * replicas / full;
-    double parts = sweep.word_parts;
+    double parts = sweep.step_parts;
     if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
     if (parts > 1) {
-      parts = std::min({parts, sweep.most_parts, std::floor(most_columns / sections)});
+      parts = std::min({parts, sweep.most_parts, std::floor(max_columns / sections)});
       parts = std::max(1.0, parts);
     }
     const double cut = 1 + sweep.share_x * (parts - 1);
@@ -146,21 +146,21 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     best_columns[(x + 2) % 3] = cz;
   };
   // Whether an axis that is not swept may have `count` columns.
-  const auto may_cut = [&](std::uint32_t axis, std::uint32_t count) {
+  const auto may_divide = [&](std::uint32_t axis, std::uint32_t count) {
     return count == 1 || extents[axis] < length[axis];
   };
   // Every second number along each axis first, then those around the cheapest.
   constexpr std::uint32_t numbers = sizeof column_counts / sizeof *column_counts;
   std::uint32_t best_y = 0, best_z = 0;
   for (std::uint32_t x = 0; x < 3; ++x) {
-    const Sweep sweep = along(x);
+    const Sweep sweep = sweep_along(x);
     for (std::uint32_t y = 0; y < numbers; y += 2) {
       const std::uint32_t cy = column_counts[y];
-      if (cy > most_columns || !may_cut((x + 1) % 3, cy)) break;
+      if (cy > max_columns || !may_divide((x + 1) % 3, cy)) break;
       if (least(sweep, cy, 1) >= best.expected_ns) break;
       for (std::uint32_t z = 0; z < numbers; z += 2) {
         const std::uint32_t cz = column_counts[z];
-        if (static_cast<double>(cy) * cz > most_columns || !may_cut((x + 2) % 3, cz)) break;
+        if (static_cast<double>(cy) * cz > max_columns || !may_divide((x + 2) % 3, cz)) break;
         if (least(sweep, cy, cz) >= best.expected_ns) break;
         const Price p = price(sweep, cy, cz);
         if (p.cost >= best.expected_ns) continue;
@@ -170,12 +170,12 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       }
     }
   }
-  const Sweep along_best = along(best.sweep_axis);
+  const Sweep along_best = sweep_along(best.sweep_axis);
   for (std::uint32_t y = best_y - (best_y != 0); y <= std::min(best_y + 1, numbers - 1); ++y) {
     for (std::uint32_t z = best_z - (best_z != 0); z <= std::min(best_z + 1, numbers - 1); ++z) {
       const std::uint32_t cy = column_counts[y], cz = column_counts[z];
-      if (static_cast<double>(cy) * cz > most_columns) continue;
-      if (!may_cut((best.sweep_axis + 1) % 3, cy) || !may_cut((best.sweep_axis + 2) % 3, cz))
+      if (static_cast<double>(cy) * cz > max_columns) continue;
+      if (!may_divide((best.sweep_axis + 1) % 3, cy) || !may_divide((best.sweep_axis + 2) % 3, cz))
         continue;
       const Price p = price(along_best, cy, cz);
       if (p.cost < best.expected_ns) take(best.sweep_axis, cy, cz, p);
@@ -194,15 +194,15 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     for (double scale = double{cell_scale};; scale *= 1.125) {
       if (cell_scale < 1 && scale >= 1) break;  // keeps the plan
       const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
-      const Price p = price(along(x), cy, cz);
+      const Price p = price(sweep_along(x), cy, cz);
       const bool few =
-          static_cast<double>(cy) * cz <= most_columns && p.replicas <= most_scaled_replicas;
+          static_cast<double>(cy) * cz <= max_columns && p.replicas <= most_scaled_replicas;
       if (cell_scale < 1 && !few) continue;
       take(x, cy, cz, p);
       break;
     }
   }
-  best.crowded = s.crowded;
+  best.clustered = s.clustered;
   best.map = make_map(s, best_columns);
   best.reason = forced == Algorithm::grid ? "the grid was requested"
                 : best.map.column_count() == 1

@@ -7,7 +7,7 @@
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 
-#include "core/quantise.hpp"
+#include "core/quantize.hpp"
 
 namespace throng::core {
 
@@ -19,7 +19,7 @@ constexpr double least_length = 1e-44;
 struct Stats {
   std::uint64_t query_count = 0;   // searching boxes: all, or those that are not static
   std::uint64_t target_count = 0;  // boxes that are searched
-  // Axes for which the values below are positions by bits (core/quantise.hpp) around a centre,
+  // Axes for which the values below are positions by bits (core/quantize.hpp) around a centre,
   // instead of coordinates.
   bool by_bits[3] = {false, false, false};
   float centre[3] = {0, 0, 0};
@@ -28,24 +28,24 @@ struct Stats {
   double extent[3] = {0, 0, 0};   // mean extent along each axis, clipped to that range
   double product[3] = {0, 0, 0};  // mean product of the extents along the two other axes
   // Density: neighbours per box, relative to boxes spread evenly over the range.
-  double crowding = 1;
+  double density_ratio = 1;
 
   // If boxes are clustered, the density depends on the axes. `effective_slabs`: of 2^r slabs along
   // an axis, the number of equally full slabs that gives the same probability that two boxes share
   // one.
   // `*_correlation`: how many times greater the probability is that two boxes share a cell across
   // an axis, or of all three axes, than the product of the axes' own probabilities.
-  bool crowded = false;
-  static constexpr int halvings = 8;
-  double filled[3][halvings] = {};
-  double beyond_across[3] = {1, 1, 1}, beyond_all = 1;
+  bool clustered = false;
+  static constexpr int levels = 8;
+  double effective_slabs[3][levels] = {};
+  double axis_correlation[3] = {1, 1, 1}, joint_correlation = 1;
   // If boxes are not clustered: the fraction of boxes that begin within another box along an axis,
   // minus the fraction that their extents explain, if that at least doubles it, as in layers; else
   // 0.
-  double within[3] = {0, 0, 0};
+  double layer_overlap[3] = {0, 0, 0};
 
   // The same for any number of slabs.
-  double filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept;
+  double effective_slabs_at(std::uint32_t axis, std::uint32_t slabs) const noexcept;
 };
 
 // Computes the statistics of `count` <= max_sample active boxes.
@@ -69,10 +69,10 @@ struct SweepCost {
 struct GridPlan {
   bool all_pairs = false;
   std::uint32_t sweep_axis = 0;
-  Quantiser map;
+  Quantizer map;
   std::uint32_t worlds = 1;  // each has its own `map` columns, in order of worlds
   double replicas = 1;       // expected columns per box
-  bool crowded = false;      // boxes are denser than an even spread
+  bool clustered = false;    // boxes are denser than an even spread
   double expected_ns = 0;    // on one thread
   const char* reason = "";
 
@@ -96,14 +96,14 @@ constexpr double record_ns = 6.0;
 constexpr double column_ns = 150.0;
 constexpr double empty_ns = 15.0;
 // Per comparison of brute force.
-constexpr double brute_ns = 0.25;
+constexpr double brute_force_ns = 0.25;
 // A column of more records exceeds the L2 cache, and each record costs this much more.
 constexpr double cached_records = 16384;
 constexpr double uncached_ns = 40.0;
 // A longer column is divided along its sweep axis into parts of about this many records.
 constexpr double part_records = 4096;
 // It is also divided until the mean extent is about this many quantization steps.
-constexpr double extent_words = 32;
+constexpr double extent_steps = 32;
 // Columns scaled down by the caller stay wide enough to limit the columns per box: large boxes in
 // small columns would exhaust any memory.
 constexpr double most_scaled_replicas = 16;

@@ -87,8 +87,8 @@ Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
 // The fraction of the sample's pairs that slabs along an axis do not separate: some slab, of equal
 // slabs between two positions, holds a part of both boxes.
 template <class Position>
-double not_apart(const Corners* sample, std::uint32_t count, int k, double low, double high,
-                 const Position& position) noexcept {
+double unseparated_fraction(const Corners* sample, std::uint32_t count, int k, double low,
+                            double high, const Position& position) noexcept {
   constexpr std::uint32_t slabs = 128;
   std::uint32_t begin[slabs] = {}, end[slabs] = {};
   const double scale = slabs / std::max(high - low, least_length);
@@ -111,7 +111,8 @@ double not_apart(const Corners* sample, std::uint32_t count, int k, double low, 
 // Switches an axis to positions by bits if their slabs separate many more boxes than slabs of the
 // range do. The centre is 0, the least coordinate or the middle one. Also if all coordinates are
 // denormal or nearly so, as processors multiply these slowly. Returns whether it switched.
-bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, Stats& s) noexcept {
+bool switch_to_bits(Corners* sample, std::uint32_t count, int k, const Range& range,
+                    Stats& s) noexcept {
   constexpr double many = 4;
   constexpr double tiny = 8 * double{FLT_MIN};
   if (range.lower[k] >= range.upper[k]) return false;
@@ -129,8 +130,8 @@ bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, 
         low = std::min(low, position(sample[i].lower[k]));
         high = std::max(high, position(sample[i].upper[k]));
       }
-      take = many * not_apart(sample, count, k, low, high, position) <
-             not_apart(sample, count, k, range.lower[k], range.upper[k], itself);
+      take = many * unseparated_fraction(sample, count, k, low, high, position) <
+             unseparated_fraction(sample, count, k, range.lower[k], range.upper[k], itself);
       if (!take) continue;
       s.centre[k] = centre;
       break;
@@ -145,12 +146,13 @@ bool take_bits(Corners* sample, std::uint32_t count, int k, const Range& range, 
 }
 
 // The cells of the sample's boxes: indices along each axis, of 2^finest cells over the range.
-constexpr int finest = Stats::halvings - 1;
-struct Places {
+constexpr int finest = Stats::levels - 1;
+struct CellIndices {
   std::uint32_t count;
   std::uint8_t along[3][max_sample];
 
-  Places(const Corners* sample, std::uint32_t boxes, const Range& range) noexcept : count(boxes) {
+  CellIndices(const Corners* sample, std::uint32_t boxes, const Range& range) noexcept
+      : count(boxes) {
     for (int k = 0; k < 3; ++k) {
       constexpr double most = 1 << finest;
       const double scale = most / std::max(range.upper[k] - range.lower[k], least_length);
@@ -165,34 +167,35 @@ struct Places {
 // The probability that two of `count` boxes share something, if `same` pairs do. Pairs of two
 // different boxes: a box counted with itself would make small samples look clustered. Two standard
 // deviations are subtracted.
-double chance_of(double same, std::uint32_t count) noexcept {
+double pair_probability(double same, std::uint32_t count) noexcept {
   return (same - 2 * std::sqrt(same)) / (0.5 * count * (count - 1.0));
 }
 
-// The probability that two boxes of the sample share a cell, with 2^halvings[k] cells along axis k.
-double chance_in_cells(const Places& places, const int (&halvings)[3]) noexcept {
+// The probability that two boxes of the sample share a cell, with 2^levels[k] cells along axis k.
+double shared_cell_probability(const CellIndices& places, const int (&levels)[3]) noexcept {
   // A hash table: low bits of a cell's index, linear probing.
   constexpr unsigned slots = 2 * max_sample;
   std::uint32_t cell[slots];  // index + 1; 0: free
   std::uint16_t boxes[slots];
   std::fill(cell, cell + slots, 0u);
   const auto of = [&](int k, std::uint32_t i) {
-    return std::uint32_t{places.along[k][i]} >> (finest - halvings[k]);
+    return std::uint32_t{places.along[k][i]} >> (finest - levels[k]);
   };
   std::uint64_t same = 0;
   for (std::uint32_t i = 0; i < places.count; ++i) {
-    const std::uint32_t at = ((of(2, i) << halvings[1] | of(1, i)) << halvings[0] | of(0, i)) + 1;
+    const std::uint32_t at = ((of(2, i) << levels[1] | of(1, i)) << levels[0] | of(0, i)) + 1;
     unsigned slot = at % slots;
     while (cell[slot] != at && cell[slot] != 0) slot = (slot + 1) % slots;
     if (cell[slot] == 0) boxes[slot] = 0;
     cell[slot] = at;
     same += boxes[slot]++;
   }
-  return chance_of(static_cast<double>(same), places.count);
+  return pair_probability(static_cast<double>(same), places.count);
 }
 
-// Of one axis alone: see Stats::filled.
-void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvings]) noexcept {
+// Of one axis alone: see Stats::effective_slabs.
+void measure_slabs(const CellIndices& places, int axis,
+                   double (&effective_slabs)[Stats::levels]) noexcept {
   std::uint32_t boxes[1 << finest] = {};
   for (std::uint32_t i = 0; i < places.count; ++i) ++boxes[places.along[axis][i]];
   for (int r = finest; r >= 0; --r) {
@@ -202,65 +205,67 @@ void measure_slabs(const Places& places, int axis, double (&filled)[Stats::halvi
       same += (of_slab * of_slab - of_slab) / 2;
     }
     const double all = 1 << r;
-    filled[r] = 1 / std::max(chance_of(static_cast<double>(same), places.count), 1 / all);
+    effective_slabs[r] =
+        1 / std::max(pair_probability(static_cast<double>(same), places.count), 1 / all);
     for (int c = 0; c < 1 << r; c += 2) boxes[c / 2] = boxes[c] + boxes[c + 1];
   }
 }
 
 // Measures the density relative to an even spread. If cells of an eighth of the range are
 // clustered, smaller ones may be more so.
-constexpr double crowded_from = 2;
-void measure_crowding(const Places& places, const Range& range, Stats& s) noexcept {
+constexpr double clustered_threshold = 2;
+void measure_density(const CellIndices& places, const Range& range, Stats& s) noexcept {
   if (places.count < 128) return;
   // If boxes are about as large as the range, all are neighbours wherever their centres lie: that
   // axis is one cell.
   struct Cells {
-    int halvings[3];
-    double chance, crowding;
+    int levels[3];
+    double chance, density_ratio;
   };
-  const auto look_into = [&](int halvings) {
+  const auto density_in_cells = [&](int levels) {
     Cells cells;
     int all = 0;
     for (int k = 0; k < 3; ++k) {
-      cells.halvings[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : halvings;
-      all += cells.halvings[k];
+      cells.levels[k] = 4 * s.extent[k] >= range.upper[k] - range.lower[k] ? 0 : levels;
+      all += cells.levels[k];
     }
-    cells.chance = chance_in_cells(places, cells.halvings);
-    cells.crowding = std::ldexp(cells.chance, all);
+    cells.chance = shared_cell_probability(places, cells.levels);
+    cells.density_ratio = std::ldexp(cells.chance, all);
     return cells;
   };
-  Cells cells = look_into(3);
-  if (cells.crowding > crowded_from) {
-    const Cells smaller = look_into(5);
-    if (smaller.crowding > cells.crowding) cells = smaller;
+  Cells cells = density_in_cells(3);
+  if (cells.density_ratio > clustered_threshold) {
+    const Cells smaller = density_in_cells(5);
+    if (smaller.density_ratio > cells.density_ratio) cells = smaller;
   }
-  s.crowding = std::clamp(cells.crowding, 1.0, 4096.0);
-  s.crowded = s.crowding > crowded_from;
-  if (!s.crowded) return;
+  s.density_ratio = std::clamp(cells.density_ratio, 1.0, 4096.0);
+  s.clustered = s.density_ratio > clustered_threshold;
+  if (!s.clustered) return;
   for (int k = 0; k < 3; ++k) {
-    if (cells.halvings[k] != 0) {
-      measure_slabs(places, k, s.filled[k]);
+    if (cells.levels[k] != 0) {
+      measure_slabs(places, k, s.effective_slabs[k]);
     } else {
-      for (int r = 0; r <= finest; ++r) s.filled[k][r] = 1 << r;
+      for (int r = 0; r <= finest; ++r) s.effective_slabs[k][r] = 1 << r;
     }
   }
-  const auto beyond = [&](const int(&halvings)[3], double chance) {
-    for (int k = 0; k < 3; ++k) chance *= s.filled[k][halvings[k]];
+  const auto beyond = [&](const int(&levels)[3], double chance) {
+    for (int k = 0; k < 3; ++k) chance *= s.effective_slabs[k][levels[k]];
     return std::max(1.0, chance);
   };
-  s.beyond_all = beyond(cells.halvings, cells.chance);
+  s.joint_correlation = beyond(cells.levels, cells.chance);
   for (int k = 0; k < 3; ++k) {
-    int across[3] = {cells.halvings[0], cells.halvings[1], cells.halvings[2]};
+    int across[3] = {cells.levels[0], cells.levels[1], cells.levels[2]};
     across[k] = 0;
-    s.beyond_across[k] = std::min(s.beyond_all, beyond(across, chance_in_cells(places, across)));
+    s.axis_correlation[k] =
+        std::min(s.joint_correlation, beyond(across, shared_cell_probability(places, across)));
   }
 }
 
-// Compares a few boxes with the whole sample: see Stats::within.
+// Compares a few boxes with the whole sample: see Stats::layer_overlap.
 void measure_windows(const Corners* sample, std::uint32_t count, const Range& range,
                      Stats& s) noexcept {
   constexpr std::uint32_t looks = 8;
-  if (s.crowded || count < 4 * looks) return;
+  if (s.clustered || count < 4 * looks) return;
   for (int k = 0; k < 3; ++k) {
     float lowers[max_sample];
     for (std::uint32_t i = 0; i < count; ++i) lowers[i] = sample[i].lower[k];
@@ -279,14 +284,14 @@ void measure_windows(const Corners* sample, std::uint32_t count, const Range& ra
     const double share = (others - 2 * std::sqrt(others)) / (looks * (count - 1.0));
     const double length = std::max(range.upper[k] - range.lower[k], least_length);
     const double even = extents / (looks * length);
-    if (share > crowded_from * even) s.within[k] = share - even;
+    if (share > clustered_threshold * even) s.layer_overlap[k] = share - even;
   }
 }
 
 }  // namespace
 
-double Stats::filled_slabs(std::uint32_t axis, std::uint32_t slabs) const noexcept {
-  const double* const of = filled[axis];
+double Stats::effective_slabs_at(std::uint32_t axis, std::uint32_t slabs) const noexcept {
+  const double* const of = effective_slabs[axis];
   const unsigned r = static_cast<unsigned>(std::bit_width(std::max(slabs, 1u))) - 1;
   const double whole = std::uint32_t{1} << r;
   if (r >= finest) {  // extrapolates the last ratio
@@ -308,7 +313,8 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   for (bool taken = true; taken;) {  // the range changes with the positions
     range = trimmed_range(sample, count);
     taken = false;
-    for (int k = 0; k < 3; ++k) taken |= !s.by_bits[k] && take_bits(sample, count, k, range, s);
+    for (int k = 0; k < 3; ++k)
+      taken |= !s.by_bits[k] && switch_to_bits(sample, count, k, range, s);
   }
   for (int k = 0; k < 3; ++k) {
     s.lower[k] = static_cast<float>(range.lower[k]);
@@ -328,7 +334,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
     s.extent[k] /= count;
     s.product[k] /= count;
   }
-  measure_crowding(Places(sample, count, range), range, s);
+  measure_density(CellIndices(sample, count, range), range, s);
   measure_windows(sample, count, range, s);
   return s;
 }

@@ -7,9 +7,9 @@
 
 #include <throng/update_boxes.hpp>
 
-#include "core/column.hpp"
-#include "core/hd.hpp"
-#include "core/world_box.hpp"
+#include "core/body_bounds.hpp"
+#include "core/host_device_macros.hpp"
+#include "core/strided_array.hpp"
 
 namespace throng::core {
 
@@ -50,18 +50,18 @@ struct PointRange {
 };
 
 // The greater magnitude, or NaN if either argument is NaN.
-THRONG_HD constexpr double farther(double far, double x) noexcept {
+THRONG_HD constexpr double larger_magnitude(double far, double x) noexcept {
   const double a = magnitude(x);
   return a > far || a != a ? a : far;
 }
 
 struct UpdateBoxes {
-  Column<Vec3> position;
-  Column<Quaternion> rotation;
-  Column<Vec3> displacement;
-  Column<std::uint32_t> shape;
-  Column<Shape> shapes;
-  Column<Vec3> points;
+  StridedArray<Vec3> position;
+  StridedArray<Quaternion> rotation;
+  StridedArray<Vec3> displacement;
+  StridedArray<std::uint32_t> shape;
+  StridedArray<Shape> shapes;
+  StridedArray<Vec3> points;
   std::uint64_t shape_count = 0, point_count = 0;
   bool one_shape = false;  // without `shape`: one shape for all bodies, else body i has shape i
   float margin = 0;
@@ -78,7 +78,7 @@ struct UpdateBoxes {
     const std::uint64_t index = shape_index(i);
     return index < shape_count ? fault_of(shapes[index], point_count) : ShapeFault::index;
   }
-  // Step 3 of the proof in world_box.hpp bounds its error.
+  // Step 3 of the proof in body_bounds.hpp bounds its error.
   THRONG_HD double radius_of(const Shape& s) const noexcept {
     return static_cast<double>(s.radius) + static_cast<double>(margin);
   }
@@ -111,7 +111,8 @@ struct UpdateBoxes {
       x.take(m.x, v);
       y.take(m.y, v);
       z.take(m.z, v);
-      far = {farther(far.x, v.x), farther(far.y, v.y), farther(far.z, v.z)};
+      far = {larger_magnitude(far.x, v.x), larger_magnitude(far.y, v.y),
+             larger_magnitude(far.z, v.z)};
     }
     return {x.extent(m.x, far, r, far.x), y.extent(m.y, far, r, far.y),
             z.extent(m.z, far, r, far.z)};

@@ -9,12 +9,13 @@
 
 namespace throng::cpu {
 
-void FloatSpace::load(const Search& search, const Side& side, bool is_targets, BinReport& report) {
+void BoxTiles::load(const Search& search, const BoxSubset& side, bool is_targets,
+                    BinReport& report) {
   count_ = side.count;
   // Readable one tile beyond the last box.
   row_ = (std::size_t{count_} + 2 * tile_boxes - 1) / tile_boxes * tile_boxes;
-  float* floats = floats_.room(6 * row_);
-  std::uint32_t* ids = ids_.room(row_);
+  float* floats = floats_.ensure(6 * row_);
+  std::uint32_t* ids = ids_.ensure(row_);
   constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < row_; ++i) {
     Box box{{nothing, nothing, nothing}, {nothing, nothing, nothing}};
@@ -35,7 +36,7 @@ void FloatSpace::load(const Search& search, const Side& side, bool is_targets, B
   }
 }
 
-Tile FloatSpace::tile(std::uint32_t index) const noexcept {
+Tile BoxTiles::tile(std::uint32_t index) const noexcept {
   const std::size_t first = std::size_t{index} * tile_boxes;
   Tile tile;
   for (int k = 0; k < 6; ++k) tile.corner[k] = floats_.data() + k * row_ + first;
@@ -54,8 +55,8 @@ void load_all_pairs(Search& search, const Problem& problem, Worker* const* team,
 
 void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
                     unsigned task_count) {
-  const FloatSpace& queries = team[0]->query_floats;
-  const FloatSpace& targets = team[0]->target_floats;
+  const BoxTiles& queries = team[0]->query_floats;
+  const BoxTiles& targets = team[0]->target_floats;
   const std::uint64_t rows = problem.queries.count ? queries.tile_count() : 0;
   const std::uint64_t columns = problem.targets.count ? targets.tile_count() : 0;
   // Tile pairs including the diagonal are the strict upper triangle of one more row: (r, c + 1).
@@ -63,12 +64,12 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   const std::uint64_t work = triangle + rows * columns;
   // Each term is below 2^32 squared over a tile squared, so the sum fits 64 bits. A tile index fits
   // 32 bits, as a box index does.
-  constexpr std::uint64_t boxes = FloatSpace::tile_boxes;
+  constexpr std::uint64_t boxes = BoxTiles::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
   team[0]->visited += box_count(problem);
-  Turns turns(work);
+  AtomicCounter turns(work);
   auto task = [&](unsigned t) {
-    team[t]->by_brute_force(problem.frame);
+    team[t]->use_brute_force(problem.parent);
     for (std::uint64_t k; turns.take(k) && !search.over();) {
       if (k < triangle) {
         const Pair at = core::pair_of_row_index(k, rows + 1);

@@ -11,13 +11,13 @@ class Worker;
 
 // Boxes of one subset as floats, one array per coordinate. Inactive ones are all NaN: they overlap
 // nothing.
-class FloatSpace {
+class BoxTiles {
  public:
   static constexpr std::uint32_t tile_boxes = 256;
 
-  explicit FloatSpace(Memory& memory) noexcept : floats_(memory), ids_(memory) {}
-  void load(const Search&, const Side&, bool is_targets, BinReport&);
-  void match(const FloatSpace& other) {
+  explicit BoxTiles(Memory& memory) noexcept : floats_(memory), ids_(memory) {}
+  void load(const Search&, const BoxSubset&, bool is_targets, BinReport&);
+  void match(const BoxTiles& other) {
     floats_.match(other.floats_);
     ids_.match(other.ids_);
   }

@@ -17,7 +17,7 @@
 #define HWY_ONCE 1
 #endif
 
-#include "core/world_box.hpp"
+#include "core/body_bounds.hpp"
 #include "cpu/body_boxes.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,7 +28,7 @@ template <bool rotated, bool displaced>
 #if defined(__GNUC__)
 [[gnu::flatten]]
 #endif
-void place_block(BodyBlock& b, float margin) {
+void bound_block(BodyBlock& b, float margin) {
   for (std::size_t i = 0; i < BodyBlock::size; ++i) {
     const Vec3 center = {b.center[0][i], b.center[1][i], b.center[2][i]};
     const Vec3 half = {b.half_extents[0][i], b.half_extents[1][i], b.half_extents[2][i]};
@@ -58,10 +58,10 @@ void place_block(BodyBlock& b, float margin) {
   }
 }
 
-inline PlaceBlock choose(bool rotated, bool displaced) {
-  return rotated     ? displaced ? &place_block<true, true> : &place_block<true, false>
-             : displaced ? &place_block<false, true>
-                     : &place_block<false, false>;
+inline BlockKernel choose(bool rotated, bool displaced) {
+  return rotated     ? displaced ? &bound_block<true, true> : &bound_block<true, false>
+             : displaced ? &bound_block<false, true>
+                     : &bound_block<false, false>;
 }
 
 }  // namespace throng::cpu::HWY_NAMESPACE
@@ -71,7 +71,7 @@ HWY_AFTER_NAMESPACE();
 namespace throng::cpu {
 
 // The scalar one and any that was not built use the baseline.
-PlaceBlock find_place_block(Isa isa, bool rotated, bool displaced) noexcept {
+BlockKernel find_block_kernel(Isa isa, bool rotated, bool displaced) noexcept {
 #if defined(THRONG_HIGHWAY)
 #if HWY_TARGETS & HWY_AVX3
   if (isa == Isa::avx512) return N_AVX3::choose(rotated, displaced);

@@ -20,27 +20,27 @@ void put(float (*to)[BodyBlock::size], std::size_t lane, const Vec3& v) noexcept
 // A task's state: the block, and the part of it that stays valid between blocks.
 class Task {
  public:
-  Task(const core::UpdateBoxes& job, PlaceBlock place, PlaceBlock unrotated) noexcept
-      : job_(job), place_(place), unrotated_(unrotated) {
+  Task(const core::UpdateBoxes& job, BlockKernel place, BlockKernel unrotated) noexcept
+      : job_(job), kernel_(place), unrotated_kernel_(unrotated) {
     shared_ = !job.shape.data && job.one_shape;
     if (!shared_) return;
-    alone_ = !is_block_shape(0);
-    if (alone_) return;
+    per_body_ = !is_block_shape(0);
+    if (per_body_) return;
     const Shape& s = job.shapes[0];
-    ball_ = s.center.x == 0 && s.center.y == 0 && s.center.z == 0 && s.half_extents.x == 0 &&
-            s.half_extents.y == 0 && s.half_extents.z == 0;
+    is_sphere_ = s.center.x == 0 && s.center.y == 0 && s.center.z == 0 && s.half_extents.x == 0 &&
+                 s.half_extents.y == 0 && s.half_extents.z == 0;
     for (std::size_t k = 0; k < BodyBlock::size; ++k) put_shape(k, s);
   }
 
   // Processes bodies first .. first + count - 1, count <= BodyBlock::size. Bodies that are no
   // boxes, or faulty, take the scalar path.
   void run(std::size_t first, std::size_t count) noexcept {
-    if (alone_) {
-      for (std::size_t i = first; i < first + count; ++i) run_alone(i);
+    if (per_body_) {
+      for (std::size_t i = first; i < first + count; ++i) run_single(i);
       return;
     }
     for (std::size_t k = 0; k < count; ++k) put(block_.position, k, job_.position[first + k]);
-    const bool rotated = job_.rotation.data && !(ball_ && rotations_finite(first, count));
+    const bool rotated = job_.rotation.data && !(is_sphere_ && rotations_finite(first, count));
     if (rotated) {
       for (std::size_t k = 0; k < count; ++k) {
         const Quaternion& q = job_.rotation[first + k];
@@ -54,23 +54,23 @@ class Task {
       for (std::size_t k = 0; k < count; ++k)
         put(block_.displacement, k, job_.displacement[first + k]);
     }
-    std::uint64_t odd = 0;
+    std::uint64_t single_mask = 0;
     if (!shared_) {
       for (std::size_t k = 0; k < count; ++k) {
         if (is_block_shape(first + k)) {
           put_shape(k, job_.shapes[job_.shape_index(first + k)]);
         } else {
-          odd |= std::uint64_t{1} << k;
+          single_mask |= std::uint64_t{1} << k;
         }
       }
     }
-    (rotated ? place_ : unrotated_)(block_, job_.margin);
+    (rotated ? kernel_ : unrotated_kernel_)(block_, job_.margin);
     for (std::size_t k = 0; k < count; ++k) {
       job_.box(first + k) = {{block_.lower[0][k], block_.lower[1][k], block_.lower[2][k]},
                              {block_.upper[0][k], block_.upper[1][k], block_.upper[2][k]}};
     }
-    for (std::size_t k = 0; odd != 0; ++k, odd >>= 1) {
-      if (odd & 1) run_alone(first + k);
+    for (std::size_t k = 0; single_mask != 0; ++k, single_mask >>= 1) {
+      if (single_mask & 1) run_single(first + k);
     }
   }
 
@@ -96,16 +96,16 @@ class Task {
     put(block_.half_extents, lane, s.half_extents);
     block_.radius[lane] = s.radius;
   }
-  void run_alone(std::size_t i) noexcept {
+  void run_single(std::size_t i) noexcept {
     if (job_(i) == core::ShapeFault::none) return;
     if (report_.invalid_count++ == 0) report_.first_invalid = i;
   }
 
   const core::UpdateBoxes& job_;
-  PlaceBlock place_, unrotated_;
-  bool ball_ = false;    // one shared shape, invariant under rotation
-  bool shared_ = false;  // one shared shape, already in the block
-  bool alone_ = false;   // one shared shape, not a block shape
+  BlockKernel kernel_, unrotated_kernel_;
+  bool is_sphere_ = false;  // one shared shape, invariant under rotation
+  bool shared_ = false;     // one shared shape, already in the block
+  bool per_body_ = false;   // one shared shape, not a block shape
   BodyReport report_;
   BodyBlock block_{};
 };
@@ -115,12 +115,12 @@ static_assert(chunk % BodyBlock::size == 0);
 }  // namespace
 
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks, Stop& stop) noexcept {
-  const PlaceBlock place = find_place_block(isa, job.rotation.data, job.displacement.data);
-  const PlaceBlock unrotated = find_place_block(isa, false, job.displacement.data);
+                        const Executor& executor, unsigned tasks, Cancellation& stop) noexcept {
+  const BlockKernel place = find_block_kernel(isa, job.rotation.data, job.displacement.data);
+  const BlockKernel unrotated = find_block_kernel(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
   tasks = static_cast<unsigned>(std::min<std::size_t>(std::max(tasks, 1u), chunks));
-  Turns turns(chunks);
+  AtomicCounter turns(chunks);
   std::atomic<std::uint64_t> first{count}, invalid{0};
   auto body = [&](unsigned) {
     Task task(job, place, unrotated);

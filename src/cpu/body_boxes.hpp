@@ -7,7 +7,7 @@
 #include <throng/options.hpp>
 
 #include "core/update_boxes.hpp"
-#include "cpu/stop.hpp"
+#include "cpu/cancellation.hpp"
 
 namespace throng::cpu {
 
@@ -19,7 +19,7 @@ struct BodyReport {
 // that of core::UpdateBoxes, so every instruction set gives the same bits, and an unavailable one
 // falls back to another. Once `stop` is true some boxes stay unwritten.
 BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks, Stop& stop) noexcept;
+                        const Executor& executor, unsigned tasks, Cancellation& stop) noexcept;
 
 // A block of bodies with box shapes, one array per coordinate.
 struct BodyBlock {
@@ -33,7 +33,7 @@ struct BodyBlock {
   alignas(64) float lower[3][size], upper[3][size];
 };
 // Writes lower and upper of the whole block.
-using PlaceBlock = void (*)(BodyBlock&, float margin);
-PlaceBlock find_place_block(Isa, bool rotated, bool displaced) noexcept;
+using BlockKernel = void (*)(BodyBlock&, float margin);
+BlockKernel find_block_kernel(Isa, bool rotated, bool displaced) noexcept;
 
 }  // namespace throng::cpu

@@ -10,15 +10,15 @@
 #include <type_traits>
 #include <utility>
 
-#include "cpu/lists.hpp"
+#include "cpu/pair_list_sorter.hpp"
 #include "cpu/prefetch.hpp"
 
 namespace throng::cpu {
 namespace {
 
 constexpr unsigned most_digit_bits = 11;
-constexpr unsigned most_passes = 6;     // for 64 bits
-constexpr std::size_t list_pairs = 16;  // mean seconds per first from which lists are faster
+constexpr unsigned most_passes = 6;         // for 64 bits
+constexpr std::size_t min_list_pairs = 16;  // mean seconds per first from which lists are faster
 // A run takes as many steps as it has keys. With twice this limit it is no faster.
 constexpr std::uint32_t most_run_keys = 48;
 constexpr unsigned most_run_bits = 13;
@@ -56,7 +56,7 @@ unsigned digit_count(std::size_t count, unsigned bits, bool even) noexcept {
 // a and b have space for one key per pair. If `a` is null, the keys alternate between b and the
 // memory of the pairs.
 template <class Key>
-void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
+void radix_sort(const Bucket& bucket, Key* a, Key* b) {
   Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   const auto key_of = key_maker<Key>(bucket);
@@ -74,7 +74,7 @@ void move_by_digits(const Bucket& bucket, Key* a, Key* b) {
   std::memset(counts, 0, passes * digits * sizeof *counts);
   const auto count_keys = [&](auto pass_count) {
     for (std::size_t i = 0; i < count; ++i) {
-      prefetch_to_stream(pairs + i + pairs_ahead);
+      prefetch_l1(pairs + i + pairs_ahead);
       Key key = key_of(pairs[i]);
       if (a) a[i] = key;
       for (unsigned p = 0; p < pass_count; ++p, key = static_cast<Key>(key >> digit)) {
@@ -130,15 +130,15 @@ void each_pair(const Bucket& bucket, const F& f) {
 }
 
 // Returns false without effect if digits cost less or there is too little space.
-bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
-                   std::size_t room_count) {
+bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* scratch,
+                   std::size_t scratch_count) {
   const std::size_t firsts = std::size_t{1} << bucket.first_bits;
-  if (!kernels.sort_lists || firsts > Lists::most || bucket.count < list_pairs * firsts ||
-      bucket.count > Lists::most_pairs)
+  if (!kernels.sort_lists || firsts > PairListSorter::max_lists ||
+      bucket.count < min_list_pairs * firsts || bucket.count > PairListSorter::max_pairs)
     return false;
-  if (room_count < 2 * bucket.count || digit_count(bucket.count, bucket.key_bits(), false) == 2)
+  if (scratch_count < 2 * bucket.count || digit_count(bucket.count, bucket.key_bits(), false) == 2)
     return false;
-  std::uint32_t ends[Lists::most] = {};
+  std::uint32_t ends[PairListSorter::max_lists] = {};
   const auto first_mask = static_cast<std::uint32_t>(firsts - 1);
   each_pair(bucket, [&](Pair p) { ++ends[p.first & first_mask]; });
   std::uint32_t sum = 0;
@@ -147,20 +147,20 @@ bool sort_as_lists(const Kernels& kernels, const Bucket& bucket, std::uint64_t* 
     ends[f] = sum + count;
     sum += 2 * count;
   }
-  auto* const seconds = reinterpret_cast<std::uint32_t*>(room);
+  auto* const seconds = reinterpret_cast<std::uint32_t*>(scratch);
   each_pair(bucket, [&](Pair p) { seconds[ends[p.first & first_mask]++] = p.second; });
-  Lists(seconds, bucket.pairs, bucket.count, ends, bucket.first_above, bucket.second_bits)
-      .sort(kernels, 0, firsts, room + bucket.count, nullptr);
+  PairListSorter(seconds, bucket.pairs, bucket.count, ends, bucket.first_above, bucket.second_bits)
+      .sort(kernels, 0, firsts, scratch + bucket.count, nullptr);
   return true;
 }
 
 // One pass by as many leading bits as leave about one or two keys per digit. Returns false without
 // effect if some digit has many keys.
-bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room) {
+bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* scratch) {
   const Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   if (!kernels.sort_runs || count <= few_pairs || !fits_32_bits(bucket)) return false;
-  static_assert(few_pairs >= run_padding);  // `room` holds two keys per pair
+  static_assert(few_pairs >= run_padding);  // `scratch` holds two keys per pair
   const unsigned bits = std::min(
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
@@ -170,7 +170,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
   std::uint32_t at[std::size_t{1} << most_run_bits];
   std::memset(at, 0, digits * sizeof *at);
   for (std::size_t i = 0; i < count; ++i) {
-    prefetch_to_stream(pairs + i + pairs_ahead);
+    prefetch_l1(pairs + i + pairs_ahead);
     ++at[key_of(pairs[i]) >> shift];
   }
   std::uint32_t sum = 0, longest = 0;
@@ -179,7 +179,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
     sum += std::exchange(at[digit], sum);
   }
   if (longest > most_run_keys) return false;
-  auto* const keys = reinterpret_cast<std::uint32_t*>(room);
+  auto* const keys = reinterpret_cast<std::uint32_t*>(scratch);
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t key = key_of(pairs[i]);
     keys[at[key >> shift]++] = key;
@@ -190,27 +190,27 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* r
 
 }  // namespace
 
-void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* room,
-                 std::size_t room_count) {
-  if (sort_as_lists(kernels, bucket, room, room_count)) return;
-  if (sort_as_runs(kernels, bucket, room)) return;
-  sort_by_digits(bucket, room, room_count);
+void sort_bucket(const Kernels& kernels, const Bucket& bucket, std::uint64_t* scratch,
+                 std::size_t scratch_count) {
+  if (sort_as_lists(kernels, bucket, scratch, scratch_count)) return;
+  if (sort_as_runs(kernels, bucket, scratch)) return;
+  radix_sort_bucket(bucket, scratch, scratch_count);
 }
 
-void sort_by_digits(const Bucket& bucket, std::uint64_t* room, std::size_t room_count) {
+void radix_sort_bucket(const Bucket& bucket, std::uint64_t* scratch, std::size_t scratch_count) {
   const std::size_t count = bucket.count;
   if (count < 2 || bucket.key_bits() == 0) return;
   if (count <= few_pairs || count > 0xffffffffu) {
     std::sort(bucket.pairs, bucket.pairs + count);
     return;
   }
-  auto* const narrow = reinterpret_cast<std::uint32_t*>(room);
+  auto* const narrow = reinterpret_cast<std::uint32_t*>(scratch);
   if (fits_32_bits(bucket))
-    move_by_digits<std::uint32_t>(bucket, narrow, narrow + count);
-  else if (room_count >= 2 * count)
-    move_by_digits<std::uint64_t>(bucket, room, room + count);
+    radix_sort<std::uint32_t>(bucket, narrow, narrow + count);
+  else if (scratch_count >= 2 * count)
+    radix_sort<std::uint64_t>(bucket, scratch, scratch + count);
   else
-    move_by_digits<std::uint64_t>(bucket, nullptr, room);
+    radix_sort<std::uint64_t>(bucket, nullptr, scratch);
 }
 
 }  // namespace throng::cpu

@@ -6,7 +6,7 @@
 
 #include <throng/types.hpp>
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 
 namespace throng::cpu {
 
@@ -19,12 +19,12 @@ struct Bucket {
 
   unsigned key_bits() const noexcept { return first_bits + second_bits; }
   // 64-bit words of scratch space. Half is enough, but may be slower.
-  static constexpr std::size_t room_for(std::size_t count) noexcept { return 2 * count; }
+  static constexpr std::size_t scratch_size(std::size_t count) noexcept { return 2 * count; }
 };
 
 // Sorts by first, then second, in place.
-void sort_bucket(const Kernels&, const Bucket&, std::uint64_t* room, std::size_t room_count);
+void sort_bucket(const Kernels&, const Bucket&, std::uint64_t* scratch, std::size_t scratch_count);
 // Same result, always by radix sort.
-void sort_by_digits(const Bucket&, std::uint64_t* room, std::size_t room_count);
+void radix_sort_bucket(const Bucket&, std::uint64_t* scratch, std::size_t scratch_count);
 
 }  // namespace throng::cpu

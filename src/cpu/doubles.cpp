@@ -47,8 +47,8 @@ Box rounded(const DoubleBox& box, const DoubleVec3& o) noexcept {
 
 // Rounds boxes begin .. end - 1 of box(i).
 template <class BoxAt>
-void stand_for(const BoxAt& box, const DoubleVec3& origin, float margin, std::size_t begin,
-               std::size_t end, Box* out) noexcept {
+void round_to_floats(const BoxAt& box, const DoubleVec3& origin, float margin, std::size_t begin,
+                     std::size_t end, Box* out) noexcept {
   for (std::size_t i = begin; i < end; ++i) {
     const DoubleBox given = box(i);
     out[i] = rounded(margin != 0 ? core::expand(given, margin) : given, origin);
@@ -64,10 +64,10 @@ DoubleVec3 choose_origin(const Doubles& doubles) noexcept {
   return {origin_of(doubles, 0), origin_of(doubles, 1), origin_of(doubles, 2)};
 }
 
-void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
-               const Executor& executor, unsigned tasks, Box* out) {
+void round_to_floats(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
+                     const Executor& executor, unsigned tasks, Box* out) {
   constexpr std::size_t step = 512;
-  Shares shares(boxes.size(), tasks, step);
+  ChunkQueue shares(boxes.size(), tasks, step);
   auto task = [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);) {
       if (const char* const packed = boxes.packed_data()) {
@@ -76,10 +76,10 @@ void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
           std::memcpy(&b, packed + i * stride, sizeof b);
           return b;
         };
-        margin != 0 ? stand_for(box, origin, margin, begin, end, out)
-                    : stand_for(box, origin, 0, begin, end, out);
+        margin != 0 ? round_to_floats(box, origin, margin, begin, end, out)
+                    : round_to_floats(box, origin, 0, begin, end, out);
       } else {
-        stand_for([&](std::size_t i) { return boxes[i]; }, origin, margin, begin, end, out);
+        round_to_floats([&](std::size_t i) { return boxes[i]; }, origin, margin, begin, end, out);
       }
     }
   };

@@ -4,7 +4,7 @@
 // A coordinate x is represented by f(x) = float(x - origin), the same origin for all, both steps
 // rounded to nearest. Both are non-decreasing, and so is f. So f(x) < f(y) implies x < y, and f(x)
 // > f(y) implies x > y: the floats order what they distinguish as the doubles do. Quantized
-// coordinates are a non-decreasing map of floats (core/quantise.hpp), so the same holds for them:
+// coordinates are a non-decreasing map of floats (core/quantize.hpp), so the same holds for them:
 // only ties are decided by doubles, and no other part of a search uses doubles. Boxes that overlap
 // as doubles overlap as floats, so no candidate is lost.
 #pragma once
@@ -41,8 +41,8 @@ struct Doubles {
   static void prefetch(const DoubleBoxes& set, std::uint32_t id) noexcept {
     if (!set.packed_data()) return;
     const char* const box = set.packed_data() + id * set.stride_bytes();
-    prefetch_to_read(box);
-    prefetch_to_read(box + sizeof(DoubleBox) - sizeof(double));
+    prefetch_l2(box);
+    prefetch_l2(box + sizeof(DoubleBox) - sizeof(double));
   }
 };
 
@@ -52,7 +52,7 @@ DoubleVec3 choose_origin(const Doubles& doubles) noexcept;
 
 // Writes the float box for each box of `boxes`, expanded by the margin. NaN and inactive boxes stay
 // NaN and inactive, as decided on the doubles.
-void stand_for(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
-               const Executor& executor, unsigned tasks, Box* out);
+void round_to_floats(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
+                     const Executor& executor, unsigned tasks, Box* out);
 
 }  // namespace throng::cpu

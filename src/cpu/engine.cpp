@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/profile.hpp"
-#include "cpu/apart.hpp"
 #include "cpu/engine_call.hpp"
-#include "cpu/team.hpp"
+#include "cpu/filter_planning.hpp"
+#include "cpu/parallel_region.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
@@ -21,7 +21,7 @@ constexpr std::uint64_t team_pays_from = 65536;
 Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept
     : memory_(memory, already_held),
       rounded_(memory_),
-      kinds_(memory_),
+      filter_classes_(memory_),
       grid_(memory_),
       partition_(memory_),
       sorter_(memory_),
@@ -37,10 +37,10 @@ void Engine::round(Call& call) {
   Search& search = call.search;
   const Doubles& doubles = call.doubles;
   const std::size_t of_a = doubles.a->size();
-  Box* out = rounded_.room(static_cast<std::size_t>(box_count(search)), memory_.cap() != 0);
+  Box* out = rounded_.ensure(static_cast<std::size_t>(box_count(search)), memory_.cap() != 0);
   const DoubleVec3 origin = choose_origin(doubles);
   const auto fill = [&](const DoubleBoxes& boxes, Box* to, Boxes& rounded) {
-    stand_for(boxes, origin, doubles.margin, *search.executor, call.tasks, to);
+    round_to_floats(boxes, origin, doubles.margin, *search.executor, call.tasks, to);
     rounded = Boxes(to, boxes.size());
     rounded.filters = boxes.filters;
   };
@@ -60,15 +60,15 @@ void Engine::prepare(Call& call) {
   Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   const auto side = [](const Boxes& b) {
-    return Side{&b, nullptr, static_cast<std::uint32_t>(b.size())};
+    return BoxSubset{&b, nullptr, static_cast<std::uint32_t>(b.size())};
   };
-  call.whole.queries = side(*search.a);
-  call.whole.targets = search.two_sets ? side(*search.b) : Side{search.b, nullptr, 0};
-  call.whole.self = !search.two_sets;
+  call.problem.queries = side(*search.a);
+  call.problem.targets = search.two_sets ? side(*search.b) : BoxSubset{search.b, nullptr, 0};
+  call.problem.self = !search.two_sets;
   if (search.two_sets && box_count(search) <= max_box_count)
-    call.whole.raised_by = search.second_base = call.whole.queries.count;
-  call.partitioned =
-      !plan_with_filters(search, call.whole, call.options.algorithm, call.tasks, kinds_, call.plan);
+    call.problem.target_id_offset = search.target_id_offset = call.problem.queries.count;
+  call.partitioned = !plan_with_filters(search, call.problem, call.options.algorithm, call.tasks,
+                                        filter_classes_, call.plan);
   Result& r = call.result;
   has_grid_ = false;
   if (call.partitioned) {
@@ -85,9 +85,9 @@ void Engine::prepare(Call& call) {
     r.plan.expected_ns = call.plan.expected_ns;
     r.plan.reason = call.plan.reason;
     if (call.plan.all_pairs)
-      load_all_pairs(search, call.whole, workers, report);
+      load_all_pairs(search, call.problem, workers, report);
     else
-      grid_.bin(search, call.whole, call.plan, workers, call.tasks, report);
+      grid_.bin(search, call.problem, call.plan, workers, call.tasks, report);
     has_grid_ = !call.plan.all_pairs;
     grid_plan_ = call.plan;
   }
@@ -112,9 +112,9 @@ void Engine::pass(Call& call, Sink& sink) {
   if (call.partitioned)
     solve_partition(call);
   else if (call.plan.all_pairs)
-    find_all_pairs(search, call.whole, workers, call.tasks);
+    find_all_pairs(search, call.problem, workers, call.tasks);
   else
-    grid_.find(search, call.whole, call.plan, workers, call.tasks, 0);
+    grid_.find(search, call.problem, call.plan, workers, call.tasks, 0);
   for (unsigned t = 0; t < call.tasks; ++t) {
     if (!search.failed()) workers[t]->finish();
     call.result.comparisons += workers[t]->comparisons;
@@ -127,7 +127,7 @@ void Engine::pass(Call& call, Sink& sink) {
 void Engine::solve_partition(Call& call) {
   Search& search = call.search;
   Worker* const* workers = workers_.make(call.tasks);
-  Turns turns(partition_.problem_count());
+  AtomicCounter turns(partition_.problem_count());
   const auto is_large = [&](const Problem& p) {
     return call.tasks > 1 && box_count(p) >= team_pays_from;
   };
@@ -136,7 +136,8 @@ void Engine::solve_partition(Call& call) {
       for (std::uint64_t i; turns.take(i) && !search.over();) {
         const Problem& p = partition_.problem(static_cast<std::uint32_t>(i));
         if (is_large(p)) continue;
-        solve_alone(search, p, make_plan(search, p, call.options.algorithm), *workers[t], 1);
+        solve_on_one_worker(search, p, make_plan(search, p, call.options.algorithm), *workers[t],
+                            1);
       }
     });
   };
@@ -158,14 +159,16 @@ void Engine::solve_partition(Call& call) {
 
 // Estimates and allocates output memory first, which saves a counting pass. If that allocation
 // fails, the count decides.
-void Engine::guess_room(Call& call, Output& output) {
+void Engine::reserve_output(Call& call, Output& output) {
   const std::uint64_t most = 8 * box_count(call.search);
   std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(most, few_pairs));
   Worker& worker = *workers_.make(call.tasks)[0];
   if (has_grid_)
-    guess = std::max(guess, grid_.foretell(call.search, call.whole, call.plan, worker));
+    guess =
+        std::max(guess, grid_.estimate_pair_count(call.search, call.problem, call.plan, worker));
   else if (call.partitioned)
-    guess = std::max(guess, partition_.foretell(call.search, call.options.algorithm, worker));
+    guess = std::max(guess,
+                     partition_.estimate_pair_count(call.search, call.options.algorithm, worker));
   call.result.comparisons += worker.comparisons;
   call.result.visited += worker.visited;
   if (guess == 0 || call.search.over()) return;
@@ -176,10 +179,10 @@ void Engine::guess_room(Call& call, Output& output) {
 }
 
 void Engine::find_into(Call& call, Output& output) {
-  if (output.capacity == 0 && output.grow) guess_room(call, output);
+  if (output.capacity == 0 && output.grow) reserve_output(call, output);
   for (;;) {
     const std::size_t spill = BufferSink::spill_for(call.tasks, output.capacity);
-    BufferSink sink(output.data, output.capacity, spill_.room(spill, true), spill);
+    BufferSink sink(output.data, output.capacity, spill_.ensure(spill, true), spill);
     pass(call, sink);
     sink.close();
     call.result.found = sink.found();
@@ -190,7 +193,7 @@ void Engine::find_into(Call& call, Output& output) {
       return;
     }
     output.data = output.grow(output.context, static_cast<std::size_t>(sink.found()));
-    if (!output.data) throw NoMemory{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
+    if (!output.data) throw AllocationFailed{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
     output.capacity = static_cast<std::size_t>(sink.found());
   }
 }
@@ -233,7 +236,7 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
   r.plan.isa = search.kernels->isa;
   r.plan.threads = call.tasks;
   r.plan.reason = "";
-  Team::lead(*search.executor, call.tasks, [&](const Executor& team) {
+  ParallelRegion::run(*search.executor, call.tasks, [&](const Executor& team) {
     search.executor = &team;
     search.guarded([&] {
       if (search.over()) return;
@@ -242,9 +245,9 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
       if (search.over()) return;
       const bool in_order = options.order == Order::canonical;
       if (consumer)
-        in_order ? consume_in_order(call, *consumer) : consume(call, *consumer);
+        in_order ? consume_sorted(call, *consumer) : consume(call, *consumer);
       else
-        in_order ? find_in_order(call, *output) : find_into(call, *output);
+        in_order ? find_sorted(call, *output) : find_into(call, *output);
     });
   });
   if (search.failed()) {
@@ -252,7 +255,7 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
     r.bytes_needed = search.bytes();
     if (r.status == Status::memory_cap_too_small) {
       // If the estimate was not enough, doubles the cap, so that a caller's retries end.
-      const std::size_t cap = options.memory_cap_bytes, enough = enough_bytes(call);
+      const std::size_t cap = options.memory_cap_bytes, enough = sufficient_bytes(call);
       r.bytes_needed = std::max(search.bytes(), cap < enough ? enough : 2 * cap);
     }
     r.found = 0;

@@ -7,12 +7,12 @@
 #include <throng/options.hpp>
 
 #include "core/output.hpp"
-#include "cpu/each_task.hpp"
+#include "cpu/filter_classes.hpp"
+#include "cpu/filter_partition.hpp"
 #include "cpu/grid.hpp"
-#include "cpu/kinds.hpp"
 #include "cpu/memory.hpp"
-#include "cpu/order.hpp"
-#include "cpu/partition.hpp"
+#include "cpu/pair_sorter.hpp"
+#include "cpu/per_thread.hpp"
 #include "cpu/worker.hpp"
 
 namespace throng::cpu {
@@ -27,11 +27,11 @@ constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexce
   return count + count / (capacity == 0 ? 64 : 8) + 512;
 }
 // Output::grow for a Buffer: null if allocation fails.
-inline Pair* room_for_pairs(void* buffer, std::size_t count) noexcept {
+inline Pair* grow_pairs(void* buffer, std::size_t count) noexcept {
   auto& room = *static_cast<Buffer<Pair>*>(buffer);
   try {
     return count <= room.capacity() ? room.data()
-                                    : room.room(with_spare(count, room.capacity()), true);
+                                    : room.ensure(with_spare(count, room.capacity()), true);
   } catch (...) {
     return nullptr;
   }
@@ -56,19 +56,19 @@ class Engine {
   Buffer<Pair>& pairs() noexcept { return pairs_; }
   // The plan of the last call's single grid; null if there was none: brute force, or one problem
   // per world.
-  const core::GridPlan* whole_plan() const noexcept {
+  const core::GridPlan* single_grid_plan() const noexcept {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
-  const GridSpace& grid() const noexcept { return grid_; }
-  // Calls tell(what, bytes) for each part of the held memory.
-  template <class Tell>
-  void tell_memory(const Tell& tell) const {
+  const BinnedGrid& grid() const noexcept { return grid_; }
+  // Calls report(what, bytes) for each part of the held memory.
+  template <class Report>
+  void report_memory(const Report& report) const {
     const std::size_t cells = grid_.held(), sorting = sorter_.held();
     const std::size_t pairs = pairs_.bytes() + unordered_.bytes() + ordered_.bytes();
-    tell("boxes in cells", cells);
-    tell("pairs", pairs);
-    tell("sorting pairs", sorting);
-    tell("per-thread scratch and other", memory_.held() - cells - sorting - pairs);
+    report("boxes in cells", cells);
+    report("pairs", pairs);
+    report("sorting pairs", sorting);
+    report("per-thread scratch and other", memory_.held() - cells - sorting - pairs);
   }
   // After a call with status nan_box: whether first_invalid refers to the second set.
   bool nan_in_second_set() const noexcept { return nan_in_b_; }
@@ -79,28 +79,28 @@ class Engine {
   void round(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
-  void guess_room(Call&, Output&);
+  void reserve_output(Call&, Output&);
   void find_into(Call&, Output&);
-  void find_in_order(Call&, Output&);
+  void find_sorted(Call&, Output&);
   void consume(Call&, const Consumer&);
-  void consume_in_order(Call&, const Consumer&);
-  void widen_rooms(const Call&);
+  void consume_sorted(Call&, const Consumer&);
+  void grow_pair_buffers(const Call&);
   void consume_range(Call&, const Consumer&, std::uint64_t begin, unsigned slice_bits, bool& go_on);
   void solve_partition(Call&);
-  std::size_t enough_bytes(const Call&) const noexcept;
+  std::size_t sufficient_bytes(const Call&) const noexcept;
 
   Memory memory_;
   Buffer<Box> rounded_;  // float boxes in place of doubles
-  Kinds kinds_;
-  GridSpace grid_;
-  Partition partition_;
+  FilterClasses filter_classes_;
+  BinnedGrid grid_;
+  FilterPartition partition_;
   PairSorter sorter_;
   Buffer<Pair> spill_;  // see BufferSink
   Buffer<Pair> pairs_, unordered_, ordered_;
   core::GridPlan grid_plan_;
   bool has_grid_ = false;
   bool nan_in_b_ = false;
-  EachTask<Worker> workers_;
+  PerThread<Worker> workers_;
 };
 
 }  // namespace throng::cpu

@@ -33,7 +33,7 @@ struct Engine::Call {
   Doubles doubles;
   Boxes rounded[2];  // float boxes in place of doubles
   Search search;
-  Problem whole;
+  Problem problem;
   core::GridPlan plan;
   unsigned tasks = 1;
   bool partitioned = false;

@@ -16,21 +16,21 @@ constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
 // A task's write buffers for all columns.
 constexpr std::size_t bin_buffer_bytes = std::size_t{1} << 20;
-// Space for a tile's places, read to the end of a vector.
-constexpr std::uint32_t place_room = bin_tile + 16;
+// Space for a tile's column_offsets, read to the end of a vector.
+constexpr std::uint32_t column_offset_capacity = bin_tile + 16;
 
 // The first column of each box's world; boxes in every world take the slow path.
-void places_of(const Strided<std::int32_t>& worlds, std::size_t begin, std::uint32_t count,
-               std::uint32_t columns, std::uint32_t* places) noexcept {
+void column_offsets_of(const Strided<std::int32_t>& worlds, std::size_t begin, std::uint32_t count,
+                       std::uint32_t columns, std::uint32_t* column_offsets) noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::int32_t world = worlds ? worlds[begin + i] : -1;
-    places[i] = world < 0 ? beyond_next : static_cast<std::uint32_t>(world) * columns;
+    column_offsets[i] = world < 0 ? needs_slow_path : static_cast<std::uint32_t>(world) * columns;
   }
 }
 
 }  // namespace
 
-GridSpace::GridSpace(Memory& memory) noexcept
+BinnedGrid::BinnedGrid(Memory& memory) noexcept
     : pool_(memory),
       regions_(memory),
       tails_(memory),
@@ -40,34 +40,34 @@ GridSpace::GridSpace(Memory& memory) noexcept
       wide_ids_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)},
       wide_labels_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)} {}
 
-Level::Level(Memory& memory) noexcept
+RecursionScratch::RecursionScratch(Memory& memory) noexcept
     : query_strip(memory),
       target_strip(memory),
       wide_strip(memory),
       clipped(memory),
-      near_few(memory),
+      near_records(memory),
       segments(memory),
       starts(memory),
       space(memory),
       ids(memory),
       labels(memory),
-      before(memory) {}
+      reject_bits(memory) {}
 
-void Level::match(const Level& other) {
+void RecursionScratch::match(const RecursionScratch& other) {
   query_strip.match(other.query_strip);
   target_strip.match(other.target_strip);
   wide_strip.match(other.wide_strip);
   clipped.match(other.clipped);
-  near_few.match(other.near_few);
+  near_records.match(other.near_records);
   segments.match(other.segments);
   starts.match(other.starts);
   space.match(other.space);
   ids.match(other.ids);
   labels.match(other.labels);
-  before.match(other.before);
+  reject_bits.match(other.reject_bits);
 }
 
-void GridSpace::match(const GridSpace& other) {
+void BinnedGrid::match(const BinnedGrid& other) {
   pool_.match(other.pool_);
   regions_.match(other.regions_);
   tails_.match(other.tails_);
@@ -80,15 +80,15 @@ void GridSpace::match(const GridSpace& other) {
   }
 }
 
-std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
+std::uintptr_t BinnedGrid::next_block(BinTarget* target, std::uint32_t column) {
   BinTask& task = *static_cast<BinTask*>(target);
-  GridSpace& space = *task.space;
+  BinnedGrid& space = *task.space;
   if (task.next_free == task.free_end) {
     const std::uintptr_t blocks = space.take_blocks(task.task);
     task.next_free = blocks ? blocks : task.dummy;
     task.free_end = task.next_free + block_batch * (blocks ? space.block_bytes_ : 1);
   }
-  if (space.pool_short_.load(std::memory_order_relaxed) &&
+  if (space.pool_exhausted_.load(std::memory_order_relaxed) &&
       task.next_free - task.dummy < block_batch) {
     ++task.next_free;
     return task.dummy + sizeof(Block);
@@ -107,7 +107,7 @@ std::uintptr_t GridSpace::next_block(BinTarget* target, std::uint32_t column) {
   return block + sizeof(Block);
 }
 
-std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
+std::uintptr_t BinnedGrid::take_blocks(unsigned task) noexcept {
   const std::size_t each = pool_blocks_ / tasks_ / block_batch * block_batch;
   for (unsigned k = 0; k < tasks_; ++k) {
     const unsigned r = (task + k) % tasks_;
@@ -118,24 +118,24 @@ std::uintptr_t GridSpace::take_blocks(unsigned task) noexcept {
   }
   // Continues counting, so that the next attempt allocates enough; these writes are discarded.
   regions_[task].used.fetch_add(block_batch, std::memory_order_relaxed);
-  pool_short_.store(true, std::memory_order_relaxed);
+  pool_exhausted_.store(true, std::memory_order_relaxed);
   return 0;
 }
 
 // log2 of the bytes per buffer. Longer buffers are full less often, which is an unpredictable
 // branch; but those of all columns have to stay in the L2 cache. 0: no buffers.
-unsigned GridSpace::choose_buffers(const Search& search, double records) const noexcept {
+unsigned BinnedGrid::choose_buffers(const Search& search, double records) const noexcept {
   constexpr unsigned least = 6, most = 8;
   if (search.kernels->isa == Isa::scalar || search.memory->cap()) return 0;
-  if (records * sizeof(Record) < static_cast<double>(search.stream_from)) return 0;
+  if (records * sizeof(Record) < static_cast<double>(search.stream_min_bytes)) return 0;
   for (unsigned bits = most; bits >= least; --bits) {
     if (std::size_t{columns_} << bits <= bin_buffer_bytes && block_bytes_ >> bits != 0) return bits;
   }
   return 0;
 }
 
-void GridSpace::prepare(const Search& search, const core::GridPlan& plan, std::size_t boxes,
-                        unsigned task_count) {
+void BinnedGrid::prepare(const Search& search, const core::GridPlan& plan, std::size_t boxes,
+                         unsigned task_count) {
   columns_ = plan.column_count();
   tasks_ = task_count;
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
@@ -150,31 +150,31 @@ void GridSpace::prepare(const Search& search, const core::GridPlan& plan, std::s
       static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
       std::min(chains, boxes) + 2 * block_batch * task_count + 1;
   buffer_bits_ = choose_buffers(search, records);
-  char* base = pool_.room((blocks + 1) * block_bytes_, true);
+  char* base = pool_.ensure((blocks + 1) * block_bytes_, true);
   pool_begin_ = (reinterpret_cast<std::uintptr_t>(base) + block_bytes_ - 1) & ~(block_bytes_ - 1);
   pool_blocks_ =
       (pool_.capacity() - (pool_begin_ - reinterpret_cast<std::uintptr_t>(base))) / block_bytes_;
-  regions_.room(task_count, true);
+  regions_.ensure(task_count, true);
   for (unsigned t = 0; t < task_count; ++t) std::construct_at(&regions_[t]);
-  pool_short_ = false;
+  pool_exhausted_ = false;
   wide_count_[0] = wide_count_[1] = 0;
-  tails_.room(chains * 2);
+  tails_.ensure(chains * 2);
 }
 
-void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan& plan,
-                    Worker* const* team, unsigned task_count, BinReport& report) {
+void BinnedGrid::bin(Search& search, const Problem& problem, const core::GridPlan& plan,
+                     Worker* const* team, unsigned task_count, BinReport& report) {
   // Under a tight cap the first attempt only counts, so that no byte beyond the need is allocated.
   std::size_t expected = std::size_t{problem.queries.count} + problem.targets.count;
-  const double foretold = static_cast<double>(expected) * plan.replicas * sizeof(Record);
-  if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * foretold)
+  const double expected_bytes = static_cast<double>(expected) * plan.replicas * sizeof(Record);
+  if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * expected_bytes)
     expected = 0;
-  raised_by_[1] = problem.raised_by;
+  id_offset_[1] = problem.target_id_offset;
   for (;;) {
     prepare(search, plan, expected, task_count);
     std::mutex merge;
     BinReport total;
-    Shares shares[2] = {{problem.queries.count, task_count, bin_tile},
-                        {problem.targets.count, task_count, bin_tile}};
+    ChunkQueue shares[2] = {{problem.queries.count, task_count, bin_tile},
+                            {problem.targets.count, task_count, bin_tile}};
     auto task = [&](unsigned t) {
       search.guarded([&] {
         Worker& worker = *team[t];
@@ -191,7 +191,7 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
     used_blocks_ = 0;
     for (unsigned t = 0; t < task_count; ++t) used_blocks_ += regions_[t].used;
     if (search.failed()) return;
-    if (!pool_short_) {
+    if (!pool_exhausted_) {
       report = total;
       return;
     }
@@ -204,9 +204,9 @@ void GridSpace::bin(Search& search, const Problem& problem, const core::GridPlan
   }
 }
 
-void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
-                         const core::GridPlan& plan, Worker& worker, unsigned t, Shares& shares,
-                         BinReport& report) {
+void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
+                          const core::GridPlan& plan, Worker& worker, unsigned t,
+                          ChunkQueue& shares, BinReport& report) {
   BinTask& task = worker.bin;
   task.space = this;
   task.task = t;
@@ -216,11 +216,11 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   task.tail = tails(t, index);
   std::memset(task.tail, 0, columns_ * sizeof(std::uintptr_t));
   const std::uintptr_t dummy =
-      reinterpret_cast<std::uintptr_t>(worker.dummy_block.room(2 * block_bytes_, true));
+      reinterpret_cast<std::uintptr_t>(worker.dummy_block.ensure(2 * block_bytes_, true));
   task.dummy = (dummy + block_bytes_ - 1) & ~(block_bytes_ - 1);
   task.buffer_bits = buffer_bits_;
   task.buffers = nullptr;
-  if (buffer_bits_ != 0) task.buffers = worker.bin_buffers.room(bin_buffer_bytes, true);
+  if (buffer_bits_ != 0) task.buffers = worker.bin_buffers.ensure(bin_buffer_bytes, true);
 
   const Boxes& boxes = *side.boxes;
   // The kernels read whole groups and slightly beyond. Strides below a box and the last boxes are
@@ -231,8 +231,8 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[bin_tile * 6 + 1];
-  alignas(64) std::uint32_t places[place_room] = {};
-  task.place = plan.worlds > 1 ? places : nullptr;
+  alignas(64) std::uint32_t column_offsets[column_offset_capacity] = {};
+  task.column_offset = plan.worlds > 1 ? column_offsets : nullptr;
   // A chunk ends with a tile, unless it is the last; a tile ends before the copied boxes.
   std::size_t begin, end;
   while (!search.over() && shares.take(t, begin, end)) {
@@ -240,10 +240,11 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
       count = std::min(bin_tile, static_cast<std::uint32_t>(end) - at);
       if (packed && at < safe)
         count = static_cast<std::uint32_t>(std::min<std::size_t>(count, safe - at));
-      if (task.place) places_of(boxes.filters.world, at, count, plan.map.column_count(), places);
+      if (task.column_offset)
+        column_offsets_of(boxes.filters.world, at, count, plan.map.column_count(), column_offsets);
       if (packed && at < safe) {
         bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr,
-                    at + raised_by_[index], count, index, plan.map, worker, report);
+                    at + id_offset_[index], count, index, plan.map, worker, report);
         continue;
       }
       for (std::uint32_t i = 0; i < count; ++i) {
@@ -258,18 +259,18 @@ void GridSpace::bin_side(Search& search, const Side& side, unsigned index,
         std::memcpy(tile + 6 * i, &box, sizeof box);
       }
       bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
-                  names ? names + at : nullptr, at + raised_by_[index], count, index, plan.map,
+                  names ? names + at : nullptr, at + id_offset_[index], count, index, plan.map,
                   worker, report);
     }
   }
   if (task.buffers) {
-    for (std::uint32_t column = 0; column < columns_; ++column) empty_buffer(task, column);
-    streams_done();
+    for (std::uint32_t column = 0; column < columns_; ++column) flush_buffer(task, column);
+    fence_streaming_stores();
   }
 }
 
 // Writes the last records of a column to its block.
-inline void GridSpace::empty_buffer(const BinTask& task, std::uint32_t column) {
+inline void BinnedGrid::flush_buffer(const BinTask& task, std::uint32_t column) {
   const std::uintptr_t end = task.tail[column];
   if (end == 0) return;
   const std::size_t bytes = ((end - 1) & task.buffer_mask()) + 1;
@@ -287,57 +288,59 @@ struct RecordWords {
   }
   // The box ends in a later column on the axis.
   void ends_after(int axis, bool after) {
-    const std::uint64_t ones = after ? core::top_word : 0u;
+    const std::uint64_t ones = after ? core::max_quantized : 0u;
     low |= axis == 0 ? ones << 48 : 0;
     high |= axis == 1 ? ones : (axis == 2 ? ones << 16 : 0);
   }
 };
 static_assert(sizeof(RecordWords) == sizeof(Record));
 
-inline void GridSpace::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
-  if (task.buffers && (task.tail[column] & task.buffer_mask()) == 0) empty_buffer(task, column);
-  const std::uintptr_t to = task.room(column);
+inline void BinnedGrid::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
+  if (task.buffers && (task.tail[column] & task.buffer_mask()) == 0) flush_buffer(task, column);
+  const std::uintptr_t to = task.next_slot(column);
   char* const written =
       task.buffers ? task.buffer(column) + (to & task.buffer_mask()) : reinterpret_cast<char*>(to);
   std::memcpy(written, &r, sizeof r);
   task.tail[column] = to + sizeof r;
 }
 
-void GridSpace::bin_tile_of(Search& search, const char* boxes, std::size_t stride,
-                            const std::uint32_t* ids, std::uint32_t first, std::uint32_t count,
-                            unsigned side, const core::Quantiser& map, Worker& worker,
-                            BinReport& report) {
+void BinnedGrid::bin_tile_of(Search& search, const char* boxes, std::size_t stride,
+                             const std::uint32_t* ids, std::uint32_t first, std::uint32_t count,
+                             unsigned side, const core::Quantizer& map, Worker& worker,
+                             BinReport& report) {
   BinTask& task = worker.bin;
   search.kernels->bin(map, boxes, stride, ids, first, count, task);
-  for (std::uint32_t o = 0; o < task.odd_count; ++o) {
-    const std::uint32_t i = task.odd[o];
+  for (std::uint32_t o = 0; o < task.deferred_count; ++o) {
+    const std::uint32_t i = task.deferred[o];
     Box box;
     std::memcpy(&box, boxes + i * stride, sizeof box);
     if (core::is_active(box)) {
-      enter_spanning(map, task, side, box, task.whole[i], task.place ? task.place[i] : 0);
+      bin_spanning(map, task, side, box, task.first_column_record[i],
+                   task.column_offset ? task.column_offset[i] : 0);
     } else {
-      report.add_inactive(task.whole[i].id - raised_by_[side], core::has_nan(box), side == 1);
+      report.add_inactive(task.first_column_record[i].id - id_offset_[side], core::has_nan(box),
+                          side == 1);
     }
   }
 }
 
-void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsigned side,
-                               const Box& box, const Record& record, std::uint32_t place) {
+void BinnedGrid::bin_spanning(const core::Quantizer& map, BinTask& task, unsigned side,
+                              const Box& box, const Record& record, std::uint32_t column_offset) {
   const float corner[6] = {box.lower.x, box.lower.y, box.lower.z,
                            box.upper.x, box.upper.y, box.upper.z};
   std::int32_t lower[3], upper[3], from[3], to[3];
   std::uint64_t touched = 1;
   for (int k = 0; k < 3; ++k) {
-    lower[k] = core::quantise(map, k, corner[k]);
-    upper[k] = core::quantise(map, k, corner[k + 3]);
+    lower[k] = core::quantize(map, k, corner[k]);
+    upper[k] = core::quantize(map, k, corner[k + 3]);
     from[k] = core::column_of(lower[k]);
     to[k] = core::column_of(upper[k]);
     touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
   }
-  if (touched > wide_limit || place >= most_columns) {
+  if (touched > wide_limit || column_offset >= max_columns) {
     Spanning wide;
     wide.id = record.id;
-    wide.place = place;
+    wide.column_offset = column_offset;
     std::copy(lower, lower + 3, wide.lower);
     std::copy(upper, upper + 3, wide.upper);
     const std::lock_guard<std::mutex> lock(wide_mutex_);
@@ -360,7 +363,7 @@ void GridSpace::enter_spanning(const core::Quantiser& map, BinTask& task, unsign
         in_z.begins_before(2, z > from[2]);
         in_z.ends_after(2, z < to[2]);
         append(task,
-               place + static_cast<std::uint32_t>(x) * map.stride[0] +
+               column_offset + static_cast<std::uint32_t>(x) * map.stride[0] +
                    static_cast<std::uint32_t>(y) * map.stride[1] +
                    static_cast<std::uint32_t>(z) * map.stride[2],
                in_z);

@@ -16,9 +16,9 @@ namespace throng::cpu {
 struct RecordWords;
 
 // The memory of one grid, kept between calls.
-class GridSpace {
+class BinnedGrid {
  public:
-  explicit GridSpace(Memory& memory) noexcept;
+  explicit BinnedGrid(Memory& memory) noexcept;
 
   // Bins all boxes of a problem, on `task_count` tasks of the team. Reports allocation failure
   // through the search.
@@ -28,10 +28,10 @@ class GridSpace {
   void find(Search&, const Problem&, const core::GridPlan&, Worker* const* team,
             unsigned task_count, unsigned depth);
 
-  // Estimates the number of pairs of find(); see foretell.hpp.
-  std::size_t foretell(Search&, const Problem&, const core::GridPlan&, Worker&);
+  // Estimates the number of pairs of find(); see estimate_pair_count.hpp.
+  std::size_t estimate_pair_count(Search&, const Problem&, const core::GridPlan&, Worker&);
 
-  void match(const GridSpace& other);
+  void match(const BinnedGrid& other);
   std::size_t held() const noexcept {
     return pool_.bytes() + regions_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() +
            wide_[0].bytes() + wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
@@ -44,8 +44,8 @@ class GridSpace {
 
  private:
   friend class ColumnSearch;
-  friend class GridLook;
-  friend class LookAhead;
+  friend class GridQuery;
+  friend class RecordPrefetcher;
   struct Block {              // header: a block's first 16 bytes
     std::uintptr_t previous;  // address of the column's previous block, or 0
     std::uint64_t before;     // records in all previous blocks
@@ -60,20 +60,20 @@ class GridSpace {
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
   void prepare(const Search&, const core::GridPlan&, std::size_t boxes, unsigned task_count);
   unsigned choose_buffers(const Search&, double records) const noexcept;
-  static void empty_buffer(const BinTask&, std::uint32_t column);
-  void bin_side(Search&, const Side&, unsigned side, const core::GridPlan&, Worker&, unsigned task,
-                Shares&, BinReport&);
+  static void flush_buffer(const BinTask&, std::uint32_t column);
+  void bin_side(Search&, const BoxSubset&, unsigned side, const core::GridPlan&, Worker&,
+                unsigned task, ChunkQueue&, BinReport&);
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
-                   std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantiser&,
+                   std::uint32_t first, std::uint32_t count, unsigned side, const core::Quantizer&,
                    Worker&, BinReport&);
-  void enter_spanning(const core::Quantiser&, BinTask&, unsigned side, const Box&, const Record&,
-                      std::uint32_t place);
+  void bin_spanning(const core::Quantizer&, BinTask&, unsigned side, const Box&, const Record&,
+                    std::uint32_t place);
   static void append(BinTask&, std::uint32_t column, const RecordWords&);
   std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
     return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
   }
   std::uint64_t count_records();
-  std::span<const std::uint32_t> densest_first();
+  std::span<const std::uint32_t> largest_first();
   void find_wide(Search&, const Problem&, Worker&);
   // The block of a chain's tail. The chain is not empty.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
@@ -86,7 +86,7 @@ class GridSpace {
     std::uintptr_t end = tail;
     while (block) {
       const std::uintptr_t previous = reinterpret_cast<const Block*>(block)->previous;
-      prefetch_to_stream(reinterpret_cast<const void*>(previous ? previous : block));
+      prefetch_l1(reinterpret_cast<const void*>(previous ? previous : block));
       const std::uintptr_t first = block + sizeof(Block);
       f(Segment{reinterpret_cast<const Record*>(first),
                 static_cast<std::uint32_t>((end - first) / sizeof(Record))});
@@ -111,7 +111,7 @@ class GridSpace {
   std::uintptr_t pool_begin_ = 0;
   std::size_t pool_blocks_ = 0;
   std::size_t used_blocks_ = 0;  // requested, including failed requests
-  std::atomic<bool> pool_short_{false};
+  std::atomic<bool> pool_exhausted_{false};
   Buffer<char> pool_;
   Buffer<Region> regions_;
   Buffer<std::uintptr_t> tails_;
@@ -119,25 +119,26 @@ class GridSpace {
   Buffer<Spanning> wide_[2];
   Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
-  std::uint32_t raised_by_[2] = {0, 0};  // offset of a subset's labels, see Problem
+  std::uint32_t id_offset_[2] = {0, 0};  // offset of a subset's labels, see Problem
   std::mutex wide_mutex_;
 };
 
 // A worker's scratch memory at one recursion depth.
-struct Level {
-  explicit Level(Memory& memory) noexcept;
-  void match(const Level& other);
+struct RecursionScratch {
+  explicit RecursionScratch(Memory& memory) noexcept;
+  void match(const RecursionScratch& other);
 
-  StripSpace query_strip, target_strip, wide_strip;
-  Buffer<Record> clipped;   // of wide_strip
-  Buffer<Record> near_few;  // if one subset has few boxes in a column: the other's boxes near them
+  StripStorage query_strip, target_strip, wide_strip;
+  Buffer<Record> clipped;  // of wide_strip
+  Buffer<Record>
+      near_records;  // if one subset has few boxes in a column: the other's boxes near them
   Buffer<Segment> segments;
   std::uint32_t segment_count = 0;
   Buffer<std::uint32_t> starts;
   // For a problem that this worker solves alone: a column, or a world.
-  GridSpace space;
+  BinnedGrid space;
   Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
-  Buffer<std::uint16_t> before;
+  Buffer<std::uint16_t> reject_bits;
 };
 
 // Number of boxes sampled for a plan.
@@ -148,6 +149,6 @@ constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
 core::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 
 // Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
-void solve_alone(Search&, const Problem&, const core::GridPlan&, Worker&, unsigned depth);
+void solve_on_one_worker(Search&, const Problem&, const core::GridPlan&, Worker&, unsigned depth);
 
 }  // namespace throng::cpu

@@ -2,33 +2,33 @@
 #include <algorithm>
 
 #include "cpu/all_pairs.hpp"
-#include "cpu/column.hpp"
-#include "cpu/foretell.hpp"
+#include "cpu/column_search.hpp"
+#include "cpu/estimate_pair_count.hpp"
 #include "cpu/threads.hpp"
 
 namespace throng::cpu {
 
-void GridSpace::find(Search& search, const Problem& problem, const core::GridPlan& plan,
-                     Worker* const* team, unsigned task_count, unsigned depth) {
+void BinnedGrid::find(Search& search, const Problem& problem, const core::GridPlan& plan,
+                      Worker* const* team, unsigned task_count, unsigned depth) {
   team[0]->visited += columns_;
   std::span<const std::uint32_t> order;
-  if (task_count > 1 && columns_ > task_count) order = densest_first();
+  if (task_count > 1 && columns_ > task_count) order = largest_first();
   const bool even = order.empty();
   // If columns differ in size, the largest are taken first by any task, each taking the next before
   // it runs the current one, to prefetch it; otherwise each task has its own range.
-  Ranges ranges(even ? columns_ : order.size(), even ? task_count : 1);
+  StealingRanges ranges(even ? columns_ : order.size(), even ? task_count : 1);
   const auto column_at = [&](std::uint64_t i) {
     const auto at = static_cast<std::uint32_t>(i);
     return even ? at : order[at];
   };
   auto task = [&](unsigned t) {
     search.guarded([&] {
-      team[t]->by_words();
+      team[t]->use_sweep();
       ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
       std::uint64_t i = 0, next = 0;
       for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
         const bool known = even ? ranges.peek(t, next) : ranges.take(t, next);
-        columns.run(column_at(i), known ? column_at(next) : LookAhead::no_column);
+        columns.run(column_at(i), known ? column_at(next) : RecordPrefetcher::no_column);
         any = even ? ranges.take(t, next) : known;
       }
     });
@@ -38,18 +38,18 @@ void GridSpace::find(Search& search, const Problem& problem, const core::GridPla
   search.guarded([&] { find_wide(search, problem, *team[0]); });
 }
 
-std::size_t GridSpace::foretell(Search& search, const Problem& problem, const core::GridPlan& plan,
-                                Worker& worker) {
+std::size_t BinnedGrid::estimate_pair_count(Search& search, const Problem& problem,
+                                            const core::GridPlan& plan, Worker& worker) {
   count_records();
   ColumnSearch columns(search, problem, plan, *this, worker, 0);
-  return cpu::foretell(
+  return cpu::estimate_pair_count(
       search, worker, columns_, [this](std::uint32_t c) { return sizes_[c]; },
-      [&](std::uint32_t c) { columns.run(c, LookAhead::no_column); });
+      [&](std::uint32_t c) { columns.run(c, RecordPrefetcher::no_column); });
 }
 
 // Counts the records of each column; returns the total.
-std::uint64_t GridSpace::count_records() {
-  std::uint32_t* sizes = sizes_.room(columns_);
+std::uint64_t BinnedGrid::count_records() {
+  std::uint32_t* sizes = sizes_.ensure(columns_);
   std::uint64_t total = 0;
   for (std::uint32_t c = 0; c < columns_; ++c) {
     std::uint64_t size = 0;
@@ -67,12 +67,12 @@ std::uint64_t GridSpace::count_records() {
 
 // The non-empty columns by decreasing size, so that no large one is left for the end. Empty result
 // if sizes are similar: keep their order.
-std::span<const std::uint32_t> GridSpace::densest_first() {
+std::span<const std::uint32_t> BinnedGrid::largest_first() {
   const std::uint64_t total = count_records();
   const std::uint32_t* sizes = sizes_.data();
   const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
   if (most < 2 * (total / columns_ + 1)) return {};
-  std::uint32_t* order = order_.room(columns_);
+  std::uint32_t* order = order_.ensure(columns_);
   std::size_t count = 0;
   for (std::uint32_t c = 0; c < columns_; ++c) {
     order[count] = c;
@@ -84,15 +84,15 @@ std::span<const std::uint32_t> GridSpace::densest_first() {
 }
 
 // Pairs of two wide boxes: no column contains these.
-void GridSpace::find_wide(Search& search, const Problem& problem, Worker& worker) {
+void BinnedGrid::find_wide(Search& search, const Problem& problem, Worker& worker) {
   if ((wide_count_[0] | wide_count_[1]) == 0) return;
   for (unsigned side = 0; side < 2; ++side) {
     const std::uint32_t count = wide_count_[side];
-    std::uint32_t* ids = wide_ids_[side].room(count + 1);
-    std::uint32_t* labels = wide_labels_[side].room(count + 1);
+    std::uint32_t* ids = wide_ids_[side].ensure(count + 1);
+    std::uint32_t* labels = wide_labels_[side].ensure(count + 1);
     for (std::uint32_t i = 0; i < count; ++i) {
-      labels[i] = wide_[side][i].id - raised_by_[side];
-      ids[i] = problem.frame ? problem.frame->ids[labels[i]] : labels[i];
+      labels[i] = wide_[side][i].id - id_offset_[side];
+      ids[i] = problem.parent ? problem.parent->ids[labels[i]] : labels[i];
     }
   }
   Problem wide = problem;

@@ -10,8 +10,8 @@
 
 #include <bit>
 
-#include "cpu/kernels.hpp"
-#include "cpu/kernels_emit-inl.hpp"
+#include "cpu/kernel_table.hpp"
+#include "cpu/kernels_write_pairs-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {

@@ -2,46 +2,46 @@
 #include <algorithm>
 #include <cstring>
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 
 namespace throng::cpu {
 namespace {
 
-void bin(const core::Quantiser& map, const char* boxes, std::size_t stride,
+void bin(const core::Quantizer& map, const char* boxes, std::size_t stride,
          const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget& out) {
-  out.odd_count = 0;
+  out.deferred_count = 0;
   for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
     float box[6];
     std::memcpy(box, boxes, sizeof box);
-    out.whole[i].id = ids ? ids[i] : first_id + i;
+    out.first_column_record[i].id = ids ? ids[i] : first_id + i;
     if (!(box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5])) {
-      out.odd[out.odd_count++] = i;
+      out.deferred[out.deferred_count++] = i;
       continue;
     }
-    Record& r = out.whole[i];
+    Record& r = out.first_column_record[i];
     std::uint32_t column = 0;
     bool one_column = true;
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t lower = core::quantise(map, k, box[k]);
-      const std::int32_t upper = core::quantise(map, k, box[3 + k]);
-      r.lower[k] = core::word_of(lower);
-      r.upper[k] = core::word_of(upper);
+      const std::int32_t lower = core::quantize(map, k, box[k]);
+      const std::int32_t upper = core::quantize(map, k, box[3 + k]);
+      r.lower[k] = core::quantized_of(lower);
+      r.upper[k] = core::quantized_of(upper);
       one_column &= core::column_of(upper) == core::column_of(lower);
       column += static_cast<std::uint32_t>(core::column_of(lower)) * map.stride[k];
     }
-    if (out.place) column += out.place[i] & (most_columns - 1);
-    if (!one_column || (out.place && out.place[i] >= most_columns)) {
-      out.odd[out.odd_count++] = i;
+    if (out.column_offset) column += out.column_offset[i] & (max_columns - 1);
+    if (!one_column || (out.column_offset && out.column_offset[i] >= max_columns)) {
+      out.deferred[out.deferred_count++] = i;
       continue;
     }
-    const std::uintptr_t to = out.room(column);
+    const std::uintptr_t to = out.next_slot(column);
     std::memcpy(reinterpret_cast<void*>(to), &r, sizeof r);
     out.tail[column] = to + sizeof r;
   }
 }
 
-void word_range(const Record* records, std::uint32_t count, std::uint32_t axis,
-                std::uint32_t* least, std::uint32_t* most) {
+void quantized_range(const Record* records, std::uint32_t count, std::uint32_t axis,
+                     std::uint32_t* least, std::uint32_t* most) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t word = records[i].lower[axis];
     *least = std::min(*least, word);
@@ -53,13 +53,13 @@ void transpose(Strip& strip) {
   const Record* const* sorted = strip.record;
   const std::uint32_t axes[3] = {strip.axis, (strip.axis + 1) % 3, (strip.axis + 2) % 3};
   for (std::uint32_t i = 0; i < strip.count; ++i) {
-    int begins = 0;
+    int target_reject_bits = 0;
     for (int k = 0; k < 3; ++k) {
       strip.lower[k][i] = static_cast<std::int16_t>(sorted[i]->lower[axes[k]]);
       strip.upper[k][i] = static_cast<std::int16_t>(sorted[i]->upper[axes[k]]);
-      if (sorted[i]->lower[k] == 0) begins |= 1 << k;
+      if (sorted[i]->lower[k] == 0) target_reject_bits |= 1 << k;
     }
-    strip.begins[i] = static_cast<std::int16_t>(begins);
+    strip.target_reject_bits[i] = static_cast<std::int16_t>(target_reject_bits);
     strip.id[i] = sorted[i]->id;
   }
 }
@@ -74,17 +74,17 @@ void sweep(const Sweep& args, Emit& out) {
     const std::uint32_t first = args.start ? args.start[i] : i + 1;
     std::uint32_t j = first;
     for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {
-      bool overlap = (q.asks[i] & t.begins[j]) == 0, tie = false;
+      bool overlap = (q.query_reject_bits[i] & t.target_reject_bits[j]) == 0, tie = false;
       for (int k = 0; k < 3; ++k) {
         const int ql = q.lower[k][i], qu = q.upper[k][i], tl = t.lower[k][j], tu = t.upper[k][j];
         overlap &= (tl <= qu) & (ql <= tu);
         tie |= (tl == qu) | (ql == tu);
       }
       if (!overlap) continue;
-      const Pair pair = make_pair(args.orientation, q.id[i], t.id[j], out.second_base);
+      const Pair pair = make_pair(args.orientation, q.id[i], t.id[j], out.target_id_offset);
       if (tie) {
-        *out.maybe_cursor++ = pair;
-        if (out.maybe_cursor > out.maybe_limit) out.flush_maybe(&out);
+        *out.tie_cursor++ = pair;
+        if (out.tie_cursor > out.tie_limit) out.flush_ties(&out);
       } else {
         *out.cursor++ = pair;
         if (out.cursor > out.limit) out.flush(&out);
@@ -95,22 +95,22 @@ void sweep(const Sweep& args, Emit& out) {
   out.comparisons += comparisons;
 }
 
-bool match_kinds(const FilterTile& tile, const Combination* known, std::uint32_t known_count,
-                 std::uint8_t* kinds) {
-  std::uint32_t kind[filter_tile], missed = 0;
-  std::fill(kind, kind + filter_tile, std::uint32_t{unknown_kind});
+bool match_filter_classes(const FilterTile& tile, const FilterCombination* known,
+                          std::uint32_t known_count, std::uint8_t* filter_classes) {
+  std::uint32_t filter_class[filter_tile], missed = 0;
+  std::fill(filter_class, filter_class + filter_tile, std::uint32_t{unknown_class});
   for (std::uint32_t k = 0; k < known_count; ++k) {
-    const Combination one = known[k];
+    const FilterCombination one = known[k];
     for (std::uint32_t i = 0; i < filter_tile; ++i) {
       const std::uint32_t is_static = tile.is_static[i] != 0 ? 1 : 0;
       const std::uint32_t differ =
           (tile.group[i] ^ one.group) | (tile.mask[i] ^ one.mask) | (is_static ^ one.is_static);
-      kind[i] = differ == 0 ? k : kind[i];
+      filter_class[i] = differ == 0 ? k : filter_class[i];
     }
   }
   for (std::uint32_t i = 0; i < filter_tile; ++i) {
-    missed |= kind[i] == unknown_kind;
-    kinds[i] = static_cast<std::uint8_t>(kind[i]);
+    missed |= filter_class[i] == unknown_class;
+    filter_classes[i] = static_cast<std::uint8_t>(filter_class[i]);
   }
   return missed == 0;
 }
@@ -138,7 +138,8 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 
 }  // namespace
 
-const Kernels scalar_kernels{Isa::scalar, {1, 1, 2, 1, 2}, bin,       word_range, transpose, sweep,
-                             match_kinds, read_worlds,     all_pairs, nullptr,    nullptr};
+const Kernels scalar_kernels{
+    Isa::scalar,          {1, 1, 2, 1, 2}, bin,       quantized_range, transpose, sweep,
+    match_filter_classes, read_worlds,     all_pairs, nullptr,         nullptr};
 
 }  // namespace throng::cpu

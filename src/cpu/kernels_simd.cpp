@@ -16,18 +16,18 @@
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 #include <hwy/highway.h>
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3_DL || \
     HWY_TARGET == HWY_NEON
 
 #include "cpu/kernels_all_pairs-inl.hpp"
 #include "cpu/kernels_bin-inl.hpp"
-#include "cpu/kernels_kinds-inl.hpp"
-#include "cpu/kernels_lists-inl.hpp"
-#include "cpu/kernels_runs-inl.hpp"
-#include "cpu/kernels_strip-inl.hpp"
+#include "cpu/kernels_filters-inl.hpp"
+#include "cpu/kernels_sort_lists-inl.hpp"
+#include "cpu/kernels_sort_runs-inl.hpp"
 #include "cpu/kernels_sweep-inl.hpp"
+#include "cpu/kernels_transpose-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -37,14 +37,15 @@ const Kernels& kernels() {
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
                                                   : Isa::neon;
-  constexpr std::uint32_t pairs_a_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
+  constexpr std::uint32_t pairs_per_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
   static const Kernels table = [] {
-    Kernels all{isa,         sweep_cost,  bin,       word_range, transpose, sweep,
-                match_kinds, read_worlds, all_pairs, nullptr,    nullptr};
+    Kernels all{isa,    sweep_cost,           bin,         quantized_range, transpose,
+                sweep,  match_filter_classes, read_worlds, all_pairs,       nullptr,
+                nullptr};
     // With fewer than four pairs per vector the radix sort is faster.
-    if constexpr (pairs_a_vector >= 4) {
-      all.sort_lists = sort_lists<pairs_a_vector>;
-      all.sort_runs = sort_runs<pairs_a_vector>;
+    if constexpr (pairs_per_vector >= 4) {
+      all.sort_lists = sort_lists<pairs_per_vector>;
+      all.sort_runs = sort_runs<pairs_per_vector>;
     }
     return all;
   }();
@@ -111,7 +112,7 @@ const Kernels* simd_kernels(Isa isa) noexcept {
 
 #else
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 namespace throng::cpu {
 const Kernels* simd_kernels(Isa) noexcept { return nullptr; }
 }  // namespace throng::cpu

@@ -15,11 +15,11 @@
 #include <bit>
 #include <cstring>
 
-#include "cpu/kernels_compare-inl.hpp"
-#include "cpu/kernels_emit-inl.hpp"
-#include "cpu/kernels_rows-inl.hpp"
-#include "cpu/kernels_sides-inl.hpp"
-#include "cpu/kernels_strip-inl.hpp"
+#include "cpu/kernels_box_test-inl.hpp"
+#include "cpu/kernels_sweep_broadcast-inl.hpp"
+#include "cpu/kernels_sweep_diagonal-inl.hpp"
+#include "cpu/kernels_transpose-inl.hpp"
+#include "cpu/kernels_write_pairs-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace throng::cpu::HWY_NAMESPACE {
@@ -42,17 +42,18 @@ class StripSweep {
   template <bool ordered>
   void run(const Sweep& args);
   std::uint64_t comparisons() const {
-    return (vectors_ + rows_.vectors()) * word_lanes + sides_.vectors() * side_lanes;
+    return (vectors_ + broadcast_sweep_.vectors()) * quantized_lanes +
+           diagonal_sweep_.vectors() * diagonal_lanes;
   }
 
  private:
-  void take();
-  void open_at(const std::uint32_t* start);
+  void load_queries();
+  void open_windows(const std::uint32_t* start);
   template <bool ordered>
-  void open_together();
+  void sweep_self();
   template <bool ordered>
-  void next_windows();
-  void defer(const Query& query, std::uint32_t at, std::uint32_t bits);
+  void advance_windows();
+  void collect_ties(const Query& query, std::uint32_t at, std::uint32_t bits);
   void write();
 
   const Strip& queries_;
@@ -61,8 +62,8 @@ class StripSweep {
   std::uint32_t begin_ = 0, end_ = 0;  // the block
   std::uint64_t vectors_ = 0;
   WindowHits hits_;
-  SideBySide<orientation> sides_;
-  RowByRow<orientation> rows_;
+  DiagonalSweep<orientation> diagonal_sweep_;
+  BroadcastSweep<orientation> broadcast_sweep_;
   Window windows_[query_block + 8];  // those not finished
   std::uint32_t count_ = 0;
   Query query_[query_block + 8];  // padding is written and read, but not used
@@ -70,7 +71,11 @@ class StripSweep {
 
 template <Orientation orientation>
 StripSweep<orientation>::StripSweep(const Strip& queries, const Strip& targets, Emit& out)
-    : queries_(queries), targets_(targets), out_(out), sides_(queries, out), rows_(queries, out) {}
+    : queries_(queries),
+      targets_(targets),
+      out_(out),
+      diagonal_sweep_(queries, out),
+      broadcast_sweep_(queries, out) {}
 
 // Shuffle masks from a record's bytes to a query's, per sweep axis.
 struct QueryBytes {
@@ -110,7 +115,7 @@ HWY_INLINE void store_blocks_interleaved(V low, V high, std::uint64_t* to) {
 // Makes the queries of the open windows (in order), and of the others in the same vector of
 // records, from records: one byte shuffle per half.
 template <Orientation orientation>
-HWY_NOINLINE void StripSweep<orientation>::take() {
+HWY_NOINLINE void StripSweep<orientation>::load_queries() {
   const hn::ScalableTag<std::uint8_t> d;
   const hn::Repartition<std::uint64_t, decltype(d)> d64;
   constexpr std::uint32_t group = static_cast<std::uint32_t>(hn::MaxLanes(d)) / sizeof(Record);
@@ -119,7 +124,7 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
   alignas(16) static constexpr std::uint8_t last_word[16] = {128, 128, 128, 128, 128, 128, 128, 128,
                                                              128, 128, 128, 128, 0,   1,   0,   1};
   const auto axis_bits = hn::LoadDup128(d16, bits);
-  const auto begins = hn::LoadDup128(d, last_word);
+  const auto reject_bits_shuffle = hn::LoadDup128(d, last_word);
   const std::uint8_t* const bytes = query_bytes.of[queries_.axis];
   const auto first = hn::LoadDup128(d, bytes), second = hn::LoadDup128(d, bytes + 16);
   for (std::uint32_t o = 0, taken = 0; o < count_; ++o) {
@@ -132,14 +137,15 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
     const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));
     const auto sum = hn::SumsOf8(hn::BitCast(d, hn::IfThenElseZero(zero, axis_bits)));
     const auto high = hn::Or(hn::TableLookupBytesOr0(records, second),
-                             hn::TableLookupBytesOr0(hn::BitCast(d, sum), begins));
+                             hn::TableLookupBytesOr0(hn::BitCast(d, sum), reject_bits_shuffle));
     store_blocks_interleaved(low, hn::BitCast(d64, high),
                              reinterpret_cast<std::uint64_t*>(query_ + q));
   }
-  if (queries_.framed) {
+  if (queries_.has_overrides) {
     for (std::uint32_t o = 0; o < count_; ++o) {
       const std::uint32_t q = windows_[o].query;
-      query_[q].asks = static_cast<std::uint16_t>(queries_.asks[begin_ + q]) * 0x10001u;
+      query_[q].query_reject_bits =
+          static_cast<std::uint16_t>(queries_.query_reject_bits[begin_ + q]) * 0x10001u;
       query_[q].id = queries_.id[begin_ + q];
     }
   }
@@ -147,19 +153,19 @@ HWY_NOINLINE void StripSweep<orientation>::take() {
 
 // Collects ties for the floats to decide.
 template <Orientation orientation>
-HWY_NOINLINE void StripSweep<orientation>::defer(const Query& query, std::uint32_t at,
-                                                 std::uint32_t bits) {
+HWY_NOINLINE void StripSweep<orientation>::collect_ties(const Query& query, std::uint32_t at,
+                                                        std::uint32_t bits) {
   for (; bits != 0; bits &= bits - 1) {
     const std::uint32_t lane = static_cast<std::uint32_t>(std::countr_zero(bits));
-    *out_.maybe_cursor++ =
-        make_pair(orientation, query.id, targets_.id[at + lane], out_.second_base);
+    *out_.tie_cursor++ =
+        make_pair(orientation, query.id, targets_.id[at + lane], out_.target_id_offset);
   }
-  if (out_.maybe_cursor > out_.maybe_limit) out_.flush_maybe(&out_);
+  if (out_.tie_cursor > out_.tie_limit) out_.flush_ties(&out_);
 }
 
 // Opens the windows that have any target from their start on.
 template <Orientation orientation>
-void StripSweep<orientation>::open_at(const std::uint32_t* start) {
+void StripSweep<orientation>::open_windows(const std::uint32_t* start) {
   const int bucket_start = -(1 << targets_.shift);
   std::uint32_t count = 0;
   for (std::uint32_t i = begin_; i < end_; ++i) {
@@ -174,34 +180,34 @@ void StripSweep<orientation>::open_at(const std::uint32_t* start) {
 // remain.
 template <Orientation orientation>
 template <bool ordered>
-void StripSweep<orientation>::open_together() {
+void StripSweep<orientation>::sweep_self() {
   count_ = 0;
-  if (rows_.pay(begin_, end_)) {
-    for (std::uint32_t i = begin_; i < end_; i += row_queries)
-      rows_.template run<ordered>(i, begin_, windows_, count_);
-    rows_.write();
+  if (broadcast_sweep_.pays_off(begin_, end_)) {
+    for (std::uint32_t i = begin_; i < end_; i += broadcast_queries)
+      broadcast_sweep_.template run<ordered>(i, begin_, windows_, count_);
+    broadcast_sweep_.write();
   } else {
-    sides_.template run<ordered>(begin_, end_, windows_, count_);
-    sides_.write();
+    diagonal_sweep_.template run<ordered>(begin_, end_, windows_, count_);
+    diagonal_sweep_.write();
   }
 }
 
 // Advances each open window by one vector.
 template <Orientation orientation>
 template <bool ordered>
-HWY_NOINLINE void StripSweep<orientation>::next_windows() {
+HWY_NOINLINE void StripSweep<orientation>::advance_windows() {
   const Strip t = targets_;
   const int bucket_start = -(1 << t.shift);
   std::size_t hit = 0;
   vectors_ += count_;
-  std::uint32_t going = 0;
+  std::uint32_t open_count = 0;
   for (std::uint32_t o = 0; o < count_; ++o) {
     const Window place = windows_[o];
     const Query& query = query_[place.query];
     std::uint32_t tie;
     std::uint32_t bits = compare<ordered>(query, Targets(t, place.at), tie);
     if (HWY_UNLIKELY(tie != 0)) {
-      defer(query, place.at, tie);
+      collect_ties(query, place.at, tie);
       bits &= ~tie;
     }
     // Branch-free: an empty entry is overwritten.
@@ -209,13 +215,13 @@ HWY_NOINLINE void StripSweep<orientation>::next_windows() {
     hits_.mask[hit] = bits;
     hit += bits != 0;
     // The padding's lower coordinate is the maximum, so the count must decide too.
-    const std::uint32_t next = place.at + word_lanes;
-    windows_[going] = {place.query, next};
-    going += static_cast<std::uint32_t>(next < t.count) &
-             static_cast<std::uint32_t>((t.lower[0][next] & bucket_start) <=
-                                        static_cast<std::int16_t>(query.upper0));
+    const std::uint32_t next = place.at + quantized_lanes;
+    windows_[open_count] = {place.query, next};
+    open_count += static_cast<std::uint32_t>(next < t.count) &
+                  static_cast<std::uint32_t>((t.lower[0][next] & bucket_start) <=
+                                             static_cast<std::int16_t>(query.upper0));
   }
-  count_ = going;
+  count_ = open_count;
   hits_.count = hit;
 }
 
@@ -230,7 +236,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
     const Window p = hits_.place[h];
     const V32 query = hn::Set(d, query_[p.query].id);
     const V32 low = hn::LoadU(d, ids + p.at), high = hn::LoadU(d, ids + p.at + 16);
-    each_place(hits_.mask[h], [&](V32 place, int count) HWY_ATTR {
+    for_each_set_bit(hits_.mask[h], [&](V32 place, int count) HWY_ATTR {
       pairs.put(query, V32{_mm512_permutex2var_epi32(low.raw, place.raw, high.raw)}, count);
     });
   }
@@ -262,13 +268,13 @@ void StripSweep<orientation>::run(const Sweep& args) {
   for (begin_ = args.begin; begin_ < last; begin_ += query_block) {
     end_ = std::min(begin_ + query_block, last);
     if (args.start)
-      open_at(args.start);
+      open_windows(args.start);
     else
-      open_together<ordered>();
+      sweep_self<ordered>();
     if (count_ == 0) continue;
-    take();
+    load_queries();
     while (count_ != 0) {
-      next_windows<ordered>();
+      advance_windows<ordered>();
       write();
     }
   }

@@ -17,7 +17,7 @@ void* Memory::take(std::size_t bytes, std::size_t alignment) {
   } catch (...) {
     p = nullptr;
   }
-  if (!p) throw NoMemory{bytes};
+  if (!p) throw AllocationFailed{bytes};
   held_ += bytes;
   return p;
 }

@@ -12,7 +12,7 @@
 namespace throng::cpu {
 
 // Thrown inside the library only; the API layer turns them into a Status.
-struct NoMemory {
+struct AllocationFailed {
   std::size_t bytes;  // size of the failed request
 };
 struct CapExceeded {
@@ -63,7 +63,7 @@ class Buffer {
 
   // Ensures capacity for `count` values, 64-byte aligned. Unless `exact`, adds an eighth, so that
   // frames of slowly growing size do not each reallocate.
-  T* room(std::size_t count, bool exact = false) {
+  T* ensure(std::size_t count, bool exact = false) {
     if (count > capacity_) {
       release();
       const std::size_t want = exact ? count : count + count / 8;
@@ -86,7 +86,7 @@ class Buffer {
   }
   // Grows to the capacity of `other`.
   void match(const Buffer& other) {
-    if (other.capacity_ > capacity_) room(other.capacity_, true);
+    if (other.capacity_ > capacity_) ensure(other.capacity_, true);
   }
   void release() noexcept {
     if (data_) memory_->give(data_, capacity_ * value_bytes, 64);
@@ -110,7 +110,7 @@ class Buffer {
   // exists. `want` has wrapped if it is below `count`.
   static std::size_t bytes_of(std::size_t want, std::size_t count) {
     constexpr std::size_t most = static_cast<std::size_t>(-1) / value_bytes;
-    if (want < count || want > most) throw NoMemory{static_cast<std::size_t>(-1)};
+    if (want < count || want > most) throw AllocationFailed{static_cast<std::size_t>(-1)};
     return want * value_bytes;
   }
 

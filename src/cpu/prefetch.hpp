@@ -19,7 +19,7 @@ inline void prefetch([[maybe_unused]] const void* address) noexcept {
 
 // For a line that will be written soon and that another core may own: acquires ownership.
 // Processors without the instruction ignore it.
-inline void prefetch_to_own([[maybe_unused]] const void* address) noexcept {
+inline void prefetch_exclusive([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__) && defined(__x86_64__)
   __asm__ volatile("prefetchw %0" : : "m"(*static_cast<const char*>(address)));
 #else
@@ -28,7 +28,7 @@ inline void prefetch_to_own([[maybe_unused]] const void* address) noexcept {
 }
 
 // For a line that will be read later: into L2.
-inline void prefetch_to_read([[maybe_unused]] const void* address) noexcept {
+inline void prefetch_l2([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__)
   __builtin_prefetch(address, 0, 2);
   __asm__ volatile("");
@@ -36,7 +36,7 @@ inline void prefetch_to_read([[maybe_unused]] const void* address) noexcept {
 }
 
 // For a line of a sequential read: into L1.
-inline void prefetch_to_stream([[maybe_unused]] const void* address) noexcept {
+inline void prefetch_l1([[maybe_unused]] const void* address) noexcept {
 #if defined(__GNUC__)
   __builtin_prefetch(address, 0, 3);
   __asm__ volatile("");

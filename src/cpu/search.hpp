@@ -9,19 +9,19 @@
 #include <throng/options.hpp>
 
 #include "core/bounds.hpp"
-#include "core/quantise.hpp"
+#include "core/quantize.hpp"
 #include "cpu/doubles.hpp"
 #include "cpu/emit.hpp"
-#include "cpu/kernels.hpp"
-#include "cpu/kinds.hpp"
+#include "cpu/filter_classes.hpp"
+#include "cpu/kernel_table.hpp"
 #include "cpu/memory.hpp"
-#include "cpu/sink.hpp"
+#include "cpu/pair_sink.hpp"
 
 namespace throng::cpu {
 
 // Some boxes of a view: all, or a list of ids. A grid identifies a box by its label; without
 // labels, by its id.
-struct Side {
+struct BoxSubset {
   const Boxes* boxes = nullptr;
   const std::uint32_t* ids = nullptr;  // null: 0 .. count-1
   std::uint32_t count = 0;
@@ -33,20 +33,20 @@ struct Side {
 
 // The column of a coarser grid inside which a search runs, with boxes labelled 0, 1, ... A pair is
 // reported only if that column is its owner cell (the one cell that reports the pair; others may
-// hold both boxes too): on no axis do both boxes start in an earlier column (core/quantise.hpp).
-struct Frame {
+// hold both boxes too): on no axis do both boxes start in an earlier column (core/quantize.hpp).
+struct ParentCell {
   const std::uint32_t* ids = nullptr;  // by label
-  const std::uint16_t* before =
+  const std::uint16_t* reject_bits =
       nullptr;  // by label: a bit per axis, of this column and the enclosing ones
 };
 
 // Finds the pairs of queries with targets and, if `self`, of queries among themselves.
 struct Problem {
-  Side queries, targets;
+  BoxSubset queries, targets;
   bool self = true;
-  const Frame* frame = nullptr;
+  const ParentCell* parent = nullptr;
   // Offset that a grid adds to the labels of targets; if not 0, all labels are distinct.
-  std::uint32_t raised_by = 0;
+  std::uint32_t target_id_offset = 0;
 };
 inline std::uint64_t box_count(const Problem& p) noexcept {
   return std::uint64_t{p.queries.count} + p.targets.count;
@@ -84,24 +84,24 @@ struct BinReport {
 };
 
 // From this many bytes on, records leave the last-level cache before they are read: see BinTarget.
-constexpr std::size_t usual_stream_from = std::size_t{64} << 20;
+constexpr std::size_t default_stream_bytes = std::size_t{64} << 20;
 
 // Shared by all workers of a call.
 struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
   const Boxes* b = nullptr;  // equals a if there is one set
   bool two_sets = false;
-  const Doubles* doubles = nullptr;  // the exact boxes that a and b approximate, if any
-  std::uint32_t second_base = 0;     // see Emit
+  const Doubles* doubles = nullptr;    // the exact boxes that a and b approximate, if any
+  std::uint32_t target_id_offset = 0;  // see Emit
   float margin = 0;
   float cell_scale = 1;
-  bool flat = false;             // all boxes are 2-D
-  const Kinds* kinds = nullptr;  // set if static, group or mask forbid anything
-  bool owners = false;           // two boxes may have the same owner
+  bool flat = false;                              // all boxes are 2-D
+  const FilterClasses* filter_classes = nullptr;  // set if static, group or mask forbid anything
+  bool owners = false;                            // two boxes may have the same owner
   // Boxes of different worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;
   const Kernels* kernels = nullptr;
-  std::size_t stream_from = usual_stream_from;
+  std::size_t stream_min_bytes = default_stream_bytes;
   const Executor* executor = nullptr;
   Memory* memory = nullptr;
   Sink* sink = nullptr;
@@ -140,7 +140,7 @@ struct Search {
   void guarded(F&& body) {
     try {
       body();
-    } catch (const NoMemory& e) {
+    } catch (const AllocationFailed& e) {
       fail(Status::out_of_memory, e.bytes);
     } catch (const CapExceeded& e) {
       fail(Status::memory_cap_too_small, e.bytes_needed);

@@ -9,7 +9,7 @@
 namespace throng::cpu {
 
 // Makes streaming stores visible before any later store.
-inline void streams_done() noexcept {
+inline void fence_streaming_stores() noexcept {
 #if defined(THRONG_SSE2)
   _mm_sfence();
 #endif

@@ -15,30 +15,30 @@ std::size_t row_of(std::uint32_t count) { return (count + strip_padding + 63) / 
 
 }  // namespace
 
-void StripSpace::reserve(std::uint32_t count, bool with_kinds) {
-  order.room(count + record_padding);
-  ranks.room(count);
-  buckets.room(count + 1);
-  words.room((with_kinds ? 8 : 7) * row_of(count));
-  ids.room(row_of(count));
+void StripStorage::reserve(std::uint32_t count, bool with_classes) {
+  order.ensure(count + record_padding);
+  ranks.ensure(count);
+  buckets.ensure(count + 1);
+  quantized.ensure((with_classes ? 8 : 7) * row_of(count));
+  ids.ensure(row_of(count));
 }
 
-void StripSpace::lay_out(Strip& strip, bool with_kinds) {
+void StripStorage::assign_storage(Strip& strip, bool with_classes) {
   const std::size_t row = row_of(strip.count);
-  std::int16_t* w = words.room((with_kinds ? 8 : 7) * row);
+  std::int16_t* w = quantized.ensure((with_classes ? 8 : 7) * row);
   for (int k = 0; k < 3; ++k) {
     strip.lower[k] = w + 2 * k * row;
     strip.upper[k] = w + (2 * k + 1) * row;
   }
-  strip.begins = w + 6 * row;
-  strip.asks = with_kinds ? w + 7 * row : strip.begins;
-  strip.id = ids.room(row);
+  strip.target_reject_bits = w + 6 * row;
+  strip.query_reject_bits = with_classes ? w + 7 * row : strip.target_reject_bits;
+  strip.id = ids.ensure(row);
 }
 
-void StripSpace::match(const StripSpace& other) {
+void StripStorage::match(const StripStorage& other) {
   order.match(other.order);
   ranks.match(other.ranks);
-  words.match(other.words);
+  quantized.match(other.quantized);
   ids.match(other.ids);
   buckets.match(other.buckets);
 }
@@ -49,19 +49,19 @@ Worker::Worker(Memory& memory) noexcept
       query_floats(memory),
       target_floats(memory),
       memory_(&memory),
-      sure_(memory),
-      unsure_(memory) {
-  flush = flush_sure;
-  flush_maybe = flush_unsure;
+      confirmed_(memory),
+      ties_(memory) {
+  flush = flush_confirmed;
+  flush_ties = decide_ties;
 }
 
 Worker::~Worker() {
-  for (Level* level : levels_) memory_->destroy(level);
+  for (RecursionScratch* scratch : scratch_) memory_->destroy(scratch);
 }
 
-Level& Worker::level(unsigned depth) {
-  if (!levels_[depth]) levels_[depth] = memory_->create<Level>(*memory_);
-  return *levels_[depth];
+RecursionScratch& Worker::scratch(unsigned depth) {
+  if (!scratch_[depth]) scratch_[depth] = memory_->create<RecursionScratch>(*memory_);
+  return *scratch_[depth];
 }
 
 void Worker::match(const Worker& other) {
@@ -70,124 +70,124 @@ void Worker::match(const Worker& other) {
   query_floats.match(other.query_floats);
   target_floats.match(other.target_floats);
   for (unsigned depth = 0; depth <= max_depth; ++depth) {
-    if (other.levels_[depth]) level(depth).match(*other.levels_[depth]);
+    if (other.scratch_[depth]) scratch(depth).match(*other.scratch_[depth]);
   }
 }
 
 void Worker::begin(Search& search) {
   search_ = &search;
   comparisons = visited = 0;
-  second_base = search.second_base;
-  sure_.room(staging_pairs + emit_slack, true);
-  gap_ = room_ = Room{};
-  maybe_cursor = unsure_.room(staging_maybe + emit_slack, true);
-  maybe_limit = maybe_cursor + staging_maybe;
-  take_from(Source::words, nullptr);
+  target_id_offset = search.target_id_offset;
+  confirmed_.ensure(staging_pairs + emit_slack, true);
+  gap_ = range_ = OutputRange{};
+  tie_cursor = ties_.ensure(staging_ties + emit_slack, true);
+  tie_limit = tie_cursor + staging_ties;
+  set_source(Source::sweep, nullptr);
 }
 
 // From now on pairs are staged.
-void Worker::stage() noexcept {
+void Worker::start_staging() noexcept {
   direct_ = false;
-  cursor = sure_.data();
+  cursor = confirmed_.data();
   limit = cursor + staging_pairs;
 }
 
 // From now on pairs go directly to the output, while it has space.
-void Worker::go_straight() {
-  if (room_.size() < emit_slack) {
-    Room next = room_;
-    if (!search_->sink->extend(next)) return stage();
-    if (next.begin != room_.begin) gap_ = room_;
-    room_ = next;
+void Worker::write_directly() {
+  if (range_.size() < emit_slack) {
+    OutputRange next = range_;
+    if (!search_->sink->extend(next)) return start_staging();
+    if (next.begin != range_.begin) gap_ = range_;
+    range_ = next;
   }
   direct_ = true;
-  cursor = room_.begin;
-  limit = room_.end - emit_slack;
+  cursor = range_.begin;
+  limit = range_.end - emit_slack;
 }
 
-void Worker::take_from(Source source, const Frame* frame) {
+void Worker::set_source(Source source, const ParentCell* parent) {
   const Search& s = *search_;
   const bool all = source == Source::brute_force;
   source_ = source;
-  frame_ = frame;
-  ask_kinds_ = s.kinds && (all || !s.kinds->words_tell_all());
-  ask_worlds_ = s.any_worlds || (all && s.wide_worlds);
-  ask_doubles_ = all && s.doubles;
-  const bool ask = ask_kinds_ || ask_worlds_ || ask_doubles_ || s.owners;
-  if (s.sink && !frame && !ask)
-    go_straight();
+  parent_ = parent;
+  check_classes_ = s.filter_classes && (all || !s.filter_classes->masks_cover_all());
+  check_worlds_ = s.any_worlds || (all && s.wide_worlds);
+  check_doubles_ = all && s.doubles;
+  const bool filtered = check_classes_ || check_worlds_ || check_doubles_ || s.owners;
+  if (s.sink && !parent && !filtered)
+    write_directly();
   else
-    stage();
+    start_staging();
 }
 
-void Worker::switch_to(Source source, const Frame* frame) {
-  if (source == source_ && frame == frame_) return;
+void Worker::switch_to(Source source, const ParentCell* parent) {
+  if (source == source_ && parent == parent_) return;
   drain();
-  take_from(source, frame);
+  set_source(source, parent);
 }
 
 void Worker::drain() {
-  flush_unsure(this);
+  decide_ties(this);
   if (direct_)
-    room_.begin = cursor;
+    range_.begin = cursor;
   else
-    flush_sure(this);
+    flush_confirmed(this);
 }
 
 void Worker::finish() {
   drain();
-  search_->sink->leave(room_);
+  search_->sink->leave(range_);
   search_->sink->leave(gap_);
 }
 
 // The output range is full but for its slack. Fills the gap with the last pairs of this range.
-void Worker::next_room() {
+void Worker::next_range() {
   if (gap_.size() != 0) {
     const std::size_t size = gap_.size();  // a range holds more
     cursor -= size;
     std::memcpy(gap_.begin, cursor, size * sizeof(Pair));
-    gap_ = Room{};
+    gap_ = OutputRange{};
     if (cursor <= limit) return;
   }
-  room_.begin = cursor;
-  go_straight();
+  range_.begin = cursor;
+  write_directly();
 }
 
-void Worker::flush_sure(Emit* emit) {
+void Worker::flush_confirmed(Emit* emit) {
   Worker& w = *static_cast<Worker*>(emit);
-  if (w.direct_) return w.next_room();
-  Pair* pairs = w.sure_.data();
+  if (w.direct_) return w.next_range();
+  Pair* pairs = w.confirmed_.data();
   std::size_t count = static_cast<std::size_t>(w.cursor - pairs);
   w.cursor = pairs;
-  if (w.frame_) count = w.leave_frame(pairs, count);
+  if (w.parent_) count = w.resolve_labels(pairs, count);
   count = w.filter(pairs, count);
-  for (Room* room : {&w.gap_, &w.room_}) {
-    const std::size_t part = std::min(count, room->size());
+  for (OutputRange* range : {&w.gap_, &w.range_}) {
+    const std::size_t part = std::min(count, range->size());
     if (part == 0) continue;
     count -= part;
-    std::memcpy(room->begin, pairs + count, part * sizeof(Pair));
-    room->begin += part;
+    std::memcpy(range->begin, pairs + count, part * sizeof(Pair));
+    range->begin += part;
   }
   if (count) w.search_->sink->take(pairs, count);
 }
 
 // Decides ties by the input floats. They are scattered in memory, so they are prefetched.
-void Worker::flush_unsure(Emit* emit) {
+void Worker::decide_ties(Emit* emit) {
   Worker& w = *static_cast<Worker*>(emit);
   const Search& s = *w.search_;
-  const Pair* pairs = w.unsure_.data();
-  const std::size_t count = static_cast<std::size_t>(w.maybe_cursor - pairs);
-  w.maybe_cursor = w.unsure_.data();
+  const Pair* pairs = w.ties_.data();
+  const std::size_t count = static_cast<std::size_t>(w.tie_cursor - pairs);
+  w.tie_cursor = w.ties_.data();
   const auto put = [&](Pair pair, bool overlap) {
     *w.cursor = pair;
     w.cursor += overlap;
-    if (w.cursor > w.limit) flush_sure(emit);
+    if (w.cursor > w.limit) flush_confirmed(emit);
   };
   constexpr std::size_t ahead = 12;
-  const auto soon = [&](std::size_t i) { return pairs[std::min(i + ahead, count - 1)]; };
+  const auto upcoming = [&](std::size_t i) { return pairs[std::min(i + ahead, count - 1)]; };
   if (s.doubles) {
     for (std::size_t i = 0; i < count; ++i) {
-      s.doubles->prefetch(soon(i));
+      s.doubles->prefetch(upcoming(i));
       put(pairs[i], s.doubles->overlap(pairs[i]));
     }
     return;
@@ -205,22 +205,22 @@ void Worker::flush_unsure(Emit* emit) {
     return boxes + pair.second * stride;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    prefetch_to_read(first(soon(i)));
-    prefetch_to_read(second(soon(i)));
+    prefetch_l2(first(upcoming(i)));
+    prefetch_l2(second(upcoming(i)));
     put(pairs[i], overlap_in_memory(first(pairs[i]), second(pairs[i])));
   }
 }
 
 // Maps labels to ids; drops pairs that another column owns.
-std::size_t Worker::leave_frame(Pair* pairs, std::size_t count) const noexcept {
-  const std::uint32_t* ids = frame_->ids;
-  const std::uint16_t* before = frame_->before;
+std::size_t Worker::resolve_labels(Pair* pairs, std::size_t count) const noexcept {
+  const std::uint32_t* ids = parent_->ids;
+  const std::uint16_t* reject_bits = parent_->reject_bits;
   const Orientation orientation = search_->forward();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Pair label = pairs[i];
     pairs[kept] = make_pair(orientation, ids[label.first], ids[label.second]);
-    kept += (before[label.first] & before[label.second]) == 0;
+    kept += (reject_bits[label.first] & reject_bits[label.second]) == 0;
   }
   return kept;
 }
@@ -230,7 +230,7 @@ namespace {
 // Moves the allowed pairs to the front and returns their number. Branch-free: filter results are
 // unpredictable.
 template <class Allowed>
-std::size_t keep(Pair* pairs, std::size_t count, const Allowed& allowed) noexcept {
+std::size_t compact_allowed(Pair* pairs, std::size_t count, const Allowed& allowed) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Pair pair = pairs[i];
@@ -245,12 +245,14 @@ std::size_t keep_by_group(const Strided<std::uint32_t>& group, const Strided<std
                           std::uint32_t Pair::*of_group, std::uint32_t Pair::*of_mask, Pair* pairs,
                           std::size_t count) noexcept {
   if (group && mask) {
-    return keep(pairs, count,
-                [=](Pair pair) { return (group[pair.*of_group] & mask[pair.*of_mask]) != 0; });
+    return compact_allowed(pairs, count, [=](Pair pair) {
+      return (group[pair.*of_group] & mask[pair.*of_mask]) != 0;
+    });
   }
   const Strided<std::uint32_t>& given = group ? group : mask;
   const auto of = group ? of_group : of_mask;
-  return given ? keep(pairs, count, [=](Pair pair) { return given[pair.*of] != 0; }) : count;
+  return given ? compact_allowed(pairs, count, [=](Pair pair) { return given[pair.*of] != 0; })
+               : count;
 }
 
 }  // namespace
@@ -258,27 +260,27 @@ std::size_t keep_by_group(const Strided<std::uint32_t>& group, const Strided<std
 std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
   const Filters& a = search_->a->filters;
   const Filters& b = search_->b->filters;
-  if (ask_kinds_) {
-    count = keep(pairs, count, search_->kinds->allowed());
-    if (!search_->kinds->grouped()) {
+  if (check_classes_) {
+    count = compact_allowed(pairs, count, search_->filter_classes->allowed());
+    if (!search_->filter_classes->grouped()) {
       count = keep_by_group(a.group, b.mask, &Pair::first, &Pair::second, pairs, count);
       count = keep_by_group(b.group, a.mask, &Pair::second, &Pair::first, pairs, count);
     }
   }
-  if (ask_worlds_) {
-    count = keep(pairs, count, [a = a.world, b = b.world](Pair pair) {
+  if (check_worlds_) {
+    count = compact_allowed(pairs, count, [a = a.world, b = b.world](Pair pair) {
       const std::int32_t first = a[pair.first], second = b[pair.second];
       return (first == second) | (first == -1) | (second == -1);
     });
   }
   if (search_->owners) {
-    count = keep(pairs, count, [a = a.owner, b = b.owner](Pair pair) {
+    count = compact_allowed(pairs, count, [a = a.owner, b = b.owner](Pair pair) {
       const std::int32_t owner = a[pair.first];
       return (owner == -1) | (owner != b[pair.second]);
     });
   }
-  if (!ask_doubles_) return count;
-  return keep(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
+  if (!check_doubles_) return count;
+  return compact_allowed(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
 }
 
 }  // namespace throng::cpu

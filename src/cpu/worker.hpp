@@ -10,20 +10,20 @@
 namespace throng::cpu {
 
 // Storage of a Strip's arrays.
-class StripSpace {
+class StripStorage {
  public:
-  explicit StripSpace(Memory& memory) noexcept
-      : order(memory), ranks(memory), words(memory), ids(memory), buckets(memory) {}
-  // Points the arrays of `strip` at storage for strip.count boxes. with_kinds: query and target
+  explicit StripStorage(Memory& memory) noexcept
+      : order(memory), ranks(memory), quantized(memory), ids(memory), buckets(memory) {}
+  // Points the arrays of `strip` at storage for strip.count boxes. with_classes: query and target
   // bits differ.
-  void lay_out(Strip& strip, bool with_kinds);
+  void assign_storage(Strip& strip, bool with_classes);
   // Reserves for `count` boxes.
-  void reserve(std::uint32_t count, bool with_kinds);
-  void match(const StripSpace& other);
+  void reserve(std::uint32_t count, bool with_classes);
+  void match(const StripStorage& other);
 
   Buffer<const Record*> order;
   Buffer<std::uint32_t> ranks;
-  Buffer<std::int16_t> words;
+  Buffer<std::int16_t> quantized;
   Buffer<std::uint32_t> ids;
   Buffer<std::uint32_t> buckets;
 };
@@ -35,14 +35,14 @@ struct Segment {
 
 // Staging buffers fit the L1 and L2 caches.
 constexpr std::size_t staging_pairs = 2048;
-constexpr std::size_t staging_maybe = 1024;
+constexpr std::size_t staging_ties = 1024;
 
-struct Level;
-class GridSpace;
+struct RecursionScratch;
+class BinnedGrid;
 
 // One task's part of a binning.
 struct BinTask : BinTarget {
-  GridSpace* space = nullptr;
+  BinnedGrid* space = nullptr;
   unsigned task = 0;                           // its index
   std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
   std::uintptr_t dummy = 0;                    // target of records once the pool is exhausted
@@ -61,44 +61,44 @@ class Worker : public Emit {
   // At the end: also returns what is left of its output range.
   void finish();
   // The source of the pairs that follow: a sweep; or brute force, which ignores filter classes,
-  // worlds and doubles, and reports labels of a frame.
-  void by_words() { switch_to(Source::words, nullptr); }
-  void by_brute_force(const Frame* frame) { switch_to(Source::brute_force, frame); }
+  // worlds and doubles, and reports labels of a parent.
+  void use_sweep() { switch_to(Source::sweep, nullptr); }
+  void use_brute_force(const ParentCell* parent) { switch_to(Source::brute_force, parent); }
   // Scratch of the grid at a depth: 0 is the full problem's, 1 one of its columns' or worlds', ...
   static constexpr unsigned max_depth = 4;
-  Level& level(unsigned depth);
+  RecursionScratch& scratch(unsigned depth);
   // Reserves what `other` has: which columns a worker gets differs from call to call, and a warmed
   // Finder must not allocate for that.
   void match(const Worker& other);
 
   BinTask bin;
   Buffer<char> dummy_block, bin_buffers;
-  FloatSpace query_floats, target_floats;
+  BoxTiles query_floats, target_floats;
 
  private:
-  static void flush_sure(Emit* emit);
-  static void flush_unsure(Emit* emit);
-  enum class Source : bool { words, brute_force };
-  void switch_to(Source source, const Frame* frame);
-  void take_from(Source source, const Frame* frame);
-  void stage() noexcept;
-  void go_straight();
-  void next_room();
-  std::size_t leave_frame(Pair* pairs, std::size_t count) const noexcept;
+  static void flush_confirmed(Emit* emit);
+  static void decide_ties(Emit* emit);
+  enum class Source : bool { sweep, brute_force };
+  void switch_to(Source source, const ParentCell* parent);
+  void set_source(Source source, const ParentCell* parent);
+  void start_staging() noexcept;
+  void write_directly();
+  void next_range();
+  std::size_t resolve_labels(Pair* pairs, std::size_t count) const noexcept;
   std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
 
   Memory* memory_;
   Search* search_ = nullptr;
-  Source source_ = Source::words;
-  const Frame* frame_ = nullptr;
-  Level* levels_[max_depth + 1] = {};  // the last for brute force in the innermost grid
-  Buffer<Pair> sure_, unsure_;
+  Source source_ = Source::sweep;
+  const ParentCell* parent_ = nullptr;
+  RecursionScratch* scratch_[max_depth + 1] = {};  // the last for brute force in the innermost grid
+  Buffer<Pair> confirmed_, ties_;
   // Direct output: the range being written, and an earlier one whose rest was too short to write
   // safely. Otherwise pairs are staged.
   bool direct_ = false;
   // Filters to apply to staged pairs.
-  bool ask_kinds_ = false, ask_worlds_ = false, ask_doubles_ = false;
-  Room room_{}, gap_{};
+  bool check_classes_ = false, check_worlds_ = false, check_doubles_ = false;
+  OutputRange range_{}, gap_{};
 };
 
 }  // namespace throng::cpu

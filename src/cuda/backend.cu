@@ -4,8 +4,8 @@
 #include <new>
 
 #include "core/profile.hpp"
+#include "cuda/argument_checks.hpp"
 #include "cuda/device.cuh"
-#include "cuda/guard.hpp"
 #include "pipeline/engine.hpp"
 
 namespace throng::cuda {
@@ -16,10 +16,10 @@ using pipeline::Input;
 using pipeline::Pipeline;
 using pipeline::Workspace;
 
-class Gpu final : public Engine {
+class GpuEngine final : public Engine {
  public:
-  explicit Gpu(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
-  ~Gpu() override {
+  explicit GpuEngine(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
+  ~GpuEngine() override {
     if (!own_) return;
     (void)cudaStreamSynchronize(own_);  // after a stop by the consumer, a copy may still run
     device().begin(nullptr, false);     // memory is released on a stream that still exists
@@ -28,31 +28,31 @@ class Gpu final : public Engine {
 
   void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
             core::Output* output, const Consumer* consumer, Result& r) override {
-    const Current current(device().ordinal());
+    const CurrentDevice current(device().ordinal());
     if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
     device().begin(own_, options.measure_stages, options.stop);
     engine_.find(a, b, options, already_held, output, consumer, r);
-    second_ = engine_.nan_in_second_set();
+    nan_in_second_ = engine_.nan_in_second_set();
   }
-  bool nan_in_second_set() const noexcept override { return second_; }
+  bool nan_in_second_set() const noexcept override { return nan_in_second_; }
 
   void reserve(std::size_t boxes, std::size_t pairs, Stream stream) override {
-    const Current current(device().ordinal());
-    require_own(stream);
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
     device().begin(stream, false);
-    require_few(boxes);
+    check_box_count(boxes);
     // If memory runs out midway, nothing counts as reserved.
     if (boxes > reserved_.boxes) {
       reserved_ = {};
       const auto count = static_cast<std::uint32_t>(boxes);
       Workspace w;
-      w.carve<Device>(count, workspace_.room(w.carve<Device>(count, nullptr)));
+      w.carve<Device>(count, workspace_.ensure(w.carve<Device>(count, nullptr)));
       reserved_ = w;
     }
     if (pairs > pairs_reserved_) {
       pairs_reserved_ = 0;
-      unordered_.room(pairs * sizeof(Pair));
-      sorting_.room(Device::sort_bytes(pairs));
+      unordered_.ensure(pairs * sizeof(Pair));
+      sorting_.ensure(Device::sort_bytes(pairs));
       pairs_reserved_ = pairs;
     }
     check(cudaStreamSynchronize(stream));
@@ -65,21 +65,21 @@ class Gpu final : public Engine {
     const std::size_t count = a.size() + (b ? b->size() : 0);
     r.plan.backend = Backend::cuda;
     r.plan.reason = "";
-    require_own(stream);
+    check_stream(stream);
     if (count == 0) return;
     if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
       reserve(count, in_order ? capacity : 0, stream);
-    const Current current(device().ordinal());
+    const CurrentDevice current(device().ordinal());
     device().begin(stream, options.measure_stages);
     Workspace w;
     const Input in = enqueue(a, b, options, out, capacity, nullptr, w);
     const Report report = device().read(*w.report);
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
-    pipeline::tell_plan(brute, r);
-    pipeline::tell_worlds(brute, report, in, r);
+    pipeline::set_plan(brute, r);
+    pipeline::set_worlds_reason(brute, report, in, r);
     r.times = device().times();
     r.comparisons = report.comparisons;
-    const bool accepted = pipeline::accept(report, in, options.nan, r, second_);
+    const bool accepted = pipeline::accept(report, in, options.nan, r, nan_in_second_);
     if (report.bad_worlds) {
       r.inactive = report.inactive;
       r.invalid_count = report.bad_worlds;
@@ -94,16 +94,16 @@ class Gpu final : public Engine {
 
   Pairs find_growing(const Boxes& a, const Boxes* b, const Options& options, Stream stream,
                      Result& r) override {
-    const Current current(device().ordinal());
-    require_own(stream);
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
     const std::size_t count = a.size() + (b ? b->size() : 0);
-    require_few(count);
+    check_box_count(count);
     std::size_t wanted = 4 * count;
     for (const Result fresh = r;; r = fresh) {
       device().begin(stream, false);
-      if (wanted > found_.bytes() / sizeof(Pair)) found_.room(wanted * sizeof(Pair));
-      const std::size_t room = found_.bytes() / sizeof(Pair);
-      find_on_device(a, b, options, found_.as<Pair>(), room, stream, r);
+      if (wanted > found_.bytes() / sizeof(Pair)) found_.ensure(wanted * sizeof(Pair));
+      const std::size_t capacity = found_.bytes() / sizeof(Pair);
+      find_on_device(a, b, options, found_.as<Pair>(), capacity, stream, r);
       if (r.status != Status::buffer_too_small)
         return {found_.as<Pair>(), static_cast<std::size_t>(r.written)};
       wanted = static_cast<std::size_t>(r.found + r.found / 64 + 512);
@@ -116,9 +116,10 @@ class Gpu final : public Engine {
     const bool in_order = options.order == Order::canonical;
     if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
       throw Failure{Status::not_reserved, count};
-    const Current current(device().ordinal());
-    require_own(stream);
-    Reach(device().ordinal(), Status::bad_option).require(report, alignof(Report), "the report");
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
+    AccessCheck(device().ordinal(), Status::bad_option)
+        .require(report, alignof(Report), "the report");
     device().begin(stream, false);
     if (count == 0) return device().clear(report, sizeof(Report));
     Workspace w;
@@ -133,11 +134,11 @@ class Gpu final : public Engine {
  private:
   Device& device() noexcept { return engine_.device(); }
 
-  static void require_few(std::size_t boxes) {
+  static void check_box_count(std::size_t boxes) {
     if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
   }
   // Work on a stream of another device could not reach this device's memory.
-  void require_own(Stream stream) const {
+  void check_stream(Stream stream) const {
     if (stream && device_of(stream) != engine_.device().ordinal())
       throw Failure{Status::bad_option, 0, "is of another device than this Finder", "the stream"};
   }
@@ -150,7 +151,7 @@ class Gpu final : public Engine {
     require_set(in.sets[0], a.size(), device().ordinal());
     if (b) require_set(in.sets[1], b->size(), device().ordinal());
     if (capacity != 0)
-      Reach(device().ordinal(), Status::bad_option).require(out, alignof(Pair), "the output");
+      AccessCheck(device().ordinal(), Status::bad_option).require(out, alignof(Pair), "the output");
     w = reserved_;
     if (report) w.report = report;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
@@ -169,11 +170,11 @@ class Gpu final : public Engine {
   Memory memory_;
   pipeline::Engine<Device> engine_;  // for boxes in host memory; owns the device
   cudaStream_t own_ = nullptr;       // stream of engine_
-  pipeline::Block<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
+  pipeline::DeviceBuffer<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
       sorting_{engine_.device()}, found_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
   std::size_t pairs_reserved_ = 0;
-  bool second_ = false;
+  bool nan_in_second_ = false;
 };
 
 }  // namespace
@@ -190,8 +191,8 @@ void check_available() {
 
 Engine* create(const MemoryResource& resource) {
   check_available();
-  Engine* engine = new (std::nothrow) Gpu(resource);
-  if (!engine) throw Failure{Status::out_of_memory, sizeof(Gpu)};
+  Engine* engine = new (std::nothrow) GpuEngine(resource);
+  if (!engine) throw Failure{Status::out_of_memory, sizeof(GpuEngine)};
   return engine;
 }
 

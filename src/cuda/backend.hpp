@@ -12,7 +12,7 @@
 #include "core/update_boxes.hpp"
 
 namespace throng::pipeline {
-struct Asked;
+struct QueryBatch;
 }
 
 namespace throng::cuda {
@@ -39,7 +39,7 @@ class Engine {
   virtual std::size_t held() const noexcept = 0;
 };
 
-// Persistent objects: see throng::cuda::BroadPhase; implemented in pipeline/live_scene.hpp.
+// Persistent objects: see throng::cuda::BroadPhase; implemented in pipeline/persistent_scene.hpp.
 class Scene {
  public:
   virtual ~Scene() = default;
@@ -54,8 +54,9 @@ class Scene {
   virtual void update(const Boxes*, Stream, Result&) = 0;
   virtual LivePairs gather_pairs(Stream) = 0;
   virtual void find_overlaps(const Boxes&, Stream, Result&) = 0;
-  virtual void find_hits(const pipeline::Asked& sweeps, SweepHits, Stream, Result&) = 0;
-  virtual void find_first_hits(const pipeline::Asked& sweeps, SweepHit* out, Stream, Result&) = 0;
+  virtual void find_hits(const pipeline::QueryBatch& sweeps, SweepHits, Stream, Result&) = 0;
+  virtual void find_first_hits(const pipeline::QueryBatch& sweeps, SweepHit* out, Stream,
+                               Result&) = 0;
   // `other` is from create_scene(), too.
   virtual void copy(const Scene&, Stream) = 0;
 

@@ -9,18 +9,18 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
-#include "cuda/cell_order.cuh"
+#include "cuda/cell_sort.cuh"
 #include "cuda/cell_sums.cuh"
 #include "cuda/check.hpp"
 #include "cuda/gather.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/mailbox.cuh"
-#include "cuda/pair_order.cuh"
+#include "cuda/pair_sorter.cuh"
 #include "cuda/search.cuh"
 #include "cuda/side_stream.cuh"
 #include "cuda/upload.hpp"
 #include "cuda/worlds.cuh"
-#include "pipeline/order.hpp"
+#include "pipeline/pair_keys.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::cuda {
@@ -45,31 +45,31 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std:
 }
 
 class Device {
-  using Sorter = pipeline::PairOrder<pipeline::DeviceOrder>;
+  using Sorter = pipeline::PairSorter<pipeline::DeviceSortSizes>;
   // Some milliseconds of brute force.
-  static constexpr std::uint64_t walks_between_looks = std::uint64_t{1} << 24;
-  static constexpr std::size_t order_bytes = sizeof(OrderMemory<Sorter>::Asked);
+  static constexpr std::uint64_t walks_per_stop_check = std::uint64_t{1} << 24;
+  static constexpr std::size_t sort_shared_bytes = sizeof(SortMemory<Sorter>::Dynamic);
 
  public:
   // Reads the device properties that launches need. Failure: no_device.
   explicit Device(const Memory& memory) : memory_(memory) {
     check(cudaGetDevice(&device_));
-    check(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_));
-    int room = 0, together = 0;
-    check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
-    check(cudaDeviceGetAttribute(&together, cudaDevAttrCooperativeLaunch, device_));
-    if (!together || static_cast<std::size_t>(room) < order_bytes) return;
-    allow_memory(run_pair_order<Sorter>, order_bytes);
+    check(cudaDeviceGetAttribute(&sm_count_, cudaDevAttrMultiProcessorCount, device_));
+    int scratch = 0, cooperative = 0;
+    check(cudaDeviceGetAttribute(&scratch, cudaDevAttrMaxSharedMemoryPerBlockOptin, device_));
+    check(cudaDeviceGetAttribute(&cooperative, cudaDevAttrCooperativeLaunch, device_));
+    if (!cooperative || static_cast<std::size_t>(scratch) < sort_shared_bytes) return;
+    allow_shared_memory(run_pair_sorter<Sorter>, sort_shared_bytes);
     int blocks = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_order<Sorter>,
-                                                        order_threads, order_bytes));
-    order_blocks_ = static_cast<unsigned>(blocks * processors_);
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, run_pair_sorter<Sorter>,
+                                                        sort_threads, sort_shared_bytes));
+    sort_blocks_ = static_cast<unsigned>(blocks * sm_count_);
   }
 
   ~Device() {
     for (const cudaEvent_t event : events_)
       if (event) (void)cudaEventDestroy(event);
-    give_back();
+    release_host_copy();
   }
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -81,7 +81,7 @@ class Device {
     stream_ = stream;
     measuring_ = measure;
     stop_ = stop;
-    seen_ = 0;
+    marked_stages_ = 0;
     if (!measure) return;
     for (cudaEvent_t& event : events_)
       if (!event) check(cudaEventCreate(&event));
@@ -96,11 +96,11 @@ class Device {
   static constexpr bool reaches_host_memory = false;
   // Copies boxes from host memory; see cuda/upload.hpp.
   static std::size_t boxes_bytes(const Boxes& boxes) noexcept { return bytes_on_device(boxes); }
-  Boxes bring(const Boxes& boxes, char*& to) { return upload(boxes, to, staging_, stream_); }
+  Boxes copy_boxes(const Boxes& boxes, char*& to) { return upload(boxes, to, staging_, stream_); }
   static constexpr std::size_t staging_bytes = Staging::total_bytes;
   std::size_t held() const noexcept { return staging_.held() + copy_bytes_; }
   // Frees what can be allocated again.
-  void give_back() noexcept {
+  void release_host_copy() noexcept {
     if (copy_) (void)cudaFreeHost(copy_);
     copy_ = nullptr;
     copy_bytes_ = 0;
@@ -116,8 +116,8 @@ class Device {
   void plan(const pipeline::PlanGrid& f, void* cleared, std::size_t bytes) const {
     const std::uint64_t count = (bytes + 255) / 256 * 16;
     constexpr std::uint64_t a_block = std::uint64_t{8} * pipeline::PlanGrid::threads;
-    const std::uint64_t more = std::min<std::uint64_t>((count + a_block - 1) / a_block,
-                                                       static_cast<unsigned>(processors_));
+    const std::uint64_t more =
+        std::min<std::uint64_t>((count + a_block - 1) / a_block, static_cast<unsigned>(sm_count_));
     run_phases<<<1 + static_cast<unsigned>(more), pipeline::PlanGrid::threads, 0, stream_>>>(
         f, static_cast<uint4*>(cleared), count);
     check(cudaGetLastError());
@@ -139,7 +139,7 @@ class Device {
     std::size_t bytes = 0;
     cub::DoubleBuffer<std::uint64_t> none;
     check(cub::DeviceRadixSort::SortKeys(nullptr, bytes, none, count));
-    const std::size_t few = count < Sorter::most_pairs ? count : Sorter::most_pairs;
+    const std::size_t few = count < Sorter::max_pairs ? count : Sorter::max_pairs;
     return std::max(keys_bytes(count) + bytes, Sorter::bytes(few));
   }
 
@@ -150,10 +150,11 @@ class Device {
     check(cub::DeviceRadixSort::SortPairs(nullptr, bytes, none, none, count));
     return bytes;
   }
-  // The arrays have a second half of `room` entries each; both halves may be overwritten.
-  pipeline::ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
-                                std::size_t count, int begin, int end) const {
-    cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + room), of_values(values, values + room);
+  // The arrays have a second half of `scratch` entries each; both halves may be overwritten.
+  pipeline::SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t scratch,
+                                   std::size_t count, int begin, int end) const {
+    cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + scratch),
+        of_values(values, values + scratch);
     std::size_t bytes = scratch_bytes_;
     check(cub::DeviceRadixSort::SortPairs(scratch_, bytes, of_keys, of_values, count, begin, end,
                                           stream_));
@@ -163,7 +164,7 @@ class Device {
     const auto kernel = run_place_buckets<pipeline::PlaceBuckets>;
     const std::size_t bytes = f.buckets.cells() * sizeof(std::uint32_t);
     // The maximum of any call, because the attribute is shared by all threads of the process.
-    allow_memory(kernel, pipeline::Buckets::most_cells * sizeof(std::uint32_t));
+    allow_shared_memory(kernel, pipeline::Buckets::max_cells * sizeof(std::uint32_t));
     kernel<<<f.buckets.count(), bucket_threads, bytes, stream_>>>(f, count);
     check(cudaGetLastError());
   }
@@ -172,12 +173,12 @@ class Device {
     scratch_ = p;
     scratch_bytes_ = bytes;
   }
-  static std::size_t sums_bytes(std::size_t cells) noexcept {
+  static std::size_t scan_cells_bytes(std::size_t cells) noexcept {
     return CellSums::pieces(cells) * sizeof(std::uint64_t);
   }
   // Table and words are carved in multiples of 256 bytes.
-  void sum_up(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
-              std::uint64_t* words) const {
+  void scan_cells(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
+                  std::uint64_t* words) const {
     run_cell_sums<<<static_cast<unsigned>(CellSums::pieces(cells)), CellSums::threads, 0,
                     stream_>>>(wanted, reinterpret_cast<uint4*>(table),
                                static_cast<std::uint32_t>((cells + 3) / 4), words);
@@ -190,62 +191,62 @@ class Device {
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
     if (bound == 0) return;
-    if constexpr (requires { Search::most_in_world; }) {
+    if constexpr (requires { Search::max_in_world; }) {
       const auto kernel = run_worlds<Search>;
       kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
       check(cudaGetLastError());
-    } else if constexpr (requires { Search::most_targets; }) {
-      const auto kernel = run_looks<Search>;
+    } else if constexpr (requires { Search::max_targets; }) {
+      const auto kernel = run_grid_search<Search>;
       kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
       check(cudaGetLastError());
     } else {
       const auto kernel = run_walks<Search>;
       const unsigned most = resident(kernel);
       for (std::uint64_t begin = 0, end; begin < bound; begin = end) {
-        end = stop_ ? std::min(begin + walks_between_looks, bound) : bound;
+        end = stop_ ? std::min(begin + walks_per_stop_check, bound) : bound;
         kernel<<<blocks(end - begin, most), block_threads, 0, stream_>>>(search, sink, begin, end);
         check(cudaGetLastError());
-        heed_stop();
+        check_stop();
       }
     }
   }
-  template <class Look>
-  void gather(std::uint64_t bound, const Look& look, const pipeline::Tiles& to) const {
+  template <class Test>
+  void gather(std::uint64_t bound, const Test& test, const pipeline::Tiles& to) const {
     if (bound == 0) return;
     const std::uint64_t tiles = pipeline::Tiles::of(bound);
-    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(look, to, tiles);
+    run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(test, to, tiles);
     check(cudaGetLastError());
   }
-  // Sorts the report's pairs, at most `count`, from `pairs`, which is overwritten, to `out`. `room`
-  // has sort_bytes(count) bytes. Writes nothing if there are more than `capacity`.
-  void sort(Pair* pairs, void* room, std::size_t room_bytes, Pair* out, std::uint64_t capacity,
+  // Sorts the report's pairs, at most `count`, from `pairs`, which is overwritten, to `out`.
+  // `scratch` has sort_bytes(count) bytes. Writes nothing if there are more than `capacity`.
+  void sort(Pair* pairs, void* scratch, std::size_t scratch_size, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const pipeline::Input& in) const {
     if (count == 0) return;
     const auto shape = pipeline::PairKeys::of(in);
-    if (order_blocks_ != 0 && count <= Sorter::most_pairs) {
+    if (sort_blocks_ != 0 && count <= Sorter::max_pairs) {
       Sorter order{pairs, out, report, std::min(capacity, count), shape};
-      order.carve(count, room);
+      order.carve(count, scratch);
       void* arguments[] = {&order};
-      allow_memory(run_pair_order<Sorter>, order_bytes);
-      const cudaError_t told = cudaLaunchCooperativeKernel(
-          run_pair_order<Sorter>, count <= Sorter::few ? 1 : order_blocks_, order_threads,
-          arguments, order_bytes, stream_);
-      if (told != cudaErrorCooperativeLaunchTooLarge) return check(told);
+      allow_shared_memory(run_pair_sorter<Sorter>, sort_shared_bytes);
+      const cudaError_t launched = cudaLaunchCooperativeKernel(
+          run_pair_sorter<Sorter>, count <= Sorter::single_block_pairs ? 1 : sort_blocks_,
+          sort_threads, arguments, sort_shared_bytes, stream_);
+      if (launched != cudaErrorCooperativeLaunchTooLarge) return check(launched);
       (void)cudaGetLastError();  // there are fewer processors than the device reports
     }
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
-    launch(count, pipeline::PackPairs{pairs, keys, report, capacity, shape});
-    cub::DoubleBuffer<std::uint64_t> buffers(keys, static_cast<std::uint64_t*>(room));
-    std::size_t bytes = room_bytes - keys_bytes(count);
-    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(room) + keys_bytes(count), bytes,
+    launch(count, pipeline::EncodePairs{pairs, keys, report, capacity, shape});
+    cub::DoubleBuffer<std::uint64_t> buffers(keys, static_cast<std::uint64_t*>(scratch));
+    std::size_t bytes = scratch_size - keys_bytes(count);
+    check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(scratch) + keys_bytes(count), bytes,
                                          buffers, count, 0, shape.bits(), stream_));
-    launch(count, pipeline::UnpackPairs{buffers.Current(), out, report, capacity, shape});
+    launch(count, pipeline::DecodePairs{buffers.Current(), out, report, capacity, shape});
   }
 
   // The following functions synchronize with the stream.
   template <class T>
   T read(const T& value) {
-    if constexpr (Mailbox::takes<T>) return send_and_wait(value, 0);
+    if constexpr (Mailbox::fits<T>) return send_and_wait(value, 0);
     T copy;
     check(cudaMemcpyAsync(&copy, &value, sizeof copy, cudaMemcpyDeviceToHost, stream_));
     check(cudaStreamSynchronize(stream_));
@@ -258,7 +259,7 @@ class Device {
   }
   // Sends the value at the end of the launch itself. *tickets is zero before and after.
   template <class F, class T>
-  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
+  T launch_and_read(std::uint64_t count, const F& f, T& value, std::uint32_t* tickets) {
     if (count == 0) return take(value);
     const Post post = mailbox_.post(value, sizeof value);
     run_each_and_send<<<blocks(count, 8), block_threads, 0, stream_>>>(count, f, post, tickets);
@@ -283,7 +284,7 @@ class Device {
   const T* host_copy(const T* values, std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
     if (bytes > copy_bytes_) {
-      give_back();
+      release_host_copy();
       check(cudaMallocHost(&copy_, bytes));
       copy_bytes_ = bytes;
     }
@@ -293,17 +294,17 @@ class Device {
   }
 
   template <class F>
-  void beside(const F& f) {
-    side_.beside(stream_, f);
+  void fork(const F& f) {
+    side_.fork(stream_, f);
   }
   void join() const { side_.join(stream_); }
 
   void mark(pipeline::Stage stage) {
-    heed_stop();
+    check_stop();
     if (!measuring_) return;
     const auto k = static_cast<unsigned>(stage);
     check(cudaEventRecord(events_[k + 1], stream_));
-    seen_ |= 1u << k;
+    marked_stages_ |= 1u << k;
   }
   // Times of the stages marked since begin(); synchronizes with their events.
   StageTimes times() const {
@@ -311,7 +312,7 @@ class Device {
     double* const of[] = {&times.plan_ms, &times.bin_ms, &times.find_ms, &times.order_ms};
     unsigned last = 0;
     for (unsigned k = 0; k < 4; ++k) {
-      if (!(seen_ >> k & 1)) continue;
+      if (!(marked_stages_ >> k & 1)) continue;
       float ms = 0;
       check(cudaEventSynchronize(events_[k + 1]));
       check(cudaEventElapsedTime(&ms, events_[last], events_[k + 1]));
@@ -324,15 +325,15 @@ class Device {
 
  private:
   static std::size_t keys_bytes(std::size_t count) noexcept {
-    return rounded(count * sizeof(std::uint64_t));
+    return aligned_size(count * sizeof(std::uint64_t));
   }
   unsigned blocks(std::uint64_t count, unsigned each) const noexcept {
-    return blocks_for(count, each, processors_);
+    return blocks_for(count, each, sm_count_);
   }
   // Allows a kernel more dynamic shared memory than the default. Called next to the launch, because
   // each translation unit has its own instances of the kernels.
   template <class Kernel>
-  static void allow_memory(Kernel* kernel, std::size_t bytes) {
+  static void allow_shared_memory(Kernel* kernel, std::size_t bytes) {
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                static_cast<int>(bytes)));
   }
@@ -343,7 +344,7 @@ class Device {
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_threads, 0));
     return static_cast<unsigned>(blocks);
   }
-  void heed_stop() const {
+  void check_stop() const {
     if (!stop_) return;
     check(cudaStreamSynchronize(stream_));
     if (stop_->load(std::memory_order_relaxed)) throw pipeline::Failure{Status::stopped};
@@ -356,14 +357,14 @@ class Device {
     return mailbox_.wait<T>(stream_);
   }
   const Memory& memory_;
-  int device_ = 0, processors_ = 1;
-  unsigned order_blocks_ = 0;  // the number of co-resident blocks; 0: this sort is unavailable
+  int device_ = 0, sm_count_ = 1;
+  unsigned sort_blocks_ = 0;  // the number of co-resident blocks; 0: this sort is unavailable
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;
   bool measuring_ = false;
   const std::atomic<bool>* stop_ = nullptr;
-  unsigned seen_ = 0;
+  unsigned marked_stages_ = 0;
   cudaEvent_t events_[5] = {};
   SideStream side_;
   Staging staging_;

@@ -1,26 +1,26 @@
-// Gathers a list's changes in order: see pipeline/live_change_stages.hpp.
+// Gathers a list's changes in order: see pipeline/pair_event_stages.hpp.
 #pragma once
 
 #include <cstdint>
 
 #include "cuda/launch.cuh"
 #include "pipeline/atomic.hpp"
-#include "pipeline/live_change_stages.hpp"
+#include "pipeline/pair_event_stages.hpp"
 
 namespace throng::cuda {
 
 // One warp per tile. It collects the changes in shared memory: begin events from the front, end
 // events from the back.
-template <class Look>
+template <class Test>
 __global__ void __launch_bounds__(block_threads)
-    run_gather(Look look, pipeline::Tiles to, std::uint64_t tiles) {
+    run_gather(Test test, pipeline::Tiles to, std::uint64_t tiles) {
   using pipeline::Change;
   constexpr std::uint32_t size = pipeline::Tiles::size;
   constexpr unsigned warps = block_threads / 32;
   __shared__ Pair stages[warps][size];
   const unsigned lane = threadIdx.x % 32, below = (1u << lane) - 1;
   Pair* stage = stages[threadIdx.x / 32];
-  const std::uint64_t count = look.count();
+  const std::uint64_t count = test.count();
   std::uint64_t all_begun = 0, comparisons = 0;
   for (std::uint64_t tile = std::uint64_t{blockIdx.x} * warps + threadIdx.x / 32; tile < tiles;
        tile += std::uint64_t{gridDim.x} * warps) {
@@ -28,7 +28,7 @@ __global__ void __launch_bounds__(block_threads)
     for (std::uint32_t k = 0; k < size && tile * size + k < count; k += 32) {
       const std::uint64_t i = tile * size + k + lane;
       Pair pair;
-      const Change change = i < count ? look(i, pair, compared) : Change::none;
+      const Change change = i < count ? test(i, pair, compared) : Change::none;
       const unsigned begins = __ballot_sync(~0u, change == Change::begins);
       const unsigned ends = __ballot_sync(~0u, change == Change::ends);
       if (change == Change::begins) stage[begun + __popc(begins & below)] = pair;
@@ -39,7 +39,7 @@ __global__ void __launch_bounds__(block_threads)
     std::uint64_t base = 0;
     if (const std::uint32_t held = begun + ended; held != 0) {
       __syncwarp();
-      if (lane == 0) base = pipeline::fetch_add(&to.told->count, std::uint64_t{held});
+      if (lane == 0) base = pipeline::fetch_add(&to.event_counts->count, std::uint64_t{held});
       base = __shfl_sync(~0u, base, 0);
       for (std::uint32_t k = lane; k < held; k += 32)
         if (base + k < to.capacity)
@@ -52,8 +52,8 @@ __global__ void __launch_bounds__(block_threads)
   }
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
   if (lane != 0) return;
-  if (comparisons != 0) pipeline::fetch_add(&to.told->comparisons, comparisons);
-  if (all_begun != 0) pipeline::fetch_add(&to.told->begun, all_begun);
+  if (comparisons != 0) pipeline::fetch_add(&to.event_counts->comparisons, comparisons);
+  if (all_begun != 0) pipeline::fetch_add(&to.event_counts->begun, all_begun);
 }
 
 }  // namespace throng::cuda

@@ -18,9 +18,9 @@ __global__ void __launch_bounds__(block_threads) run_each(std::uint64_t count, F
 }
 
 // At most `each` blocks per SM, and no more than there is work for.
-inline unsigned blocks_for(std::uint64_t count, unsigned each, int processors) noexcept {
+inline unsigned blocks_for(std::uint64_t count, unsigned each, int sm_count) noexcept {
   const std::uint64_t wanted = (count + block_threads - 1) / block_threads;
-  const std::uint64_t most = std::uint64_t{each} * static_cast<unsigned>(processors);
+  const std::uint64_t most = std::uint64_t{each} * static_cast<unsigned>(sm_count);
   return static_cast<unsigned>(wanted < most ? wanted : most);
 }
 

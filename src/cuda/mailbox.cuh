@@ -14,16 +14,16 @@
 namespace throng::cuda {
 
 // In pinned memory: words, each with the sequence number in its upper half.
-struct Letter {
-  static constexpr unsigned room = 96;
-  std::uint64_t words[room];
+struct MailboxBuffer {
+  static constexpr unsigned capacity = 96;
+  std::uint64_t words[capacity];
 };
 
 // Sends a value, with one thread block, and zeroes its first `cleared` words.
 struct Post {
   std::uint32_t* from;
   std::uint32_t words, cleared;
-  Letter* to;
+  MailboxBuffer* to;
   std::uint32_t number;
 
   // Called by all threads of a block. Sees all writes before the kernel.
@@ -60,31 +60,32 @@ __global__ void __launch_bounds__(block_threads)
 class Mailbox {
  public:
   template <class T>
-  static constexpr bool takes = std::is_trivially_copyable_v<T> && sizeof(T) % 4 == 0 &&
-                                alignof(T) % 4 == 0 && sizeof(T) / 4 <= Letter::room;
+  static constexpr bool fits = std::is_trivially_copyable_v<T> && sizeof(T) % 4 == 0 &&
+                               alignof(T) % 4 == 0 && sizeof(T) / 4 <= MailboxBuffer::capacity;
 
   Mailbox() noexcept = default;
   ~Mailbox() {
-    if (letter_) (void)cudaFreeHost(letter_);
+    if (buffer_) (void)cudaFreeHost(buffer_);
   }
   Mailbox(const Mailbox&) = delete;
   Mailbox& operator=(const Mailbox&) = delete;
 
   template <class T>
   Post post(const T& value, std::size_t cleared) {
-    static_assert(takes<T>);
-    if (!letter_) {
+    static_assert(fits<T>);
+    if (!buffer_) {
       void* p = nullptr;
-      check(cudaHostAlloc(&p, sizeof(Letter), cudaHostAllocMapped));
-      letter_ = static_cast<Letter*>(p);
-      number_ = 0;
+      check(cudaHostAlloc(&p, sizeof(MailboxBuffer), cudaHostAllocMapped));
+      buffer_ = static_cast<MailboxBuffer*>(p);
+      sequence_number_ = 0;
     }
     // The sequence number wraps around: the words are cleared, so that none has a number used
     // again.
-    if (number_ == 0) *letter_ = Letter{};
-    if (++number_ == 0) return post(value, cleared);
+    if (sequence_number_ == 0) *buffer_ = MailboxBuffer{};
+    if (++sequence_number_ == 0) return post(value, cleared);
     auto* from = reinterpret_cast<std::uint32_t*>(const_cast<T*>(&value));
-    return {from, sizeof(T) / 4, static_cast<std::uint32_t>(cleared / 4), letter_, number_};
+    return {from, sizeof(T) / 4, static_cast<std::uint32_t>(cleared / 4), buffer_,
+            sequence_number_};
   }
   // Waits for the value of the last post(), whose kernel has been launched on `stream`.
   template <class T>
@@ -98,20 +99,20 @@ class Mailbox {
 
  private:
   std::uint32_t word(unsigned k, cudaStream_t stream) const {
-    const std::atomic_ref<std::uint64_t> word(letter_->words[k]);
-    for (unsigned looks = 1;; ++looks) {
+    const std::atomic_ref<std::uint64_t> word(buffer_->words[k]);
+    for (unsigned polls = 1;; ++polls) {
       // From time to time checks whether the stream has failed or ended.
-      const cudaError_t state = looks % 4096 ? cudaErrorNotReady : cudaStreamQuery(stream);
+      const cudaError_t state = polls % 4096 ? cudaErrorNotReady : cudaStreamQuery(stream);
       const std::uint64_t seen = word.load(std::memory_order_relaxed);
-      if (seen >> 32 == number_) return static_cast<std::uint32_t>(seen);
+      if (seen >> 32 == sequence_number_) return static_cast<std::uint32_t>(seen);
       if (state == cudaErrorNotReady) continue;
       check(state);
       check(cudaErrorUnknown);
     }
   }
 
-  Letter* letter_ = nullptr;
-  std::uint32_t number_ = 0;
+  MailboxBuffer* buffer_ = nullptr;
+  std::uint32_t sequence_number_ = 0;
 };
 
 }  // namespace throng::cuda

@@ -1,10 +1,10 @@
-// Persistent objects on a GPU: pipeline/live_scene.hpp over the Device.
+// Persistent objects on a GPU: pipeline/persistent_scene.hpp over the Device.
 #include <new>
 
+#include "cuda/argument_checks.hpp"
 #include "cuda/backend.hpp"
 #include "cuda/device.cuh"
-#include "cuda/guard.hpp"
-#include "pipeline/live_scene.hpp"
+#include "pipeline/persistent_scene.hpp"
 
 namespace throng::cuda {
 namespace {
@@ -17,30 +17,30 @@ class GpuScene final : public Scene {
       : memory_(resource), scene_(fat_margin, options, memory_) {}
 
   void add(const Boxes& boxes, ObjectId* ids, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
     if (ids) require_ids(ids, boxes.size());
     scene_.add(boxes, ids, r);
   }
   void remove(const ObjectId* ids, std::size_t count, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_ids(ids, count);
     scene_.remove(ids, count, r);
   }
   void move(const ObjectId* ids, const Boxes& boxes, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_ids(ids, boxes.size());
     require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
     scene_.move(ids, boxes, r);
   }
   void move_all(const Boxes& boxes, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
     scene_.move_all(boxes, r);
   }
   void set_filters(const ObjectId* ids, std::size_t count, const Filters& filters, Stream stream,
                    Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_ids(ids, count);
     Boxes bare;
     bare.filters = filters;
@@ -48,40 +48,41 @@ class GpuScene final : public Scene {
     scene_.set_filters(ids, count, filters, r);
   }
   void shift_origin(const Vec3& by, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     scene_.shift_origin(by, r);
   }
   void update(const Boxes* boxes, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     if (boxes) require_set(pipeline::make_set(*boxes), boxes->size(), ordinal());
     scene_.update(boxes, r);
   }
   LivePairs gather_pairs(Stream stream) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     return scene_.gather_pairs();
   }
   void find_overlaps(const Boxes& boxes, Stream stream, Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
     scene_.find_overlaps(boxes, r);
   }
-  void find_hits(const pipeline::Asked& sweeps, SweepHits which, Stream stream,
+  void find_hits(const pipeline::QueryBatch& sweeps, SweepHits which, Stream stream,
                  Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     require_set(pipeline::make_set(sweeps.boxes), sweeps.boxes.size(), ordinal());
     scene_.find_hits(sweeps, which, r);
   }
-  void find_first_hits(const pipeline::Asked& sweeps, SweepHit* out, Stream stream,
+  void find_first_hits(const pipeline::QueryBatch& sweeps, SweepHit* out, Stream stream,
                        Result& r) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     const std::size_t count = sweeps.boxes.size();
     if (count)
-      Reach(ordinal(), Status::bad_boxes).require(out, alignof(SweepHit), "the array of hits");
+      AccessCheck(ordinal(), Status::bad_boxes)
+          .require(out, alignof(SweepHit), "the array of hits");
     require_set(pipeline::make_set(sweeps.boxes), count, ordinal());
     scene_.find_first_hits(sweeps, out, r);
   }
   void copy(const Scene& other, Stream stream) override {
-    const Current current = begin(stream);
+    const CurrentDevice current = begin(stream);
     const auto& theirs = static_cast<const GpuScene&>(other);
     if (theirs.ordinal() != ordinal())
       throw Failure{Status::bad_option, 0, "is of another GPU than the copy", "the BroadPhase"};
@@ -93,8 +94,8 @@ class GpuScene final : public Scene {
   LivePairs begun() const noexcept override { return scene_.pairs().begun(); }
   LivePairs ended() const noexcept override { return scene_.pairs().ended(); }
   LivePairs candidates() const noexcept override { return scene_.pairs().candidates(); }
-  Pairs overlaps() const noexcept override { return scene_.questions().overlaps(); }
-  SweepHitList hits() const noexcept override { return scene_.questions().hits(); }
+  Pairs overlaps() const noexcept override { return scene_.queries().overlaps(); }
+  SweepHitList hits() const noexcept override { return scene_.queries().hits(); }
   std::uint64_t object_count() const noexcept override { return scene_.objects().count(); }
   std::uint64_t pair_count() const noexcept override { return scene_.pairs().count(); }
   std::uint64_t id_limit() const noexcept override { return scene_.objects().limit(); }
@@ -104,20 +105,20 @@ class GpuScene final : public Scene {
  private:
   int ordinal() const noexcept { return scene_.device().ordinal(); }
   // Sets the stream; the device is current for the lifetime of the returned object.
-  Current begin(Stream stream) {
+  CurrentDevice begin(Stream stream) {
     if (stream && device_of(stream) != ordinal())
       throw Failure{Status::bad_option, 0, "is of another device than this BroadPhase",
                     "the stream"};
     scene_.device().begin(stream, false);
-    return Current(ordinal());
+    return CurrentDevice(ordinal());
   }
   void require_ids(const ObjectId* ids, std::size_t count) const {
     if (count)
-      Reach(ordinal(), Status::bad_boxes).require(ids, alignof(ObjectId), "the list of ids");
+      AccessCheck(ordinal(), Status::bad_boxes).require(ids, alignof(ObjectId), "the list of ids");
   }
 
   Memory memory_;
-  pipeline::LiveScene<Device> scene_;
+  pipeline::PersistentScene<Device> scene_;
 };
 
 }  // namespace

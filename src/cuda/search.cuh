@@ -15,17 +15,17 @@ namespace throng::cuda {
 __device__ inline std::uint32_t shared_address(const void* p) {
   return static_cast<std::uint32_t>(__cvta_generic_to_shared(p));
 }
-template <unsigned further = 0>
-__device__ void put(std::uint32_t at, std::uint32_t a, std::uint32_t b) {
-  asm volatile("st.shared.v2.u32 [%0 + %3], {%1, %2};" ::"r"(at), "r"(a), "r"(b), "n"(further)
+template <unsigned offset_bytes = 0>
+__device__ void store_shared(std::uint32_t at, std::uint32_t a, std::uint32_t b) {
+  asm volatile("st.shared.v2.u32 [%0 + %3], {%1, %2};" ::"r"(at), "r"(a), "r"(b), "n"(offset_bytes)
                : "memory");
 }
-__device__ inline uint2 get(std::uint32_t at) {
+__device__ inline uint2 load_shared(std::uint32_t at) {
   uint2 v;
   asm volatile("ld.shared.v2.u32 {%0, %1}, [%2];" : "=r"(v.x), "=r"(v.y) : "r"(at) : "memory");
   return v;
 }
-__device__ inline float4 get_four(std::uint32_t at) {
+__device__ inline float4 load_shared4(std::uint32_t at) {
   float4 v;
   asm volatile("ld.shared.v4.f32 {%0, %1, %2, %3}, [%4];"
                : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
@@ -35,16 +35,16 @@ __device__ inline float4 get_four(std::uint32_t at) {
 }
 
 // The check that accepts every pair.
-struct Sure {
+struct AcceptAll {
   __device__ bool operator()(std::uint32_t, std::uint32_t) const { return true; }
 };
 
 // Output buffer of one warp: collects hits in shared memory and writes some hundred with one atomic
 // addition. Applies `Check` to the hits before writing.
-template <class Check = Sure>
+template <class Check = AcceptAll>
 class WarpStage {
  public:
-  static constexpr unsigned room = 128;
+  static constexpr unsigned max_held = 128;
 
   __device__ WarpStage(Pair* stage, const pipeline::PairSink& sink, unsigned lane,
                        const Check& check = {})
@@ -53,12 +53,12 @@ class WarpStage {
   // Called by all lanes; `hit`: whether this lane has a pair.
   __device__ void add(bool hit, const Pair& pair) {
     const unsigned hits = __ballot_sync(~0u, hit);
-    if (hit) put(stage_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
+    if (hit) store_shared(stage_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
     held_ += __popc(hits);
-    if (held_ > room - 32) flush();
+    if (held_ > max_held - 32) flush();
   }
   __device__ void flush() {
-    settle();
+    apply_check();
     unsigned long long at = 0;
     if (lane() == 0) {
       at = atomicAdd(reinterpret_cast<unsigned long long*>(&sink_.report->found),
@@ -70,24 +70,24 @@ class WarpStage {
   __device__ void write(unsigned long long at) {
     __syncwarp();
     for (unsigned k = lane(); k < held_; k += 32) {
-      const uint2 pair = get(stage_ + 8 * k);
+      const uint2 pair = load_shared(stage_ + 8 * k);
       if (at + k < sink_.capacity) sink_.out[at + k] = {pair.x, pair.y};
     }
     __syncwarp();
     held_ = 0;
   }
   // Applies the check: from here on all held pairs are hits.
-  __device__ void settle() {
+  __device__ void apply_check() {
     __syncwarp();
-    if constexpr (std::is_same_v<Check, Sure>) return;
+    if constexpr (std::is_same_v<Check, AcceptAll>) return;
     unsigned kept = 0;
     for (unsigned k = 0; k < held_; k += 32) {
       const bool some = k + lane() < held_;
-      const uint2 pair = get(stage_ + 8 * (some ? k + lane() : k));
+      const uint2 pair = load_shared(stage_ + 8 * (some ? k + lane() : k));
       const bool hit = some && check_(pair.x, pair.y);
       const unsigned hits = __ballot_sync(~0u, hit);
       __syncwarp();  // all lanes have read
-      if (hit) put(stage_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
+      if (hit) store_shared(stage_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
       kept += __popc(hits);
     }
     held_ = kept;
@@ -112,7 +112,7 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
   __shared__ unsigned long long held[warps], compared[warps];
   const unsigned warp = threadIdx.x / 32;
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
-  stage.settle();
+  stage.apply_check();
   if (threadIdx.x % 32 == 0) {
     held[warp] = stage.held();
     compared[warp] = comparisons;
@@ -141,7 +141,7 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
 template <class Search>
 __global__ void __launch_bounds__(block_threads)
     run_walks(Search search, pipeline::PairSink sink, std::uint64_t begin, std::uint64_t end) {
-  __shared__ Pair stages[block_threads / 32][WarpStage<>::room];
+  __shared__ Pair stages[block_threads / 32][WarpStage<>::max_held];
   const unsigned lane = threadIdx.x % 32;
   WarpStage<> stage(stages[threadIdx.x / 32], sink, lane);
   const std::uint64_t all = search.count(), count = all < end ? all : end;
@@ -153,13 +153,13 @@ __global__ void __launch_bounds__(block_threads)
        first < count; first += step) {
     const std::uint64_t i = first + lane;
     auto walk = search.begin(i < count ? i : count - 1);
-    bool live = i < count && !walk.over();
-    while (__any_sync(~0u, live)) {
+    bool active = i < count && !walk.over();
+    while (__any_sync(~0u, active)) {
       bool hit = false;
       Pair pair;
-      if (live) {
+      if (active) {
         hit = walk.step(pair);
-        live = !walk.over();
+        active = !walk.over();
       }
       stage.add(hit, pair);
     }
@@ -172,31 +172,34 @@ __global__ void __launch_bounds__(block_threads)
 // candidate is a record and its searcher: the address of that box, or its lane and the row. Small,
 // because the rest of the SM's shared memory serves as L1 cache for the records.
 struct WarpCandidates {
-  static constexpr unsigned room = 256, at_once = 8;
-  static_assert(32 * at_once <= room);
-  // If the lanes together have this many of at_once each, every lane tests its own candidates.
-  static constexpr unsigned nearly_all = 208;
+  static constexpr unsigned max_held = 256, per_lane = 8;
+  static_assert(32 * per_lane <= max_held);
+  // If the lanes together have this many of per_lane each, every lane tests its own candidates.
+  static constexpr unsigned direct_threshold = 208;
   float4 lower[32], upper[32];
-  uint2 items[room];
+  uint2 items[max_held];
 };
 
 // Stores up to four of a lane's candidates, from the first-th on.
 template <unsigned first>
-__device__ void put_some(std::uint32_t to, unsigned some, std::uint32_t at, std::uint32_t who) {
-  if (first + 0 < some) put<8 * (first + 0)>(to, at + first + 0, who);
-  if (first + 1 < some) put<8 * (first + 1)>(to, at + first + 1, who);
-  if (first + 2 < some) put<8 * (first + 2)>(to, at + first + 2, who);
-  if (first + 3 < some) put<8 * (first + 3)>(to, at + first + 3, who);
+__device__ void store_candidates(std::uint32_t to, unsigned some, std::uint32_t at,
+                                 std::uint32_t who) {
+  if (first + 0 < some) store_shared<8 * (first + 0)>(to, at + first + 0, who);
+  if (first + 1 < some) store_shared<8 * (first + 1)>(to, at + first + 1, who);
+  if (first + 2 < some) store_shared<8 * (first + 2)>(to, at + first + 2, who);
+  if (first + 3 < some) store_shared<8 * (first + 3)>(to, at + first + 3, who);
 }
 
 // Searches a grid with one box per lane. The 32 boxes of a warp are adjacent and search nearly the
 // same cells. Each lane finds the records of one row of cells and stores them as candidates. Then
 // the lanes share all candidates, because some boxes have many more than others. Adjacent lanes
-// read adjacent records. `mixed`: as in Look. HostDevice::look_around is the host implementation.
+// read adjacent records. `mixed`: as in GridQuery. HostDevice::search_grid_rows is the host
+// implementation.
 template <bool mixed, class Search>
-__device__ void look_around(const Search& search, const core::ClassGrid& cells,
-                            const std::uint8_t* targets, unsigned target_count,
-                            WarpCandidates& kept, WarpStage<>& stage, std::uint64_t& comparisons) {
+__device__ void search_grid_rows(const Search& search, const core::SizeClassGrid& cells,
+                                 const std::uint8_t* targets, unsigned target_count,
+                                 WarpCandidates& kept, WarpStage<>& stage,
+                                 std::uint64_t& comparisons) {
   constexpr int row_bits = Search::row_bits + 1;  // a row, or all of them; the rest is a lane
   static_assert(row_bits + 5 <= 32);
   constexpr std::uint32_t row_mask = (1u << row_bits) - 1;
@@ -206,16 +209,17 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   for (std::uint64_t first = std::uint64_t{blockIdx.x} * block_threads + threadIdx.x / 32 * 32;
        first < count; first += step) {
-    const bool looks = first + lane < count;
-    typename Search::template Look<mixed> look(search, cells, looks ? first + lane : count - 1);
-    const pipeline::Record& box = look.box();
+    const bool has_box = first + lane < count;
+    typename Search::template GridQuery<mixed> query(search, cells,
+                                                     has_box ? first + lane : count - 1);
+    const pipeline::Record& box = query.box();
     kept.lower[lane] = {box.lower.x, box.lower.y, box.lower.z, __uint_as_float(box.id)};
     kept.upper[lane] = {box.upper.x, box.upper.y, box.upper.z, 0};
     unsigned next = 0, target = 0, rows = 0;
     std::uint32_t at = 0, end = 0, who = mixed ? 0 : boxes + lane * 16, candidates = 0;
     for (bool more = true; more;) {
       unsigned held = 0, some = 0;
-      bool each_own = false;
+      bool own_candidates = false;
       for (;;) {
         if (!__any_sync(~0u, at != end)) {
           if (!__any_sync(~0u, rows > 0)) {
@@ -223,11 +227,11 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
             more = next < target_count;
             if (!more) break;
             target = targets[next++];
-            if (looks) rows = look.aim(target);
+            if (has_box) rows = query.select_target(target);
           }
           if (rows > 0) {
             --rows;
-            const auto range = look.row();
+            const auto range = query.row();
             at = range.begin;
             end = range.end;
             candidates += end - at;
@@ -235,38 +239,38 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
           }
         }
         // Of each lane no more than is certain to fit.
-        some = end - at < WarpCandidates::at_once ? end - at : WarpCandidates::at_once;
-        const unsigned up_to = warp_sums_up(some), all = __shfl_sync(~0u, up_to, 31);
-        each_own = held == 0 && all >= WarpCandidates::nearly_all;
-        if (each_own || held + all > WarpCandidates::room) break;
+        some = end - at < WarpCandidates::per_lane ? end - at : WarpCandidates::per_lane;
+        const unsigned up_to = warp_inclusive_sum(some), all = __shfl_sync(~0u, up_to, 31);
+        own_candidates = held == 0 && all >= WarpCandidates::direct_threshold;
+        if (own_candidates || held + all > WarpCandidates::max_held) break;
         const std::uint32_t to = items + 8 * (held + up_to - some);
-        put_some<0>(to, some, at, who);
-        if (__any_sync(~0u, some > 4)) put_some<4>(to, some, at, who);
+        store_candidates<0>(to, some, at, who);
+        if (__any_sync(~0u, some > 4)) store_candidates<4>(to, some, at, who);
         at += some;
         held += all;
       }
       __syncwarp();
-      if (each_own) held = 32 * WarpCandidates::at_once;
+      if (own_candidates) held = 32 * WarpCandidates::per_lane;
       for (unsigned base = 0; base < held; base += 32) {
-        bool live = base + lane < held;
+        bool active = base + lane < held;
         uint2 item;
-        if (each_own) {
-          live = base / 32 < some;
-          item = {live ? at + base / 32 : 0, who};
+        if (own_candidates) {
+          active = base / 32 < some;
+          item = {active ? at + base / 32 : 0, who};
         } else {
-          item = get(items + 8 * (live ? base + lane : base));
+          item = load_shared(items + 8 * (active ? base + lane : base));
         }
         const std::uint32_t own = mixed ? boxes + (item.y >> row_bits) * 16 : item.y;
         const pipeline::Record c = pipeline::load(search.records + item.x);
-        const float4 low = get_four(own), high = get_four(own + sizeof kept.lower);
+        const float4 low = load_shared4(own), high = load_shared4(own + sizeof kept.lower);
         const std::uint32_t id = __float_as_uint(low.w);
         bool hit =
-            live & core::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());
-        if constexpr (mixed || !Search::Plain)
+            active & core::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());
+        if constexpr (mixed || !Search::is_plain)
           hit = hit && search.template allows<mixed>(cells, id, c, target, item.y & row_mask);
         stage.add(hit, search.pair(id, c));
       }
-      if (each_own) at += some;
+      if (own_candidates) at += some;
       __syncwarp();
     }
     comparisons += candidates;
@@ -275,22 +279,22 @@ __device__ void look_around(const Search& search, const core::ClassGrid& cells,
 
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
-    run_looks(Search search, pipeline::PairSink sink) {
+    run_grid_search(Search search, pipeline::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
-  __shared__ Pair stages[warps][WarpStage<>::room];
+  __shared__ Pair stages[warps][WarpStage<>::max_held];
   __shared__ WarpCandidates kept[warps];
-  __shared__ core::ClassGrid cells;
-  __shared__ std::uint8_t targets[Search::most_targets];
+  __shared__ core::SizeClassGrid cells;
+  __shared__ std::uint8_t targets[Search::max_targets];
   __shared__ unsigned target_count;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   const bool none = search.count() == 0;
-  static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::ClassGrid>);
+  static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::SizeClassGrid>);
   for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];
   if (warp == 0) {  // the targets that contain boxes
     unsigned held = 0;
-    for (unsigned k = lane; k < Search::most_targets; k += 32) {
+    for (unsigned k = lane; k < Search::max_targets; k += 32) {
       const bool one = search.occupied[k] != 0;
       const unsigned some = __ballot_sync(~0u, one);
       if (one) targets[held + __popc(some & ((1u << lane) - 1))] = static_cast<std::uint8_t>(k);
@@ -302,10 +306,10 @@ __global__ void __launch_bounds__(block_threads, 4)
   __syncthreads();
   WarpStage<> stage(stages[warp], sink, lane);
   std::uint64_t comparisons = 0;
-  if (cells.hashed || !Search::Plain)
-    look_around<true>(search, cells, targets, target_count, kept[warp], stage, comparisons);
+  if (cells.hashed || !Search::is_plain)
+    search_grid_rows<true>(search, cells, targets, target_count, kept[warp], stage, comparisons);
   else
-    look_around<false>(search, cells, targets, target_count, kept[warp], stage, comparisons);
+    search_grid_rows<false>(search, cells, targets, target_count, kept[warp], stage, comparisons);
   finish(stage, comparisons, sink);
 }
 

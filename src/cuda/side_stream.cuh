@@ -27,10 +27,10 @@ class SideStream {
   // Calls f with `stream` replaced by the side stream. f's launches follow the work already on
   // `stream` and may run concurrently with later work, until join().
   template <class F>
-  void beside(cudaStream_t& stream, const F& f) {
+  void fork(cudaStream_t& stream, const F& f) {
     check(cudaEventRecord(forked_, stream));
     check(cudaStreamWaitEvent(side_, forked_));
-    const Back back{stream, stream};
+    const RestoreStream back{stream, stream};
     stream = side_;
     f();
     check(cudaEventRecord(joined_, side_));
@@ -39,10 +39,10 @@ class SideStream {
   void join(cudaStream_t stream) const { check(cudaStreamWaitEvent(stream, joined_)); }
 
  private:
-  struct Back {
+  struct RestoreStream {
     cudaStream_t& stream;
     cudaStream_t to;
-    ~Back() { stream = to; }
+    ~RestoreStream() { stream = to; }
   };
   void destroy() noexcept {
     if (forked_) (void)cudaEventDestroy(forked_);

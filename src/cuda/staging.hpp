@@ -20,8 +20,8 @@ class Staging {
   Staging() noexcept = default;
   ~Staging() {
     for (int k = 0; k < 2; ++k) {
-      if (moved_[k]) (void)cudaEventSynchronize(moved_[k]);
-      if (moved_[k]) (void)cudaEventDestroy(moved_[k]);
+      if (copied_[k]) (void)cudaEventSynchronize(copied_[k]);
+      if (copied_[k]) (void)cudaEventDestroy(copied_[k]);
       if (pinned_[k]) (void)cudaFreeHost(pinned_[k]);
     }
   }
@@ -56,7 +56,7 @@ class Staging {
     const T* next = count ? start(0) : nullptr;
     for (std::size_t begin = 0; begin < count; begin += piece) {
       const T* values = next;
-      const cudaEvent_t moved = moved_[turn_ ^ 1];
+      const cudaEvent_t moved = copied_[next_ ^ 1];
       if (begin + piece < count) next = start(begin + piece);
       check(cudaEventSynchronize(moved));
       if (!take(values, std::min(piece, count - begin))) return false;
@@ -68,22 +68,22 @@ class Staging {
   // The next buffer, once its last copy has ended.
   template <class T>
   T* ready() {
-    void*& p = pinned_[turn_];
-    if (!moved_[turn_]) check(cudaEventCreateWithFlags(&moved_[turn_], cudaEventDisableTiming));
+    void*& p = pinned_[next_];
+    if (!copied_[next_]) check(cudaEventCreateWithFlags(&copied_[next_], cudaEventDisableTiming));
     if (!p) check(cudaMallocHost(&p, piece_bytes));
-    check(cudaEventSynchronize(moved_[turn_]));
+    check(cudaEventSynchronize(copied_[next_]));
     return static_cast<T*>(p);
   }
   template <class T>
   void move(T* to, const T* from, std::size_t count, cudaMemcpyKind kind, cudaStream_t stream) {
     check(cudaMemcpyAsync(to, from, count * sizeof(T), kind, stream));
-    check(cudaEventRecord(moved_[turn_], stream));
-    turn_ ^= 1;
+    check(cudaEventRecord(copied_[next_], stream));
+    next_ ^= 1;
   }
 
   void* pinned_[2] = {};
-  cudaEvent_t moved_[2] = {};
-  int turn_ = 0;
+  cudaEvent_t copied_[2] = {};
+  int next_ = 0;
 };
 
 }  // namespace throng::cuda

@@ -11,15 +11,15 @@
 namespace throng::cuda {
 
 // Each array has the alignment of a device allocation.
-inline std::size_t rounded(std::size_t bytes) noexcept { return (bytes + 255) / 256 * 256; }
+inline std::size_t aligned_size(std::size_t bytes) noexcept { return (bytes + 255) / 256 * 256; }
 
 // Device bytes of a set of boxes and its filters.
 inline std::size_t bytes_on_device(const Boxes& boxes) noexcept {
-  std::size_t sum = rounded(boxes.size() * sizeof(Box));
+  std::size_t sum = aligned_size(boxes.size() * sizeof(Box));
   const Filters& f = boxes.filters;
   for (const bool given : {bool(f.group), bool(f.mask), bool(f.owner), bool(f.world)})
-    if (given) sum += rounded(boxes.size() * 4);
-  return sum + (f.is_static ? rounded(boxes.size()) : 0);
+    if (given) sum += aligned_size(boxes.size() * 4);
+  return sum + (f.is_static ? aligned_size(boxes.size()) : 0);
 }
 
 // Copies to `to`, which advances past the data; returns a view of the copy. The host's arrays have
@@ -29,7 +29,7 @@ inline Boxes upload(const Boxes& boxes, char*& to, Staging& staging, cudaStream_
   const auto copy = [&](const auto& from) {
     using T = std::decay_t<decltype(from[0])>;
     auto* at = reinterpret_cast<T*>(to);
-    to += rounded(n * sizeof(T));
+    to += aligned_size(n * sizeof(T));
     staging.send(at, n, stream, [&](std::size_t i) { return from[i]; });
     return at;
   };

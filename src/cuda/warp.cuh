@@ -13,7 +13,7 @@ __device__ inline std::uint32_t warp_sum(std::uint32_t value) {
   return value;
 #endif
 }
-__device__ inline int warp_least(int value) {
+__device__ inline int warp_min(int value) {
 #if __CUDA_ARCH__ >= 800
   return __reduce_min_sync(~0u, value);
 #else
@@ -21,10 +21,10 @@ __device__ inline int warp_least(int value) {
   return value;
 #endif
 }
-__device__ inline int warp_most(int value) { return ~warp_least(~value); }
+__device__ inline int warp_max(int value) { return ~warp_min(~value); }
 
 // Inclusive sums over the lanes.
-__device__ inline unsigned warp_sums_up(unsigned value) {
+__device__ inline unsigned warp_inclusive_sum(unsigned value) {
 #pragma unroll
   for (unsigned k = 1; k < 32; k *= 2) {
     asm volatile(

@@ -5,13 +5,13 @@
 
 #include "cuda/search.cuh"
 #include "cuda/warp.cuh"
-#include "pipeline/rough_boxes.hpp"
+#include "pipeline/quantized_boxes.hpp"
 #include "pipeline/worlds.hpp"
 
 namespace throng::cuda {
 
 // The bounds of a warp's boxes, two per lane; called by all lanes.
-__device__ inline pipeline::RoughRange range_of(const Box& a, const Box& b) {
+__device__ inline pipeline::QuantizationRange range_of(const Box& a, const Box& b) {
   // As integers with the same order.
   const auto ordered = [](float x) {
     const int bits = __float_as_int(x);
@@ -19,45 +19,41 @@ __device__ inline pipeline::RoughRange range_of(const Box& a, const Box& b) {
   };
   const auto number = [](int bits) { return __int_as_float(bits ^ (bits >> 31 & 0x7fffffff)); };
   // The NaN bounds of a box that takes no part are ignored.
-  const auto least = [&](float x, float y) {
-    return warp_least(ordered(fminf(fminf(x, y), 3e38f)));
-  };
-  const auto most = [&](float x, float y) {
-    return warp_most(ordered(fmaxf(fmaxf(x, y), -3e38f)));
-  };
-  pipeline::RoughRange range;
-  range.span(0, number(least(a.lower.x, b.lower.x)), number(most(a.upper.x, b.upper.x)));
-  range.span(1, number(least(a.lower.y, b.lower.y)), number(most(a.upper.y, b.upper.y)));
-  range.span(2, number(least(a.lower.z, b.lower.z)), number(most(a.upper.z, b.upper.z)));
+  const auto least = [&](float x, float y) { return warp_min(ordered(fminf(fminf(x, y), 3e38f))); };
+  const auto most = [&](float x, float y) { return warp_max(ordered(fmaxf(fmaxf(x, y), -3e38f))); };
+  pipeline::QuantizationRange range;
+  range.set_axis(0, number(least(a.lower.x, b.lower.x)), number(most(a.upper.x, b.upper.x)));
+  range.set_axis(1, number(least(a.lower.y, b.lower.y)), number(most(a.upper.y, b.upper.y)));
+  range.set_axis(2, number(least(a.lower.z, b.lower.z)), number(most(a.upper.z, b.upper.z)));
   return range;
 }
 
 // Bits for the boxes k lanes further on, k = 1 .. 16, cyclically, that may overlap this lane's.
 // Each two of 32 meet once, except for those at a distance of 16 lanes, which meet twice.
-__device__ inline unsigned may_meet_in_circle(const pipeline::RoughBox& own) {
+__device__ inline unsigned may_overlap_cyclic(const pipeline::QuantizedBox& own) {
   const unsigned lane = threadIdx.x % 32;
   unsigned bits = 0;
 #pragma unroll
   for (unsigned k = 1; k <= 16; ++k) {
-    const pipeline::RoughBox other = {__shfl_sync(~0u, own.lower, lane + k),
-                                      __shfl_sync(~0u, own.upper, lane + k)};
-    if (!apart(own, other)) bits |= 1u << k;
+    const pipeline::QuantizedBox other = {__shfl_sync(~0u, own.lower, lane + k),
+                                          __shfl_sync(~0u, own.upper, lane + k)};
+    if (!are_disjoint(own, other)) bits |= 1u << k;
   }
   return bits;
 }
 // Bits for those of the same world, with those at a distance of 16 lanes counted once.
-__device__ inline unsigned same_in_circle(std::int32_t world) {
+__device__ inline unsigned same_world_cyclic(std::int32_t world) {
   const unsigned lane = threadIdx.x % 32, same = __match_any_sync(~0u, world);
   return __funnelshift_r(same, same, lane) & (lane < 16 ? 0x1fffe : 0xfffe);
 }
 // Bits for 32 boxes in shared memory, which all lanes read in the same order, two at a time.
-__device__ inline unsigned may_meet(const pipeline::RoughBox& own, const uint4* others) {
+__device__ inline unsigned may_overlap(const pipeline::QuantizedBox& own, const uint4* others) {
   unsigned bits = 0;
 #pragma unroll
   for (unsigned k = 0; k < 16; ++k) {
     const uint4 two = others[k];
-    if (!apart(own, {two.x, two.y})) bits |= 1u << 2 * k;
-    if (!apart(own, {two.z, two.w})) bits |= 2u << 2 * k;
+    if (!are_disjoint(own, {two.x, two.y})) bits |= 1u << 2 * k;
+    if (!are_disjoint(own, {two.z, two.w})) bits |= 2u << 2 * k;
   }
   return bits;
 }
@@ -80,14 +76,14 @@ __global__ void __launch_bounds__(block_threads, 4)
     run_worlds(Search search, pipeline::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
   using Stage = WarpStage<WorldsCheck<Search>>;
-  __shared__ Pair stages[warps][Stage::room];
+  __shared__ Pair stages[warps][Stage::max_held];
   __shared__ uint4 others[warps][16];
   const auto count = static_cast<std::uint32_t>(search.count());
   if (count == 0) return;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   Stage stage(stages[warp], sink, lane, {search});
   std::uint64_t comparisons = 0;
-  const std::uint32_t of_all = search.told->everywhere;
+  const std::uint32_t everywhere_count = search.worlds_report->everywhere;
   constexpr std::int32_t none = -2;  // no world has this number
   const auto world_of = [&](std::uint32_t i) { return i < count ? search.in.world(i) : none; };
   const auto own_box_of = [&](std::uint32_t i) {
@@ -95,7 +91,7 @@ __global__ void __launch_bounds__(block_threads, 4)
   };
   const auto box_of = [&](std::uint32_t i) { return search.box(i < count ? i : count - 1); };
   // Reports box i with the boxes of the set bits: bit k is base + (from + k) % 32.
-  const auto tell = [&](std::uint32_t i, std::uint32_t base, unsigned from, unsigned bits) {
+  const auto emit = [&](std::uint32_t i, std::uint32_t base, unsigned from, unsigned bits) {
     while (__any_sync(~0u, bits != 0)) {
       const auto k = static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
       const std::uint32_t j = base + ((from + k) & 31);
@@ -113,19 +109,19 @@ __global__ void __launch_bounds__(block_threads, 4)
     const std::uint32_t i = base + lane;
     const std::int32_t worlds[2] = {world_of(i), world_of(i + 32)};
     const Box own[2] = {own_box_of(i), own_box_of(i + 32)};
-    const pipeline::RoughRange range = range_of(own[0], own[1]);
-    const pipeline::RoughBox rough[2] = {range.round(own[0]), range.round(own[1])};
+    const pipeline::QuantizationRange range = range_of(own[0], own[1]);
+    const pipeline::QuantizedBox quantized[2] = {range.quantize(own[0]), range.quantize(own[1])};
 #pragma unroll
     for (int k = 0; k < 2; ++k) {
-      const unsigned same = same_in_circle(worlds[k]);  // by all lanes
+      const unsigned same = same_world_cyclic(worlds[k]);  // by all lanes
       const unsigned wanted = worlds[k] != none ? same : 0;
       comparisons += static_cast<unsigned>(__popc(wanted));
-      tell(i + 32 * k, base + 32 * k, lane, may_meet_in_circle(rough[k]) & wanted);
+      emit(i + 32 * k, base + 32 * k, lane, may_overlap_cyclic(quantized[k]) & wanted);
     }
     // The first half goes through the second next, and both go through what follows.
     std::int32_t last = __shfl_sync(~0u, worlds[0], 31);
     unsigned there = __ballot_sync(~0u, worlds[1] == last && last != none);
-    pipeline::RoughBox other = rough[1];
+    pipeline::QuantizedBox other = quantized[1];
     base += 32;
     for (bool both = false, of_worlds = true;; both = true) {
       unsigned wanted[2] = {worlds[0] == last ? there : 0, both && worlds[1] == last ? there : 0};
@@ -141,7 +137,7 @@ __global__ void __launch_bounds__(block_threads, 4)
         for (int k = 0; k < 2; ++k) {
           if (!__any_sync(~0u, wanted[k] != 0)) continue;
           comparisons += static_cast<unsigned>(__popc(wanted[k]));
-          tell(i + 32 * k, base, 0, may_meet(rough[k], others[warp]) & wanted[k]);
+          emit(i + 32 * k, base, 0, may_overlap(quantized[k], others[warp]) & wanted[k]);
         }
       }
       if (!of_worlds) break;
@@ -150,12 +146,12 @@ __global__ void __launch_bounds__(block_threads, 4)
       last = __shfl_sync(~0u, worlds[1], 31);
       there = __ballot_sync(~0u, last != none && world_of(j) == last);
       if (there == 0) {
-        if (of_all == 0) break;
+        if (everywhere_count == 0) break;
         of_worlds = false;
         base = 0;
-        there = of_all < 32 ? (1u << of_all) - 1 : ~0u;
+        there = everywhere_count < 32 ? (1u << everywhere_count) - 1 : ~0u;
       }
-      other = range.round(box_of(of_worlds ? j : lane < of_all ? lane : 0));
+      other = range.quantize(box_of(of_worlds ? j : lane < everywhere_count ? lane : 0));
     }
   }
   finish(stage, comparisons, sink);

@@ -8,7 +8,7 @@
 namespace throng::live {
 namespace {
 
-constexpr Box no_bounds = {{1, 1, 1}, {-1, -1, -1}};
+constexpr Box empty_bounds = {{1, 1, 1}, {-1, -1, -1}};
 
 // One of the six consecutive coordinates of a box.
 float coordinate(const Box& box, int i) noexcept {
@@ -23,15 +23,15 @@ class Widest {
   void add(const Box& box) noexcept {
     for (int k = 0; k < 6; ++k) {
       const float x = coordinate(box, k);
-      least_[k] = x < least_[k] ? x : least_[k];
-      greatest_[k] = x > greatest_[k] ? x : greatest_[k];
+      min_[k] = x < min_[k] ? x : min_[k];
+      max_[k] = x > max_[k] ? x : max_[k];
     }
   }
   int coordinate_number() const noexcept {
     int widest = 0;
     double most = -1;
     for (int k = 0; k < 6; ++k) {
-      const double width = finite(greatest_[k]) - finite(least_[k]);
+      const double width = finite(max_[k]) - finite(min_[k]);
       if (width > most) widest = k;
       most = std::max(most, width);
     }
@@ -40,8 +40,8 @@ class Widest {
 
  private:
   static constexpr float far = std::numeric_limits<float>::infinity();
-  float least_[6] = {far, far, far, far, far, far};
-  float greatest_[6] = {-far, -far, -far, -far, -far, -far};
+  float min_[6] = {far, far, far, far, far, far};
+  float max_[6] = {-far, -far, -far, -far, -far, -far};
 };
 
 }  // namespace
@@ -59,8 +59,8 @@ void BvhForest::Summary::add(const Summary& other) noexcept {
   group |= other.group;
   mask |= other.mask;
   if (owner != other.owner) owner = -1;
-  least_world = std::min(least_world, other.least_world);
-  greatest_world = std::max(greatest_world, other.greatest_world);
+  min_world = std::min(min_world, other.min_world);
+  max_world = std::max(max_world, other.max_world);
   everywhere |= other.everywhere;
   moving |= other.moving;
 }
@@ -75,46 +75,46 @@ BvhForest::BvhForest(cpu::Memory& memory) noexcept
     : lines_(memory), summaries_(memory), items_(memory) {}
 
 BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept {
-  return {objects.grown(id), id, objects.has_filters() ? objects.pairing_class(id) : 0};
+  return {objects.expanded(id), id, objects.has_filters() ? objects.pairing_class(id) : 0};
 }
 
 // Lays out, empty, the large tree, the buffer, and trees for a quarter of the objects.
-void BvhForest::lay_out(std::size_t objects) {
+void BvhForest::assign_storage(std::size_t objects) {
   tree_count_ = 0;
-  if (objects > most_objects) throw cpu::NoMemory{};
+  if (objects > max_objects) throw cpu::AllocationFailed{};
   std::size_t lines = 0, nodes = 0;
-  const auto add = [&](std::size_t room) {
+  const auto add = [&](std::size_t capacity) {
     trees_[tree_count_++] = {static_cast<std::uint32_t>(lines),
                              static_cast<std::uint32_t>(nodes),
-                             static_cast<std::uint32_t>(room),
+                             static_cast<std::uint32_t>(capacity),
                              {0, 0},
-                             no_bounds,
+                             empty_bounds,
                              0,
                              0,
                              0,
                              false};
-    lines += lines_for(room);
-    nodes += nodes_for(room);
+    lines += lines_for(capacity);
+    nodes += nodes_for(capacity);
   };
   add(objects);
-  std::size_t room = buffer_objects;
-  for (; room < objects / 4; room *= 2) add(room);
-  add(room);
+  std::size_t capacity = buffer_objects;
+  for (; capacity < objects / 4; capacity *= 2) add(capacity);
+  add(capacity);
   const std::uint32_t count = std::exchange(tree_count_, 0);
-  lines_.renew(lines);
-  summaries_.renew(2 * nodes);
-  items_.renew(std::max(objects, 2 * room));
+  lines_.reserve_discard(lines);
+  summaries_.reserve_discard(2 * nodes);
+  items_.reserve_discard(std::max(objects, 2 * capacity));
   lines_.resize(lines);
   summaries_.resize(2 * nodes);
   tree_count_ = count;
 }
 
-void BvhForest::build(Objects& objects, bool others_are_none) {
-  const bool listed = others_are_none && objects.sparse();
+void BvhForest::build(Objects& objects, bool others_unset) {
+  const bool listed = others_unset && objects.sparse();
   if (listed) objects.list_alive();
-  lay_out(objects.count());
+  assign_storage(objects.count());
   const auto take = [&](ObjectId id) {
-    objects.body(id).home = none;
+    objects.body(id).bucket = none;
     if (objects.is_active(id)) items_.push(item_of(objects, id));
   };
   if (listed) {
@@ -125,18 +125,18 @@ void BvhForest::build(Objects& objects, bool others_are_none) {
   build(trees_[0], objects);
 }
 
-bool BvhForest::takes(std::size_t count) const noexcept {
+bool BvhForest::has_capacity_for(std::size_t count) const noexcept {
   if (tree_count_ == 0) return false;
   std::size_t held = 0;
   for (std::uint32_t t = 1; t < tree_count_; ++t) held += trees_[t].held;
-  return held + count <= trees_[tree_count_ - 1].room && 2 * trees_[0].held >= trees_[0].placed;
+  return held + count <= trees_[tree_count_ - 1].capacity && 2 * trees_[0].held >= trees_[0].placed;
 }
 
 void BvhForest::put(const Objects& objects, std::uint32_t line, std::uint32_t k,
                     const Item& item) noexcept {
   lines_[line].set(k, item.box);
   lines_[line].id[k] = item.id;
-  objects.body(item.id).home = 2 * line + k;
+  objects.body(item.id).bucket = 2 * line + k;
 }
 
 void BvhForest::erase(std::uint32_t slot) noexcept {
@@ -150,7 +150,7 @@ void BvhForest::erase(std::uint32_t slot) noexcept {
 
 void BvhForest::clear(Tree& tree) noexcept {
   tree.held = tree.lines = tree.placed = 0;
-  tree.bounds = no_bounds;
+  tree.bounds = empty_bounds;
 }
 
 void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept {
@@ -161,10 +161,10 @@ void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t 
     return;
   }
   std::uint32_t t = 1;
-  for (std::size_t held = trees_[1].held; held + count > trees_[t].room; held += trees_[t].held)
+  for (std::size_t held = trees_[1].held; held + count > trees_[t].capacity; held += trees_[t].held)
     ++t;
   items_.clear();
-  for (std::uint32_t smaller = 1; smaller <= t; ++smaller) gather(trees_[smaller], objects);
+  for (std::uint32_t smaller = 1; smaller <= t; ++smaller) take_all(trees_[smaller], objects);
   for (std::size_t i = 0; i < count; ++i) items_.push(item_of(objects, ids[i]));
   if (t != 1) {
     build(trees_[t], objects);
@@ -177,11 +177,11 @@ void BvhForest::insert(const Objects& objects, const ObjectId* ids, std::size_t 
 void BvhForest::append(const Objects& objects, const Item& item) noexcept {
   Tree& buffer = trees_[1];
   const std::uint32_t line = buffer.first_line + buffer.placed / 2, k = buffer.placed % 2;
-  if (k == 0) lines_[line] = empty_line(of_leaf);
+  if (k == 0) lines_[line] = empty_line(leaf_mark);
   put(objects, line, k, item);
   Bounds bounds;
-  if (buffer.held != 0) bounds.hold(buffer.bounds);
-  bounds.hold(item.box);
+  if (buffer.held != 0) bounds.extend(buffer.bounds);
+  bounds.extend(item.box);
   buffer.bounds = bounds.box();
   ++buffer.held;
   ++buffer.placed;
@@ -191,10 +191,10 @@ void BvhForest::append(const Objects& objects, const Item& item) noexcept {
 }
 
 // Moves the contents of a tree to items_.
-void BvhForest::gather(Tree& tree, const Objects& objects) noexcept {
+void BvhForest::take_all(Tree& tree, const Objects& objects) noexcept {
   for (std::uint32_t i = tree.first_line; i < tree.first_line + tree.lines; ++i) {
     const CellLine& line = lines_[i];
-    if (line.next != of_leaf) continue;
+    if (line.next != leaf_mark) continue;
     for (const ObjectId id : line.id) {
       if (id != none) items_.push(item_of(objects, id));
     }
@@ -215,15 +215,15 @@ void BvhForest::build(Tree& tree, const Objects& objects) noexcept {
   tree.bounds = bounds.box();
 }
 
-BvhForest::Ref BvhForest::make_leaf(Build& build, const Item* items, std::size_t count,
-                                    Bounds& bounds, Summary& summary) noexcept {
+BvhForest::NodeRef BvhForest::make_leaf(Build& build, const Item* items, std::size_t count,
+                                        Bounds& bounds, Summary& summary) noexcept {
   Tree& tree = build.tree;
-  const Ref leaf{tree.first_line + tree.lines, static_cast<std::uint32_t>((count + 1) / 2)};
+  const NodeRef leaf{tree.first_line + tree.lines, static_cast<std::uint32_t>((count + 1) / 2)};
   tree.lines += leaf.lines;
-  std::fill_n(lines_.begin() + leaf.line, leaf.lines, empty_line(of_leaf));
+  std::fill_n(lines_.begin() + leaf.line, leaf.lines, empty_line(leaf_mark));
   for (std::uint32_t i = 0; i < count; ++i) {
     put(build.objects, leaf.line + i / 2, i % 2, items[i]);
-    bounds.hold(items[i].box);
+    bounds.extend(items[i].box);
     if (!tree.filtered) continue;
     const Summary one = Summary::of(build.objects.filter(items[i].id));
     if (i == 0)
@@ -234,8 +234,8 @@ BvhForest::Ref BvhForest::make_leaf(Build& build, const Item* items, std::size_t
   return leaf;
 }
 
-BvhForest::Ref BvhForest::split(Build& build, Item* items, std::size_t count, Bounds& bounds,
-                                Summary& summary) noexcept {
+BvhForest::NodeRef BvhForest::split(Build& build, Item* items, std::size_t count, Bounds& bounds,
+                                    Summary& summary) noexcept {
   if (count <= leaf_objects) return make_leaf(build, items, count, bounds, summary);
   Widest widest;
   bool one_class = true;
@@ -254,23 +254,24 @@ BvhForest::Ref BvhForest::split(Build& build, Item* items, std::size_t count, Bo
                      [](const Item& a, const Item& b) { return a.filters < b.filters; });
   }
   Tree& tree = build.tree;
-  const Ref node{tree.first_line + tree.lines++, 0};
+  const NodeRef node{tree.first_line + tree.lines++, 0};
   const std::uint32_t number = build.node++;
   CellLine line = empty_line(number);
   for (std::uint32_t k = 0; k < 2; ++k) {
-    Bounds of_child;
-    Summary known{};
-    const Ref child = k == 0 ? split(build, items, half, of_child, known)
-                             : split(build, items + half, count - half, of_child, known);
-    line.set(k, of_child.box());
+    Bounds child_bounds;
+    Summary child_summary{};
+    const NodeRef child =
+        k == 0 ? split(build, items, half, child_bounds, child_summary)
+               : split(build, items + half, count - half, child_bounds, child_summary);
+    line.set(k, child_bounds.box());
     line.id[k] = pack(child);
-    bounds.hold(of_child);
+    bounds.extend(child_bounds);
     if (!tree.filtered) continue;
-    summaries_[2 * std::size_t{number} + k] = known;
+    summaries_[2 * std::size_t{number} + k] = child_summary;
     if (k == 0)
-      summary = known;
+      summary = child_summary;
     else
-      summary.add(known);
+      summary.add(child_summary);
   }
   lines_[node.line] = line;
   return node;

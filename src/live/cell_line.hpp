@@ -42,16 +42,16 @@ class CellQuery {
     const float most[6] = {b.upper.x, b.upper.y, b.upper.z, -b.lower.x, -b.lower.y, -b.lower.z};
 #if defined(THRONG_SSE2)
     for (int i = 0; i < 3; ++i)
-      most_[i] = _mm_setr_ps(most[2 * i], most[2 * i], most[2 * i + 1], most[2 * i + 1]);
+      bound_[i] = _mm_setr_ps(most[2 * i], most[2 * i], most[2 * i + 1], most[2 * i + 1]);
 #else
-    for (int i = 0; i < 6; ++i) most_[i] = most[i];
+    for (int i = 0; i < 6; ++i) bound_[i] = most[i];
 #endif
   }
   // Bits 0 and 1: whether each of the two overlaps.
   std::uint32_t overlaps(const CellLine& line) const noexcept {
 #if defined(THRONG_SSE2)
     const auto both = [&](int i) {  // of two coordinates
-      return _mm_cmple_ps(_mm_load_ps(line.corner[2 * i]), most_[i]);
+      return _mm_cmple_ps(_mm_load_ps(line.corner[2 * i]), bound_[i]);
     };
     const auto m = static_cast<std::uint32_t>(
         _mm_movemask_ps(_mm_and_ps(_mm_and_ps(both(0), both(1)), both(2))));
@@ -59,7 +59,7 @@ class CellQuery {
 #else
     bool both[2] = {true, true};
     for (int i = 0; i < 6; ++i) {
-      for (int k = 0; k < 2; ++k) both[k] &= line.corner[i][k] <= most_[i];
+      for (int k = 0; k < 2; ++k) both[k] &= line.corner[i][k] <= bound_[i];
     }
     return (both[0] ? 1u : 0u) | (both[1] ? 2u : 0u);
 #endif
@@ -67,9 +67,9 @@ class CellQuery {
 
  private:
 #if defined(THRONG_SSE2)
-  __m128 most_[3];
+  __m128 bound_[3];
 #else
-  float most_[6];
+  float bound_[6];
 #endif
 };
 

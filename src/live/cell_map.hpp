@@ -42,21 +42,21 @@ class CellMap {
     std::int32_t lower[4], upper[4];  // the last of each has no meaning
   };
 
-  void lay_out(const CellPlan& plan, std::size_t objects) noexcept;
+  void assign_storage(const CellPlan& plan, std::size_t objects) noexcept;
 
-  std::uint32_t homes() const noexcept { return homes_; }
+  std::uint32_t buckets() const noexcept { return buckets_; }
   bool thin() const noexcept { return thin_; }
   // Converts a length to units of quantized coordinates.
   double units(double length) const noexcept { return length * static_cast<double>(scale_); }
-  Range quantise(const Box& box) const noexcept;
+  Range quantize(const Box& box) const noexcept;
   int class_of(const Range& r) const noexcept {
     std::int32_t span = 1;
     for (int k = 0; k < 3; ++k) span = std::max(span, r.upper[k] - r.lower[k]);
     const int bits = std::bit_width(static_cast<std::uint32_t>(span - 1));
     int c = std::clamp(bits - span_bits, 0, classes);
     c = c <= top_ ? c : classes;
-    if (!thin_ || c < thinner || c == classes) return c;
-    const std::int32_t thin_span = 1 << (span_bits + c - thinner);
+    if (!thin_ || c < thin_levels || c == classes) return c;
+    const std::int32_t thin_span = 1 << (span_bits + c - thin_levels);
     int axes = 0;
     for (int k = 0; k < 3; ++k) axes |= (r.upper[k] - r.lower[k] <= thin_span) << k;
     return c | axes << thin_shift;
@@ -67,39 +67,39 @@ class CellMap {
   int level(int size_class, int axis) const noexcept {
     if (!thin_) return size_class;
     const int c = size_class & ((1 << thin_shift) - 1);
-    return c - thinner * (size_class >> thin_shift >> axis & 1);
+    return c - thin_levels * (size_class >> thin_shift >> axis & 1);
   }
   // The longest box per class and axis; kept where boxes are thin.
   struct Spans {
     std::int32_t of[class_numbers][3] = {};
 
-    void hold(const Range& r, int size_class) noexcept {
+    void extend(const Range& r, int size_class) noexcept {
       if (size_class == classes) return;
       for (int k = 0; k < 3; ++k)
         of[size_class][k] = std::max(of[size_class][k], r.upper[k] - r.lower[k]);
     }
-    void hold(const Spans& other) noexcept {
+    void extend(const Spans& other) noexcept {
       for (int c = 0; c < class_numbers; ++c) {
         for (int k = 0; k < 3; ++k) of[c][k] = std::max(of[c][k], other.of[c][k]);
       }
     }
   };
   // Extends the search range of the class to the length of this box.
-  void hold(const Box& box, int size_class) noexcept {
-    if (thin_) spans_.hold(quantise(box), size_class);
+  void extend(const Box& box, int size_class) noexcept {
+    if (thin_) spans_.extend(quantize(box), size_class);
   }
-  void hold(const Spans& spans) noexcept { spans_.hold(spans); }
+  void extend(const Spans& spans) noexcept { spans_.extend(spans); }
   // The cell that stores a box of this class.
-  Range home_cell(const Range& r, int size_class) const noexcept {
+  Range storage_cell(const Range& r, int size_class) const noexcept {
     Range cell{};
     for (int k = 0; k < 3; ++k) cell.lower[k] = cell.upper[k] = r.lower[k] >> shift(size_class, k);
     return cell;
   }
-  // For a box of class c < `classes`: 0 .. homes() - 1.
-  std::uint32_t home_of(const Range& r, int c, std::int32_t world) const noexcept {
-    std::uint32_t home = first_part(c, world);
-    for (int k = 0; k < 3; ++k) home = sum(home, cursor(r.lower[k] >> shift(c, k), c, k).part);
-    return home;
+  // For a box of class c < `classes`: 0 .. buckets() - 1.
+  std::uint32_t bucket_of(const Range& r, int c, std::int32_t world) const noexcept {
+    std::uint32_t bucket = class_term(c, world);
+    for (int k = 0; k < 3; ++k) bucket = sum(bucket, cursor(r.lower[k] >> shift(c, k), c, k).term);
+    return bucket;
   }
 
   // The cells that may hold boxes of a class which overlap this one.
@@ -127,9 +127,9 @@ class CellMap {
     return thin_ ? spans_.of[size_class][axis] : 1 << (span_bits + size_class);
   }
   // Whether the range reaches the clamp of the quantized coordinates.
-  static bool is_cut_off(const Range& r) noexcept {
+  static bool is_clamped(const Range& r) noexcept {
     bool far = false;
-    for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -most_units || r.upper[k] >= most_units;
+    for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -max_units || r.upper[k] >= max_units;
     return far;
   }
   // Number of cells, at most `most`. At most 2^26 per axis, so the product of two does not
@@ -143,12 +143,12 @@ class CellMap {
   }
   // Calls f(bucket) for each of these cells.
   template <class F>
-  void each_home(const Range& cells, int c, std::int32_t world, F&& f) const;
+  void each_bucket(const Range& cells, int c, std::int32_t world, F&& f) const;
 
  private:
-  static constexpr int thinner = CellPlan::thinner;
+  static constexpr int thin_levels = CellPlan::thin_levels;
   static constexpr int span_bits = 4;
-  static constexpr float most_units = 0x1p28f;
+  static constexpr float max_units = 0x1p28f;
 
   // The bucket of a cell is the sum of four terms modulo the bucket count: one of its class and
   // world, and one per axis. If the world box is mostly full, the axis terms number the cells row
@@ -156,60 +156,60 @@ class CellMap {
   // collide. Otherwise the terms of y and z are hashes.
   struct Axis {
     std::int32_t origin;  // in units: about where boxes begin
-    // period 0: hashed. lift: a multiple of the period, at least 2^26.
-    std::uint32_t period, stride, lift;
+    // period 0: hashed. period_bias: a multiple of the period, at least 2^26.
+    std::uint32_t period, stride, period_bias;
   };
   struct Cursor {
     std::int32_t cell;
-    std::uint32_t rest, part;  // cell modulo the period; its term of the sum
+    std::uint32_t remainder, term;  // cell modulo the period; its term of the sum
   };
-  static std::uint32_t mixed(std::uint32_t h) noexcept {
+  static std::uint32_t mix_bits(std::uint32_t h) noexcept {
     h = (h ^ h >> 16) * 0x7feb352du;
     h = (h ^ h >> 15) * 0x846ca68bu;
     return h ^ h >> 16;
   }
-  // In 0 .. homes - 1.
+  // In 0 .. buckets - 1.
   std::uint32_t hashed(std::uint32_t x) const noexcept {
-    const std::uint64_t product = std::uint64_t{mixed(x)} * homes_;
+    const std::uint64_t product = std::uint64_t{mix_bits(x)} * buckets_;
     return static_cast<std::uint32_t>(product >> 32);
   }
-  std::uint32_t first_part(int c, std::int32_t world) const noexcept {
+  std::uint32_t class_term(int c, std::int32_t world) const noexcept {
     if (c == 0 && world == -1) return 0;
     return hashed((static_cast<std::uint32_t>(world) * 256 + static_cast<std::uint32_t>(c)) *
                   0x9e3779b1u);
   }
-  std::uint32_t hashed_part(std::int32_t cell, const Axis& axis) const noexcept {
-    return hashed((static_cast<std::uint32_t>(cell) ^ axis.lift) * 0x9e3779b1u);
+  std::uint32_t hashed_term(std::int32_t cell, const Axis& axis) const noexcept {
+    return hashed((static_cast<std::uint32_t>(cell) ^ axis.period_bias) * 0x9e3779b1u);
   }
   // Offset of the cell from the origin in cells of class c; usually less than the period. Cells
   // before the origin, by less than 2^26, wrap to large values.
-  std::uint32_t behind_origin(std::int32_t cell, int c, int axis) const noexcept {
+  std::uint32_t offset_from_origin(std::int32_t cell, int c, int axis) const noexcept {
     return static_cast<std::uint32_t>(cell - (axis_[axis].origin >> shift(c, axis)));
   }
   Cursor cursor(std::int32_t cell, int c, int k) const noexcept {
     const Axis& axis = axis_[k];
-    if (axis.period == 0) return {cell, 0, hashed_part(cell, axis)};
-    std::uint32_t rest = behind_origin(cell, c, k);
-    if (rest >= axis.period) [[unlikely]]
-      rest = (rest + axis.lift) % axis.period;
-    return {cell, rest, rest * axis.stride};
+    if (axis.period == 0) return {cell, 0, hashed_term(cell, axis)};
+    std::uint32_t remainder = offset_from_origin(cell, c, k);
+    if (remainder >= axis.period) [[unlikely]]
+      remainder = (remainder + axis.period_bias) % axis.period;
+    return {cell, remainder, remainder * axis.stride};
   }
   void step(Cursor& at, const Axis& axis) const noexcept {
     ++at.cell;
     if (axis.period == 0) {
-      at.part = hashed_part(at.cell, axis);
+      at.term = hashed_term(at.cell, axis);
     } else {
-      ++at.rest;
-      at.part += axis.stride;
-      if (at.rest == axis.period) at.rest = at.part = 0;
+      ++at.remainder;
+      at.term += axis.stride;
+      if (at.remainder == axis.period) at.remainder = at.term = 0;
     }
   }
   std::uint32_t sum(std::uint32_t a, std::uint32_t b) const noexcept {
-    return std::min(a + b, a + b - homes_);  // both below homes_, which is at most 2^31
+    return std::min(a + b, a + b - buckets_);  // both below buckets_, which is at most 2^31
   }
 
   Axis axis_[3] = {};
-  std::uint32_t homes_ = 1;
+  std::uint32_t buckets_ = 1;
   float scale_ = 1;
   int cell_bits_ = 5;
   int top_ = classes - 1;
@@ -218,47 +218,47 @@ class CellMap {
 };
 
 // Truncates toward zero, which is non-decreasing.
-inline CellMap::Range CellMap::quantise(const Box& box) const noexcept {
+inline CellMap::Range CellMap::quantize(const Box& box) const noexcept {
   Range r;
   const auto* corner = reinterpret_cast<const float*>(&box);
 #if defined(THRONG_SSE2)
-  const auto cut = [&](__m128 v) {
-    v = _mm_max_ps(_mm_mul_ps(v, _mm_set1_ps(scale_)), _mm_set1_ps(-most_units));
-    return _mm_cvttps_epi32(_mm_min_ps(v, _mm_set1_ps(most_units)));
+  const auto truncate = [&](__m128 v) {
+    v = _mm_max_ps(_mm_mul_ps(v, _mm_set1_ps(scale_)), _mm_set1_ps(-max_units));
+    return _mm_cvttps_epi32(_mm_min_ps(v, _mm_set1_ps(max_units)));
   };
-  const __m128i u = cut(_mm_loadu_ps(corner + 2));
-  _mm_store_si128(reinterpret_cast<__m128i*>(r.lower), cut(_mm_loadu_ps(corner)));
+  const __m128i u = truncate(_mm_loadu_ps(corner + 2));
+  _mm_store_si128(reinterpret_cast<__m128i*>(r.lower), truncate(_mm_loadu_ps(corner)));
   _mm_store_si128(reinterpret_cast<__m128i*>(r.upper), _mm_shuffle_epi32(u, 0x39));
 #else
   for (int k = 0; k < 4; ++k) {
-    const auto cut = [&](float x) {
+    const auto truncate = [&](float x) {
       x = x * scale_;
-      x = x > -most_units ? x : -most_units;
-      return static_cast<std::int32_t>(x < most_units ? x : most_units);
+      x = x > -max_units ? x : -max_units;
+      return static_cast<std::int32_t>(x < max_units ? x : max_units);
     };
-    r.lower[k] = cut(corner[k % 3]);
-    r.upper[k] = cut(corner[3 + k % 3]);
+    r.lower[k] = truncate(corner[k % 3]);
+    r.upper[k] = truncate(corner[3 + k % 3]);
   }
 #endif
   return r;
 }
 
 template <class F>
-void CellMap::each_home(const Range& cells, int c, std::int32_t world, F&& f) const {
-  const std::uint32_t first = first_part(c, world);
+void CellMap::each_bucket(const Range& cells, int c, std::int32_t world, F&& f) const {
+  const std::uint32_t first = class_term(c, world);
   // If neither an axis nor the sum wraps, bucket numbers are linear in the cell coordinates.
   std::uint32_t begin = first, n[3];
   std::uint64_t end = first + std::uint64_t{1};
-  bool once = true;
+  bool linear = true;
   for (int k = 0; k < 3; ++k) {
     const Axis& axis = axis_[k];
-    const std::uint32_t rest = behind_origin(cells.lower[k], c, k);
+    const std::uint32_t remainder = offset_from_origin(cells.lower[k], c, k);
     n[k] = static_cast<std::uint32_t>(cells.upper[k] - cells.lower[k] + 1);
-    once &= rest < axis.period && n[k] <= axis.period - rest;
-    begin += rest * axis.stride;
-    end += (rest + std::uint64_t{n[k]} - 1) * axis.stride;
+    linear &= remainder < axis.period && n[k] <= axis.period - remainder;
+    begin += remainder * axis.stride;
+    end += (remainder + std::uint64_t{n[k]} - 1) * axis.stride;
   }
-  if (once && end <= homes_) [[likely]] {
+  if (linear && end <= buckets_) [[likely]] {
     for (std::uint32_t z = 0; z < n[2]; ++z) {
       for (std::uint32_t y = 0; y < n[1]; ++y) {
         const std::uint32_t row = begin + z * axis_[2].stride + y * axis_[1].stride;
@@ -270,10 +270,10 @@ void CellMap::each_home(const Range& cells, int c, std::int32_t world, F&& f) co
   const Cursor x0 = cursor(cells.lower[0], c, 0), y0 = cursor(cells.lower[1], c, 1);
   Cursor z = cursor(cells.lower[2], c, 2);
   for (; z.cell <= cells.upper[2]; step(z, axis_[2])) {
-    const std::uint32_t layer = sum(first, z.part);
+    const std::uint32_t layer = sum(first, z.term);
     for (Cursor y = y0; y.cell <= cells.upper[1]; step(y, axis_[1])) {
-      const std::uint32_t row = sum(layer, y.part);
-      for (Cursor x = x0; x.cell <= cells.upper[0]; step(x, axis_[0])) f(sum(row, x.part));
+      const std::uint32_t row = sum(layer, y.term);
+      for (Cursor x = x0; x.cell <= cells.upper[0]; step(x, axis_[0])) f(sum(row, x.term));
     }
   }
 }

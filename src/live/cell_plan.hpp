@@ -4,14 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "live/list.hpp"
 #include "live/objects.hpp"
+#include "live/pod_vector.hpp"
 
 namespace throng::live {
 
 struct CellPlan {
-  // Thin: at least 1 << thinner times as long as thick.
-  static constexpr int thinner = 3;
+  // Thin: at least 1 << thin_levels times as long as thick.
+  static constexpr int thin_levels = 3;
   // Range of the lower corners along an axis, outliers excluded.
   struct Extent {
     double begin, length;
@@ -26,16 +26,16 @@ struct CellPlan {
   };
 
   double span = 1;                  // of the first class
-  bool crowded = false;             // many boxes per cell of two spans
+  bool clustered = false;           // many boxes per cell of two spans
   bool thin = false;                // most boxes are thin
   bool worlds = false;              // several worlds are in use
   double expected_comparisons = 0;  // per search
   // Smallest span: the scale is at most 1e30 (CellMap).
-  static constexpr double least_span = 16e-30;
+  static constexpr double min_span = 16e-30;
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
-  // Plans for the active objects. `sample` is scratch; throws cpu::NoMemory.
-  static CellPlan of(const Objects& objects, List<Sampled>& sample);
+  // Plans for the active objects. `sample` is scratch; throws cpu::AllocationFailed.
+  static CellPlan of(const Objects& objects, PodVector<Sampled>& sample);
 };
 
 }  // namespace throng::live

@@ -13,10 +13,10 @@ constexpr auto minus_one = static_cast<std::size_t>(-1);
 
 Cells::Place Cells::place_of(const CellMap::Range& r, std::int32_t world) const noexcept {
   const int c = map_.class_of(r);
-  return {c == CellMap::classes ? wide_home() : map_.home_of(r, c, world), c, 0, world};
+  return {c == CellMap::classes ? wide_bucket() : map_.bucket_of(r, c, world), c, 0, world};
 }
 Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
-  const CellMap::Range r = map_.quantise(box);
+  const CellMap::Range r = map_.quantize(box);
   Place place = place_of(r, worlds.own);
   place.lines = lines_of(r, worlds);
   return place;
@@ -24,12 +24,12 @@ Cells::Place Cells::place(const Box& box, Worlds worlds) const noexcept {
 
 void Cells::insert(ObjectId id, const Box& box, const Place& place) noexcept {
   count_class(place.size_class, 1);
-  hold(box, place);
-  enter(id, box, place.home);
+  extend(box, place);
+  insert_into(id, box, place.bucket);
 }
 
-void Cells::enter(ObjectId id, const Box& box, std::uint32_t home) noexcept {
-  Line& head = lines_[home];
+void Cells::insert_into(ObjectId id, const Box& box, std::uint32_t bucket) noexcept {
+  Line& head = lines_[bucket];
   if (head.used == 2) {
     // The full line moves behind an empty one.
     std::uint32_t moved = free_;
@@ -47,10 +47,10 @@ void Cells::enter(ObjectId id, const Box& box, std::uint32_t home) noexcept {
   head.id[head.used++] = id;
 }
 
-void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
-  Line& head = lines_[home];
-  const auto [line, k] = find(id, home);
-  count_class(class_in(home, *line, k), minus_one);
+void Cells::erase(ObjectId id, std::uint32_t bucket) noexcept {
+  Line& head = lines_[bucket];
+  const auto [line, k] = find(id, bucket);
+  count_class(class_in(bucket, *line, k), minus_one);
   const std::uint32_t last = --head.used;
   for (int c = 0; c < 6; ++c) {
     line->corner[c][k] = head.corner[c][last];
@@ -67,17 +67,17 @@ void Cells::erase(ObjectId id, std::uint32_t home) noexcept {
 }
 
 void Cells::replace(ObjectId id, const Box& box, const Place& place) noexcept {
-  const auto [line, k] = find(id, place.home);
-  if (const int c = class_in(place.home, *line, k); c != place.size_class) {
+  const auto [line, k] = find(id, place.bucket);
+  if (const int c = class_in(place.bucket, *line, k); c != place.size_class) {
     count_class(c, minus_one);
     count_class(place.size_class, 1);
   }
-  hold(box, place);
+  extend(box, place);
   line->set(k, box);
 }
 
-Cells::Entry Cells::find(ObjectId id, std::uint32_t home) const noexcept {
-  for (std::uint32_t i = home;; i = lines_[i].next) {
+Cells::Entry Cells::find(ObjectId id, std::uint32_t bucket) const noexcept {
+  for (std::uint32_t i = bucket;; i = lines_[i].next) {
     Line& line = lines_[i];
     const std::uint32_t k = line.id[0] == id ? 0 : 1;
     if (line.id[k] == id) return {&line, k};
@@ -88,48 +88,48 @@ std::uint64_t Cells::lines_of(const CellMap::Range& r, Worlds worlds) const noex
   const std::uint64_t most = lines_.size();
   if (worlds.all) return most;
   std::uint64_t count = wide_lines();
-  each_class([&](int c) { count += home_count(map_.cells_of(r, c), c, worlds, most); });
+  each_class([&](int c) { count += bucket_count(map_.cells_of(r, c), c, worlds, most); });
   return std::min(count, most);
 }
 
-void Cells::reach(const Box& box, Worlds worlds, Reach& reach) const noexcept {
-  reach.count = Reach::most + 1;
+void Cells::candidates(const Box& box, Worlds worlds, CandidateBuckets& candidates) const noexcept {
+  candidates.count = CandidateBuckets::most + 1;
   if (worlds.all) return;
-  const CellMap::Range range = map_.quantise(box);
-  const std::uint64_t most = std::min<std::uint64_t>(Reach::most, lines_.size());
+  const CellMap::Range range = map_.quantize(box);
+  const std::uint64_t most = std::min<std::uint64_t>(CandidateBuckets::most, lines_.size());
   std::uint64_t left = most - std::min(most, wide_lines());
-  std::uint32_t* to = reach.homes;
-  const auto list = [&to, all = lines_.data()](std::uint32_t home) {
-    cpu::prefetch(all + home);
-    *to++ = home;
+  std::uint32_t* to = candidates.buckets;
+  const auto list = [&to, all = lines_.data()](std::uint32_t bucket) {
+    cpu::prefetch(all + bucket);
+    *to++ = bucket;
   };
   each_class([&](int c) {
     const CellMap::Range cells = map_.cells_of(range, c);
-    left -= std::min(left, home_count(cells, c, worlds, most));
-    if (left != 0) each_home(cells, c, worlds, list);
+    left -= std::min(left, bucket_count(cells, c, worlds, most));
+    if (left != 0) each_bucket(cells, c, worlds, list);
   });
   if (left == 0) return;
-  if (has_wide()) list(wide_home());
-  reach.count = static_cast<std::uint32_t>(to - reach.homes);
+  if (has_wide()) list(wide_bucket());
+  candidates.count = static_cast<std::uint32_t>(to - candidates.buckets);
 }
 
 // Appends chains and hits without branches, which would be mispredicted.
-std::uint32_t Cells::search_few(const Box& box, ObjectId self, Reach& reach, ObjectId* hits,
-                                Work& work) const noexcept {
-  if (reach.count > Reach::most) return most_hits + 1;
-  work.visited += reach.count;
+std::uint32_t Cells::search_few(const Box& box, ObjectId self, CandidateBuckets& candidates,
+                                ObjectId* hits, Work& work) const noexcept {
+  if (candidates.count > CandidateBuckets::most) return max_hits + 1;
+  work.visited += candidates.count;
   const CellQuery query(box);
   const Line* const lines = lines_.data();
-  std::uint32_t count = reach.count, hit_count = 0;
+  std::uint32_t count = candidates.count, hit_count = 0;
   for (std::uint32_t k = 0; k < count; ++k) {
-    const Line& line = lines[reach.homes[k]];
-    if (count < Reach::room) [[likely]] {
+    const Line& line = lines[candidates.buckets[k]];
+    if (count < CandidateBuckets::capacity) [[likely]] {
       prefetch(line.next);
-      reach.homes[count] = line.next;
+      candidates.buckets[count] = line.next;
       count += line.next != 0;
     } else if (line.next != 0) {
       work.compared += 2 * std::uint64_t{count};
-      return most_hits + 1;
+      return max_hits + 1;
     }
     const std::uint32_t hit = query.overlaps(line);
     hits[hit_count] = line.id[0];
@@ -145,13 +145,13 @@ void Cells::copy(const Cells& other) noexcept {
   lines_.copy(other.lines_);
   map_ = other.map_;
   bounds_ = other.bounds_;
-  blocks_.forget();
+  blocks_.clear();
   free_ = other.free_;
-  most_objects_ = other.most_objects_;
-  most_wide_ = other.most_wide_;
+  max_objects_ = other.max_objects_;
+  max_wide_ = other.max_wide_;
   std::memcpy(class_count_, other.class_count_, sizeof class_count_);
   std::memcpy(used_, other.used_, sizeof used_);
-  std::copy(other.kept_, other.kept_ + 2, kept_);
+  std::copy(other.classes_ever_used_, other.classes_ever_used_ + 2, classes_ever_used_);
 }
 
 }  // namespace throng::live

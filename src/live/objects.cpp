@@ -21,7 +21,7 @@ Objects::Objects(cpu::Memory& memory, float margin) noexcept
       dirty_(memory),
       removed_(memory),
       free_(memory),
-      again_(memory),
+      changed_again_(memory),
       alive_(memory),
       packed_(memory),
       packed_filters_(memory),
@@ -34,7 +34,7 @@ void Objects::reserve_more(std::size_t count) {
   flags_.reserve(wanted);
   filters_.reserve(wanted);
   dirty_.reserve(wanted);
-  again_.reserve(wanted);
+  changed_again_.reserve(wanted);
   removed_.reserve(wanted);
   free_.reserve(wanted);
 }
@@ -52,10 +52,10 @@ ObjectId Objects::add(const Box& box, const Filter& filter) noexcept {
   bodies_[id] = {box, 0, none};
   flags_[id] |= alive;
   alive_listed_ = false;
-  use_filter(id, filter);
+  assign_filter(id, filter);
   ++count_;
   if (!is_active(id)) ++inactive_;
-  touch(id);
+  mark_dirty(id);
   return id;
 }
 
@@ -63,7 +63,7 @@ void Objects::remove(ObjectId id) noexcept {
   move(id, dead_box);
   --inactive_;
   --count_;
-  drop_filter(id);
+  release_filter(id);
   alive_listed_ = false;
   flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~alive);
   removed_.push(id);
@@ -81,11 +81,12 @@ auto with_boxes(const Boxes& boxes, F&& f) {
 // Returns false if the object, which is alive, already has this box.
 inline bool Objects::replace(ObjectId id, const char* box, bool were_all_active,
                              std::int64_t& inactive) noexcept {
-  char* const mine = reinterpret_cast<char*>(&bodies_[id].box);
+  char* const stored = reinterpret_cast<char*>(&bodies_[id].box);
   // Bitwise: values that compare equal, such as -0 and 0, may count as moved.
-  if (cpu::same_in_memory(box, mine)) return false;
-  inactive += int{were_all_active || cpu::active_in_memory(mine)} - int{cpu::active_in_memory(box)};
-  std::memcpy(mine, box, sizeof(Box));
+  if (cpu::same_in_memory(box, stored)) return false;
+  inactive +=
+      int{were_all_active || cpu::active_in_memory(stored)} - int{cpu::active_in_memory(box)};
+  std::memcpy(stored, box, sizeof(Box));
   return true;
 }
 
@@ -96,8 +97,7 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
     std::int64_t more = 0;
     const bool were_all_active = inactive_ == 0;
     for (std::size_t i = begin; i < end; ++i) {
-      if constexpr (std::is_reference_v<decltype(at(i))>)
-        cpu::prefetch_to_stream(&at(i + all_ahead));
+      if constexpr (std::is_reference_v<decltype(at(i))>) cpu::prefetch_l1(&at(i + all_ahead));
       cpu::prefetch(bodies_.data() + i + all_ahead);
       const auto& box = at(i);
       const std::uint8_t flags = flags_[i];
@@ -121,7 +121,7 @@ void Objects::move_listed(const ObjectId* ids, const Boxes& boxes) noexcept {
       if (i + ids_ahead < count) prefetch(ids[i + ids_ahead]);
       const auto& box = at(i);
       if (replace(ids[i], reinterpret_cast<const char*>(&box), were_all_active, more))
-        touch(ids[i]);
+        mark_dirty(ids[i]);
     }
     inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + more);
   });
@@ -136,11 +136,11 @@ bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) no
   return any;
 }
 
-void Objects::marked(std::size_t count, std::int64_t inactive) noexcept {
+void Objects::count_marked(std::size_t count, std::int64_t inactive) noexcept {
   dirty_count_ += count;
   inactive_ = static_cast<std::size_t>(static_cast<std::int64_t>(inactive_) + inactive);
   if (count != 0) dirty_listed_ = false;
-  forget_placed();
+  clear_placed();
 }
 
 void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
@@ -149,24 +149,25 @@ void Objects::count_filter(const Filter& f, std::size_t one) noexcept {
   if (f.is_static) static_ += one;
 }
 
-void Objects::use_filter(ObjectId id, const Filter& filter) noexcept {
+void Objects::assign_filter(ObjectId id, const Filter& filter) noexcept {
   filters_[id] = filter;
   count_filter(filter, 1);
   if (filter.world != -1) worlds_.add(filter.world);
-  const unsigned below = flags_[id] & ((1u << kind_shift) - 1);
-  flags_[id] = static_cast<std::uint8_t>(unsigned{kinds_.add(filter)} << kind_shift | below);
+  const unsigned below = flags_[id] & ((1u << filter_class_shift) - 1);
+  flags_[id] = static_cast<std::uint8_t>(
+      unsigned{filter_classes_.add(filter)} << filter_class_shift | below);
 }
 
-void Objects::drop_filter(ObjectId id) noexcept {
+void Objects::release_filter(ObjectId id) noexcept {
   count_filter(filters_[id], static_cast<std::size_t>(-1));
   if (filters_[id].world != -1) worlds_.remove(filters_[id].world);
-  kinds_.remove(kind(id));
+  filter_classes_.remove(filter_class(id));
 }
 
 void Objects::set_filter(ObjectId id, const Filter& filter) noexcept {
-  drop_filter(id);
-  use_filter(id, filter);
-  touch(id);
+  release_filter(id);
+  assign_filter(id, filter);
+  mark_dirty(id);
 }
 
 void Objects::list_alive() {
@@ -181,8 +182,8 @@ void Objects::list_alive() {
 
 Boxes Objects::packed_view() {
   list_alive();
-  packed_.renew(count_);
-  packed_filters_.renew(count_);
+  packed_.reserve_discard(count_);
+  packed_filters_.reserve_discard(count_);
   for (const ObjectId id : alive_) {
     packed_.push(bodies_[id]);
     packed_filters_.push(filters_[id]);
@@ -203,7 +204,7 @@ Boxes Objects::view_of(const Body* bodies, const Filter* f, std::size_t n) const
   return v;
 }
 
-const List<ObjectId>& Objects::dirty_list() noexcept {
+const PodVector<ObjectId>& Objects::dirty_list() noexcept {
   if (!dirty_listed_) {
     dirty_.clear();
     for (std::size_t id = 0; id < limit(); ++id) {
@@ -214,14 +215,14 @@ const List<ObjectId>& Objects::dirty_list() noexcept {
   return dirty_;
 }
 
-void Objects::settle() noexcept {
+void Objects::clear_dirty() noexcept {
   if (dirty_listed_) {
     for (const ObjectId id : dirty_) flags_[id] = static_cast<std::uint8_t>(flags_[id] & ~dirty);
   } else {
     for (std::uint8_t& f : flags_) f = static_cast<std::uint8_t>(f & ~dirty);
   }
   dirty_.clear();
-  forget_placed();
+  clear_placed();
   dirty_count_ = 0;
   dirty_listed_ = true;
   for (const ObjectId id : removed_) free_.push(id);
@@ -233,7 +234,7 @@ void Objects::reserve_for(const Objects& other) {
   flags_.reserve(other.limit());
   filters_.reserve(other.limit());
   dirty_.reserve(other.limit());
-  again_.reserve(other.limit());
+  changed_again_.reserve(other.limit());
   removed_.reserve(other.limit());
   free_.reserve(other.limit());
 }
@@ -242,7 +243,7 @@ void Objects::copy(const Objects& other) noexcept {
   bodies_.copy(other.bodies_);
   flags_.copy(other.flags_);
   filters_.copy(other.filters_);
-  kinds_ = other.kinds_;
+  filter_classes_ = other.filter_classes_;
   dirty_.copy(other.dirty_);
   removed_.copy(other.removed_);
   free_.copy(other.free_);
@@ -251,7 +252,7 @@ void Objects::copy(const Objects& other) noexcept {
   dirty_count_ = other.dirty_count_;
   dirty_listed_ = other.dirty_listed_;
   alive_listed_ = false;
-  forget_placed();
+  clear_placed();
   grouped_ = other.grouped_;
   owned_ = other.owned_;
   worlds_ = other.worlds_;

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "cpu/threads.hpp"
-#include "live/merge.hpp"
-#include "live/sort.hpp"
+#include "live/merge_pairs.hpp"
+#include "live/radix_sort.hpp"
 
 namespace throng::live {
 namespace {
@@ -19,7 +19,7 @@ PairSet::PairSet(cpu::Memory& memory) noexcept
     : edges_(memory),
       free_slots_(memory),
       sorted_(memory),
-      spare_(memory),
+      scratch_(memory),
       begun_(memory),
       ended_(memory),
       next_begun_(memory),
@@ -28,7 +28,7 @@ PairSet::PairSet(cpu::Memory& memory) noexcept
 void PairSet::reserve_slots(std::size_t begun) {
   const std::size_t fresh = begun > free_slots_.size() ? begun - free_slots_.size() : 0;
   const std::size_t limit = slot_limit_ + fresh;
-  if (limit >= none) throw cpu::NoMemory{limit * sizeof(Edge)};
+  if (limit >= none) throw cpu::AllocationFailed{limit * sizeof(Edge)};
   free_slots_.reserve(limit);
 }
 
@@ -48,7 +48,7 @@ void PairSet::link(Objects& objects, const LivePair& pair) noexcept {
     std::uint32_t& head = objects.body(edge.id[side]).first_edge;
     edge.next[side] = head;
     edge.previous[side] = 0;
-    before_next(edge, side) = e;
+    back_link_of_next(edge, side) = e;
     head = e;
   }
 }
@@ -58,7 +58,7 @@ void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
   for (int side = 0; side < 2; ++side) {
     const ObjectId id = edge.id[side];
     const std::uint32_t next = edge.next[side], previous = edge.previous[side];
-    before_next(edge, side) = previous;
+    back_link_of_next(edge, side) = previous;
     if (previous != 0)
       edges_[previous].next[edges_[previous].id[1] == id] = next;
     else
@@ -75,7 +75,7 @@ void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
 
 void PairSet::link_all(Objects& objects) {
   edges_.reserve(slot_limit_ + 1);
-  const List<LivePair>& all = sorted(objects.limit());  // may read the edges
+  const PodVector<LivePair>& all = sorted(objects.limit());  // may read the edges
   edges_.resize(slot_limit_ + 1);
   for (Edge& edge : edges_) edge = {{none, none}, {0, 0}, {0, 0}};
   for (std::size_t id = 0; id < objects.limit(); ++id) {
@@ -103,10 +103,10 @@ void PairSet::commit_linked(Objects& objects) {
   reserve_slots(begun);
   edges_.reserve(slot_limit_ + 1 + begun);
   sorted_.reserve(std::max({count, begun, ended}));
-  spare_.reserve(std::max({count, begun, ended}));
+  scratch_.reserve(std::max({count, begun, ended}));
   // Nothing fails from here on.
-  sort_pairs(next_begun_.data(), spare_.data(), begun, objects.limit());
-  sort_pairs(next_ended_.data(), spare_.data(), ended, objects.limit());
+  sort_pairs(next_begun_.data(), scratch_.data(), begun, objects.limit());
+  sort_pairs(next_ended_.data(), scratch_.data(), ended, objects.limit());
   edges_.resize(slot_limit_ + 1 + begun - std::min(begun, free_slots_.size()));
   for (std::size_t i = 0; i < ended; ++i) {
     if (i + ahead < ended) prefetch_neighbours(next_ended_[i + ahead].slot);
@@ -125,11 +125,11 @@ void PairSet::commit_linked(Objects& objects) {
   }
   begun_.swap(next_begun_);
   ended_.swap(next_ended_);
-  finish(begun, ended, state_ == Sorted::now ? Sorted::before : Sorted::lost);
+  finish(begun, ended, state_ == Sorted::current ? Sorted::previous : Sorted::invalid);
 }
 
 void PairSet::commit_nothing() noexcept {
-  if (state_ == Sorted::before) state_ = Sorted::lost;
+  if (state_ == Sorted::previous) state_ = Sorted::invalid;
   begun_.clear();
   ended_.clear();
 }
@@ -137,13 +137,13 @@ void PairSet::commit_nothing() noexcept {
 void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id_limit,
                             const Executor& executor, unsigned tasks) {
   sorted(id_limit);
-  make_room(count, count_);
-  spare_.reserve(count);
+  reserve_events(count, count_);
+  scratch_.reserve(count);
   const MergeInput in{pairs, count, sorted_.data(), count_};
-  const MergeOutput out{spare_.data(), next_begun_.data(), next_ended_.data()};
-  MergePart parts[most_merge_parts];
+  const MergeOutput out{scratch_.data(), next_begun_.data(), next_ended_.data()};
+  MergePart parts[max_merge_parts];
   const unsigned part_count = divide(in, tasks, parts);
-  cpu::run_by_turns(
+  cpu::parallel_for(
       executor, std::min(tasks, part_count / 2), part_count / 2,
       [&](std::size_t p, unsigned) { merge(in, out, parts[2 * p], parts[2 * p + 1]); });
   std::size_t begun = 0, ended = 0;
@@ -156,77 +156,78 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   begun_.reserve(begun);
   ended_.reserve(ended);
   // Nothing fails from here on.
-  cpu::run_by_turns(executor, std::min(tasks, part_count), part_count,
+  cpu::parallel_for(executor, std::min(tasks, part_count), part_count,
                     [&](std::size_t p, unsigned) {
                       const MergePart& part = parts[p];
                       for (std::size_t k = 0; k < part.begun; ++k) {
                         const LivePair* const pair = next_begun_.data() + part.begin + k;
                         const std::size_t taken = part.begun_before + k;
-                        cpu::prefetch_to_stream(pair + cpu::pairs_ahead);
+                        cpu::prefetch_l1(pair + cpu::pairs_ahead);
                         cpu::prefetch(begun_.data() + taken + cpu::pairs_ahead);
                         if (k + slots_ahead < part.begun)
-                          cpu::prefetch(&spare_[pair[slots_ahead].slot]);
+                          cpu::prefetch(&scratch_[pair[slots_ahead].slot]);
                         const std::uint32_t slot = slot_for(taken);
-                        spare_[pair->slot].slot = slot;
+                        scratch_[pair->slot].slot = slot;
                         begun_[taken] = {pair->first, pair->second, slot};
                       }
                       for (std::size_t k = 0; k < part.ended; ++k) {
-                        const LivePair& pair = next_ended_[part.live_begin + k];
+                        const LivePair& pair = next_ended_[part.existing_begin + k];
                         ended_[part.ended_before + k] = pair;
                         free_slots_[free_slots_.size() + part.ended_before + k] = pair.slot;
                       }
                     });
   begun_.resize(begun);
   ended_.resize(ended);
-  spare_.resize(count);
-  sorted_.swap(spare_);
-  finish(begun, ended, Sorted::now);
+  scratch_.resize(count);
+  sorted_.swap(scratch_);
+  finish(begun, ended, Sorted::current);
 }
 
-const List<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {
-  if (state_ == Sorted::before) {
+const PodVector<LivePair>& PairSet::sorted(std::size_t id_limit) noexcept {
+  if (state_ == Sorted::previous) {
     // One merge: the previous pairs without the ended ones, and the begun ones.
     std::size_t b = 0, e = 0;
-    spare_.clear();
+    scratch_.clear();
     for (const LivePair& pair : sorted_) {
       if (e < ended_.size() && ended_[e].slot == pair.slot && key_of(ended_[e]) == key_of(pair)) {
         ++e;
         continue;
       }
-      while (b < begun_.size() && before(begun_[b], pair)) spare_.push(begun_[b++]);
-      spare_.push(pair);
+      while (b < begun_.size() && pair_less(begun_[b], pair)) scratch_.push(begun_[b++]);
+      scratch_.push(pair);
     }
-    while (b < begun_.size()) spare_.push(begun_[b++]);
-    sorted_.swap(spare_);
-  } else if (state_ == Sorted::lost) {
+    while (b < begun_.size()) scratch_.push(begun_[b++]);
+    sorted_.swap(scratch_);
+  } else if (state_ == Sorted::invalid) {
     sorted_.clear();
     for (std::size_t e = 1; e < edges_.size(); ++e) {
       const Edge& edge = edges_[e];
       if (edge.id[0] != none)
         sorted_.push({edge.id[0], edge.id[1], static_cast<std::uint32_t>(e - 1)});
     }
-    sort_pairs(sorted_.data(), spare_.data(), sorted_.size(), id_limit);
+    sort_pairs(sorted_.data(), scratch_.data(), sorted_.size(), id_limit);
   }
-  state_ = Sorted::now;
+  state_ = Sorted::current;
   return sorted_;
 }
 
-std::size_t PairSet::linked_of(const Objects& objects, ObjectId id, LivePair* out,
-                               std::size_t room) const noexcept {
+std::size_t PairSet::pairs_by_links(const Objects& objects, ObjectId id, LivePair* out,
+                                    std::size_t capacity) const noexcept {
   std::size_t count = 0;
   for (std::uint32_t e = objects.body(id).first_edge; e != 0; ++count) {
     const Edge& edge = edges_[e];
-    if (count < room) out[count] = {edge.id[0], edge.id[1], e - 1};
+    if (count < capacity) out[count] = {edge.id[0], edge.id[1], e - 1};
     e = edge.next[edge.id[1] == id];
   }
-  if (count <= room) std::sort(out, out + count, before);
+  if (count <= capacity) std::sort(out, out + count, pair_less);
   return count;
 }
 
-std::size_t PairSet::sorted_of(ObjectId id, LivePair* out, std::size_t room) const noexcept {
+std::size_t PairSet::pairs_by_scan(ObjectId id, LivePair* out,
+                                   std::size_t capacity) const noexcept {
   std::size_t count = 0;
   const auto take = [&](const LivePair& pair) {
-    if (count < room) out[count] = pair;
+    if (count < capacity) out[count] = pair;
     ++count;
   };
   const LivePair* pair = sorted_.begin();
@@ -241,7 +242,7 @@ void PairSet::reserve_for(const PairSet& other) {
   edges_.reserve(other.edges_.size());
   free_slots_.reserve(other.slot_limit_);
   sorted_.reserve(std::max(other.sorted_.size(), other.count_));
-  spare_.reserve(std::max(other.sorted_.size(), other.count_));
+  scratch_.reserve(std::max(other.sorted_.size(), other.count_));
   begun_.reserve(other.begun_.size());
   ended_.reserve(other.ended_.size());
 }

@@ -11,8 +11,8 @@
 #include <throng/broad_phase.hpp>
 
 #include "cpu/prefetch.hpp"
-#include "live/list.hpp"
 #include "live/objects.hpp"
+#include "live/pod_vector.hpp"
 
 namespace throng::live {
 
@@ -22,61 +22,61 @@ class PairSet {
 
   std::size_t count() const noexcept { return count_; }
   std::size_t slot_limit() const noexcept { return slot_limit_; }
-  const List<LivePair>& begun() const noexcept { return begun_; }
-  const List<LivePair>& ended() const noexcept { return ended_; }
+  const PodVector<LivePair>& begun() const noexcept { return begun_; }
+  const PodVector<LivePair>& ended() const noexcept { return ended_; }
   // The sorted form; brings it up to date. Allocates nothing: commits reserve the memory.
-  const List<LivePair>& sorted(std::size_t id_limit) noexcept;
+  const PodVector<LivePair>& sorted(std::size_t id_limit) noexcept;
 
   // The sorted form; must be up to date.
-  const List<LivePair>& in_order() const noexcept { return sorted_; }
-  // Return how many pairs an object has; write them in sorted order if `room` is enough.
-  // linked_of() follows the object's list; sorted_of() scans the sorted form, which must be up to
-  // date.
-  std::size_t linked_of(const Objects& objects, ObjectId id, LivePair* out,
-                        std::size_t room) const noexcept;
-  std::size_t sorted_of(ObjectId id, LivePair* out, std::size_t room) const noexcept;
+  const PodVector<LivePair>& sorted_list() const noexcept { return sorted_; }
+  // Return how many pairs an object has; write them in sorted order if `capacity` is enough.
+  // pairs_by_links() follows the object's list; pairs_by_scan() scans the sorted form, which must
+  // be up to date.
+  std::size_t pairs_by_links(const Objects& objects, ObjectId id, LivePair* out,
+                             std::size_t capacity) const noexcept;
+  std::size_t pairs_by_scan(ObjectId id, LivePair* out, std::size_t capacity) const noexcept;
 
-  // Events to commit; begun pairs without slots. make_room() clears both and reserves memory.
-  void make_room(std::size_t begun, std::size_t ended) {
+  // Events to commit; begun pairs without slots. reserve_events() clears both and reserves memory.
+  void reserve_events(std::size_t begun, std::size_t ended) {
     next_begun_.clear();
     next_ended_.clear();
     next_begun_.reserve(begun);
     next_ended_.reserve(ended);
   }
-  List<LivePair>& next_begun() noexcept { return next_begun_; }
-  List<LivePair>& next_ended() noexcept { return next_ended_; }
+  PodVector<LivePair>& next_begun() noexcept { return next_begun_; }
+  PodVector<LivePair>& next_ended() noexcept { return next_ended_; }
 
   // Builds the linked form from the sorted one.
   void link_all(Objects& objects);
   // Iterates over the pairs of an object in steps, so that edges can be prefetched; buffers the
   // first few.
-  struct Walk {
-    static constexpr std::uint32_t room = 16;
+  struct EdgeCursor {
+    static constexpr std::uint32_t capacity = 16;
     ObjectId id;
     std::uint32_t next, count;  // the next edge, or 0
-    ObjectId others[room];
-    std::uint32_t slots[room];
+    ObjectId others[capacity];
+    std::uint32_t slots[capacity];
   };
-  void start(Walk& walk, const Objects& objects, ObjectId id) const noexcept {
-    walk.id = id;
-    walk.next = objects.body(id).first_edge;
-    walk.count = 0;
-    cpu::prefetch(&edges_[walk.next]);
+  void start(EdgeCursor& cursor, const Objects& objects, ObjectId id) const noexcept {
+    cursor.id = id;
+    cursor.next = objects.body(id).first_edge;
+    cursor.count = 0;
+    cpu::prefetch(&edges_[cursor.next]);
   }
   // At the end of the list repeats edge 0: a branch on the end would be mispredicted.
-  void step(Walk& walk) const noexcept {
-    if (walk.count == Walk::room) return;
-    const Edge& edge = edges_[walk.next];
-    const bool is_second = edge.id[1] == walk.id;
-    walk.others[walk.count] = edge.id[!is_second];
-    walk.slots[walk.count] = walk.next - 1;
-    walk.count += walk.next != 0;
-    walk.next = edge.next[is_second];
-    cpu::prefetch(&edges_[walk.next]);
+  void step(EdgeCursor& cursor) const noexcept {
+    if (cursor.count == EdgeCursor::capacity) return;
+    const Edge& edge = edges_[cursor.next];
+    const bool is_second = edge.id[1] == cursor.id;
+    cursor.others[cursor.count] = edge.id[!is_second];
+    cursor.slots[cursor.count] = cursor.next - 1;
+    cursor.count += cursor.next != 0;
+    cursor.next = edge.next[is_second];
+    cpu::prefetch(&edges_[cursor.next]);
   }
   // Calls f(other, slot) for all pairs of the object, buffered or not.
   template <class F>
-  void each_pair(const Walk& walk, F&& f) const;
+  void each_pair(const EdgeCursor& cursor, F&& f) const;
   // Applies the events, in any order, to the linked form; the sorted form follows on demand.
   void commit_linked(Objects& objects);
   // Takes all pairs in sorted order; computes the events; replaces the sorted form, with up to
@@ -96,7 +96,7 @@ class PairSet {
     std::uint32_t next[2], previous[2];
   };
   // State of the sorted form: up to date; as before the last commit; or invalid.
-  enum class Sorted : std::uint8_t { now, before, lost };
+  enum class Sorted : std::uint8_t { current, previous, invalid };
 
   void reserve_slots(std::size_t begun);
   // Slot of begun pair number `taken` of a commit.
@@ -105,26 +105,26 @@ class PairSet {
   void unlink(Objects& objects, std::uint32_t slot) noexcept;
   void prefetch_neighbours(std::uint32_t slot) const noexcept;
   // The back link of the next edge in one of the two lists. For edge 0 the value has no meaning.
-  std::uint32_t& before_next(const Edge& edge, int side) noexcept {
+  std::uint32_t& back_link_of_next(const Edge& edge, int side) noexcept {
     Edge& next = edges_[edge.next[side]];
     return next.previous[next.id[1] == edge.id[side]];
   }
   void finish(std::size_t begun, std::size_t ended, Sorted sorted) noexcept;
 
-  List<Edge> edges_;
-  List<std::uint32_t> free_slots_;
-  List<LivePair> sorted_, spare_;
-  List<LivePair> begun_, ended_, next_begun_, next_ended_;
+  PodVector<Edge> edges_;
+  PodVector<std::uint32_t> free_slots_;
+  PodVector<LivePair> sorted_, scratch_;
+  PodVector<LivePair> begun_, ended_, next_begun_, next_ended_;
   std::size_t count_ = 0, slot_limit_ = 0;
-  Sorted state_ = Sorted::now;
+  Sorted state_ = Sorted::current;
 };
 
 template <class F>
-void PairSet::each_pair(const Walk& walk, F&& f) const {
-  for (std::uint32_t k = 0; k < walk.count; ++k) f(walk.others[k], walk.slots[k]);
-  for (std::uint32_t e = walk.next; e != 0;) {
+void PairSet::each_pair(const EdgeCursor& cursor, F&& f) const {
+  for (std::uint32_t k = 0; k < cursor.count; ++k) f(cursor.others[k], cursor.slots[k]);
+  for (std::uint32_t e = cursor.next; e != 0;) {
     const Edge& edge = edges_[e];
-    const bool is_second = edge.id[1] == walk.id;
+    const bool is_second = edge.id[1] == cursor.id;
     f(edge.id[!is_second], e - 1);
     e = edge.next[is_second];
   }

@@ -5,10 +5,10 @@ namespace throng::live {
 PairsByObject::PairsByObject(cpu::Memory& memory) noexcept
     : firsts_(memory), seconds_(memory), places_(memory) {}
 
-void PairsByObject::make(const List<LivePair>& pairs, std::size_t limit) {
-  firsts_.renew(limit + 1);
-  seconds_.renew(limit + 2);
-  places_.renew(pairs.size());
+void PairsByObject::make(const PodVector<LivePair>& pairs, std::size_t limit) {
+  firsts_.reserve_discard(limit + 1);
+  seconds_.reserve_discard(limit + 2);
+  places_.reserve_discard(pairs.size());
   firsts_.resize(limit + 1);
   seconds_.resize(limit + 2);
   places_.resize(pairs.size());
@@ -25,13 +25,13 @@ void PairsByObject::make(const List<LivePair>& pairs, std::size_t limit) {
     places_[seconds_[pairs[i].second + 1]++] = static_cast<std::uint32_t>(i);
 }
 
-std::size_t PairsByObject::of(const List<LivePair>& pairs, ObjectId id, LivePair* out,
-                              std::size_t room) const noexcept {
+std::size_t PairsByObject::of(const PodVector<LivePair>& pairs, ObjectId id, LivePair* out,
+                              std::size_t capacity) const noexcept {
   if (id + std::size_t{1} >= firsts_.size()) return 0;  // added later
   const std::uint32_t first = firsts_[id], second = seconds_[id];
   const std::size_t as_first = firsts_[id + 1] - first, as_second = seconds_[id + 1] - second;
   const std::size_t count = as_first + as_second;
-  if (count > room) return count;
+  if (count > capacity) return count;
   for (std::size_t k = 0; k < as_second; ++k) out[k] = pairs[places_[second + k]];
   for (std::size_t k = 0; k < as_first; ++k) out[as_second + k] = pairs[first + k];
   return count;

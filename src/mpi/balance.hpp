@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mpi/bisect.hpp"
-#include "mpi/link.hpp"
+#include "mpi/communicator.hpp"
 
 namespace throng::mpi {
 
@@ -22,30 +22,31 @@ inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,
 
 // Maximum number of sample points per rank. With 16,384 points the weight of a part is accurate to
 // 1 %, and a level sends less than 300 KB.
-constexpr std::size_t most_points = 16384;
+constexpr std::size_t max_points = 16384;
 
 // Appends the lower corner as a point, unless the box is infinite.
-void add_point(std::vector<Point>& points, const Reach& reach, std::uint64_t weight);
+void add_point(std::vector<Point>& points, const KeyBox& key_box, std::uint64_t weight);
 
 // Keeps one point of every k, with k times its weight.
-void thin_out(std::vector<Point>& points);
+void subsample(std::vector<Point>& points);
 
 // Collective. Returns the regions that bisect() computes for the points of all ranks together. Each
 // level costs two reductions of a few words and at most five of 2 KB within the node, then one
 // message with the points on the wrong side.
-Regions bisect(Link& link, std::vector<Point> points);
+Regions bisect(Communicator& communicator, std::vector<Point> points);
 
 // Collective. Forwards records down the tree of regions; wanted(begin, end, record) returns whether
 // some rank of that node needs the record. Returns the records that arrived at or stayed on this
 // rank, a superset of those it needs. A rank sends one message per level, and a record once per
 // node that it enters.
 template <class Wanted>
-Bytes hand_on(Link& link, Bytes records, std::size_t record_bytes, Wanted&& wanted) {
-  link.make_nodes();
-  for (int level = 0; level + 1 < link.levels(); ++level) {
-    const Link::Node& n = link.node(level);
+Bytes forward_along_tree(Communicator& communicator, Bytes records, std::size_t record_bytes,
+                         Wanted&& wanted) {
+  communicator.make_nodes();
+  for (int level = 0; level + 1 < communicator.levels(); ++level) {
+    const Communicator::Node& n = communicator.node(level);
     const int m = Regions::middle(n.begin, n.end);
-    const bool left = link.rank() < m;
+    const bool left = communicator.rank() < m;
     Bytes across, here;
     for (std::size_t at = 0; at < records.size(); at += record_bytes) {
       const std::byte* record = records.data() + at;
@@ -56,7 +57,7 @@ Bytes hand_on(Link& link, Bytes records, std::size_t record_bytes, Wanted&& want
         here.insert(here.end(), record, record + record_bytes);
       }
     }
-    link.swap(level, across, here);
+    communicator.swap_halves(level, across, here);
     records = std::move(here);
   }
   return records;

@@ -18,10 +18,10 @@ struct Point {
 };
 
 // Infinite boxes overlap everything and carry no position, so they are excluded.
-THRONG_HD inline bool is_somewhere(const Reach& reach) noexcept {
+THRONG_HD inline bool is_finite(const KeyBox& key_box) noexcept {
   constexpr Key far = key_of(std::numeric_limits<float>::infinity());
   bool inside = true;
-  for (int k = 0; k < 3; ++k) inside = inside && reach.lower[k] > -far && reach.upper[k] < far;
+  for (int k = 0; k < 3; ++k) inside = inside && key_box.lower[k] > -far && key_box.upper[k] < far;
   return inside;
 }
 THRONG_HD constexpr std::uint32_t point_weight(std::uint64_t weight) noexcept {

@@ -1,8 +1,8 @@
 // BroadPhase: local calls on objects, and accessors. update() is in update.cpp.
 #include <utility>
 
-#include "mpi/agree.hpp"
 #include "mpi/broad_phase_state.hpp"
+#include "mpi/consensus.hpp"
 
 namespace throng::mpi {
 namespace {
@@ -46,11 +46,11 @@ bool BroadPhase::State::valid_ids(const std::uint64_t* ids, std::size_t count, R
   for (std::size_t i = 0; i < count && r.ok(); ++i) {
     const auto found = places.find(ids[i]);
     if (found == places.end() || !held[found->second].change.is_alive) {
-      say(r, Status::bad_id, "id %llu, at index %llu of the list, is not held by this rank",
-          ull{ids[i]}, ull{i});
+      set_error(r, Status::bad_id, "id %llu, at index %llu of the list, is not held by this rank",
+                ull{ids[i]}, ull{i});
     } else if (!seen.insert(ids[i]).second) {
-      say(r, Status::bad_id, "id %llu, at index %llu of the list, occurs twice; give it once",
-          ull{ids[i]}, ull{i});
+      set_error(r, Status::bad_id, "id %llu, at index %llu of the list, occurs twice; give it once",
+                ull{ids[i]}, ull{i});
     }
     if (!r.ok()) r.first_invalid = i;
   }
@@ -84,9 +84,9 @@ Result BroadPhase::add(const std::uint64_t* ids, const Boxes& boxes) noexcept {
     std::unordered_set<std::uint64_t> seen;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       if (s.places.count(ids[i]) == 0 && seen.insert(ids[i]).second) continue;
-      say(r, Status::bad_id,
-          "id %llu, at index %llu of the list, is in use; give each object its own", ull{ids[i]},
-          ull{i});
+      set_error(r, Status::bad_id,
+                "id %llu, at index %llu of the list, is in use; give each object its own",
+                ull{ids[i]}, ull{i});
       r.first_invalid = i;
       return;
     }
@@ -119,13 +119,13 @@ Result BroadPhase::remove(const std::uint64_t* ids, std::size_t count) noexcept 
       s.change(ids[i]).is_alive = 0;
     }
     // An object added and removed between two updates needs no message.
-    std::vector<std::uint64_t> unborn;
+    std::vector<std::uint64_t> never_reported;
     for (const std::size_t place : s.touched) {
       const Change& c = s.held[place].change;
-      if (!c.was_alive && !c.is_alive) unborn.push_back(c.id);
+      if (!c.was_alive && !c.is_alive) never_reported.push_back(c.id);
     }
-    for (const std::uint64_t id : unborn) s.forget(s.places.at(id));
-    if (unborn.empty()) return;
+    for (const std::uint64_t id : never_reported) s.forget(s.places.at(id));
+    if (never_reported.empty()) return;
     s.touched.clear();
     for (std::size_t place = 0; place < s.held.size(); ++place) {
       if (s.held[place].touched) s.touched.push_back(place);
@@ -161,9 +161,9 @@ Result BroadPhase::set_filters(const std::uint64_t* ids, std::size_t count,
 Result BroadPhase::update() noexcept {
   Result r = local([](State&, Result&) {});
   if (!state_) return r;
-  return call(state_->link, comm_, settings_,
+  return call(state_->communicator, comm_, settings_,
               // cppcheck-suppress throwInNoexceptFunction
-              [&](Link&, Result& result) { state_->update(result); });
+              [&](Communicator&, Result& result) { state_->update(result); });
 }
 
 namespace {
@@ -173,10 +173,10 @@ Pairs64 view(const std::vector<Pair64>& pairs) noexcept { return {pairs.data(), 
 Pairs64 BroadPhase::begun() const noexcept { return state_ ? view(state_->begun) : Pairs64{}; }
 Pairs64 BroadPhase::ended() const noexcept { return state_ ? view(state_->ended) : Pairs64{}; }
 Pairs64 BroadPhase::pairs() {
-  if (!state_ || !state_->link) return {};
+  if (!state_ || !state_->communicator) return {};
   if (!std::exchange(state_->pairs_are_new, true)) {
-    const int rank = state_->link->rank();
-    state_->known.pairs(state_->regions.bounds(rank, rank + 1), state_->pairs);
+    const int rank = state_->communicator->rank();
+    state_->remote_objects.pairs(state_->regions.bounds(rank, rank + 1), state_->pairs);
   }
   return view(state_->pairs);
 }

@@ -12,9 +12,9 @@
 
 #include <throng/mpi.hpp>
 
-#include "mpi/known.hpp"
-#include "mpi/link.hpp"
+#include "mpi/communicator.hpp"
 #include "mpi/regions.hpp"
+#include "mpi/remote_objects.hpp"
 
 namespace throng::mpi {
 
@@ -24,15 +24,15 @@ struct BroadPhase::State {
     bool touched = false;
   };
 
-  explicit State(const Settings& s) : settings(s), known(s.search, s.search.margin) {}
+  explicit State(const Settings& s) : settings(s), remote_objects(s.search, s.search.margin) {}
 
   Settings settings;
-  std::unique_ptr<Link> link;
-  Known known;
+  std::unique_ptr<Communicator> communicator;
+  RemoteObjects remote_objects;
   Regions regions, regions_before;
-  bool cut = false, broken = false;
+  bool partitioned = false, broken = false;
   double imbalance = 1;
-  unsigned patience = 0, waited = 0;
+  unsigned backoff = 0, skipped = 0;
   std::uint64_t total = 0;  // current pairs over all ranks
   std::vector<Held> held;
   std::unordered_map<std::uint64_t, std::size_t> places;  // index into `held`
@@ -55,14 +55,14 @@ struct BroadPhase::State {
 
   void update(Result& r);
   bool check_ids(Result& r);
-  void cut_space();
+  void repartition();
   struct Outgoing {
     std::unordered_map<int, std::pair<Bytes, Bytes>> to;  // moves, changes
-    Bytes wide;
+    Bytes tree_records;
   };
   void route(Outgoing& out);
   bool deliver(Outgoing& out, Result& r);
-  void settle();
+  void commit_changes();
   void migrate();
   void finish(Result& r);
 };

@@ -3,34 +3,34 @@
 
 #include <utility>
 
-#include "mpi/agree.hpp"
-#include "mpi/device_flow.hpp"
-#include "mpi/host_place.hpp"
-#include "mpi/on_device.hpp"
+#include "mpi/consensus.hpp"
+#include "mpi/device_distributed_search.hpp"
+#include "mpi/device_search_base.hpp"
+#include "mpi/host_space.hpp"
 
 namespace throng::mpi {
 
 struct DeviceFinder::State {
-  std::unique_ptr<Link> link;
-  std::unique_ptr<OnDevice> flow;
+  std::unique_ptr<Communicator> communicator;
+  std::unique_ptr<DeviceSearchBase> driver;
 
   State() = default;
   // After a failed call MPI may still access the buffers, so they are leaked.
   ~State() {
-    if (link && link->broken()) static_cast<void>(flow.release());
+    if (communicator && communicator->broken()) static_cast<void>(driver.release());
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  void make_flow(const Settings& settings, const cuda::MemoryResource& memory, Result& r) {
+  void make_search(const Settings& settings, const cuda::MemoryResource& memory, Result& r) {
     if (settings.search.backend == Backend::cpu) {
-      say(r, Status::bad_option,
-          "the backend is cpu, which cannot search boxes in device memory; use mpi::Finder");
+      set_error(r, Status::bad_option,
+                "the backend is cpu, which cannot search boxes in device memory; use mpi::Finder");
       return;
     }
-    flow = settings.search.backend == Backend::emulated
-               ? std::make_unique<DeviceFlow<HostPlace>>(settings)
-               : make_gpu_flow(settings, memory);
+    driver = settings.search.backend == Backend::emulated
+                 ? std::make_unique<DeviceDistributedSearch<HostSpace>>(settings)
+                 : make_gpu_search(settings, memory);
   }
 };
 
@@ -48,15 +48,16 @@ Result DeviceFinder::find(const RankBoxes* const* sets, int count, cuda::Stream 
   });
   if (!r.ok()) return r;
   State& state = *state_;
-  return call(state.link, comm_, settings_, [&](Link& link, Result& result) {
-    attempt(result, [&] {
-      if (!state.flow) state.make_flow(settings_, memory_, result);
-    });
-    if (state.flow)
-      state.flow->find(link, settings_, sets, count, stream, result);
-    else
-      Flow::give_up(link, settings_, count, result);
-  });
+  return call(state.communicator, comm_, settings_,
+              [&](Communicator& communicator, Result& result) {
+                attempt(result, [&] {
+                  if (!state.driver) state.make_search(settings_, memory_, result);
+                });
+                if (state.driver)
+                  state.driver->find(communicator, settings_, sets, count, stream, result);
+                else
+                  DistributedSearch::join_failed_call(communicator, settings_, count, result);
+              });
 }
 
 Result DeviceFinder::find(const RankBoxes& boxes, cuda::Stream stream) noexcept {
@@ -69,15 +70,15 @@ Result DeviceFinder::find(const RankBoxes& a, const RankBoxes& b, cuda::Stream s
 }
 
 Pairs64 DeviceFinder::pairs() const noexcept {
-  return state_ && state_->flow ? state_->flow->pairs() : Pairs64{};
+  return state_ && state_->driver ? state_->driver->pairs() : Pairs64{};
 }
 const Traffic& DeviceFinder::traffic() const noexcept {
   static const Traffic none;
-  return state_ && state_->flow ? state_->flow->traffic() : none;
+  return state_ && state_->driver ? state_->driver->traffic() : none;
 }
 int DeviceFinder::home(const Box& box) const noexcept {
   const DefaultFloats floats;
-  return state_ && state_->flow ? state_->flow->home(box, settings_.search.margin) : 0;
+  return state_ && state_->driver ? state_->driver->home(box, settings_.search.margin) : 0;
 }
 
 }  // namespace throng::mpi

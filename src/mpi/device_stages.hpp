@@ -9,9 +9,9 @@
 #include <throng/types.hpp>
 
 #include "core/bounds.hpp"
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 #include "mpi/bisect.hpp"
-#include "mpi/mixed.hpp"
+#include "mpi/hash64.hpp"
 #include "mpi/record.hpp"
 #include "mpi/regions.hpp"
 #include "pipeline/atomic.hpp"
@@ -66,59 +66,59 @@ struct Records {
 };
 
 // Properties of the caller's arrays. Initially all zero; a mark is ~ of the first index.
-struct Looked {
+struct BoxInspection {
   std::uint64_t inactive, nans, bad_worlds, id_sum;
   std::uint32_t nan_mark, bad_world_mark;
 };
-struct LookAtBoxes {
+struct InspectBoxes {
   pipeline::Set set;
   const std::uint64_t* ids;  // null: none
   std::uint64_t count, threads;
-  Looked* looked;
+  BoxInspection* inspection;
 
   THRONG_HD void operator()(std::uint64_t thread) const noexcept {
-    Looked mine{};
+    BoxInspection mine{};
     for (std::uint64_t i = thread; i < count; i += threads) {
       const auto mark = ~static_cast<std::uint32_t>(i);
       const Box box = set.box(i);
       mine.inactive += !core::is_active(box);
       if (core::has_nan(box) && mine.nans++ == 0) mine.nan_mark = mark;
       if (set.world && set.world[i] < -1 && mine.bad_worlds++ == 0) mine.bad_world_mark = mark;
-      if (ids) mine.id_sum += mixed(ids[i]);
+      if (ids) mine.id_sum += hash64(ids[i]);
     }
-    if (mine.inactive) pipeline::fetch_add(&looked->inactive, mine.inactive);
-    if (mine.id_sum) pipeline::fetch_add(&looked->id_sum, mine.id_sum);
+    if (mine.inactive) pipeline::fetch_add(&inspection->inactive, mine.inactive);
+    if (mine.id_sum) pipeline::fetch_add(&inspection->id_sum, mine.id_sum);
     if (mine.nans) {
-      pipeline::fetch_add(&looked->nans, mine.nans);
-      pipeline::fetch_max(&looked->nan_mark, mine.nan_mark);
+      pipeline::fetch_add(&inspection->nans, mine.nans);
+      pipeline::fetch_max(&inspection->nan_mark, mine.nan_mark);
     }
     if (mine.bad_worlds) {
-      pipeline::fetch_add(&looked->bad_worlds, mine.bad_worlds);
-      pipeline::fetch_max(&looked->bad_world_mark, mine.bad_world_mark);
+      pipeline::fetch_add(&inspection->bad_worlds, mine.bad_worlds);
+      pipeline::fetch_max(&inspection->bad_world_mark, mine.bad_world_mark);
     }
   }
 };
 
-// The caller's boxes and the regions that they overlap. A box that overlaps more than `wide`
-// regions goes only to destination tree.count.
+// The caller's boxes and the regions that they overlap. A box that overlaps more than
+// `tree_send_threshold` regions goes only to destination tree.count.
 struct Routes {
   pipeline::Set set;
   Tree tree;
   float margin;
-  unsigned wide;
+  unsigned tree_send_threshold;
 
   // Calls f(place) for each destination of box i.
   template <class F>
   THRONG_HD void visit(std::uint64_t i, F&& f) const {
-    const Reach reach = reach_of(set.box(i), margin);
+    const KeyBox key_box = key_box_of(set.box(i), margin);
     unsigned reached = 0;
-    const unsigned most = wide;
-    tree.visit(reach, [&](int) { return ++reached <= most; });
+    const unsigned most = tree_send_threshold;
+    tree.visit(key_box, [&](int) { return ++reached <= most; });
     if (reached > most) {
       f(tree.count);
       return;
     }
-    tree.visit(reach, [&](int rank) {
+    tree.visit(key_box, [&](int rank) {
       f(rank);
       return true;
     });
@@ -129,7 +129,7 @@ struct CountRoutes {
   std::uint64_t* counts;  // per destination; initially zero
 
   THRONG_HD void operator()(std::uint64_t i) const {
-    routes.visit(i, [&](int place) { (void)pipeline::claim(counts + place); });
+    routes.visit(i, [&](int place) { (void)pipeline::fetch_increment(counts + place); });
   }
 };
 struct WriteRoutes {
@@ -138,43 +138,43 @@ struct WriteRoutes {
   std::uint64_t first_id;
   std::uint64_t* next;  // per destination: the index of its next record
   int here;             // the rank whose records are not sent away
-  Records home, away;
+  Records owned, away;
 
   THRONG_HD void operator()(std::uint64_t i) const {
     const std::uint64_t id = ids ? ids[i] : first_id + i;
     routes.visit(i, [&](int place) {
-      const std::uint64_t at = pipeline::claim(next + place);
-      (place == here ? home : away).write(at, routes.set, i, id);
+      const std::uint64_t at = pipeline::fetch_increment(next + place);
+      (place == here ? owned : away).write(at, routes.set, i, id);
     });
   }
 };
 
 // Bit k of a box's mark: on axis k its lower corner is not below the region. The box overlaps the
 // region.
-constexpr std::uint8_t at_home = 7;
+constexpr std::uint8_t all_above = 7;
 
-struct MarkHome {
+struct MarkOwned {
   pipeline::Set set;
   float margin;
   Bounds region;
   std::uint64_t count, threads;
-  std::uint8_t* marks;  // per box
-  std::uint64_t* home;  // number of owned boxes
+  std::uint8_t* marks;   // per box
+  std::uint64_t* owned;  // number of owned boxes
 
   THRONG_HD void operator()(std::uint64_t thread) const noexcept {
     std::uint64_t here = 0;
     for (std::uint64_t i = thread; i < count; i += threads) {
-      const Reach reach = reach_of(set.box(i), margin);
+      const KeyBox key_box = key_box_of(set.box(i), margin);
       unsigned mark = 0;
-      for (int k = 0; k < 3; ++k) mark |= unsigned{reach.lower[k] >= region.lower[k]} << k;
+      for (int k = 0; k < 3; ++k) mark |= unsigned{key_box.lower[k] >= region.lower[k]} << k;
       marks[i] = static_cast<std::uint8_t>(mark);
-      here += mark == at_home;
+      here += mark == all_above;
     }
-    if (here) pipeline::fetch_add(home, here);
+    if (here) pipeline::fetch_add(owned, here);
   }
 };
 
-// Keeps the pairs whose reference corner lies in the region; proof in Share::search_part.
+// Keeps the pairs whose reference corner lies in the region; proof in RegionSearch::search_part.
 struct KeepPairs {
   const Pair* found;
   Records first, second;  // equal for one set
@@ -187,17 +187,17 @@ struct KeepPairs {
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     const Pair pair = found[i];
     const unsigned one = first_marks[pair.first], two = second_marks[pair.second];
-    if ((one | two) != at_home) return;
+    if ((one | two) != all_above) return;
     const std::uint64_t a = first.id(pair.first), b = second.id(pair.second);
     const bool turned = !two_sets && b < a;
-    kept[pipeline::claim(count)] = turned ? Pair64{b, a} : Pair64{a, b};
+    kept[pipeline::fetch_increment(count)] = turned ? Pair64{b, a} : Pair64{a, b};
     const std::uint32_t halves = one == two ? 1 : 2;
-    if (one == at_home) pipeline::fetch_add(first_halves + pair.first, halves);
-    if (two == at_home) pipeline::fetch_add(second_halves + pair.second, halves);
+    if (one == all_above) pipeline::fetch_add(first_halves + pair.first, halves);
+    if (two == all_above) pipeline::fetch_add(second_halves + pair.second, halves);
   }
 };
 
-// Samples one box of each run of `step` as a point, like thin_out().
+// Samples one box of each run of `step` as a point, like subsample().
 struct SamplePoints {
   static constexpr std::uint32_t none = ~0u;  // the weight of a box without a position
 
@@ -210,12 +210,12 @@ struct SamplePoints {
   Point* points;
 
   THRONG_HD void operator()(std::uint64_t k) const noexcept {
-    const std::uint64_t first = k * step, some = first + mixed(first) % step;
+    const std::uint64_t first = k * step, some = first + hash64(first) % step;
     const std::uint64_t i = some < count ? some : count - 1;
-    const Reach reach = reach_of(set.box(i), margin);
+    const KeyBox key_box = key_box_of(set.box(i), margin);
     const std::uint64_t weight = marks ? halves[i] * half_pair_work : 0;
-    const bool counts = is_somewhere(reach) && (!marks || marks[i] == at_home);
-    points[k] = {{reach.lower[0], reach.lower[1], reach.lower[2]},
+    const bool counts = is_finite(key_box) && (!marks || marks[i] == all_above);
+    points[k] = {{key_box.lower[0], key_box.lower[1], key_box.lower[2]},
                  counts ? point_weight(weight) : none};
   }
 };

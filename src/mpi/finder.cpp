@@ -4,126 +4,130 @@
 #include <vector>
 
 #include "mpi/balance.hpp"
-#include "mpi/flow.hpp"
-#include "mpi/local.hpp"
-#include "mpi/mixed.hpp"
-#include "mpi/share.hpp"
+#include "mpi/distributed_search.hpp"
+#include "mpi/hash64.hpp"
+#include "mpi/local_set.hpp"
+#include "mpi/region_search.hpp"
 
 namespace throng::mpi {
 namespace {
 
-class HostFlow final : public Flow {
-  Seen look_at(const Settings& settings, const RankBoxes& set, Result& r) override;
+class HostDistributedSearch final : public DistributedSearch {
+  BoxSummary inspect(const Settings& settings, const RankBoxes& set, Result& r) override;
   const std::uint64_t* host_ids(const RankBoxes& set) override { return set.ids; }
   Sample sample(const Settings& settings, const RankBoxes& set, std::size_t most) override;
-  void take_wide(int set, const Bytes& records) override;
+  void take_tree_records(int set, const Bytes& records) override;
   Result search(const Settings& settings, const Bounds& region, Found& found,
                 std::vector<Sample>& samples) override;
   const Pair64* kept_pairs() const noexcept override { return pairs_.data(); }
-  void route(Link& link, const Settings& settings, std::vector<Sent>& sets, Result& r) override;
-  void deliver(Link& link) override;
+  void route(Communicator& communicator, const Settings& settings, std::vector<OutgoingSet>& sets,
+             Result& r) override;
+  void deliver(Communicator& communicator) override;
 
-  void route(const Settings& settings, Sent& set, std::size_t s);
+  void route(const Settings& settings, OutgoingSet& set, std::size_t s);
 
   // Outgoing records of one set.
-  struct Going {
+  struct OutgoingRecords {
     std::vector<Bytes> to;     // by rank
     std::vector<int> touched;  // the ranks with a non-empty `to`
   };
-  std::vector<Going> going_;
+  std::vector<OutgoingRecords> outgoing_;
   std::vector<LocalSet> locals_;
-  Share share_;
+  RegionSearch region_search_;
   std::vector<Pair64> pairs_;
 };
 
-Flow::Seen HostFlow::look_at(const Settings& settings, const RankBoxes& set, Result& r) {
-  Seen seen;
+DistributedSearch::BoxSummary HostDistributedSearch::inspect(const Settings& settings,
+                                                             const RankBoxes& set, Result& r) {
+  BoxSummary seen;
   if (!valid(set.boxes, settings.search, r)) return seen;
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
     seen.inactive += !core::is_active(set.boxes[i]);
-    if (set.ids) seen.id_sum += mixed(set.ids[i]);
+    if (set.ids) seen.id_sum += hash64(set.ids[i]);
   }
   return seen;
 }
 
-// Returns all boxes; thin_out() samples them later.
-Flow::Sample HostFlow::sample(const Settings& settings, const RankBoxes& set, std::size_t) {
+// Returns all boxes; subsample() samples them later.
+DistributedSearch::Sample HostDistributedSearch::sample(const Settings& settings,
+                                                        const RankBoxes& set, std::size_t) {
   Sample sample;
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
-    add_point(sample.points, reach_of(set.boxes[i], settings.search.margin), 0);
+    add_point(sample.points, key_box_of(set.boxes[i], settings.search.margin), 0);
   }
   return sample;
 }
 
-void HostFlow::route(Link& link, const Settings& settings, std::vector<Sent>& sets, Result& r) {
+void HostDistributedSearch::route(Communicator& communicator, const Settings& settings,
+                                  std::vector<OutgoingSet>& sets, Result& r) {
   attempt(r, [&] {
-    going_.assign(sets.size(), {});
+    outgoing_.assign(sets.size(), {});
     locals_.clear();
     for (std::size_t s = 0; s < sets.size(); ++s) {
       locals_.emplace_back(sets[s].filters);
-      going_[s].to.resize(static_cast<std::size_t>(link.size()));
+      outgoing_[s].to.resize(static_cast<std::size_t>(communicator.size()));
       route(settings, sets[s], s);
     }
   });
 }
 
-void HostFlow::route(const Settings& settings, Sent& set, std::size_t s) {
+void HostDistributedSearch::route(const Settings& settings, OutgoingSet& set, std::size_t s) {
   const Boxes& boxes = set.given->boxes;
   const LocalSet& local = locals_[s];
-  Going& going = going_[s];
+  OutgoingRecords& outgoing = outgoing_[s];
   std::vector<int> reached;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const std::uint64_t id = set.given->ids ? set.given->ids[i] : set.first_id + i;
     reached.clear();
-    const bool few = regions().visit(reach_of(boxes[i], settings.search.margin), [&](int rank) {
+    const bool few = regions().visit(key_box_of(boxes[i], settings.search.margin), [&](int rank) {
       reached.push_back(rank);
-      return reached.size() <= settings.wide;
+      return reached.size() <= settings.tree_send_threshold;
     });
     if (!few) {
-      local.write(boxes, i, id, set.wide);
+      local.write(boxes, i, id, set.tree_records);
       continue;
     }
     for (const int rank : reached) {
-      Bytes& to = going.to[static_cast<std::size_t>(rank)];
-      if (to.empty()) going.touched.push_back(rank);
+      Bytes& to = outgoing.to[static_cast<std::size_t>(rank)];
+      if (to.empty()) outgoing.touched.push_back(rank);
       local.write(boxes, i, id, to);
     }
   }
 }
 
-void HostFlow::deliver(Link& link) {
-  for (std::size_t s = 0; s < going_.size(); ++s) {
+void HostDistributedSearch::deliver(Communicator& communicator) {
+  for (std::size_t s = 0; s < outgoing_.size(); ++s) {
     std::vector<Parcel> parcels;
-    parcels.reserve(going_[s].touched.size());
-    for (const int rank : going_[s].touched) {
-      parcels.push_back({rank, std::move(going_[s].to[static_cast<std::size_t>(rank)])});
+    parcels.reserve(outgoing_[s].touched.size());
+    for (const int rank : outgoing_[s].touched) {
+      parcels.push_back({rank, std::move(outgoing_[s].to[static_cast<std::size_t>(rank)])});
     }
-    const std::vector<Parcel> got = link.exchange(std::move(parcels));
+    const std::vector<Parcel> got = communicator.exchange(std::move(parcels));
     for (const Parcel& parcel : got) locals_[s].read_all(parcel.data);
   }
-  going_.clear();
+  outgoing_.clear();
 }
 
-void HostFlow::take_wide(int set, const Bytes& records) {
+void HostDistributedSearch::take_tree_records(int set, const Bytes& records) {
   locals_[static_cast<std::size_t>(set)].read_all(records);
 }
 
-Result HostFlow::search(const Settings& settings, const Bounds& region, Found& found,
-                        std::vector<Sample>& samples) {
+Result HostDistributedSearch::search(const Settings& settings, const Bounds& region, Found& found,
+                                     std::vector<Sample>& samples) {
   Options options = settings.search;
   options.order = Order::any;
   options.nan = NanPolicy::inactive;  // NaNs were refused before sending
   const LocalSet* const locals[] = {&locals_.front(), &locals_.back()};
-  const Result r =
-      share_.search(options, settings.parts, region, locals, static_cast<int>(locals_.size()));
-  found.known = share_.known();
-  found.home = share_.home();
-  found.parts = share_.parts();
-  found.handled = share_.handled();
+  const Result r = region_search_.search(options, settings.parts, region, locals,
+                                         static_cast<int>(locals_.size()));
+  found.owned_and_ghost = region_search_.owned_and_ghost();
+  found.owned = region_search_.owned();
+  found.parts = region_search_.parts();
+  found.handled = region_search_.handled();
   if (!r.ok()) return r;
   samples.resize(1);
   samples[0].step = 1;
-  share_.swap(pairs_, samples[0].points);
+  region_search_.swap(pairs_, samples[0].points);
   found.kept = pairs_.size();
   if (settings.search.order == Order::canonical) std::sort(pairs_.begin(), pairs_.end());
   return r;
@@ -132,8 +136,8 @@ Result HostFlow::search(const Settings& settings, const Bounds& region, Found& f
 }  // namespace
 
 struct Finder::State {
-  std::unique_ptr<Link> link;
-  HostFlow flow;
+  std::unique_ptr<Communicator> communicator;
+  HostDistributedSearch driver;
 
   static Result find(std::unique_ptr<State>& state, MPI_Comm comm, const Settings& settings,
                      const RankBoxes* const* sets, int count) noexcept {
@@ -142,8 +146,8 @@ struct Finder::State {
       if (!state) state = std::make_unique<State>();
     });
     if (!r.ok()) return r;
-    return call(state->link, comm, settings, [&](Link& up, Result& result) {
-      state->flow.find(up, settings, sets, count, result);
+    return call(state->communicator, comm, settings, [&](Communicator& up, Result& result) {
+      state->driver.find(up, settings, sets, count, result);
     });
   }
 };
@@ -163,14 +167,14 @@ Result Finder::find(const RankBoxes& a, const RankBoxes& b) noexcept {
   return State::find(state_, comm_, settings_, sets, 2);
 }
 
-Pairs64 Finder::pairs() const noexcept { return state_ ? state_->flow.pairs() : Pairs64{}; }
+Pairs64 Finder::pairs() const noexcept { return state_ ? state_->driver.pairs() : Pairs64{}; }
 const Traffic& Finder::traffic() const noexcept {
   static const Traffic none;
-  return state_ ? state_->flow.traffic() : none;
+  return state_ ? state_->driver.traffic() : none;
 }
 int Finder::home(const Box& box) const noexcept {
   const DefaultFloats floats;
-  return state_ ? state_->flow.home(box, settings_.search.margin) : 0;
+  return state_ ? state_->driver.home(box, settings_.search.margin) : 0;
 }
 
 }  // namespace throng::mpi

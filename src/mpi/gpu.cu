@@ -1,13 +1,13 @@
-// The Place for a GPU.
+// The Space for a GPU.
 #include <cuda_runtime_api.h>
 
 #include <cub/device/device_merge_sort.cuh>
 
+#include "cuda/argument_checks.hpp"
 #include "cuda/device.cuh"
-#include "cuda/guard.hpp"
-#include "mpi/aware.hpp"
-#include "mpi/device_flow.hpp"
-#include "mpi/on_device.hpp"
+#include "mpi/cuda_aware.hpp"
+#include "mpi/device_distributed_search.hpp"
+#include "mpi/device_search_base.hpp"
 
 namespace throng::mpi {
 namespace {
@@ -29,27 +29,29 @@ struct PinnedMemory {
   static void release(void* p, std::size_t) noexcept { (void)cudaFreeHost(p); }
 };
 
-struct Before {
+struct PairLess {
   __host__ __device__ bool operator()(const Pair64& a, const Pair64& b) const noexcept {
     return a < b;
   }
 };
 
 // A base class, so that it is constructed before the Device that refers to it.
-struct HasMemory {
+struct MemoryOwner {
   cuda::Memory memory;
 };
 
-class GpuPlace : private HasMemory, public cuda::Device {
+class GpuSpace : private MemoryOwner, public cuda::Device {
  public:
-  GpuPlace(const Settings& settings, const cuda::MemoryResource& resource)
-      : HasMemory{cuda::Memory(resource)}, Device(memory), finder_(options_of(settings), resource) {
+  GpuSpace(const Settings& settings, const cuda::MemoryResource& resource)
+      : MemoryOwner{cuda::Memory(resource)},
+        Device(memory),
+        finder_(options_of(settings), resource) {
     cudaFuncAttributes attributes{};  // fails if this build has no code for the device
-    check(cudaFuncGetAttributes(&attributes, cuda::run_each<LookAtBoxes>));
+    check(cudaFuncGetAttributes(&attributes, cuda::run_each<InspectBoxes>));
   }
 
-  struct Current : cuda::Current {
-    explicit Current(const GpuPlace& place) : cuda::Current(place.ordinal()) {}
+  struct Current : cuda::CurrentDevice {
+    explicit Current(const GpuSpace& place) : cuda::CurrentDevice(place.ordinal()) {}
   };
   void begin(cuda::Stream stream) {
     if (stream && cuda::device_of(stream) != ordinal())
@@ -59,14 +61,15 @@ class GpuPlace : private HasMemory, public cuda::Device {
   }
   void require(const pipeline::Set& set, std::size_t count, const std::uint64_t* ids) const {
     cuda::require_set(set, count, ordinal());
-    if (ids) cuda::Reach(ordinal(), Status::bad_boxes).require(ids, alignof(std::uint64_t), "ids");
+    if (ids)
+      cuda::AccessCheck(ordinal(), Status::bad_boxes).require(ids, alignof(std::uint64_t), "ids");
   }
-  static bool mpi_takes_it() noexcept { return takes_device_memory(); }
+  static bool mpi_accepts_pointers() noexcept { return is_cuda_aware(); }
 
-  void fetch(void* to, const void* from, std::size_t bytes) const {
+  void download(void* to, const void* from, std::size_t bytes) const {
     move(to, from, bytes, cudaMemcpyDeviceToHost);
   }
-  void bring(void* to, const void* from, std::size_t bytes) const {
+  void upload(void* to, const void* from, std::size_t bytes) const {
     move(to, from, bytes, cudaMemcpyHostToDevice);
   }
   void wait() const { check(cudaStreamSynchronize(stream())); }
@@ -80,11 +83,11 @@ class GpuPlace : private HasMemory, public cuda::Device {
   static std::size_t sort64_bytes(std::size_t count) {
     std::size_t bytes = 0;
     check(cub::DeviceMergeSort::SortKeys(nullptr, bytes, static_cast<Pair64*>(nullptr), count,
-                                         Before{}));
+                                         PairLess{}));
     return bytes;
   }
   void sort64(Pair64* pairs, std::size_t count, void* room, std::size_t bytes) const {
-    check(cub::DeviceMergeSort::SortKeys(room, bytes, pairs, count, Before{}, stream()));
+    check(cub::DeviceMergeSort::SortKeys(room, bytes, pairs, count, PairLess{}, stream()));
   }
 
  private:
@@ -105,12 +108,12 @@ class GpuPlace : private HasMemory, public cuda::Device {
 
 }  // namespace
 
-std::unique_ptr<OnDevice> make_gpu_flow(const Settings& settings,
-                                        const cuda::MemoryResource& memory) {
+std::unique_ptr<DeviceSearchBase> make_gpu_search(const Settings& settings,
+                                                  const cuda::MemoryResource& memory) {
   int count = 0;
   check(cudaGetDeviceCount(&count));
   if (count == 0) check(cudaErrorNoDevice);
-  return std::make_unique<DeviceFlow<GpuPlace>>(settings, memory);
+  return std::make_unique<DeviceDistributedSearch<GpuSpace>>(settings, memory);
 }
 
 }  // namespace throng::mpi

@@ -4,17 +4,18 @@
 #include <cstring>
 #include <utility>
 
-#include "mpi/agree.hpp"
+#include "mpi/consensus.hpp"
 
 namespace throng::mpi {
 
 using ull = unsigned long long;
 
-std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t count) {
-  const auto ranks = static_cast<std::size_t>(link.size());
-  const auto judge_of = [&](std::uint64_t id) { return mixed(id) % ranks; };
+std::vector<Parcel> send_to_directory(Communicator& communicator, const std::uint64_t* ids,
+                                      std::size_t count) {
+  const auto ranks = static_cast<std::size_t>(communicator.size());
+  const auto directory_rank = [&](std::uint64_t id) { return hash64(id) % ranks; };
   std::vector<std::size_t> bytes(ranks);
-  for (std::size_t i = 0; i < count; ++i) bytes[judge_of(ids[i])] += sizeof *ids;
+  for (std::size_t i = 0; i < count; ++i) bytes[directory_rank(ids[i])] += sizeof *ids;
   std::vector<Parcel> parcels;
   std::vector<std::byte*> next(ranks);
   for (std::size_t rank = 0; rank < ranks; ++rank)
@@ -23,15 +24,15 @@ std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t 
       next[rank] = parcels.back().data.data();
     }
   for (std::size_t i = 0; i < count; ++i) {
-    std::byte*& to = next[judge_of(ids[i])];
+    std::byte*& to = next[directory_rank(ids[i])];
     std::memcpy(to, ids + i, sizeof *ids);
     to += sizeof *ids;
   }
-  return link.exchange(std::move(parcels));
+  return communicator.exchange(std::move(parcels));
 }
 
-void judge(const std::vector<Parcel>& parcels, const std::unordered_set<std::uint64_t>& taken,
-           Result& r) {
+void check_unique(const std::vector<Parcel>& parcels,
+                  const std::unordered_set<std::uint64_t>& taken, Result& r) {
   std::vector<std::pair<std::uint64_t, int>> given;
   for (const Parcel& parcel : parcels) {
     for (std::size_t at = 0; at < parcel.data.size(); at += sizeof(std::uint64_t)) {
@@ -44,15 +45,15 @@ void judge(const std::vector<Parcel>& parcels, const std::unordered_set<std::uin
   for (std::size_t i = 0; i < given.size(); ++i) {
     const auto [id, rank] = given[i];
     if (taken.count(id)) {
-      say(r, Status::ranks_disagree,
-          "id %llu, given by rank %d, is in use by another object; give each object its own",
-          ull{id}, rank);
+      set_error(r, Status::ranks_disagree,
+                "id %llu, given by rank %d, is in use by another object; give each object its own",
+                ull{id}, rank);
       return;
     }
     if (i + 1 < given.size() && given[i + 1].first == id) {
-      say(r, Status::ranks_disagree,
-          "id %llu was given twice, by ranks %d and %d; give each object its own", ull{id}, rank,
-          given[i + 1].second);
+      set_error(r, Status::ranks_disagree,
+                "id %llu was given twice, by ranks %d and %d; give each object its own", ull{id},
+                rank, given[i + 1].second);
       return;
     }
   }

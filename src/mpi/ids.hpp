@@ -8,17 +8,18 @@
 
 #include <throng/options.hpp>
 
-#include "mpi/link.hpp"
-#include "mpi/mixed.hpp"
+#include "mpi/communicator.hpp"
+#include "mpi/hash64.hpp"
 
 namespace throng::mpi {
 
 // Collective. Sends the ids to their directory ranks; returns those received, by sender.
-std::vector<Parcel> to_judges(Link& link, const std::uint64_t* ids, std::size_t count);
+std::vector<Parcel> send_to_directory(Communicator& communicator, const std::uint64_t* ids,
+                                      std::size_t count);
 
 // Sets an error in r for a received id that occurs twice or is in `taken`; the message names the
 // senders.
-void judge(const std::vector<Parcel>& parcels, const std::unordered_set<std::uint64_t>& taken,
-           Result& r);
+void check_unique(const std::vector<Parcel>& parcels,
+                  const std::unordered_set<std::uint64_t>& taken, Result& r);
 
 }  // namespace throng::mpi

@@ -8,7 +8,7 @@
 
 #include <throng/boxes.hpp>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::mpi {
 

@@ -9,9 +9,9 @@
 // right, so h lies in exactly one region. The rank of that region has both boxes: if two boxes
 // overlap, h satisfies lower <= h <= upper for each box on every axis. At a cut c, h < c implies
 // lower < c, and h >= c implies upper >= c, so visit() descends to the side of h for both boxes. By
-// induction both reach the region of h. Infinities are ordinary keys. With a margin the same holds
-// for any key box that contains the expanded box, as long as all ranks compute the same one: see
-// reach_of.
+// induction both reach the region of h. Infinities are ordinary keys. With a margin the same
+// holds for any key box that contains the expanded box, as long as all ranks compute the same one:
+// see key_box_of.
 //
 // Functions marked THRONG_HD also run on a GPU: device_stages.hpp.
 #pragma once
@@ -25,7 +25,7 @@
 #include <throng/types.hpp>
 
 #include "core/bounds.hpp"
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::mpi {
 
@@ -41,7 +41,7 @@ constexpr float float_of(Key key) noexcept {
 }
 
 // A closed box of keys. Empty if a lower key is above the upper one (inactive boxes).
-struct Reach {
+struct KeyBox {
   Key lower[3], upper[3];
 
   THRONG_HD bool empty() const noexcept {
@@ -51,7 +51,7 @@ struct Reach {
 
 // The keys of the box expanded by the margin; empty for a box with a NaN or lower > upper. Requires
 // the default floating-point environment.
-THRONG_HD inline Reach reach_of(const Box& box, float margin) noexcept {
+THRONG_HD inline KeyBox key_box_of(const Box& box, float margin) noexcept {
   if (!core::is_active(box)) return {{1, 1, 1}, {0, 0, 0}};
   const Box b = margin > 0 ? core::expand(box, margin) : box;
   return {{key_of(b.lower.x), key_of(b.lower.y), key_of(b.lower.z)},
@@ -62,7 +62,7 @@ THRONG_HD inline Reach reach_of(const Box& box, float margin) noexcept {
 struct Bounds {
   Key lower[3], upper[3];
 
-  bool meets(const Reach& r) const noexcept {
+  bool meets(const KeyBox& r) const noexcept {
     bool all = true;
     for (int k = 0; k < 3; ++k) all &= (r.lower[k] < upper[k]) & (r.upper[k] >= lower[k]);
     return all & !r.empty();
@@ -84,8 +84,8 @@ struct Tree {
   // Calls f(rank) in ascending order for each rank whose region is overlapped, until f returns
   // false; returns whether it never did.
   template <class F>
-  THRONG_HD bool visit(const Reach& reach, F&& f) const {
-    if (reach.empty()) return true;
+  THRONG_HD bool visit(const KeyBox& key_box, F&& f) const {
+    if (key_box.empty()) return true;
     struct {
       int begin, end;
     } later[32];  // pending right children, at most one per level
@@ -95,8 +95,8 @@ struct Tree {
       while (end - begin > 1) {
         const int m = middle_of(begin, end);
         const Cut c = cuts[m];
-        const bool left = reach.lower[c.axis] < c.at;
-        if (left && reach.upper[c.axis] >= c.at) later[waiting++] = {m, end};
+        const bool left = key_box.lower[c.axis] < c.at;
+        if (left && key_box.upper[c.axis] >= c.at) later[waiting++] = {m, end};
         (left ? end : begin) = m;
       }
       if (!f(begin)) return false;
@@ -121,7 +121,7 @@ class Regions {
   Tree tree() const noexcept { return {cuts_.data(), count()}; }
 
   // The rank whose region contains the point.
-  int home(const Key (&at)[3]) const noexcept {
+  int owner_of(const Key (&at)[3]) const noexcept {
     int begin = 0, end = count();
     while (end - begin > 1) {
       const int m = middle(begin, end);
@@ -132,8 +132,8 @@ class Regions {
   }
 
   template <class F>
-  bool visit(const Reach& reach, F&& f) const {
-    return tree().visit(reach, f);
+  bool visit(const KeyBox& key_box, F&& f) const {
+    return tree().visit(key_box, f);
   }
 
   // The bounds of the node [begin, end), which must be in the tree.

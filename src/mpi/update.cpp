@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "mpi/agree.hpp"
 #include "mpi/balance.hpp"
 #include "mpi/broad_phase_state.hpp"
+#include "mpi/consensus.hpp"
 #include "mpi/ids.hpp"
 
 namespace throng::mpi {
@@ -37,38 +37,39 @@ void BroadPhase::State::update(Result& r) {
   departed.clear();
   pairs_are_new = false;
   traffic = {};
-  link->reset_counts();
+  communicator->reset_counts();
   std::uint64_t bits = 0;  // 1: ids were added or removed, 2: something changed
-  if (broken) say(r, Status::rank_failed, "an update failed before; make a new BroadPhase");
+  if (broken) set_error(r, Status::rank_failed, "an update failed before; make a new BroadPhase");
   for (const std::size_t place : touched) {
     const Change& c = held[place].change;
     bits |= 2 | (c.was_alive != c.is_alive ? 1 : 0);
   }
-  if (!agree(*link, r, agreed(settings, 0), &bits, 1)) return;
+  if (!consensus(*communicator, r, consensus_settings(settings, 0), &bits, 1)) return;
   if ((bits & 1) && !check_ids(r)) return;
-  traffic.control = link->counts();
-  link->reset_counts();
-  broken = true;                              // until the update completes
-  if (!cut) regions = Regions(link->size());  // arbitrary cuts, as there are no objects yet
+  traffic.control = communicator->counts();
+  communicator->reset_counts();
+  broken = true;  // until the update completes
+  if (!partitioned)
+    regions = Regions(communicator->size());  // arbitrary cuts, as there are no objects yet
   regions_before = regions;
-  if (!cut || (imbalance > settings.imbalance && ++waited > patience)) cut_space();
-  traffic.balance = link->counts();
-  link->reset_counts();
+  if (!partitioned || (imbalance > settings.imbalance && ++skipped > backoff)) repartition();
+  traffic.balance = communicator->counts();
+  communicator->reset_counts();
   if (bits || traffic.cut_anew) {
     Outgoing out;
     attempt(r, [&] { route(out); });
     if (!deliver(out, r)) return;
   }
-  traffic.halo = link->counts();
-  link->reset_counts();
-  const int rank = link->rank();
-  const Result told = known.update(regions_before.bounds(rank, rank + 1),
-                                   regions.bounds(rank, rank + 1), begun, ended);
-  if (!told.ok()) r = told;
-  if (!agree(*link, r, nullptr, 0)) return;
-  r.comparisons = told.comparisons;
-  r.visited = told.visited;
-  settle();
+  traffic.halo = communicator->counts();
+  communicator->reset_counts();
+  const int rank = communicator->rank();
+  const Result local_result = remote_objects.update(regions_before.bounds(rank, rank + 1),
+                                                    regions.bounds(rank, rank + 1), begun, ended);
+  if (!local_result.ok()) r = local_result;
+  if (!consensus(*communicator, r, nullptr, 0)) return;
+  r.comparisons = local_result.comparisons;
+  r.visited = local_result.visited;
+  commit_changes();
   if (settings.migrate && (bits || traffic.cut_anew)) migrate();
   finish(r);
   broken = false;
@@ -85,46 +86,47 @@ bool BroadPhase::State::check_ids(Result& r) {
       if (c.was_alive && !c.is_alive) gone.push_back(c.id);
     }
   });
-  const std::vector<Parcel> parcels = to_judges(*link, come.data(), come.size());
-  attempt(r, [&] { judge(parcels, taken, r); });
-  if (!agree(*link, r, nullptr, 0)) return false;
+  const std::vector<Parcel> parcels = send_to_directory(*communicator, come.data(), come.size());
+  attempt(r, [&] { check_unique(parcels, taken, r); });
+  if (!consensus(*communicator, r, nullptr, 0)) return false;
   const auto each = [](const std::vector<Parcel>& all, auto&& f) {
     for (const Parcel& parcel : all) for_each<std::uint64_t>(parcel.data, f);
   };
   each(parcels, [&](std::uint64_t id) { taken.insert(id); });
-  each(to_judges(*link, gone.data(), gone.size()), [&](std::uint64_t id) { taken.erase(id); });
+  each(send_to_directory(*communicator, gone.data(), gone.size()),
+       [&](std::uint64_t id) { taken.erase(id); });
   return true;
 }
 
-void BroadPhase::State::cut_space() {
+void BroadPhase::State::repartition() {
   std::vector<Point> points;
-  const int rank = link->rank();
-  known.points(regions.bounds(rank, rank + 1), points);
+  const int rank = communicator->rank();
+  remote_objects.points(regions.bounds(rank, rank + 1), points);
   for (const std::size_t place : touched) {
     const Change& c = held[place].change;
-    if (!c.was_alive) add_point(points, reach_of(c.now, settings.search.margin), box_work);
+    if (!c.was_alive) add_point(points, key_box_of(c.now, settings.search.margin), box_work);
   }
-  thin_out(points);
-  regions = bisect(*link, std::move(points));
-  if (!cut) regions_before = regions;
-  cut = traffic.cut_anew = true;
-  waited = 0;
+  subsample(points);
+  regions = bisect(*communicator, std::move(points));
+  if (!partitioned) regions_before = regions;
+  partitioned = traffic.cut_anew = true;
+  skipped = 0;
 }
 
 void BroadPhase::State::route(Outgoing& out) {
   std::vector<int> before, now;
   const auto reached = [&](const Regions& in, bool alive, const Box& box, std::vector<int>& ranks) {
     ranks.clear();
-    return !alive || in.visit(reach_of(box, settings.search.margin), [&](int rank) {
+    return !alive || in.visit(key_box_of(box, settings.search.margin), [&](int rank) {
       ranks.push_back(rank);
-      return ranks.size() <= settings.wide;
+      return ranks.size() <= settings.tree_send_threshold;
     });
   };
-  const auto tell = [&](const Held& h) {
+  const auto route_object = [&](const Held& h) {
     const Change& c = h.change;
     const bool few = reached(regions_before, c.was_alive, c.before, before);
     if (!reached(regions, c.is_alive, c.now, now) || !few) {
-      append(out.wide, c);
+      append(out.tree_records, c);
       return;
     }
     const bool plain = same(c.filter_before, c.filter);
@@ -143,11 +145,11 @@ void BroadPhase::State::route(Outgoing& out) {
     }
   };
   if (traffic.cut_anew) {
-    for (const Held& h : held) tell(h);
+    for (const Held& h : held) route_object(h);
   } else {
-    for (const std::size_t place : touched) tell(held[place]);
+    for (const std::size_t place : touched) route_object(held[place]);
   }
-  traffic.wide = out.wide.size() / sizeof(Change);
+  traffic.wide = out.tree_records.size() / sizeof(Change);
 }
 
 bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
@@ -158,21 +160,21 @@ bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
       if (!data.second.empty()) changes.push_back({rank, std::move(data.second)});
     }
   });
-  std::uint64_t bits =
-      (moves.empty() ? 0u : 1u) | (changes.empty() ? 0u : 2u) | (out.wide.empty() ? 0u : 4u);
-  if (!agree(*link, r, &bits, 1)) return false;
-  const int rank = link->rank();
+  std::uint64_t bits = (moves.empty() ? 0u : 1u) | (changes.empty() ? 0u : 2u) |
+                       (out.tree_records.empty() ? 0u : 4u);
+  if (!consensus(*communicator, r, &bits, 1)) return false;
+  const int rank = communicator->rank();
   const Bounds before = regions_before.bounds(rank, rank + 1),
                here = regions.bounds(rank, rank + 1);
-  const auto take = [&](const Change& c) { known.take(c, before, here); };
+  const auto take = [&](const Change& c) { remote_objects.take(c, before, here); };
   if (bits & 1) {
-    const std::vector<Parcel> got = link->exchange(std::move(moves));
+    const std::vector<Parcel> got = communicator->exchange(std::move(moves));
     for (const Parcel& parcel : got) {
-      for_each<Move>(parcel.data, [&](const Move& move) { known.take(move); });
+      for_each<Move>(parcel.data, [&](const Move& move) { remote_objects.take(move); });
     }
   }
   if (bits & 2) {
-    const std::vector<Parcel> got = link->exchange(std::move(changes));
+    const std::vector<Parcel> got = communicator->exchange(std::move(changes));
     for (const Parcel& parcel : got) {
       for_each<Change>(parcel.data, take);
     }
@@ -180,21 +182,22 @@ bool BroadPhase::State::deliver(Outgoing& out, Result& r) {
   if (bits & 4) {
     const float margin = settings.search.margin;
     for_each<Change>(
-        hand_on(*link, std::move(out.wide), sizeof(Change),
-                [&](int begin, int end, const std::byte* record) {
-                  Change c;
-                  std::memcpy(&c, record, sizeof c);
-                  return (c.was_alive &&
-                          regions_before.bounds(begin, end).meets(reach_of(c.before, margin))) ||
-                         (c.is_alive && regions.bounds(begin, end).meets(reach_of(c.now, margin)));
-                }),
+        forward_along_tree(
+            *communicator, std::move(out.tree_records), sizeof(Change),
+            [&](int begin, int end, const std::byte* record) {
+              Change c;
+              std::memcpy(&c, record, sizeof c);
+              return (c.was_alive &&
+                      regions_before.bounds(begin, end).meets(key_box_of(c.before, margin))) ||
+                     (c.is_alive && regions.bounds(begin, end).meets(key_box_of(c.now, margin)));
+            }),
         take);
   }
   return true;
 }
 
 // The current state becomes the previous state.
-void BroadPhase::State::settle() {
+void BroadPhase::State::commit_changes() {
   std::vector<std::uint64_t> gone;
   for (const std::size_t place : touched) {
     Held& h = held[place];
@@ -211,17 +214,17 @@ void BroadPhase::State::settle() {
 void BroadPhase::State::migrate() {
   std::unordered_map<int, Bytes> to;
   for (const Held& h : held) {
-    const Reach reach = reach_of(h.change.now, settings.search.margin);
-    const int home = reach.empty() ? link->rank() : regions.home(reach.lower);
-    if (home == link->rank()) continue;
-    append(to[home], h.change);
-    departed.push_back({h.change.id, home});
+    const KeyBox key_box = key_box_of(h.change.now, settings.search.margin);
+    const int owner = key_box.empty() ? communicator->rank() : regions.owner_of(key_box.lower);
+    if (owner == communicator->rank()) continue;
+    append(to[owner], h.change);
+    departed.push_back({h.change.id, owner});
   }
   std::vector<Parcel> parcels;
   parcels.reserve(to.size());
   for (auto& [rank, data] : to) parcels.push_back({rank, std::move(data)});
   for (const Departure& d : departed) forget(places.at(d.id));
-  const std::vector<Parcel> got = link->exchange(std::move(parcels));
+  const std::vector<Parcel> got = communicator->exchange(std::move(parcels));
   for (const Parcel& parcel : got) {
     for_each<Change>(parcel.data, [&](const Change& c) {
       hold(c, false);
@@ -231,25 +234,25 @@ void BroadPhase::State::migrate() {
 }
 
 void BroadPhase::State::finish(Result& r) {
-  const int rank = link->rank();
-  traffic.known = known.size();
-  traffic.home = known.home_count(regions.bounds(rank, rank + 1));
-  traffic.work = work_of(traffic.known, 0, known.pair_count());
+  const int rank = communicator->rank();
+  traffic.owned_and_ghost = remote_objects.size();
+  traffic.home = remote_objects.owned_count(regions.bounds(rank, rank + 1));
+  traffic.work = work_of(traffic.owned_and_ghost, 0, remote_objects.pair_count());
   std::uint64_t sums[5] = {begun.size(), ended.size(), r.comparisons, traffic.work, r.visited};
   std::uint64_t most = traffic.work;
-  link->sum_and_most(sums, 5, most);
+  communicator->all_reduce_sum_and_max(sums, 5, most);
   total += sums[0] - sums[1];
   r.found = total;
   r.written = begun.size() + ended.size();
   r.comparisons = sums[2];
   r.visited = sums[4];
-  const double mean = static_cast<double>(sums[3]) / link->size(), last = imbalance;
+  const double mean = static_cast<double>(sums[3]) / communicator->size(), last = imbalance;
   imbalance = traffic.imbalance = mean > 0 ? static_cast<double>(most) / mean : 1;
-  if (traffic.cut_anew) patience = imbalance < 0.95 * last ? 0 : 2 * patience + 1;
-  traffic.control.messages += link->counts().messages;
-  traffic.control.bytes += link->counts().bytes;
-  traffic.control.collectives += link->counts().collectives;
-  traffic.control.collective_bytes += link->counts().collective_bytes;
+  if (traffic.cut_anew) backoff = imbalance < 0.95 * last ? 0 : 2 * backoff + 1;
+  traffic.control.messages += communicator->counts().messages;
+  traffic.control.bytes += communicator->counts().bytes;
+  traffic.control.collectives += communicator->counts().collectives;
+  traffic.control.collective_bytes += communicator->counts().collective_bytes;
 }
 
 }  // namespace throng::mpi

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
 
 namespace throng::pipeline {
 
@@ -54,7 +54,7 @@ THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
 }
 // Adds one and returns the old value. Threads of a warp that call this together first sum up per
 // counter, so that each counter takes one atomic addition.
-THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
+THRONG_HD inline std::uint64_t fetch_increment(std::uint64_t* at) noexcept {
 #if defined(__CUDA_ARCH__)
   const unsigned same = __match_any_sync(__activemask(), reinterpret_cast<unsigned long long>(at));
   const unsigned lane = threadIdx.x % 32;
@@ -72,7 +72,7 @@ THRONG_HD inline std::uint64_t claim(std::uint64_t* at) noexcept {
 }
 // Sets a flag that many threads set. Most threads only read it, from the L1 cache, which avoids
 // contention on one address. A stale 0 there only causes one more store.
-THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
+THRONG_HD inline void set_flag(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;
 #else
@@ -81,7 +81,7 @@ THRONG_HD inline void raise(std::uint32_t* flag) noexcept {
 #endif
 }
 // The same for a maximum; few threads increase it.
-THRONG_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) noexcept {
+THRONG_HD inline void raise_max(std::uint32_t* at, std::uint32_t value) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(at) < value) fetch_max(at, value);
 #else

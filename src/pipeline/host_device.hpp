@@ -14,8 +14,8 @@
 #include <throng/options.hpp>
 
 #include "pipeline/failure.hpp"
-#include "pipeline/host_pair_order.hpp"
-#include "pipeline/order.hpp"
+#include "pipeline/host_pair_sorter.hpp"
+#include "pipeline/pair_keys.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace throng::pipeline {
@@ -53,10 +53,10 @@ class HostDevice {
   // Whether pairs can be written to the caller's memory.
   static constexpr bool reaches_host_memory = true;
   static std::size_t boxes_bytes(const Boxes&) noexcept { return 0; }
-  static Boxes bring(const Boxes& boxes, char*&) noexcept { return boxes; }
+  static Boxes copy_boxes(const Boxes& boxes, char*&) noexcept { return boxes; }
   static constexpr std::size_t staging_bytes = 0;
   static std::size_t held() noexcept { return 0; }
-  static void give_back() noexcept {}
+  static void release_host_copy() noexcept {}
   template <class T, class F>
   static bool in_pieces(const T* values, std::size_t count, const F& take) {
     return count == 0 || take(values, count);
@@ -70,7 +70,7 @@ class HostDevice {
 
   template <class F>
   void launch(std::uint64_t count, const F& f) const {
-    share_out(count, 2048, [&](std::uint64_t begin, std::uint64_t end) {
+    parallel_for(count, 2048, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t i = begin; i < end; ++i) f(i);
     });
   }
@@ -93,9 +93,9 @@ class HostDevice {
       sum += value;
     }
   }
-  static std::size_t sums_bytes(std::size_t) noexcept { return 0; }
-  void sum_up(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
-              std::uint64_t*) const noexcept {
+  static std::size_t scan_cells_bytes(std::size_t) noexcept { return 0; }
+  void scan_cells(const std::uint32_t* wanted, std::uint32_t* table, std::size_t cells,
+                  std::uint64_t*) const noexcept {
     if (!wanted || *wanted != 0) scan(table, cells);
   }
 
@@ -103,14 +103,14 @@ class HostDevice {
   static constexpr std::uint32_t sorted_above = 500;
   static std::size_t sort_cells_bytes(std::size_t) noexcept { return 0; }
   // One pass per eight bits, as on a device.
-  ByBucket sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t room,
-                      std::size_t count, int begin, int end) const noexcept {
-    for (std::uint32_t* to = keys + room; begin < end; begin += 8) {
+  SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t stride,
+                         std::size_t count, int begin, int end) const noexcept {
+    for (std::uint32_t* to = keys + stride; begin < end; begin += 8) {
       const std::uint32_t mask = (1u << std::min(8, end - begin)) - 1;
       std::uint32_t starts[257] = {};
       for (std::size_t i = 0; i < count; ++i) ++starts[(keys[i] >> begin & mask) + 1];
       for (int k = 0; k < 256; ++k) starts[k + 1] += starts[k];
-      std::uint32_t* const values_to = to > keys ? values + room : values - room;
+      std::uint32_t* const values_to = to > keys ? values + stride : values - stride;
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t at = starts[keys[i] >> begin & mask]++;
         to[at] = keys[i];
@@ -123,7 +123,7 @@ class HostDevice {
   }
   void place(std::uint32_t count, const PlaceBuckets& f) const {
     if (!f.in.wants_grid()) return;
-    share_out(f.buckets.count(), 1, [&](std::uint64_t first, std::uint64_t) {
+    parallel_for(f.buckets.count(), 1, [&](std::uint64_t first, std::uint64_t) {
       const auto bucket = static_cast<std::uint32_t>(first);
       const auto first_of = [&](std::uint32_t b) {
         std::uint32_t begin = 0, end = count;
@@ -137,13 +137,13 @@ class HostDevice {
         return begin;
       };
       const std::uint32_t begin = first_of(bucket), end = first_of(bucket + 1);
-      std::uint32_t next[Buckets::most_cells];
+      std::uint32_t next[Buckets::max_cells];
       std::fill_n(next, f.buckets.cells(), 0u);
       for (std::uint32_t i = begin; i < end; ++i) f.count(i, next);
       std::uint32_t at = begin;
       for (std::uint32_t k = 0; k < f.buckets.cells(); ++k) {
         const std::uint32_t boxes = std::exchange(next[k], at);
-        f.tell((bucket << f.buckets.bits) + k, at);
+        f.set_start((bucket << f.buckets.bits) + k, at);
         at += boxes;
       }
       for (std::uint32_t i = begin; i < end; ++i) {
@@ -156,9 +156,9 @@ class HostDevice {
 
   template <class Search>
   void search(std::uint64_t bound, const Search& search, const PairSink& sink) const {
-    share_out(bound, 512, [&](std::uint64_t begin, std::uint64_t end) {
-      constexpr std::size_t room = 512;
-      Pair pairs[room];
+    parallel_for(bound, 512, [&](std::uint64_t begin, std::uint64_t end) {
+      constexpr std::size_t buffer_size = 512;
+      Pair pairs[buffer_size];
       std::size_t held = 0;
       std::uint64_t comparisons = 0;
       const auto flush = [&] {
@@ -168,22 +168,22 @@ class HostDevice {
         held = 0;
       };
       end = std::min(end, search.count());
-      const auto tell = [&](const Pair& pair) {
+      const auto emit = [&](const Pair& pair) {
         pairs[held] = pair;
-        if (++held == room) flush();
+        if (++held == buffer_size) flush();
       };
-      if constexpr (requires { Search::most_targets; }) {
+      if constexpr (requires { Search::max_targets; }) {
         for (std::uint64_t i = begin; i < end; i += 32) {
           const std::uint64_t last = std::min(i + 32, end);
-          comparisons += search.grid->hashed || !Search::Plain
-                             ? look_around<true>(search, i, last, tell)
-                             : look_around<false>(search, i, last, tell);
+          comparisons += search.grid->hashed || !Search::is_plain
+                             ? search_grid_rows<true>(search, i, last, emit)
+                             : search_grid_rows<false>(search, i, last, emit);
         }
       } else {
         for (std::uint64_t i = begin; i < end; ++i) {
           auto walk = search.begin(i);
           for (Pair pair; !walk.over();)
-            if (walk.step(pair)) tell(pair);
+            if (walk.step(pair)) emit(pair);
           comparisons += walk.comparisons();
         }
       }
@@ -191,23 +191,23 @@ class HostDevice {
       fetch_add(&sink.report->comparisons, comparisons);
     });
   }
-  template <class Look, class Tiles>
-  void gather(std::uint64_t bound, const Look& look, const Tiles& to) const {
-    const std::uint64_t count = look.count();
-    share_out(Tiles::of(bound), 2, [&](std::uint64_t tile, std::uint64_t end) {
+  template <class Test, class Tiles>
+  void gather(std::uint64_t bound, const Test& test, const Tiles& to) const {
+    const std::uint64_t count = test.count();
+    parallel_for(Tiles::of(bound), 2, [&](std::uint64_t tile, std::uint64_t end) {
       for (; tile < end; ++tile) {
         Pair begun[Tiles::size], ended[Tiles::size];
         std::uint32_t begins = 0, ends = 0, compared = 0;
         const std::uint64_t first = tile * Tiles::size;
         for (std::uint64_t i = first; i < std::min(count, first + Tiles::size); ++i) {
           Pair pair;
-          const auto change = look(i, pair, compared);
+          const auto change = test(i, pair, compared);
           if (change == decltype(change)::begins) begun[begins++] = pair;
           if (change == decltype(change)::ends) ended[ends++] = pair;
         }
-        const std::uint64_t base = fetch_add(&to.told->count, std::uint64_t{begins} + ends);
-        fetch_add(&to.told->begun, std::uint64_t{begins});
-        fetch_add(&to.told->comparisons, std::uint64_t{compared});
+        const std::uint64_t base = fetch_add(&to.event_counts->count, std::uint64_t{begins} + ends);
+        fetch_add(&to.event_counts->begun, std::uint64_t{begins});
+        fetch_add(&to.event_counts->comparisons, std::uint64_t{compared});
         for (std::uint32_t k = 0; k < begins + ends && base + k < to.capacity; ++k)
           to.out[base + k] = k < begins ? begun[k] : ended[k - begins];
         to.note(tile, base, begins, ends);
@@ -215,29 +215,29 @@ class HostDevice {
     });
   }
   static std::size_t sort_bytes(std::size_t count) noexcept {
-    using Order = PairOrder<HostOrder>;
-    if (count <= Order::most_pairs) return Order::bytes(count);
-    return std::max(count * sizeof(std::uint64_t), Order::bytes(Order::most_pairs));
+    using Order = PairSorter<HostSortSizes>;
+    if (count <= Order::max_pairs) return Order::bytes(count);
+    return std::max(count * sizeof(std::uint64_t), Order::bytes(Order::max_pairs));
   }
-  void sort(Pair* pairs, void* room, std::size_t, Pair* out, std::uint64_t capacity,
+  void sort(Pair* pairs, void* scratch, std::size_t, Pair* out, std::uint64_t capacity,
             std::uint64_t count, const Report* report, const Input& in) const {
     if (count == 0) return;
     const PairKeys shape = PairKeys::of(in);
-    if (count <= PairOrder<HostOrder>::most_pairs) {
-      PairOrder<HostOrder> order{pairs, out, report, std::min(capacity, count), shape};
-      order.carve(count, room);
-      return order_pairs(order, [&](std::uint64_t n, const auto& body) {
-        share_out(n, 1,
-                  [&](std::uint64_t k, std::uint64_t) { body(static_cast<std::uint32_t>(k)); });
+    if (count <= PairSorter<HostSortSizes>::max_pairs) {
+      PairSorter<HostSortSizes> order{pairs, out, report, std::min(capacity, count), shape};
+      order.carve(count, scratch);
+      return sort_pairs(order, [&](std::uint64_t n, const auto& body) {
+        parallel_for(n, 1,
+                     [&](std::uint64_t k, std::uint64_t) { body(static_cast<std::uint32_t>(k)); });
       });
     }
-    auto* keys = static_cast<std::uint64_t*>(room);
-    launch(count, PackPairs{pairs, keys, report, capacity, shape});
+    auto* keys = static_cast<std::uint64_t*>(scratch);
+    launch(count, EncodePairs{pairs, keys, report, capacity, shape});
     // Ignores the bits above, as a radix sort does.
     const std::uint64_t mask = ~std::uint64_t{0} >> (64 - shape.bits());
     std::sort(keys, keys + count,
               [mask](std::uint64_t a, std::uint64_t b) { return (a & mask) < (b & mask); });
-    launch(count, UnpackPairs{keys, out, report, capacity, shape});
+    launch(count, DecodePairs{keys, out, report, capacity, shape});
   }
 
   template <class T>
@@ -251,13 +251,13 @@ class HostDevice {
     return copy;
   }
   template <class F, class T>
-  T launch_and_take(std::uint64_t count, const F& f, T& value, std::uint32_t*) const {
+  T launch_and_read(std::uint64_t count, const F& f, T& value, std::uint32_t*) const {
     launch(count, f);
     return take(value);
   }
 
   template <class F>
-  void beside(const F& f) const {
+  void fork(const F& f) const {
     f();
   }
   static void join() noexcept {}
@@ -283,11 +283,11 @@ class HostDevice {
   // The warp search of cuda/search.cuh, with the lanes executed one after the other in each step.
   // Returns the number of comparisons.
   template <bool mixed, class Search, class F>
-  static std::uint64_t look_around(const Search& search, std::uint64_t begin, std::uint64_t end,
-                                   const F& tell) {
+  static std::uint64_t search_grid_rows(const Search& search, std::uint64_t begin,
+                                        std::uint64_t end, const F& emit) {
     constexpr unsigned slots = 3;  // few, so that they are often full
     struct Lane {
-      typename Search::template Look<mixed> look;
+      typename Search::template GridQuery<mixed> query;
       std::uint32_t rows = 0;
       unsigned held = 0;
       typename Search::Range ranges[slots] = {};
@@ -297,7 +297,7 @@ class HostDevice {
     for (std::size_t k = 0; k < count; ++k)
       lanes[k].emplace(Lane{{search, *search.grid, begin + k}});
     std::uint64_t comparisons = 0;
-    const auto go_through = [&] {
+    const auto test_ranges = [&] {
       for (std::size_t k = 0; k < count; ++k) {
         Lane& lane = *lanes[k];
         for (unsigned slot = 0; slot < lane.held; ++slot) {
@@ -305,7 +305,7 @@ class HostDevice {
           comparisons += last - first;
           for (std::uint32_t i = first; i < last; ++i) {
             const Record c = load(search.records + i);
-            if (lane.look.accepts(c, row)) tell(search.pair(lane.look.box().id, c));
+            if (lane.query.accepts(c, row)) emit(search.pair(lane.query.box().id, c));
           }
         }
         lane.held = 0;
@@ -314,29 +314,30 @@ class HostDevice {
     const std::uint32_t targets = Search::target(core::group_count(search.grid->present), 0);
     for (std::uint32_t target = 0; target < targets; ++target) {
       if (!search.occupied[target]) continue;
-      for (std::size_t k = 0; k < count; ++k) lanes[k]->rows = lanes[k]->look.aim(target);
+      for (std::size_t k = 0; k < count; ++k)
+        lanes[k]->rows = lanes[k]->query.select_target(target);
       for (bool more = true; more;) {
         bool full = more = false;
         for (std::size_t k = 0; k < count; ++k) {
           Lane& lane = *lanes[k];
           if (lane.rows == 0) continue;
-          const auto range = lane.look.row();
+          const auto range = lane.query.row();
           more |= --lane.rows > 0;
           if (range.begin == range.end) continue;
           lane.ranges[lane.held++] = range;
           full |= lane.held == slots;
         }
-        if (full) go_through();
+        if (full) test_ranges();
       }
-      if (mixed) go_through();
+      if (mixed) test_ranges();
     }
-    go_through();
+    test_ranges();
     return comparisons;
   }
 
   // Calls body(begin, end) for pieces of 0 .. count-1.
   template <class F>
-  void share_out(std::uint64_t count, std::uint64_t piece, const F& body) const {
+  void parallel_for(std::uint64_t count, std::uint64_t piece, const F& body) const {
     std::atomic<std::uint64_t> next{0};
     struct Job {
       std::uint64_t count, piece;

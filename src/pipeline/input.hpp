@@ -10,13 +10,13 @@
 #include <throng/cuda.hpp>
 
 #include "core/bounds.hpp"
-#include "core/class_grid.hpp"
-#include "core/column.hpp"
-#include "core/hd.hpp"
+#include "core/host_device_macros.hpp"
+#include "core/size_class_grid.hpp"
+#include "core/strided_array.hpp"
 
 namespace throng::pipeline {
 
-using core::Column;
+using core::StridedArray;
 
 // Loads a box that is aligned to 8 bytes: two loads, one of them aligned to 16 bytes, in place of
 // six. For scattered boxes the number of loads is what counts.
@@ -38,9 +38,9 @@ struct Set {
   const char* corner[6] = {};
   std::uint64_t stride = 0;
   bool packed = false;  // each box's coordinates are contiguous and aligned to 8 bytes
-  Column<std::uint32_t> group, mask;
-  Column<std::int32_t> owner, world;
-  Column<std::uint8_t> is_static;
+  StridedArray<std::uint32_t> group, mask;
+  StridedArray<std::int32_t> owner, world;
+  StridedArray<std::uint8_t> is_static;
 
   THRONG_HD float coordinate(std::uint64_t i, int k) const noexcept {
     return corner[k] ? *reinterpret_cast<const float*>(corner[k] + i * stride) : 0.0f;
@@ -65,13 +65,13 @@ struct Input {
   bool has_worlds = false, has_pair_filters = false, has_filters = false;
   std::uint32_t present = 0;  // group bits that occur
   // Boxes other than these will query the grid, so it is always built.
-  bool for_others = false;
+  bool has_external_queries = false;
   // In the memory of the device that runs it; 0: no grid is needed. Null: a grid is needed.
   const std::uint32_t* grid_wanted = nullptr;
 
   // Whether each group and class has the bounds of its boxes, so that a search skips distant ones.
   // Without groups the bounds would contain nearly every box that searches.
-  THRONG_HD bool bounds_occupied() const noexcept { return for_others || present != 0; }
+  THRONG_HD bool bounds_occupied() const noexcept { return has_external_queries || present != 0; }
   THRONG_HD bool wants_grid() const noexcept { return !grid_wanted || *grid_wanted != 0; }
   THRONG_HD bool in_second(std::uint32_t i) const noexcept { return i >= first_count; }
   THRONG_HD const Set& set_of(std::uint32_t i) const noexcept { return sets[in_second(i)]; }
@@ -122,11 +122,11 @@ inline Set make_set(const Boxes& boxes) noexcept {
   const auto at = reinterpret_cast<std::uintptr_t>(boxes.packed_data());
   s.packed = at != 0 && at % 8 == 0 && s.stride % 8 == 0;
   const Filters& f = boxes.filters;
-  s.group = core::column(f.group);
-  s.mask = core::column(f.mask);
-  s.owner = core::column(f.owner);
-  s.world = core::column(f.world);
-  s.is_static = core::column(f.is_static);
+  s.group = core::strided_array(f.group);
+  s.mask = core::strided_array(f.mask);
+  s.owner = core::strided_array(f.owner);
+  s.world = core::strided_array(f.world);
+  s.is_static = core::strided_array(f.is_static);
   return s;
 }
 

@@ -5,19 +5,19 @@
 // A Device provides
 //   launch(count, f)        f(i) for each i below count, in any order, in parallel
 //   plan(PlanGrid, p, bytes)
-//                           the phases of core::ClassPlanner, by one block; zeroes p
+//                           the phases of core::SizeClassPlanner, by one block; zeroes p
 //   clear(p, bytes)         zeroes
-//   sum_up(wanted, table, cells, sums)
+//   scan_cells(wanted, table, cells, sums)
 //                           exclusive sums in place, unless *wanted exists and is 0
 //   sort_cells(keys, values, room, count, begin, end)
 //                           sorts (key, value) by these bits of the key; returns where they are
 //   place(count, PlaceBuckets)
-//                           the block-wide steps of pipeline/cell_order.hpp
+//                           the block-wide steps of pipeline/cell_sort.hpp
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
-//   beside(f), join()       f's work may run concurrently with all that follows, until join()
+//   fork(f), join()       f's work may run concurrently with all that follows, until join()
 //   mark(stage)             the end of a stage, for timing
 //   sorted_above            inputs of more boxes are sorted by cell
-//   sums_bytes(cells), sort_cells_bytes(count)
+//   scan_cells_bytes(cells), sort_cells_bytes(count)
 //                           scratch sizes of these; the first is zeroed with the table
 // Each of these sees the writes of those before it.
 #pragma once
@@ -30,11 +30,11 @@
 
 #include <throng/options.hpp>
 
-#include "core/class_planner.hpp"
-#include "pipeline/cell_order.hpp"
+#include "core/size_class_planner.hpp"
+#include "pipeline/binning.hpp"
+#include "pipeline/cell_sort.hpp"
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
-#include "pipeline/stages.hpp"
 #include "pipeline/worlds.hpp"
 
 namespace throng::pipeline {
@@ -60,26 +60,26 @@ struct PairSink {
 struct PlanGrid {
   Input in;
   core::GridLimits limits;
-  core::ClassGrid* grid;
+  core::SizeClassGrid* grid;
   std::uint32_t* occupied;  // zeroed
   Report* report;           // reset
   bool packed = in.sets[0].packed && (!in.two_sets || in.sets[1].packed);
 
-  using Shared = core::ClassPlanner::Shared;
-  static constexpr std::uint32_t threads = core::ClassPlanner::threads;
+  using Shared = core::SizeClassPlanner::Shared;
+  static constexpr std::uint32_t threads = core::SizeClassPlanner::threads;
 
   THRONG_HD bool wanted() const noexcept { return in.wants_grid(); }
   template <class Each>
   THRONG_HD void operator()(Shared& s, const Each& each) const noexcept {
     if (!wanted()) {
       each([&](std::uint32_t t) {
-        if (t == 0) *grid = core::ClassGrid{};
+        if (t == 0) *grid = core::SizeClassGrid{};
         clear_occupied(t);
       });
       return;
     }
     each([&](std::uint32_t t) { load(t, s); });
-    core::ClassPlanner::run(s, limits, *grid, each);
+    core::SizeClassPlanner::run(s, limits, *grid, each);
   }
 
  private:
@@ -93,51 +93,51 @@ struct PlanGrid {
   // Each thread reads some boxes for the bounds; the first of every `parts` threads keeps one as a
   // sample. The threads of a sample read neighbouring boxes, which memory delivers together.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t keepers = core::sample_size;
-    const std::uint32_t keeper = t / core::ClassPlanner::parts;
-    constexpr std::uint32_t looks = 8, at_once = 2;
+    constexpr std::uint32_t sample_count = core::sample_size;
+    const std::uint32_t sample = t / core::SizeClassPlanner::parts;
+    constexpr std::uint32_t boxes_per_thread = 8, batch = 2;
     // Expansion by the margin is monotonic, so the union is expanded instead of each box.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
-    core::Reach seen = core::ClassPlanner::nothing();
+    core::BoundsSummary seen = core::SizeClassPlanner::empty_summary();
     THRONG_UNROLL(1)
-    for (std::uint32_t first = 0; first < looks; first += at_once) {
+    for (std::uint32_t first = 0; first < boxes_per_thread; first += batch) {
       // One loop per kind of load, so that all loads of a loop are in flight together.
-      std::uint32_t at[at_once];
-      Box boxes[at_once];
-      std::int32_t worlds[at_once] = {}, next[at_once] = {};
-      THRONG_UNROLL(at_once)
-      for (std::uint32_t k = 0; k < at_once; ++k)
-        at[k] = look(keeper * looks + first + k, keepers * looks, t % core::ClassPlanner::parts);
+      std::uint32_t at[batch];
+      Box boxes[batch];
+      std::int32_t worlds[batch] = {}, next[batch] = {};
+      THRONG_UNROLL(batch)
+      for (std::uint32_t k = 0; k < batch; ++k)
+        at[k] = sample_index(sample * boxes_per_thread + first + k, sample_count * boxes_per_thread,
+                             t % core::SizeClassPlanner::parts);
       if (packed && !in.two_sets) {
-        THRONG_UNROLL(at_once)
-        for (std::uint32_t k = 0; k < at_once; ++k) boxes[k] = in.sets[0].packed_box(at[k]);
+        THRONG_UNROLL(batch)
+        for (std::uint32_t k = 0; k < batch; ++k) boxes[k] = in.sets[0].packed_box(at[k]);
       } else if (packed) {
-        THRONG_UNROLL(at_once)
-        for (std::uint32_t k = 0; k < at_once; ++k)
+        THRONG_UNROLL(batch)
+        for (std::uint32_t k = 0; k < batch; ++k)
           boxes[k] = in.set_of(at[k]).packed_box(in.local(at[k]));
       } else {
-        THRONG_UNROLL(at_once)
-        for (std::uint32_t k = 0; k < at_once; ++k)
-          boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
+        THRONG_UNROLL(batch)
+        for (std::uint32_t k = 0; k < batch; ++k) boxes[k] = in.set_of(at[k]).box(in.local(at[k]));
       }
       if (in.has_worlds) {
-        THRONG_UNROLL(at_once)
-        for (std::uint32_t k = 0; k < at_once; ++k) {
+        THRONG_UNROLL(batch)
+        for (std::uint32_t k = 0; k < batch; ++k) {
           worlds[k] = in.world(at[k]);
           next[k] = at[k] + 1 < in.count ? in.world(at[k] + 1) : worlds[k];
         }
-        THRONG_UNROLL(at_once)
-        for (std::uint32_t k = 0; k < at_once; ++k) {
+        THRONG_UNROLL(batch)
+        for (std::uint32_t k = 0; k < batch; ++k) {
           const std::uint32_t world = static_cast<std::uint32_t>(worlds[k]) + 1;
           seen.worlds = seen.worlds > world ? seen.worlds : world;
           seen.changes += next[k] != worlds[k];
         }
-        seen.looked_at += at_once;
+        seen.sampled_count += batch;
         if (first == 0) kept_world = worlds[0];
       }
-      THRONG_UNROLL(at_once)
-      for (std::uint32_t k = 0; k < at_once; ++k)
+      THRONG_UNROLL(batch)
+      for (std::uint32_t k = 0; k < batch; ++k)
         if (core::is_active(boxes[k])) include(boxes[k], all);
       if (first == 0) kept = boxes[0];
     }
@@ -149,14 +149,14 @@ struct PlanGrid {
       Box box = keep ? kept : all;
       bool nan;
       const bool active = check_box(in, box, nan);
-      const core::Reach reach = core::ClassPlanner::reach_of(box);
+      const core::BoundsSummary reach = core::SizeClassPlanner::summary_of(box);
       if (!keep) {
-        if (active) core::ClassPlanner::join(seen, reach);
+        if (active) core::SizeClassPlanner::join(seen, reach);
         s.early.reaches[t] = seen;
-        if (t % core::ClassPlanner::parts != 0) return;
+        if (t % core::SizeClassPlanner::parts != 0) return;
       } else {
-        for (int q = 0; q < 6; ++q) s.early.loaded.most[q][keeper] = reach.most[q];
-        s.early.loaded.worlds[keeper] = active ? kept_world : -2;
+        for (int q = 0; q < 6; ++q) s.early.loaded.most[q][sample] = reach.most[q];
+        s.early.loaded.worlds[sample] = active ? kept_world : -2;
       }
     }
   }
@@ -170,8 +170,8 @@ struct PlanGrid {
   // Index of the box `behind` places after a random one in the k-th of `of` equal parts of all
   // boxes. Regular strides would alias with boxes that come in regular series. There is at least
   // one box, and the parts have 32 bits.
-  THRONG_HD std::uint32_t look(std::uint32_t k, std::uint32_t of,
-                               std::uint32_t behind) const noexcept {
+  THRONG_HD std::uint32_t sample_index(std::uint32_t k, std::uint32_t of,
+                                       std::uint32_t behind) const noexcept {
     const std::uint64_t n = in.count, begin = k * n / of, end = (k + std::uint64_t{1}) * n / of;
     const std::uint64_t part = static_cast<std::uint32_t>(end - begin);
     const auto at = static_cast<std::uint32_t>(begin + (part * core::mix(k ^ in.count) >> 32));
@@ -185,8 +185,8 @@ struct Workspace {
 
   std::uint32_t boxes = 0, table_cells = 0;
   Report* report = nullptr;
-  core::ClassGrid* grid = nullptr;
-  WorldsTold* worlds = nullptr;
+  core::SizeClassGrid* grid = nullptr;
+  WorldsReport* worlds = nullptr;
   std::uint32_t* occupied = nullptr;
   std::uint64_t* sums = nullptr;  // scratch, before the table, with which it is zeroed
   std::uint32_t* table = nullptr;
@@ -214,7 +214,7 @@ struct Workspace {
     take(worlds, 1);
     take(occupied, occupied_count);
     take(grid, 1);
-    take(sums, Device::sums_bytes(scanned(table_cells)) / sizeof *sums);
+    take(sums, Device::scan_cells_bytes(scanned(table_cells)) / sizeof *sums);
     take(table, scanned(table_cells));
     take(places, sorted ? 0 : count);
     take(cells, sorted ? std::size_t{2} * count : 0);
@@ -254,7 +254,7 @@ class Pipeline {
 
   // Whether small worlds, if the boxes turn out to be such, are searched one by one.
   static bool by_worlds(const Input& in) noexcept {
-    return in.has_worlds && !in.two_sets && !in.for_others;
+    return in.has_worlds && !in.two_sets && !in.has_external_queries;
   }
 
   // build and find, if the report is not read in between.
@@ -285,11 +285,11 @@ class Pipeline {
     limits.cell_scale = in.cell_scale;
     const std::size_t scanned = Workspace::scanned(limits.table_cells);
     if (by_worlds(in)) {
-      device_.launch(1, BeginWorlds{w.worlds, w.report});
-      device_.launch(in.count, LookAtWorlds{in, w.worlds, w.report, early == nullptr});
+      device_.launch(1, ResetWorldsReport{w.worlds, w.report});
+      device_.launch(in.count, InspectWorlds{in, w.worlds, w.report, early == nullptr});
       in.grid_wanted = &w.worlds->grid_wanted;
       if (early)
-        device_.beside([&] {
+        device_.fork([&] {
           device_.search(in.count, WorldSearch{in, w.worlds, {}, w.report}, *early);
         });
     }
@@ -303,7 +303,7 @@ class Pipeline {
       sort_by_cell(in, w, Buckets::of(scanned));
     } else {
       device_.launch(in.count, CountBoxes{in, w.grid, w.table, w.occupied, w.places, w.report});
-      device_.sum_up(in.grid_wanted, w.table, scanned, w.sums);
+      device_.scan_cells(in.grid_wanted, w.table, scanned, w.sums);
       const PlaceBoxes place{in,        w.table,  w.places,
                              w.records, w.report, static_cast<std::uint32_t>(scanned - 1)};
       device_.launch(std::uint64_t{2} * in.count, place);
@@ -329,7 +329,7 @@ class Pipeline {
   void find(const Input& in, bool brute, const Workspace& w, const PairSink& sink,
             const FirstRange& range = {}) const {
     if (!brute && !in.has_filters && !in.two_sets && range.holds_all()) {
-      using Plain = GridSearchOf<Looking::plain>;
+      using Plain = GridSearchOf<GridSearchMode::plain>;
       device_.search(in.count, Plain{in, w.grid, w.table, w.occupied, w.records, w.report, range},
                      sink);
     } else {
@@ -345,11 +345,11 @@ class Pipeline {
     return {in, w.grid, w.table, w.occupied, w.records, w.report, range};
   }
   void sort_by_cell(const Input& in, const Workspace& w, const Buckets& buckets) const {
-    device_.launch(in.count,
-                   NameCells{in, w.grid, w.cells, w.ids, w.occupied, w.report, buckets.outside()});
+    device_.launch(in.count, ComputeCells{in, w.grid, w.cells, w.ids, w.occupied, w.report,
+                                          buckets.inactive_cell()});
     device_.use_scratch(w.scratch, w.scratch_bytes);
-    const ByBucket sorted =
-        device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sorted_end());
+    const SortedCells sorted =
+        device_.sort_cells(w.cells, w.ids, w.boxes, in.count, buckets.bits, buckets.sort_end_bit());
     device_.place(in.count, PlaceBuckets{in, buckets, sorted.keys, sorted.values, w.table,
                                          w.records, w.report});
   }

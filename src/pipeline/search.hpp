@@ -21,39 +21,42 @@ struct FirstRange {
   THRONG_HD bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
-// Which boxes search a class grid (core/class_grid.hpp). Box i in storage order searches for its
-// partners: `plain`, one set without filters; `filtered`, any input. `around`: boxes outside the
-// grid search for all boxes in it; without worlds.
-enum class Looking : std::uint8_t { plain, filtered, around };
+// Which boxes search a class grid (core/size_class_grid.hpp). Box i in storage order searches for
+// its partners: `plain`, one set without filters; `filtered`, any input. `around`: boxes outside
+// the grid search for all boxes in it; without worlds.
+enum class GridSearchMode : std::uint8_t { plain, filtered, around };
 
-template <Looking looking>
+template <GridSearchMode mode>
 struct GridSearchOf {
-  static constexpr bool Around = looking == Looking::around, Plain = looking == Looking::plain;
+  static constexpr bool is_around = mode == GridSearchMode::around,
+                        is_plain = mode == GridSearchMode::plain;
 
   Input in;
-  const core::ClassGrid* grid;
+  const core::SizeClassGrid* grid;
   const std::uint32_t* start;     // first record of each cell, and one entry more
   const std::uint32_t* occupied;  // see occupied_flags
   const Record* records;
   const Report* report;
   FirstRange range;
-  // With `around`: the query boxes, and which objects they report: (states[id] & mask_bits) ==
-  // wanted_bits.
-  const Record* askers = nullptr;
-  std::uint64_t asker_count = 0;
+  // With `around`: the query boxes, and which objects they report: (states[id] & state_mask) ==
+  // wanted_state.
+  const Record* queries = nullptr;
+  std::uint64_t query_count = 0;
   const std::uint8_t* states = nullptr;
-  std::uint8_t mask_bits = 0, wanted_bits = 0;
+  std::uint8_t state_mask = 0, wanted_state = 0;
 
-  THRONG_HD std::uint64_t count() const noexcept { return Around ? asker_count : report->active; }
+  THRONG_HD std::uint64_t count() const noexcept {
+    return is_around ? query_count : report->active;
+  }
 
   // Index of a group and class to search.
   THRONG_HD static constexpr std::uint32_t target(std::uint32_t group,
                                                   std::uint32_t size_class) noexcept {
     return group * core::max_size_classes + size_class;
   }
-  static constexpr std::uint32_t most_targets = 8 * core::max_size_classes;
+  static constexpr std::uint32_t max_targets = 8 * core::max_size_classes;
 
-  // Records from `begin` to `end`. `row`: their row, needed if `mixed` (Look).
+  // Records from `begin` to `end`. `row`: their row, needed if `mixed` (GridQuery).
   struct Range {
     std::uint32_t begin, end, row;
   };
@@ -67,75 +70,76 @@ struct GridSearchOf {
 
   // Whether an overlapping box that was found in a row of a target makes a pair to report.
   template <bool mixed>
-  THRONG_HD bool allows(const core::ClassGrid& cells, std::uint32_t own, const Record& c,
-                        std::uint32_t target_then, std::uint32_t row) const noexcept {
-    if constexpr (Around)
-      if ((states[c.id] & mask_bits) != wanted_bits) return false;
-    if (!Plain && !in.allowed(own, c.id)) return false;
+  THRONG_HD bool allows(const core::SizeClassGrid& cells, std::uint32_t own, const Record& c,
+                        std::uint32_t current_target, std::uint32_t row) const noexcept {
+    if constexpr (is_around)
+      if ((states[c.id] & state_mask) != wanted_state) return false;
+    if (!is_plain && !in.allowed(own, c.id)) return false;
     // Boxes of other targets may be stored in the same cells.
-    if (mixed && (cells.hashed || row == all_rows) && !is_home_in(cells, c, target_then, row))
+    if (mixed && (cells.hashed || row == all_rows) && !is_stored_in(cells, c, current_target, row))
       return false;
-    return Plain || range.holds(pair(own, c).first);
+    return is_plain || range.holds(pair(own, c).first);
   }
   THRONG_HD Pair pair(std::uint32_t own, const Record& c) const noexcept {
-    if constexpr (Plain) return own < c.id ? Pair{own, c.id} : Pair{c.id, own};
+    if constexpr (is_plain) return own < c.id ? Pair{own, c.id} : Pair{c.id, own};
     return in.pair(own, c.id);
   }
   // Within a row each x has a cell of its own.
-  THRONG_HD bool is_home_in(const core::ClassGrid& cells, const Record& c,
-                            std::uint32_t target_then, std::uint32_t row) const noexcept {
+  THRONG_HD bool is_stored_in(const core::SizeClassGrid& cells, const Record& c,
+                              std::uint32_t current_target, std::uint32_t row) const noexcept {
     const core::CellSpan span = core::cells_of(cells, c.box());
     const std::uint32_t size_class = core::class_of(cells, span);
     const core::SizeClass& k = cells.classes[size_class];
-    const std::uint32_t group = Plain ? 0 : core::pack_group(cells.present, in.group_bits(c.id));
-    return target_then == target(group, size_class) &&
+    const std::uint32_t group = is_plain ? 0 : core::pack_group(cells.present, in.group_bits(c.id));
+    return current_target == target(group, size_class) &&
            (row == all_rows ||
             row == row_of(span.lower[1] >> k.shift[1], span.lower[2] >> k.shift[2]));
   }
 
   // The search of one box: target by target, and within a target row by row. Results belong to the
-  // current target: if `mixed`, ranges must be tested before the next aim(). The lanes of a warp go
-  // through the same targets together. `mixed`: records of other rows may be stored among those of
-  // a row. Only plain searches of a dense grid have no such records.
+  // current target: if `mixed`, ranges must be tested before the next select_target(). The lanes of
+  // a warp go through the same targets together. `mixed`: records of other rows may be stored among
+  // those of a row. Only plain searches of a dense grid have no such records.
   template <bool mixed>
-  class Look {
+  class GridQuery {
    public:
-    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells,
-                   std::uint64_t i) noexcept
+    THRONG_HD GridQuery(const GridSearchOf& search, const core::SizeClassGrid& cells,
+                        std::uint64_t i) noexcept
         : s_(search),
           cells_(cells),
           index_(static_cast<std::uint32_t>(i)),
-          box_(load((Around ? search.askers : search.records) + i)) {
+          box_(load((is_around ? search.queries : search.records) + i)) {
       span_ = core::cells_of(cells_, box_.box());
       class_ = core::class_of(cells_, span_);
-      if constexpr (Plain) return;
+      if constexpr (is_plain) return;
       bits_ = cells_.present ? s_.in.group_bits(box_.id) : 0;
       if (s_.in.has_worlds && !(bits_ & core::everywhere_bit))
         world_ = static_cast<std::uint32_t>(s_.in.world(box_.id));
     }
 
-    // `around`: a query box, which turn_to() may replace. `bits`: its group; `world`: its world or
+    // `around`: a query box, which set_box() may replace. `bits`: its group; `world`: its world or
     // 0.
-    THRONG_HD Look(const GridSearchOf& search, const core::ClassGrid& cells, const Box& box,
-                   std::uint32_t bits, std::uint32_t world) noexcept
+    THRONG_HD GridQuery(const GridSearchOf& search, const core::SizeClassGrid& cells,
+                        const Box& box, std::uint32_t bits, std::uint32_t world) noexcept
         : s_(search), cells_(cells), index_(0), class_(0), bits_(bits), world_(world) {
-      turn_to(box);
+      set_box(box);
     }
-    THRONG_HD void turn_to(const Box& box) noexcept {
+    THRONG_HD void set_box(const Box& box) noexcept {
       box_ = Record{box.lower, 0, box.upper, 0};
       span_ = core::cells_of(cells_, box);
     }
 
     // Selects a target; returns the number of rows to search.
-    THRONG_HD std::uint32_t aim(std::uint32_t target) noexcept {
-      const std::uint32_t group = Plain ? 0 : target / core::max_size_classes;
-      const std::uint32_t size_class = Plain ? target : target % core::max_size_classes;
-      const std::uint32_t present = Plain ? 0 : cells_.present;
+    THRONG_HD std::uint32_t select_target(std::uint32_t target) noexcept {
+      const std::uint32_t group = is_plain ? 0 : target / core::max_size_classes;
+      const std::uint32_t size_class = is_plain ? target : target % core::max_size_classes;
+      const std::uint32_t present = is_plain ? 0 : cells_.present;
       const std::uint32_t bits = core::unpack_group(present, group);
-      whole_ = false;
-      core::Look how = bits_ & bits & core::static_bit ? core::Look::no : core::Look::all;
-      if constexpr (!Around) how = core::look(present, bits_, class_, bits, size_class);
-      if (how == core::Look::no) return 0;
+      all_records_ = false;
+      core::SearchMode how =
+          bits_ & bits & core::static_bit ? core::SearchMode::no : core::SearchMode::all;
+      if constexpr (!is_around) how = core::search_mode(present, bits_, class_, bits, size_class);
+      if (how == core::SearchMode::no) return 0;
       // Boxes beyond the outermost cells share cells with boxes in them, such as movers far from a
       // heap of static boxes.
       if (present != 0 && !core::overlaps(box_.box(), occupied_bounds(s_.occupied, target)))
@@ -150,7 +154,7 @@ struct GridSearchOf {
       x_last_ = span_.upper[0] >> c.shift[0];
       y_first_ = y > 0 ? y - 1 : 0;
       y_last_ = span_.upper[1] >> c.shift[1];
-      own_row_ = how == core::Look::forward;
+      own_row_ = how == core::SearchMode::forward;
       z_ = own_row_ || z == 0 ? z : z - 1;
       y_ = own_row_ ? y : y_first_;
       // In the first slab the rows from y_ on, in the others all.
@@ -158,17 +162,17 @@ struct GridSearchOf {
           rows(y_last_ - y_first_ + 1, z_last - z_) + rows(y_last_ - y_ + 1, 1);
       // A large box may search a fine class of another group. If that has more rows than there are
       // boxes, or in a hashed grid more cells than the table, going through all boxes costs less.
-      whole_ = mixed && !own_row_ &&
-               (all > s_.report->active ||
-                (cells_.hashed &&
-                 all * static_cast<std::uint32_t>(x_last_ - x_first_ + 1) > cells_.table_cells));
-      return whole_ ? 1 : static_cast<std::uint32_t>(all);
+      all_records_ = mixed && !own_row_ &&
+                     (all > s_.report->active ||
+                      (cells_.hashed && all * static_cast<std::uint32_t>(x_last_ - x_first_ + 1) >
+                                            cells_.table_cells));
+      return all_records_ ? 1 : static_cast<std::uint32_t>(all);
     }
-    THRONG_HD bool whole() const noexcept { return whole_; }
+    THRONG_HD bool all_records() const noexcept { return all_records_; }
 
     // Returns the records of the next row.
     THRONG_HD Range row() noexcept {
-      if (whole_) return {0, s_.report->active, all_rows};
+      if (all_records_) return {0, s_.report->active, all_rows};
       const std::uint32_t row =
           mixed ? core::row_start(cells_, part_, y_, z_) : core::dense_row_start(part_, y_, z_);
       const Range found{
@@ -196,7 +200,7 @@ struct GridSearchOf {
     }
 
     const GridSearchOf& s_;
-    const core::ClassGrid& cells_;
+    const core::SizeClassGrid& cells_;
     std::uint32_t index_;
     Record box_;
     core::CellSpan span_;
@@ -204,14 +208,14 @@ struct GridSearchOf {
     core::Part part_{0, 0, 0};
     std::int32_t x_first_ = 0, x_last_ = 0, y_first_ = 0, y_last_ = 0;
     std::int32_t y_ = 0, z_ = 0;  // of the next row
-    bool own_row_ = false, whole_ = false;
+    bool own_row_ = false, all_records_ = false;
   };
 
   // The same for a single thread.
   class Walk {
    public:
     THRONG_HD Walk(const GridSearchOf& search, std::uint64_t i) noexcept
-        : s_(search), look_(search, *search.grid, i) {
+        : s_(search), query_(search, *search.grid, i) {
       advance();
     }
     THRONG_HD bool over() const noexcept { return range_.begin == range_.end; }
@@ -220,8 +224,8 @@ struct GridSearchOf {
     THRONG_HD bool step(Pair& pair) noexcept {
       ++comparisons_;
       const Record c = load(s_.records + range_.begin++);
-      const bool hit = look_.accepts(c, range_.row);
-      if (hit) pair = s_.pair(look_.box().id, c);
+      const bool hit = query_.accepts(c, range_.row);
+      if (hit) pair = s_.pair(query_.box().id, c);
       advance();
       return hit;
     }
@@ -232,10 +236,10 @@ struct GridSearchOf {
       const std::uint32_t targets = target(core::group_count(s_.grid->present), 0);
       while (range_.begin == range_.end) {
         if (rows_ > 0) {
-          range_ = look_.row();
+          range_ = query_.row();
           --rows_;
         } else if (next_ < targets) {
-          if (s_.occupied[next_]) rows_ = look_.aim(next_);
+          if (s_.occupied[next_]) rows_ = query_.select_target(next_);
           ++next_;
         } else {
           return;
@@ -244,14 +248,14 @@ struct GridSearchOf {
     }
 
     const GridSearchOf& s_;
-    Look<true> look_;
+    GridQuery<true> query_;
     Range range_{0, 0, 0};
     std::uint32_t next_ = 0, rows_ = 0, comparisons_ = 0;
   };
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-using GridSearch = GridSearchOf<Looking::filtered>;
+using GridSearch = GridSearchOf<GridSearchMode::filtered>;
 
 // Brute force over pairs of tiles of boxes. Thread i owns one box of one tile and goes through
 // those of the other, which all threads of a tile read together.

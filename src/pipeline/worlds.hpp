@@ -8,44 +8,46 @@
 
 #include "core/bounds.hpp"
 #include "pipeline/atomic.hpp"
+#include "pipeline/binning.hpp"
 #include "pipeline/input.hpp"
 #include "pipeline/search.hpp"
-#include "pipeline/stages.hpp"
 
 namespace throng::pipeline {
 
-struct WorldsTold {
+struct WorldsReport {
   std::uint32_t grid_wanted;  // not 0: the boxes are not of this kind
   std::uint32_t everywhere;   // boxes of world -1, which come before all others
 };
 
-// Resets the reports before LookAtWorlds.
-struct BeginWorlds {
-  WorldsTold* told;
+// Resets the reports before InspectWorlds.
+struct ResetWorldsReport {
+  WorldsReport* worlds_report;
   Report* report;
   THRONG_HD void operator()(std::uint64_t) const noexcept {
-    *told = WorldsTold{};
+    *worlds_report = WorldsReport{};
     *report = Report{};
   }
 };
 
 // Compares a box with later boxes of its own world and with those of all worlds.
 struct WorldSearch {
-  static constexpr std::uint32_t most_in_world = 512, most_everywhere = 32;
+  static constexpr std::uint32_t max_in_world = 512, max_everywhere = 32;
 
   Input in;
-  const WorldsTold* told;
+  const WorldsReport* worlds_report;
   FirstRange range;
   Report* report = nullptr;  // null: inactive boxes have been reported
 
-  THRONG_HD std::uint64_t count() const noexcept { return told->grid_wanted ? 0 : in.count; }
+  THRONG_HD std::uint64_t count() const noexcept {
+    return worlds_report->grid_wanted ? 0 : in.count;
+  }
 
   // If `to` is not null, a box that takes no part is reported there.
   THRONG_HD Box box(std::uint32_t i, Report* to = nullptr) const noexcept {
     Box box;
     bool nan;
     if (read_box(in, i, box, nan)) return box;
-    if (to) tell_inactive(*to, i, nan);
+    if (to) report_inactive(*to, i, nan);
     return no_box();
   }
   // The searching box, which is read once, and so reported once.
@@ -88,7 +90,7 @@ struct WorldSearch {
         if (at_ < s_.in.count && s_.in.world(at_) == world_) return;
         at_ = 0;
       }
-      over_ = world_ < 0 || at_ >= s_.told->everywhere;
+      over_ = world_ < 0 || at_ >= s_.worlds_report->everywhere;
     }
 
     const WorldSearch& s_;
@@ -102,11 +104,11 @@ struct WorldSearch {
 
 // Checks whether worlds come in ascending order with few boxes each. Reports bad worlds, and
 // inactive boxes unless the search reports them.
-struct LookAtWorlds {
+struct InspectWorlds {
   Input in;
-  WorldsTold* told;
+  WorldsReport* worlds_report;
   Report* report;
-  bool boxes_too;
+  bool report_boxes;
 
   THRONG_HD void operator()(std::uint64_t index) const noexcept {
     const auto i = static_cast<std::uint32_t>(index);
@@ -115,19 +117,19 @@ struct LookAtWorlds {
     const auto world_after = [&](std::uint32_t boxes) {
       return in.world(in.count - i > boxes ? i + boxes : in.count - 1);
     };
-    constexpr std::uint32_t few = WorldSearch::most_everywhere, many = WorldSearch::most_in_world;
+    constexpr std::uint32_t few = WorldSearch::max_everywhere, many = WorldSearch::max_in_world;
     const std::int32_t world = in.world(i), next = world_after(1);
     const std::int32_t after_few = world_after(few), after_many = world_after(many);
-    if (boxes_too) {
+    if (report_boxes) {
       Box box;
       bool nan;
-      if (!read_box(in, i, box, nan)) tell_inactive(*report, i, nan);
+      if (!read_box(in, i, box, nan)) report_inactive(*report, i, nan);
     }
-    tell_bad_world(in, *report, i);
+    report_bad_world(in, *report, i);
     const bool too_many = world < 0 ? in.count - i > few && after_few == world
                                     : in.count - i > many && after_many == world;
-    if (next < world || too_many) raise(&told->grid_wanted);
-    if (world < 0 && (last || next >= 0)) fetch_max(&told->everywhere, i + 1);
+    if (next < world || too_many) set_flag(&worlds_report->grid_wanted);
+    if (world < 0 && (last || next >= 0)) fetch_max(&worlds_report->everywhere, i + 1);
   }
 };
 

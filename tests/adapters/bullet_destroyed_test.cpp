@@ -13,7 +13,7 @@ namespace throng::tests {
 namespace {
 
 // At once, and only its own.
-TEST(BulletDestroyed, who_goes_takes_its_pairs_out_of_the_cache) {
+TEST(BulletDestroyed, destroying_removes_its_pairs) {
   for (const int others : {5, 63, 64, 65, 200}) {
     BulletBroadphase phase;
     btBroadphaseProxy* const middle = add(phase, 0, btScalar(others));
@@ -38,7 +38,7 @@ TEST(BulletDestroyed, who_goes_takes_its_pairs_out_of_the_cache) {
   }
 }
 
-TEST(BulletDestroyed, what_somebody_put_into_the_cache_goes_with_its_proxy) {
+TEST(BulletDestroyed, destroying_removes_foreign_pairs) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 1), *b = add(phase, 5, 6), *c = add(phase, 5, 7);
   phase.calculateOverlappingPairs(nullptr);
@@ -53,7 +53,7 @@ TEST(BulletDestroyed, what_somebody_put_into_the_cache_goes_with_its_proxy) {
 
 // As at program end: without them a world's destructor scans all pairs for each object. The cache's
 // hash table keeps its size, so no lookup is possible.
-TEST(BulletDestroyed, a_cache_whose_pairs_are_taken_out_by_hand) {
+TEST(BulletDestroyed, pairs_removed_by_the_caller) {
   BulletBroadphase phase;
   std::vector<btBroadphaseProxy*> all;
   for (int i = 0; i < 40; ++i) all.push_back(add(phase, btScalar(i), btScalar(i + 1)));

@@ -23,7 +23,7 @@ bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
 }
 
 // Refuses pairs by its own rule; counts the calls.
-struct Refuser : btOverlapFilterCallback {
+struct RefusingFilter : btOverlapFilterCallback {
   int modulus = 3;
   mutable int asked = 0;
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
@@ -77,9 +77,9 @@ std::set<int> on_ray(const std::vector<btBroadphaseProxy*>& proxies, const btVec
   return uids;
 }
 
-class Play {
+class RandomCalls {
  public:
-  explicit Play(std::uint64_t seed) : random_(seed) {}
+  explicit RandomCalls(std::uint64_t seed) : random_(seed) {}
 
   void step() {
     for (int i = random_.between(0, 12); i > 0; --i) act();
@@ -163,7 +163,8 @@ class Play {
 
   void swap_filter() {
     filtered_ = !filtered_;
-    phase_.getOverlappingPairCache()->setOverlapFilterCallback(filtered_ ? &refuser_ : nullptr);
+    phase_.getOverlappingPairCache()->setOverlapFilterCallback(filtered_ ? &refusing_filter_
+                                                                         : nullptr);
   }
 
   void ask() {
@@ -186,7 +187,7 @@ class Play {
 
   Random random_;
   BulletBroadphase phase_;
-  Refuser refuser_;
+  RefusingFilter refusing_filter_;
   bool filtered_ = false;
   std::vector<btBroadphaseProxy*> proxies_;
   std::size_t total_ = 0;
@@ -195,12 +196,12 @@ class Play {
 TEST(BulletPairs, any_sequence_of_calls) {
   std::size_t total = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    Play play(seed);
+    RandomCalls calls(seed);
     for (int step = 0; step < 120; ++step) {
-      play.step();
+      calls.step();
       if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << ", step " << step;
     }
-    total += play.total();
+    total += calls.total();
   }
   EXPECT_GT(total, 10000u);  // the test had pairs
 }
@@ -227,7 +228,7 @@ TEST(BulletPairs, touching_to_the_last_bit) {
 }
 
 // Ray and region queries from several threads at once; the first one finds moved boxes.
-TEST(BulletPairs, several_threads_ask_at_once) {
+TEST(BulletPairs, concurrent_queries) {
   Random random(5);
   const auto corner = [](Random& r, int limit) {
     const auto c = [&] { return btScalar(r.between(-limit, limit)) * btScalar(0.25); };
@@ -271,21 +272,21 @@ TEST(BulletPairs, several_threads_ask_at_once) {
   }
 }
 
-TEST(BulletPairs, a_callback_that_changes_its_mind) {
+TEST(BulletPairs, a_callback_with_changing_results) {
   BulletBroadphase phase;
-  Refuser refuser;
-  phase.getOverlappingPairCache()->setOverlapFilterCallback(&refuser);
+  RefusingFilter refusing_filter;
+  phase.getOverlappingPairCache()->setOverlapFilterCallback(&refusing_filter);
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_TRUE(held(phase).empty());  // 1 + 2 is a multiple of 3
-  EXPECT_EQ(refuser.asked, 1);
-  refuser.modulus = 0;
+  EXPECT_EQ(refusing_filter.asked, 1);
+  refusing_filter.modulus = 0;
   phase.calculateOverlappingPairs(nullptr);
-  EXPECT_EQ(refuser.asked, 1);  // neither has moved
+  EXPECT_EQ(refusing_filter.asked, 1);  // neither has moved
   put(phase, a, 0, btScalar(2.5));
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
-  refuser.modulus = 3;  // begun pairs stay until the boxes separate
+  refusing_filter.modulus = 3;  // begun pairs stay until the boxes separate
   put(phase, a, 0, 2);
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
@@ -294,7 +295,7 @@ TEST(BulletPairs, a_callback_that_changes_its_mind) {
   EXPECT_TRUE(held(phase).empty());
 }
 
-TEST(BulletPairs, a_cache_of_the_callers) {
+TEST(BulletPairs, the_callers_cache) {
   btHashedOverlappingPairCache cache;
   {
     BulletBroadphase phase({}, &cache);
@@ -306,11 +307,11 @@ TEST(BulletPairs, a_cache_of_the_callers) {
     phase.destroyProxy(b, nullptr);
     EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
   }
-  btSortedOverlappingPairCache late;
-  EXPECT_THROW(BulletBroadphase({}, &late), Error);
+  btSortedOverlappingPairCache deferred_cache;
+  EXPECT_THROW(BulletBroadphase({}, &deferred_cache), Error);
 }
 
-TEST(BulletPairs, a_pool_that_is_reset_is_as_new) {
+TEST(BulletPairs, reset_restores_the_initial_state) {
   BulletBroadphase phase;
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);
   phase.calculateOverlappingPairs(nullptr);
@@ -344,9 +345,9 @@ TEST(BulletPairs, planes_and_nan) {
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));
 }
 
-TEST(BulletPairs, memory_that_runs_out_loses_no_pair) {
+TEST(BulletPairs, out_of_memory_loses_no_pair) {
   // Allows `left` more bytes.
-  struct Scarce : std::pmr::memory_resource {
+  struct LimitedResource : std::pmr::memory_resource {
     std::size_t left = std::size_t{1} << 30;
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
       if (bytes > left) throw std::bad_alloc();

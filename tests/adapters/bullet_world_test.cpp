@@ -77,25 +77,25 @@ TYPED_TEST(World, a_stack_comes_to_rest) {
 TYPED_TEST(World, teleports_end_pairs_and_begin_others) {
   this->add_ground();
   btRigidBody &a = this->add_cube(0, 0.5), &b = this->add_cube(100, 0.5);
-  btRigidBody& traveller = this->add_cube(0, 1.5);
+  btRigidBody& moved_body = this->add_cube(0, 1.5);
   this->step(3);
-  EXPECT_TRUE(this->pair_of(traveller, a));
+  EXPECT_TRUE(this->pair_of(moved_body, a));
   EXPECT_GT(this->dispatcher_.getNumManifolds(), 0);
-  this->teleport(traveller, btVector3(100, 0, btScalar(1.5)));
+  this->teleport(moved_body, btVector3(100, 0, btScalar(1.5)));
   this->step();
-  EXPECT_FALSE(this->pair_of(traveller, a));
-  EXPECT_TRUE(this->pair_of(traveller, b));
+  EXPECT_FALSE(this->pair_of(moved_body, a));
+  EXPECT_TRUE(this->pair_of(moved_body, b));
   for (int i = 0; i < this->dispatcher_.getNumManifolds(); ++i) {  // no contact of the old place
     const btPersistentManifold& m = *this->dispatcher_.getManifoldByIndexInternal(i);
     EXPECT_FALSE((m.getBody0() == &a || m.getBody1() == &a) &&
-                 (m.getBody0() == &traveller || m.getBody1() == &traveller));
+                 (m.getBody0() == &moved_body || m.getBody1() == &moved_body));
   }
 }
 
 // btDbvtBroadphase fails this: it keeps the pair and its contacts for one more step, and the solver
 // pulls the remaining cube after the removed one.
 using ThrongWorld = World<BulletBroadphase>;
-TEST_F(ThrongWorld, who_touched_a_teleported_body_stays) {
+TEST_F(ThrongWorld, neighbours_of_a_teleported_body_stay) {
   btRigidBody &a = add_cube(0, 1), &b = add_cube(1, 1);
   step();
   EXPECT_TRUE(pair_of(a, b));
@@ -116,7 +116,7 @@ TYPED_TEST(World, groups_and_masks) {
   EXPECT_TRUE(this->pair_of(a, b));
 }
 
-TYPED_TEST(World, a_ghost_knows_whom_it_meets) {
+TYPED_TEST(World, a_ghost_lists_its_overlaps) {
   btGhostPairCallback callback;
   this->phase_.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
   btPairCachingGhostObject ghost;
@@ -194,7 +194,7 @@ TYPED_TEST(World, fast_bodies_do_not_pass_through) {
 }
 
 // Its cached contacts are removed, those of others stay.
-TYPED_TEST(World, a_body_is_cleaned_from_its_pairs_alone) {
+TYPED_TEST(World, cleaning_affects_only_own_pairs) {
   this->add_ground();
   for (int i = 0; i < 80; ++i) this->add_cube(btScalar(0.95 * i), 0.5);
   btOverlappingPairCache& cache = *this->phase_.getOverlappingPairCache();
@@ -221,7 +221,7 @@ TYPED_TEST(World, a_body_is_cleaned_from_its_pairs_alone) {
   }
 }
 
-TYPED_TEST(World, bodies_come_and_go_while_it_runs) {
+TYPED_TEST(World, bodies_are_added_and_removed) {
   this->add_ground();
   for (int round = 0; round < 30; ++round) {
     for (int i = 0; i < 4; ++i) this->add_cube(btScalar(i), btScalar(0.5 + 1.1 * (round % 3)));

@@ -19,9 +19,9 @@
 namespace throng::tests {
 
 template <class S>
-class Thing : public fcl::CollisionObject<S> {
+class TestObject : public fcl::CollisionObject<S> {
  public:
-  Thing(int n, const fcl::AABB<S>& bounds)
+  TestObject(int n, const fcl::AABB<S>& bounds)
       : fcl::CollisionObject<S>(std::make_shared<fcl::Box<S>>(1, 1, 1)), number(n) {
     this->aabb = bounds;
   }
@@ -46,19 +46,19 @@ class Manager : public ::testing::Test {
   using Bounds = fcl::AABB<S>;
   using V = fcl::Vector3<S>;
 
-  struct Heard {
+  struct CallbackLog {
     Numbers pairs;
     std::size_t most = std::numeric_limits<std::size_t>::max();
   };
-  static int number(const Object* o) { return static_cast<const Thing<S>*>(o)->number; }
+  static int number(const Object* o) { return static_cast<const TestObject<S>*>(o)->number; }
   // Pairs are unordered, except of two managers or an object: there the manager's own is first.
-  static bool hear(Object* a, Object* b, void* data) {
-    Heard& heard = *static_cast<Heard*>(data);
-    heard.pairs.insert(std::minmax(number(a), number(b)));
-    return heard.pairs.size() >= heard.most;
+  static bool log_pair(Object* a, Object* b, void* data) {
+    CallbackLog& log = *static_cast<CallbackLog*>(data);
+    log.pairs.insert(std::minmax(number(a), number(b)));
+    return log.pairs.size() >= log.most;
   }
-  static bool hear_in_order(Object* a, Object* b, void* data) {
-    static_cast<Heard*>(data)->pairs.emplace(number(a), number(b));
+  static bool log_ordered_pair(Object* a, Object* b, void* data) {
+    static_cast<CallbackLog*>(data)->pairs.emplace(number(a), number(b));
     return false;
   }
 
@@ -67,8 +67,8 @@ class Manager : public ::testing::Test {
     const V far(static_cast<S>(x + size), static_cast<S>(y + size), static_cast<S>(z + size));
     return Bounds(low, far);
   }
-  Thing<S>* make(const Bounds& bounds) {
-    things_.push_back(std::make_unique<Thing<S>>(static_cast<int>(things_.size()), bounds));
+  TestObject<S>* make(const Bounds& bounds) {
+    things_.push_back(std::make_unique<TestObject<S>>(static_cast<int>(things_.size()), bounds));
     return things_.back().get();
   }
   // Corners often touch, or miss each other by less than float resolution.
@@ -81,9 +81,9 @@ class Manager : public ::testing::Test {
     return Bounds(low, far);
   }
   static Numbers self(const M& manager) {
-    Heard heard;
-    manager.collide(&heard, hear);
-    return heard.pairs;
+    CallbackLog log;
+    manager.collide(&log, log_pair);
+    return log.pairs;
   }
   static Numbers brute(const std::vector<Object*>& here) {
     Numbers pairs;
@@ -116,7 +116,7 @@ class Manager : public ::testing::Test {
   }
 
   Random random_{5};
-  std::vector<std::unique_ptr<Thing<S>>> things_;
+  std::vector<std::unique_ptr<TestObject<S>>> things_;
 };
 
 }  // namespace throng::tests

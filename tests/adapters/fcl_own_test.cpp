@@ -12,7 +12,7 @@ namespace {
 
 using Throng = Manager<FclManager<double>>;
 
-TEST_F(Throng, strangers_and_objects_given_twice) {
+TEST_F(Throng, unknown_and_duplicate_objects) {
   FclManager<double> manager;
   auto *a = make(box(0, 0, 0)), *b = make(box(0.5, 0, 0));
   manager.unregisterObject(a);
@@ -36,8 +36,8 @@ TEST_F(Throng, a_manager_of_another_class) {
   for (int i = 0; i < 30; ++i) theirs.push_back(make(any()));
   manager.registerObjects(ours);
   tree.registerObjects(theirs);
-  Heard heard;
-  manager.collide(&tree, &heard, hear_in_order);
+  CallbackLog log;
+  manager.collide(&tree, &log, log_ordered_pair);
   Numbers wanted;
   Nearest nearest;
   manager.distance(&tree, &nearest, measure);
@@ -48,7 +48,7 @@ TEST_F(Throng, a_manager_of_another_class) {
       least = std::min(least, true_distance(a, b));
     }
   }
-  EXPECT_EQ(heard.pairs, wanted);
+  EXPECT_EQ(log.pairs, wanted);
   EXPECT_EQ(nearest.distance, least);
 }
 
@@ -58,16 +58,16 @@ TEST_F(Throng, a_manager_and_itself) {
   std::vector<Object*> all;
   for (int i = 0; i < 60; ++i) all.push_back(make(any()));
   manager.registerObjects(all);
-  Heard heard;
-  manager.collide(&manager, &heard, hear);
-  EXPECT_EQ(heard.pairs, brute(all));
+  CallbackLog log;
+  manager.collide(&manager, &log, log_pair);
+  EXPECT_EQ(log.pairs, brute(all));
   Nearest nearest, other;
   manager.distance(&manager, &nearest, measure);
   manager.distance(&other, measure);
   EXPECT_EQ(nearest.pair, other.pair);
 }
 
-TEST_F(Throng, nan_meets_nothing) {
+TEST_F(Throng, nan_overlaps_nothing) {
   FclManager<double> manager;
   auto *a = make(box(0, 0, 0)), *b = make(box(0.5, 0, 0));
   Bounds bad = b->getAABB();
@@ -83,7 +83,7 @@ TEST_F(Throng, nan_meets_nothing) {
   EXPECT_EQ(self(manager), (Numbers{{0, 1}}));
 }
 
-TEST_F(Throng, several_threads_ask_at_once) {
+TEST_F(Throng, concurrent_queries) {
   FclManager<double> manager;
   std::vector<Object*> all;
   for (int i = 0; i < 200; ++i) all.push_back(make(any()));
@@ -94,17 +94,17 @@ TEST_F(Throng, several_threads_ask_at_once) {
     threads.emplace_back([&] {
       for (int i = 0; i < 10; ++i) {
         EXPECT_EQ(self(manager), wanted);
-        Heard heard;
-        manager.collide(all[static_cast<std::size_t>(i)], &heard, hear);
-        EXPECT_GE(heard.pairs.size(), 1u);
+        CallbackLog log;
+        manager.collide(all[static_cast<std::size_t>(i)], &log, log_pair);
+        EXPECT_GE(log.pairs.size(), 1u);
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
 }
 
-TEST_F(Throng, memory_that_runs_out_changes_nothing) {
-  struct Scarce : std::pmr::memory_resource {
+TEST_F(Throng, out_of_memory_changes_nothing) {
+  struct LimitedResource : std::pmr::memory_resource {
     bool none = false;
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
       if (none) throw std::bad_alloc();

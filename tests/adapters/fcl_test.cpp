@@ -24,9 +24,9 @@ TYPED_TEST(Manager, starts_empty) {
   manager.setup();
   manager.update();
   EXPECT_TRUE(this->self(manager).empty());
-  typename TestFixture::Heard heard;
-  manager.collide(this->make(this->box(0, 0, 0)), &heard, this->hear);
-  EXPECT_TRUE(heard.pairs.empty());
+  typename TestFixture::CallbackLog log;
+  manager.collide(this->make(this->box(0, 0, 0)), &log, this->log_pair);
+  EXPECT_TRUE(log.pairs.empty());
   std::vector<typename TestFixture::Object*> objects(3);
   manager.getObjects(objects);
   EXPECT_TRUE(objects.empty());
@@ -91,22 +91,22 @@ TYPED_TEST(Manager, touching_to_the_last_bit) {
   EXPECT_TRUE(this->self(manager).empty());
 }
 
-TYPED_TEST(Manager, a_callback_that_has_enough) {
+TYPED_TEST(Manager, a_callback_that_stops) {
   TypeParam manager;
   std::vector<typename TestFixture::Object*> all;
   for (int i = 0; i < 10; ++i) all.push_back(this->make(this->box(0, 0, 0.01 * i)));
   manager.registerObjects(all);
   manager.setup();
   for (std::size_t most : {1u, 3u, 45u}) {
-    typename TestFixture::Heard heard;
-    heard.most = most;
-    manager.collide(&heard, this->hear);
-    EXPECT_EQ(heard.pairs.size(), most);
+    typename TestFixture::CallbackLog log;
+    log.most = most;
+    manager.collide(&log, this->log_pair);
+    EXPECT_EQ(log.pairs.size(), most);
   }
-  typename TestFixture::Heard heard;
-  heard.most = 2;
-  manager.collide(this->make(this->box(0, 0, 0)), &heard, this->hear);
-  EXPECT_EQ(heard.pairs.size(), 2u);
+  typename TestFixture::CallbackLog log;
+  log.most = 2;
+  manager.collide(this->make(this->box(0, 0, 0)), &log, this->log_pair);
+  EXPECT_EQ(log.pairs.size(), 2u);
 }
 
 TYPED_TEST(Manager, one_object_against_all) {
@@ -119,12 +119,12 @@ TYPED_TEST(Manager, one_object_against_all) {
     // An object of its own overlaps itself, too.
     auto* object =
         i % 4 ? this->make(this->any()) : this->things_[static_cast<std::size_t>(i)].get();
-    typename TestFixture::Heard heard;
-    manager.collide(object, &heard, this->hear_in_order);
+    typename TestFixture::CallbackLog log;
+    manager.collide(object, &log, this->log_ordered_pair);
     Numbers wanted;
     for (auto* o : all)
       if (o->getAABB().overlap(object->getAABB())) wanted.emplace(this->number(o), object->number);
-    EXPECT_EQ(heard.pairs, wanted);
+    EXPECT_EQ(log.pairs, wanted);
   }
 }
 
@@ -138,25 +138,25 @@ TYPED_TEST(Manager, two_managers) {
   one.setup();
   two.setup();
   const auto check = [&] {
-    typename TestFixture::Heard heard;
-    one.collide(&two, &heard, this->hear_in_order);
+    typename TestFixture::CallbackLog log;
+    one.collide(&two, &log, this->log_ordered_pair);
     Numbers wanted;
     for (auto* a : ours)
       for (auto* b : theirs)
         if (a->getAABB().overlap(b->getAABB())) wanted.emplace(this->number(a), this->number(b));
-    EXPECT_EQ(heard.pairs, wanted);
+    EXPECT_EQ(log.pairs, wanted);
     EXPECT_GT(wanted.size(), 10u);
   };
   check();
-  for (auto& thing : this->things_) thing->set(this->any());
+  for (auto& entry : this->things_) entry->set(this->any());
   one.update();
   two.update();
   check();
   TypeParam none;
-  typename TestFixture::Heard heard;
-  one.collide(&none, &heard, this->hear);
-  none.collide(&one, &heard, this->hear);
-  EXPECT_TRUE(heard.pairs.empty());
+  typename TestFixture::CallbackLog log;
+  one.collide(&none, &log, this->log_pair);
+  none.collide(&one, &log, this->log_pair);
+  EXPECT_TRUE(log.pairs.empty());
 }
 
 TYPED_TEST(Manager, distances) {
@@ -212,7 +212,7 @@ TYPED_TEST(Manager, infinite_and_real_objects) {
   using Real = typename TestFixture::S;
   TypeParam manager;
   // Geometry's own boxes: that of a plane is infinite.
-  Thing<Real> plane(0, {}), cube(1, {}), far_cube(2, {});
+  TestObject<Real> plane(0, {}), cube(1, {}), far_cube(2, {});
   fcl::CollisionObject<Real> half(std::make_shared<fcl::Plane<Real>>(0, 0, 1, 0));
   half.computeAABB();
   plane.set(half.getAABB());
@@ -245,7 +245,7 @@ TYPED_TEST(Manager, any_sequence_of_calls) {
         case 0:
           if (away.empty()) break;
           here.push_back(pick(away));
-          static_cast<Thing<typename TestFixture::S>*>(here.back())->set(this->any());
+          static_cast<TestObject<typename TestFixture::S>*>(here.back())->set(this->any());
           manager.registerObject(here.back());
           break;
         case 1: {
@@ -256,13 +256,13 @@ TYPED_TEST(Manager, any_sequence_of_calls) {
         }
         case 2:
           for (auto* object : here)
-            static_cast<Thing<typename TestFixture::S>*>(object)->set(this->any());
+            static_cast<TestObject<typename TestFixture::S>*>(object)->set(this->any());
           manager.update();
           break;
         default: {
           if (here.empty()) break;
           auto* object = here[this->random_.below(static_cast<std::uint32_t>(here.size()))];
-          static_cast<Thing<typename TestFixture::S>*>(object)->set(this->any());
+          static_cast<TestObject<typename TestFixture::S>*>(object)->set(this->any());
           manager.update(object);
         }
       }

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "broad_phase/model.hpp"
-#include "broad_phase/questions.hpp"
+#include "broad_phase/query_reference.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/random.hpp"
 

@@ -4,12 +4,12 @@
 #include <limits>
 #include <random>
 
-#include "broad_phase/c_door.hpp"
+#include "broad_phase/c_api_fixture.hpp"
 
 namespace throng::tests {
 namespace {
 
-TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
+TEST_F(CBroadPhase, MatchesTheCppApi) {
   std::vector<std::int32_t> owners(boxes_.size());
   for (std::size_t i = 0; i < owners.size(); ++i) owners[i] = static_cast<std::int32_t>(i % 5);
   std::vector<std::uint32_t> ids(boxes_.size()), cpp_ids(boxes_.size());
@@ -42,11 +42,11 @@ TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
   EXPECT_TRUE(throng_broad_phase_is_alive(c_, ids[99]));
   throng_boxes unfiltered = view(boxes_);
   unfiltered.count = 60;
-  const std::vector<std::int32_t> nobody(60, -1);
-  unfiltered.owner = {nobody.data(), sizeof(std::int32_t)};
+  const std::vector<std::int32_t> no_owner(60, -1);
+  unfiltered.owner = {no_owner.data(), sizeof(std::int32_t)};
   EXPECT_EQ(throng_broad_phase_set_filters(c_, ids.data(), &unfiltered), THRONG_OK) << message();
   Filters filters;
-  filters.owner = {nobody.data(), 60, sizeof(std::int32_t)};
+  filters.owner = {no_owner.data(), 60, sizeof(std::int32_t)};
   ASSERT_TRUE(cpp_.set_filters(ids.data(), 60, filters).ok());
   update_both_and_compare();
 
@@ -73,7 +73,7 @@ TEST_F(CBroadPhase, TellsWhatTheOtherDoorTells) {
   EXPECT_EQ(filter.owner, -1);
 }
 
-TEST_F(CBroadPhase, ThePairsOfOne) {
+TEST_F(CBroadPhase, PairsOfOneObject) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
@@ -93,21 +93,21 @@ TEST_F(CBroadPhase, ThePairsOfOne) {
   EXPECT_GT(most, 2u);
 }
 
-TEST_F(CBroadPhase, AnswersQuestionsAsTheOtherDoor) {
+TEST_F(CBroadPhase, QueriesMatchTheCppApi) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
-  const std::vector<Box> asked = snapped_boxes(20, 10, 0.25f, 10);
-  c_view = view(asked);
+  const std::vector<Box> queried = snapped_boxes(20, 10, 0.25f, 10);
+  c_view = view(queried);
   ASSERT_EQ(throng_broad_phase_find_overlaps(c_, &c_view), THRONG_OK) << message();
-  ASSERT_TRUE(cpp_.find_overlaps(asked).ok());
+  ASSERT_TRUE(cpp_.find_overlaps(queried).ok());
   size_t count = 0;
   const throng_pair* const overlaps = throng_broad_phase_overlaps(c_, &count);
   expect_same(overlaps, count, cpp_.overlaps());
   EXPECT_GT(count, 20u);
 
   std::vector<Sweep> sweeps;
-  for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
+  for (const Box& b : queried) sweeps.push_back({b, {1, 2, -3}});
   const auto* const c_sweeps = reinterpret_cast<const throng_sweep*>(sweeps.data());
   std::vector<std::int32_t> worlds(sweeps.size(), -1);
   throng_boxes filters{};
@@ -145,7 +145,7 @@ TEST_F(CBroadPhase, CopiesAreSnapshots) {
   EXPECT_EQ(throng_broad_phase_copy(c_, nullptr), THRONG_BAD_BOXES);
 }
 
-TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
+TEST_F(CBroadPhase, BadInputIsReportedAndChangesNothing) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK);
   ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
@@ -193,7 +193,7 @@ TEST_F(CBroadPhase, BadInputIsToldAndChangesNothing) {
 }
 
 // When out of memory, the handle is NULL: every call reports this and none crashes.
-TEST_F(CBroadPhase, ANullHandleIsAnswered) {
+TEST_F(CBroadPhase, ANullHandleIsAnError) {
   throng_boxes c_view = view(boxes_);
   std::uint32_t id = 0;
   size_t count = 7;
@@ -252,7 +252,7 @@ TEST_F(CBroadPhase, AnUpdateThatIsStoppedChangesNothing) {
 }
 
 // All allocations use the caller's memory, except the handle itself.
-TEST_F(CBroadPhase, TakesTheCallersMemory) {
+TEST_F(CBroadPhase, UsesTheCallersMemory) {
   static size_t held;
   held = 0;
   throng_options options;

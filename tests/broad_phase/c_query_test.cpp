@@ -1,27 +1,27 @@
 // Concurrent queries through the C API, with one handle per thread.
-#include "broad_phase/c_door.hpp"
+#include "broad_phase/c_api_fixture.hpp"
 
 namespace throng::tests {
 namespace {
 
-TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
+TEST_F(CBroadPhase, ConcurrentQueriesMatchTheCppApi) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
   ASSERT_TRUE(cpp_.add(boxes_, nullptr).ok());
-  const std::vector<Box> asked = snapped_boxes(20, 10, 0.25f, 10);
-  c_view = view(asked);
+  const std::vector<Box> queried = snapped_boxes(20, 10, 0.25f, 10);
+  c_view = view(queried);
   throng_query* const query = throng_query_create(nullptr);
   ASSERT_NE(query, nullptr);
   BroadPhaseQuery cpp;
   ASSERT_EQ(throng_query_find_overlaps(query, c_, &c_view), THRONG_OK);
-  ASSERT_TRUE(cpp.find_overlaps(cpp_, asked).ok());
+  ASSERT_TRUE(cpp.find_overlaps(cpp_, queried).ok());
   size_t count = 0;
   const throng_pair* const overlaps = throng_query_overlaps(query, &count);
   expect_same(overlaps, count, cpp.overlaps());
   EXPECT_GT(count, 20u);
 
   std::vector<Sweep> sweeps;
-  for (const Box& b : asked) sweeps.push_back({b, {1, 2, -3}});
+  for (const Box& b : queried) sweeps.push_back({b, {1, 2, -3}});
   const auto* const c_sweeps = reinterpret_cast<const throng_sweep*>(sweeps.data());
   const auto later = [](void* context, std::uint32_t sweep, std::uint32_t object, double time) {
     return (sweep + object) % 3 == 0 ? 2.0 : time + *static_cast<const double*>(context);
@@ -67,18 +67,18 @@ TEST_F(CBroadPhase, QueriesAskAsTheOtherDoor) {
 }
 
 // Calls from within a query, as from another thread.
-TEST_F(CBroadPhase, NothingChangesWhileAQueryAsks) {
+TEST_F(CBroadPhase, ChangesAreRefusedDuringAQuery) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
-  struct Meddler {
+  struct ReentrantCaller {
     throng_broad_phase* objects;
     throng_query *query, *other;
     throng_boxes region;
     int update, own, others;
   } m{c_, throng_query_create(nullptr), throng_query_create(nullptr), view(boxes_), -1, -1, -1};
   m.region.count = 1;
-  const auto meddle = [](void* context, std::uint32_t, std::uint32_t, double time) {
-    auto& me = *static_cast<Meddler*>(context);
+  const auto call_reentrantly = [](void* context, std::uint32_t, std::uint32_t, double time) {
+    auto& me = *static_cast<ReentrantCaller*>(context);
     me.update = throng_broad_phase_update(me.objects);
     me.own = throng_query_find_overlaps(me.query, me.objects, &me.region);
     me.others = throng_query_find_overlaps(me.other, me.objects, &me.region);
@@ -86,7 +86,7 @@ TEST_F(CBroadPhase, NothingChangesWhileAQueryAsks) {
   };
   const Sweep sweep{boxes_[0], {1, 0, 0}};
   EXPECT_EQ(throng_query_find_hits(m.query, c_, reinterpret_cast<const throng_sweep*>(&sweep), 1,
-                                   THRONG_HITS_FIRST, nullptr, meddle, &m),
+                                   THRONG_HITS_FIRST, nullptr, call_reentrantly, &m),
             THRONG_OK);
   EXPECT_EQ(m.update, THRONG_BUSY);
   EXPECT_EQ(m.own, THRONG_BUSY);

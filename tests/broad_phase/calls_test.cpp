@@ -5,7 +5,7 @@
 #include <cmath>
 #include <thread>
 
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -60,7 +60,7 @@ TEST(BroadPhaseCalls, TheLastMoveWins) {
   EXPECT_TRUE(w.b.ended().empty());
 }
 
-TEST(BroadPhaseCalls, WhatStaysWhereItIsHasNotMoved) {
+TEST(BroadPhaseCalls, UnchangedBoxesHaveNotMoved) {
   World w;
   const ObjectId ids[] = {0, 2};
   ASSERT_TRUE(w.b.move(ids, BoxList{three[0], three[2]}).ok());
@@ -69,7 +69,7 @@ TEST(BroadPhaseCalls, WhatStaysWhereItIsHasNotMoved) {
   EXPECT_EQ(w.b.pair_count(), 1u);
 }
 
-TEST(BroadPhaseCalls, IdsComeBackAfterTheirEndWasTold) {
+TEST(BroadPhaseCalls, IdsAreReusedAfterTheirEndIsReported) {
   World w;
   EXPECT_EQ(w.b.remove(1), Status::ok);
   EXPECT_FALSE(w.b.is_alive(1));
@@ -127,7 +127,7 @@ TEST(BroadPhaseCalls, ShiftOfOrigin) {
 }
 
 // Rounding makes the corners of an empty slot equal; it stays inactive.
-TEST(BroadPhaseCalls, AShiftWakesNoEmptySlot) {
+TEST(BroadPhaseCalls, AShiftKeepsSlotsInactive) {
   for (int axis = 0; axis < 3; ++axis) {
     BroadPhase b;
     BoxList boxes = three;
@@ -290,11 +290,11 @@ TEST(BroadPhaseCalls, WrongOptions) {
 
 // A call from within another one, as from another thread.
 TEST(BroadPhaseCalls, OneCallAtATime) {
-  struct Meddler {
+  struct ReentrantCaller {
     BroadPhase* b = nullptr;
     std::vector<Status> got;
     static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
-      auto& me = *static_cast<Meddler*>(self);
+      auto& me = *static_cast<ReentrantCaller*>(self);
       if (me.b) {
         std::thread([&] {
           const ObjectId id = 0;
@@ -304,17 +304,17 @@ TEST(BroadPhaseCalls, OneCallAtATime) {
       }
       for (unsigned i = 0; i < count; ++i) task(context, i);
     }
-  } meddler;
-  Executor executor{4, &Meddler::run, &meddler};
+  } reentrant_caller;
+  Executor executor{4, &ReentrantCaller::run, &reentrant_caller};
   Options options;
   options.executor = &executor;
   BroadPhase b(options);
   const BoxList boxes = uniform_boxes(20000, 1);
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
-  meddler.b = &b;
+  reentrant_caller.b = &b;
   ASSERT_TRUE(b.update().ok());
-  ASSERT_EQ(meddler.got.size(), 4u);
-  for (const Status status : meddler.got) EXPECT_EQ(status, Status::busy);
+  ASSERT_EQ(reentrant_caller.got.size(), 4u);
+  for (const Status status : reentrant_caller.got) EXPECT_EQ(status, Status::busy);
   EXPECT_EQ(plain(b.pairs()), swept_pairs(boxes).pairs);
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 
 namespace throng::tests {
 namespace {
@@ -17,7 +17,7 @@ void make_cells(BroadPhase& b, ObjectId moves, const BoxList& boxes) {
     ASSERT_EQ(b.move(moves, boxes[(k + 1) % 2]), Status::ok);
     r = b.update();
   }
-  ASSERT_TRUE(searched_around(r));
+  ASSERT_TRUE(was_incremental(r));
 }
 bool is_hit(const BroadPhase& b, ObjectId id) {
   const SweepHitList hits = b.hits();
@@ -111,7 +111,7 @@ TEST(BroadPhaseQuery, ABoxOfEveryWorld) {
 }
 
 // The few large boxes, which are in no class, are removed, then all but as few of the small ones.
-TEST(BroadPhaseQuery, LargeBoxesGo) {
+TEST(BroadPhaseQuery, LargeBoxesAreRemoved) {
   Random random(7);
   BoxList boxes;
   for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 20), 1));
@@ -136,7 +136,7 @@ TEST(BroadPhaseQuery, ClustersInAnEmptyWorld) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     Options options;
     options.threads = seed % 2 ? 1 : 3;
-    if (watches_threads && options.threads == 1) continue;
+    if (thread_sanitized && options.threads == 1) continue;
     options.margin = seed == 3 ? 0.25f : 0;
     Actor actor(options, seed, 10);
     actor.thin = seed == 1;

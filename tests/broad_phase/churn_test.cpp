@@ -5,32 +5,32 @@
 #include <algorithm>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/configs.hpp"
-#include "support/guarded.hpp"
+#include "support/guarded_resource.hpp"
 
 namespace throng::tests {
 namespace {
 
-struct Churn {
+struct ChurnCase {
   enum class Place { one, few, anywhere };
   Place place;
   bool is_static;
   std::size_t objects;
 };
 
-class Churned : public Actor {
+class ChurnActor : public Actor {
  public:
-  Churned(const Options& options, std::uint64_t seed, const Churn& churn)
+  ChurnActor(const Options& options, std::uint64_t seed, const ChurnCase& churn)
       : Actor(options, seed, side), churn_(churn) {}
 
   static constexpr float side = 30;
 
   Box next_box() {
     switch (churn_.place) {
-      case Churn::Place::one:
+      case ChurnCase::Place::one:
         return cube(3, 4, 5, 1);
-      case Churn::Place::few:
+      case ChurnCase::Place::few:
         return cube(static_cast<float>(random.below(3)), 4, 5, 1);
       default:
         return cube(random.point(0, side), 1);
@@ -61,7 +61,7 @@ class Churned : public Actor {
     for (const ObjectId id : ids) model.remove(id);
     return model.check_call(broad_phase.remove(ids.data(), ids.size()));
   }
-  testing::AssertionResult ask() {
+  testing::AssertionResult check_queries() {
     BoxList boxes;
     std::vector<Sweep> sweeps;
     for (int k = 0; k < 3; ++k) {
@@ -90,20 +90,20 @@ class Churned : public Actor {
   }
 
  private:
-  Churn churn_;
+  ChurnCase churn_;
 };
 
-class BroadPhaseChurn : public testing::TestWithParam<Churn> {};
+class BroadPhaseChurn : public testing::TestWithParam<ChurnCase> {};
 
-TEST_P(BroadPhaseChurn, StaysWithinItsMemory) {
-  const Churn& churn = GetParam();
+TEST_P(BroadPhaseChurn, StaysWithinItsCapacity) {
+  const ChurnCase& churn = GetParam();
   for (std::uint64_t seed = 0; seed < seeds(3); ++seed) {
     GuardedResource memory;
     Options options;
     options.memory = &memory;
     options.threads = 1 + seed % 2;
-    if (watches_threads && options.threads == 1) continue;
-    Churned actor(options, seed, churn);
+    if (thread_sanitized && options.threads == 1) continue;
+    ChurnActor actor(options, seed, churn);
     Random& random = actor.random;
     ASSERT_TRUE(actor.place(churn.objects));
     ASSERT_TRUE(actor.update());
@@ -123,7 +123,7 @@ TEST_P(BroadPhaseChurn, StaysWithinItsMemory) {
         }
       }
       if (!random.one_in(4)) {
-        ASSERT_TRUE(actor.ask());
+        ASSERT_TRUE(actor.check_queries());
         ASSERT_TRUE(memory.check());
       }
       if (random.one_in(2)) {
@@ -143,16 +143,16 @@ TEST_P(BroadPhaseChurn, StaysWithinItsMemory) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<Churn>& info) {
+std::string name_of(const testing::TestParamInfo<ChurnCase>& info) {
   constexpr const char* places[] = {"one_place", "few_places", "anywhere"};
   return std::string(places[static_cast<int>(info.param.place)]) +
          (info.param.is_static ? "_static_" : "_moving_") + std::to_string(info.param.objects);
 }
 
-constexpr Churn churns[] = {
-    {Churn::Place::one, true, 1200},      {Churn::Place::few, true, 700},
-    {Churn::Place::anywhere, true, 1000}, {Churn::Place::anywhere, false, 600},
-    {Churn::Place::few, false, 60},       {Churn::Place::one, true, 40},
+constexpr ChurnCase churns[] = {
+    {ChurnCase::Place::one, true, 1200},      {ChurnCase::Place::few, true, 700},
+    {ChurnCase::Place::anywhere, true, 1000}, {ChurnCase::Place::anywhere, false, 600},
+    {ChurnCase::Place::few, false, 60},       {ChurnCase::Place::one, true, 40},
 };
 INSTANTIATE_TEST_SUITE_P(All, BroadPhaseChurn, testing::ValuesIn(churns), name_of);
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"
@@ -17,7 +17,7 @@ class MovingComparisons : public testing::TestWithParam<std::string> {};
 
 // 1 % moves in each frame. An incremental search compares each with at most 40 boxes, plus 40 per
 // pair that it has; where it cannot, it is soon abandoned for full searches.
-TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
+TEST_P(MovingComparisons, BoundedPerMoverOrAborted) {
   scene::Spec spec;
   spec.name = GetParam();
   spec.objects = 10000;
@@ -45,7 +45,7 @@ TEST_P(MovingComparisons, FollowTheMoversOrAreGivenUp) {
     }
     const Result r = broad_phase.update();
     ASSERT_TRUE(r.ok()) << r.message;
-    if (frame < warm || !searched_around(r)) continue;
+    if (frame < warm || !was_incremental(r)) continue;
     ++searched;
     compared += static_cast<double>(r.comparisons);
     const auto pairs = static_cast<double>(broad_phase.pair_count());
@@ -72,7 +72,7 @@ void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint
     }
     const Result r = broad_phase.update();
     ASSERT_TRUE(r.ok()) << r.message;
-    if (!searched_around(r)) continue;
+    if (!was_incremental(r)) continue;
     compared += static_cast<double>(r.comparisons);
     searches += 200;
   }
@@ -83,7 +83,7 @@ void expect_compared(BroadPhase& broad_phase, std::vector<Box>& boxes, std::uint
 // Half of the objects are static and in a heap, the others far away. Updates alternate between
 // cheap and expensive searches: after a while, when cells have proved unsuitable, each does little
 // work.
-TEST(Comparisons, OfCheapAndDearUpdatesByTurns) {
+TEST(Comparisons, OfAlternatingCheapAndExpensiveUpdates) {
   for (const bool removing : {false, true}) {
     SCOPED_TRACE(removing);
     Random random(9);
@@ -171,7 +171,7 @@ TEST(Comparisons, OfWorlds) {
 }
 
 // Each search compares a few large boxes; once they are many, they get cells.
-TEST(Comparisons, OfLargeBoxesThatBecomeMany) {
+TEST(Comparisons, OfManyLargeBoxes) {
   const auto meet = [](const Box& a, const Box& b) {
     return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
            b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
@@ -198,7 +198,7 @@ TEST(Comparisons, OfLargeBoxesThatBecomeMany) {
       }
       const Result r = broad_phase.update();
       ASSERT_TRUE(r.ok()) << r.message;
-      if (searched_around(r)) most = std::max(most, static_cast<double>(r.comparisons));
+      if (was_incremental(r)) most = std::max(most, static_cast<double>(r.comparisons));
     }
     EXPECT_LE(most, 21 * 130);
     if (large % 60 != 0) continue;

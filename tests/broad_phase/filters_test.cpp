@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/cases.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -12,7 +12,7 @@ namespace throng::tests {
 namespace {
 
 // Moves a few objects at a time, for incremental updates; compares all pairs.
-void wander(Set set, unsigned filters, std::uint64_t seed) {
+void move_few(Set set, unsigned filters, std::uint64_t seed) {
   Random random(seed);
   set.boxes = snapped_boxes(600, 9, 1, seed);
   BoxList& boxes = set.boxes;
@@ -29,7 +29,7 @@ void wander(Set set, unsigned filters, std::uint64_t seed) {
     }
     const Result result = phase.update();
     ASSERT_TRUE(result.ok()) << result.message;
-    around += searched_around(result);
+    around += was_incremental(result);
     ASSERT_TRUE(same_pairs(plain(phase.pairs()), reference_pairs(set.view(filters)).pairs))
         << "frame " << frame;
   }
@@ -43,25 +43,25 @@ TEST(BroadPhaseFilters, FewLayers) {
     v.mask.push_back(i % 3 == 2 ? 3u : 7u);
     v.is_static.push_back(i % 5 == 0);
   }
-  wander(v, with_group | with_mask | with_static, 1);
+  move_few(v, with_group | with_mask | with_static, 1);
 }
 
-TEST(BroadPhaseFilters, OwnersAlone) {
+TEST(BroadPhaseFilters, OnlyOwners) {
   Set v;
   for (int i = 0; i < 600; ++i) v.owner.push_back(i % 7 - 1);
-  wander(v, with_owner, 2);
+  move_few(v, with_owner, 2);
 }
 
-TEST(BroadPhaseFilters, MoreThanThereAreKinds) {
+TEST(BroadPhaseFilters, MoreThanFilterClasses) {
   Set v;
   for (std::uint32_t i = 0; i < 600; ++i) {
     v.group.push_back(1u << i % 8);
     v.mask.push_back(i * 0x9e3779b1u >> 24);
   }
-  wander(v, with_group | with_mask, 3);
+  move_few(v, with_group | with_mask, 3);
   v = {};
   for (int i = 0; i < 600; ++i) v.world.push_back(i % 50 - 1);
-  wander(v, with_world, 4);
+  move_few(v, with_world, 4);
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/crowd.hpp"
-#include "broad_phase/state.hpp"
-#include "support/failing.hpp"
+#include "broad_phase/many_movers.hpp"
+#include "broad_phase/snapshot.hpp"
+#include "support/failing_resource.hpp"
 #include "support/heap_count.hpp"
 
 namespace throng::tests {
@@ -18,7 +18,7 @@ Options options_of(FailingResource& memory, unsigned threads) {
   return options;
 }
 
-TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
+TEST(BroadPhaseMemory, FailsAtEveryAllocation) {
   FailingResource memory;
   const Options options = options_of(memory, 2);
   Actor actor(options, 3, 14);
@@ -44,7 +44,7 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
     const std::size_t failed =
         until_it_works(memory, see, [&] { return r = actor.broad_phase.update(); });
     updates_failed += failed;
-    searched += failed != 0 && searched_around(r);
+    searched += failed != 0 && was_incremental(r);
     actor.model.update();
     ASSERT_TRUE(actor.model.check_update(r)) << "step " << step;
     ASSERT_TRUE(actor.model.check(actor.broad_phase)) << "step " << step;
@@ -55,28 +55,28 @@ TEST(BroadPhaseMemory, RunsOutAtEveryAllocation) {
 }
 
 // In a parallel incremental search, the allocation of any thread may fail.
-TEST(BroadPhaseMemory, RunsOutWhileThreadsSearch) {
+TEST(BroadPhaseMemory, FailsInParallelSearches) {
   FailingResource memory;
   const Options options = options_of(memory, 3);
   BroadPhase b(options);
-  Crowd crowd;
-  ASSERT_TRUE(b.add(crowd.boxes, nullptr).ok());
+  ManyMovers movers;
+  ASSERT_TRUE(b.add(movers.boxes, nullptr).ok());
   std::size_t failed_together = 0;
   for (int step = 0; step < 50; ++step) {
-    crowd.move();
-    ASSERT_TRUE(b.move(crowd.ids.data(), crowd.moved).ok());
+    movers.move();
+    ASSERT_TRUE(b.move(movers.ids.data(), movers.moved).ok());
     Result r;
     const auto see = [&] { return std::pair(plain(b.begun()), plain(b.ended())); };
     const std::size_t failed = until_it_works(memory, see, [&] { return r = b.update(); });
-    if (searched_around(r) && r.plan.threads == options.threads) failed_together += failed;
+    if (was_incremental(r) && r.plan.threads == options.threads) failed_together += failed;
   }
   EXPECT_GT(failed_together, 5u);
-  EXPECT_EQ(plain(b.pairs()), crowd.pairs());
+  EXPECT_EQ(plain(b.pairs()), movers.pairs());
 }
 
 // Building cells for queries fails. Later queries work without cells, and do not use the columns of
 // an outdated update.
-TEST(BroadPhaseMemory, NoHitsAreLeftOfOverlapsThatRanOut) {
+TEST(BroadPhaseMemory, FailedOverlapsLeaveNoHits) {
   FailingResource memory;
   const Options options = options_of(memory, 1);
   BoxList boxes;
@@ -98,8 +98,8 @@ TEST(BroadPhaseMemory, NoHitsAreLeftOfOverlapsThatRanOut) {
   EXPECT_GT(refused, 1u);
 }
 
-TEST(BroadPhaseMemory, QuestionsRunOut) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+TEST(BroadPhaseMemory, QueriesRunOut) {
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   FailingResource memory;
   const Options options = options_of(memory, 1);
   Actor actor(options, 8, 24);
@@ -107,7 +107,7 @@ TEST(BroadPhaseMemory, QuestionsRunOut) {
   ASSERT_TRUE(actor.move(1500));
   ASSERT_TRUE(actor.update());
   Result r;
-  for (int k = 0; k < 60 || !searched_around(r); ++k) {
+  for (int k = 0; k < 60 || !was_incremental(r); ++k) {
     ASSERT_LT(k, 400);
     ASSERT_TRUE(actor.move(20));
     r = actor.broad_phase.update();
@@ -135,7 +135,7 @@ TEST(BroadPhaseMemory, QuestionsRunOut) {
 }
 
 // The suggested fix applies to the call: an update cannot deliver pairs in blocks.
-TEST(BroadPhaseMemory, TheRemedyFitsTheCall) {
+TEST(BroadPhaseMemory, TheSuggestedFixFitsTheCall) {
   FailingResource memory;
   BroadPhase b(options_of(memory, 1));
   const BoxList boxes = uniform_boxes(2000, 1);
@@ -212,14 +212,14 @@ TEST(BroadPhaseMemory, LargePages) {
   Options options;
   options.memory = &memory;
   BroadPhase b(options);
-  Crowd crowd;
-  ASSERT_TRUE(b.add(crowd.boxes, nullptr).ok());
+  ManyMovers movers;
+  ASSERT_TRUE(b.add(movers.boxes, nullptr).ok());
   for (int step = 0; step < 20; ++step) {
-    crowd.move();
-    ASSERT_TRUE(b.move(crowd.ids.data(), crowd.moved).ok());
+    movers.move();
+    ASSERT_TRUE(b.move(movers.ids.data(), movers.moved).ok());
     ASSERT_TRUE(b.update().ok());
   }
-  EXPECT_EQ(plain(b.pairs()), crowd.pairs());
+  EXPECT_EQ(plain(b.pairs()), movers.pairs());
 }
 
 // A snapshot is independent; after a rollback the same calls give the same results, including slots
@@ -282,8 +282,8 @@ class UncountedResource : public CountingResource {
   }
 };
 
-TEST(BroadPhaseMemory, WarmFramesTakeNone) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+TEST(BroadPhaseMemory, WarmFramesAllocateNothing) {
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   UncountedResource memory;
   struct Inline {
     static void run(void*, unsigned count, void (*task)(void*, unsigned), void* context) {

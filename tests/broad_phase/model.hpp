@@ -54,7 +54,7 @@ class Model {
   // The library chooses the id, but it must be free.
   testing::AssertionResult add(ObjectId id, const Box& box, const Filter& filter) {
     if (alive(id)) return testing::AssertionFailure() << "id " << id << " is in use";
-    if (std::count(leaving_.begin(), leaving_.end(), id))
+    if (std::count(removed_.begin(), removed_.end(), id))
       return testing::AssertionFailure() << "id " << id << " is reused before its end was reported";
     if (id > objects_.size()) return testing::AssertionFailure() << "ids leave gaps at " << id;
     if (id == objects_.size()) objects_.emplace_back();
@@ -64,13 +64,13 @@ class Model {
   }
   void remove(ObjectId id) {
     objects_[id].reset();
-    leaving_.push_back(id);
+    removed_.push_back(id);
   }
   void update() {
     const std::set<std::pair<ObjectId, ObjectId>> before = pairs_;
     pairs_.clear();
-    free_.insert(free_.end(), leaving_.begin(), leaving_.end());
-    leaving_.clear();
+    free_.insert(free_.end(), removed_.begin(), removed_.end());
+    removed_.clear();
     // Read with the model's own code.
     std::vector<ObjectId> id;
     std::vector<Item> items;
@@ -91,7 +91,7 @@ class Model {
     }
     const std::size_t n = items.size();
     for (std::uint32_t i = 0; i < n; ++i)
-      for (std::uint32_t j = i; (j = next_met(items[i], items.data(), j + 1, n)) < n;)
+      for (std::uint32_t j = i; (j = next_overlap(items[i], items.data(), j + 1, n)) < n;)
         pairs_.insert({id[i], id[j]});
     begun_.clear();
     ended_.clear();
@@ -113,7 +113,7 @@ class Model {
     return check(r, pairs_.size(), pairs_.size(), inactive_);
   }
   // Of a query.
-  static testing::AssertionResult check_answer(const Result& r, std::uint64_t found) {
+  static testing::AssertionResult check_query(const Result& r, std::uint64_t found) {
     return check(r, found, found, 0);
   }
   std::size_t inactive() const { return inactive_; }
@@ -121,7 +121,7 @@ class Model {
   // Compares all results of the last update except slots. A machine is a BroadPhase or a class with
   // the same calls.
   template <class Machine>
-  testing::AssertionResult check_told(Machine& b) const {
+  testing::AssertionResult check_results(Machine& b) const {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
     if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
     if (b.pair_count() != pairs_.size())
@@ -152,12 +152,12 @@ class Model {
       if (!slots_.insert({p.slot, Pair{p.first, p.second}}).second)
         return testing::AssertionFailure() << "slot " << p.slot << " is taken";
     }
-    most_slots_ = std::max(most_slots_, slots_.size() + ended_now.size());
-    if (b.slot_limit() > most_slots_)
+    max_slots_ = std::max(max_slots_, slots_.size() + ended_now.size());
+    if (b.slot_limit() > max_slots_)
       return testing::AssertionFailure()
-             << b.slot_limit() << " slots where " << most_slots_ << " suffice";
+             << b.slot_limit() << " slots where " << max_slots_ << " suffice";
     if (!look_at_pairs) return testing::AssertionSuccess();
-    if (testing::AssertionResult r = check_told(b); !r) return r;
+    if (testing::AssertionResult r = check_results(b); !r) return r;
     for (const LivePair& p : b.pairs())
       if (const auto it = slots_.find(p.slot);
           it == slots_.end() || it->second != Pair{p.first, p.second})
@@ -211,11 +211,11 @@ class Model {
 
   float margin_;
   std::vector<std::optional<Object>> objects_;
-  std::vector<ObjectId> leaving_, free_;
+  std::vector<ObjectId> removed_, free_;
   std::set<std::pair<ObjectId, ObjectId>> pairs_;
   std::vector<Pair> begun_, ended_;
   std::map<std::uint32_t, Pair> slots_;
-  std::size_t most_slots_ = 0, inactive_ = 0;
+  std::size_t max_slots_ = 0, inactive_ = 0;
 };
 
 }  // namespace throng::tests

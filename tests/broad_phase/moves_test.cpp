@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -54,7 +54,7 @@ class Layouts {
   std::vector<float> coordinate_[6];
 };
 
-TEST(BroadPhaseMoves, EveryCoordinateCounts) {
+TEST(BroadPhaseMoves, EveryCoordinateIsCompared) {
   const ObjectId ids[] = {0, 1, 2};
   for (int k = 0; k < 6; ++k) {
     BoxList moved = three, bad = three, flat = three, inverted = three;

@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
-#include "support/failing.hpp"
+#include "broad_phase/snapshot.hpp"
+#include "support/failing_resource.hpp"
 
 namespace throng::tests {
 namespace {
@@ -45,7 +45,7 @@ void live(std::uint64_t seed, bool filtered) {
     if (step % 5 == 0) {  // changes before an update have no effect
       ASSERT_TRUE(right_of_all(actor.broad_phase)) << "before update " << step;
     }
-    const bool around = searched_around(BroadPhase(actor.broad_phase).update());
+    const bool around = was_incremental(BroadPhase(actor.broad_phase).update());
     (around ? searched : found) = true;
     ASSERT_TRUE(actor.update(step % 3 == 0));
     if (step % 4 == 1) continue;  // pairs() was never called
@@ -53,12 +53,12 @@ void live(std::uint64_t seed, bool filtered) {
   }
   EXPECT_TRUE(searched && found);
 }
-TEST(BroadPhasePairsOf, IsWhatPairsHave) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+TEST(BroadPhasePairsOf, MatchesPairs) {
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < seeds(4); ++seed) live(seed, seed % 2);
 }
 
-TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheRoom) {
+TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheCapacity) {
   BroadPhase b;
   BoxList boxes(40, Box{{0, 0, 0}, {1, 1, 1}});
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
@@ -107,7 +107,7 @@ TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
 }
 
 // After a copy the index belongs to another scene, and it does not know objects added later.
-TEST(BroadPhasePairsOf, OfAnotherSceneAndOfObjectsThatCameLater) {
+TEST(BroadPhasePairsOf, AfterCopiesAndAdditions) {
   Options one;
   one.threads = 1;
   BroadPhase b(one), small(one);
@@ -148,7 +148,7 @@ TEST(BroadPhasePairsOf, WithoutMemoryForAnIndex) {
 
 // A stopped full search leaves the pairs unchanged, linked or sorted.
 TEST(BroadPhasePairsOf, AfterAnUpdateThatWasStopped) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   std::atomic<bool> stop{false};
   Options options;
   options.threads = 1;

@@ -6,8 +6,8 @@
 #include <atomic>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
-#include "support/counting.hpp"
+#include "broad_phase/snapshot.hpp"
+#include "support/counting_resource.hpp"
 
 namespace throng::tests {
 namespace {
@@ -23,8 +23,8 @@ testing::AssertionResult same_overlaps(Actor& actor, std::size_t count, bool fil
 }
 
 // With and without cells, moves before an update, one thread and several.
-void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
-         bool thin = false) {
+void check_queries(std::uint64_t seed, bool filtered, std::size_t query_count, float margin,
+                   bool thin = false) {
   Options options;
   options.threads = seed % 2 ? 1 : 3;
   options.margin = margin;
@@ -46,12 +46,12 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
       ASSERT_TRUE(actor.update());
     }
     if (step % 2 == 0) {
-      ASSERT_TRUE(same_overlaps(actor, 1 + questions, filtered)) << "step " << step;
+      ASSERT_TRUE(same_overlaps(actor, 1 + query_count, filtered)) << "step " << step;
       continue;
     }
     std::vector<Sweep> sweeps;
     std::vector<Filter> filters;
-    for (std::size_t k = 0; k < questions; ++k) {
+    for (std::size_t k = 0; k < query_count; ++k) {
       sweeps.push_back(actor.any_sweep());
       filters.push_back(filtered ? actor.any_filter() : Filter{});
     }
@@ -61,20 +61,21 @@ void ask(std::uint64_t seed, bool filtered, std::size_t questions, float margin,
 }
 
 TEST(BroadPhaseQuery, Few) {
-  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, false, 3, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) check_queries(seed, false, 3, 0);
 }
 TEST(BroadPhaseQuery, Many) {
-  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, false, 150, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) check_queries(seed, false, 150, 0);
 }
 TEST(BroadPhaseQuery, Filtered) {
-  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) ask(seed, true, 40, 0);
+  for (std::uint64_t seed = 0; seed < seeds(6); ++seed) check_queries(seed, true, 40, 0);
 }
 TEST(BroadPhaseQuery, RodsAndPlates) {
   for (std::uint64_t seed = 0; seed < seeds(6); ++seed)
-    ask(seed, seed % 3 == 0, 3 + 20 * (seed % 2), 0, true);
+    check_queries(seed, seed % 3 == 0, 3 + 20 * (seed % 2), 0, true);
 }
-TEST(BroadPhaseQuery, TheMarginPlaysNoPart) {
-  for (std::uint64_t seed = 0; seed < 6; ++seed) ask(seed, false, seed < 3 ? 30 : 2, 0.5f);
+TEST(BroadPhaseQuery, TheMarginIsIgnored) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed)
+    check_queries(seed, false, seed < 3 ? 30 : 2, 0.5f);
 }
 
 // Without an index every object is compared.
@@ -94,7 +95,7 @@ TEST(BroadPhaseQuery, ComparisonsAreCounted) {
 // After an update in which most objects moved, queries use the columns of its full search, plus
 // later changes. There are none in a copy, after a two-set search in the same memory, or when few
 // objects moved.
-void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
+void query_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
   Options options;
   options.threads = seed % 2 ? 1 : 3;
   options.margin = margin;
@@ -102,18 +103,18 @@ void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
   Actor actor(options, seed, side);
   actor.in_worlds = false;  // worlds have separate columns
   ASSERT_TRUE(actor.add(2000, filtered));
-  const auto ask = [&](Actor& asked, const char* when) {
+  const auto check_queries = [&](Actor& queried, const char* when) {
     SCOPED_TRACE(when);
     for (int k = 0; k < 4; ++k) {
-      ASSERT_TRUE(same_overlaps(asked, 2, filtered));
+      ASSERT_TRUE(same_overlaps(queried, 2, filtered));
       std::vector<Sweep> sweeps;
       for (int i = 0; i < 2; ++i) {
-        sweeps.push_back(asked.any_sweep());
+        sweeps.push_back(queried.any_sweep());
         const Vec3 at = sweeps.back().box.lower;
         if (k % 2) sweeps.back().box = {at, {at.x + 0.5f, at.y + 0.5f, at.z + 0.5f}};
       }
-      const std::vector<Filter> filters(2, filtered ? asked.any_filter() : Filter{});
-      ASSERT_TRUE(same_hits(asked.broad_phase, asked.model, sweeps, filters));
+      const std::vector<Filter> filters(2, filtered ? queried.any_filter() : Filter{});
+      ASSERT_TRUE(same_hits(queried.broad_phase, queried.model, sweeps, filters));
     }
   };
   for (int step = 0; step < 3; ++step) {
@@ -126,35 +127,35 @@ void ask_after_all_moved(std::uint64_t seed, float margin, bool filtered) {
       ASSERT_TRUE(actor.update());
       actor.broad_phase = saved;
       actor.model = model;
-      ask(actor, "rolled back");
+      check_queries(actor, "rolled back");
       continue;
     }
-    ask(actor, "all moved");
+    check_queries(actor, "all moved");
     Actor copy = actor;
-    ask(copy, "a copy");
+    check_queries(copy, "a copy");
     ASSERT_TRUE(actor.move(30));
-    ask(actor, "some moved");
+    check_queries(actor, "some moved");
     ASSERT_TRUE(actor.remove(10));
     ASSERT_TRUE(actor.add(15, filtered));
-    ask(actor, "some removed and added");
+    check_queries(actor, "some removed and added");
     if (step == 1) {
       ASSERT_TRUE(same_overlaps(actor, 300, filtered));
-      ask(actor, "a large query");
+      check_queries(actor, "a large query");
     }
     ASSERT_TRUE(actor.move(100));
-    ask(actor, "more moved");
+    check_queries(actor, "more moved");
     ASSERT_TRUE(actor.update());
-    ask(actor, "some moved, updated");
+    check_queries(actor, "some moved, updated");
     ASSERT_TRUE(actor.move(3));
     ASSERT_TRUE(actor.update());
-    ask(actor, "few moved, updated");
+    check_queries(actor, "few moved, updated");
   }
 }
 TEST(BroadPhaseQuery, AfterAllMoved) {
-  for (std::uint64_t seed = 0; seed < 2; ++seed) ask_after_all_moved(seed, 0, false);
+  for (std::uint64_t seed = 0; seed < 2; ++seed) query_after_all_moved(seed, 0, false);
 }
-TEST(BroadPhaseQuery, AfterAllMovedWithFilters) { ask_after_all_moved(2, 0, true); }
-TEST(BroadPhaseQuery, AfterAllMovedWithAMargin) { ask_after_all_moved(3, 0.25f, false); }
+TEST(BroadPhaseQuery, AfterAllMovedWithFilters) { query_after_all_moved(2, 0, true); }
+TEST(BroadPhaseQuery, AfterAllMovedWithAMargin) { query_after_all_moved(3, 0.25f, false); }
 
 // A stopped update, which finds all pairs from scratch after few changes, leaves no valid columns.
 TEST(BroadPhaseQuery, AfterAnUpdateThatWasStopped) {
@@ -178,23 +179,23 @@ TEST(BroadPhaseQuery, AfterAnUpdateThatWasStopped) {
   BroadPhase b(options);
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
   ASSERT_TRUE(b.update().ok());
-  const std::vector<Box> asked(boxes.begin(), boxes.begin() + 3);
-  const auto ask = [&](BroadPhase& of) {
-    EXPECT_TRUE(of.find_overlaps(asked).ok());
+  const std::vector<Box> queried(boxes.begin(), boxes.begin() + 3);
+  const auto check_queries = [&](BroadPhase& of) {
+    EXPECT_TRUE(of.find_overlaps(queried).ok());
     return to_vector(of.overlaps());
   };
   ASSERT_EQ(b.move(7, cube(30, 30, 30, 1)), Status::ok);
-  const std::vector<Pair> before = ask(b);
+  const std::vector<Pair> before = check_queries(b);
   stopper.armed = true;
   ASSERT_EQ(b.update().status, Status::stopped);
   stopper.armed = stopper.stop = false;
-  EXPECT_EQ(ask(b), before);
+  EXPECT_EQ(check_queries(b), before);
   ASSERT_TRUE(b.update().ok());
-  EXPECT_EQ(ask(b), before);
+  EXPECT_EQ(check_queries(b), before);
 }
 
 // A copy replaces the contents on which queries prepared their index.
-TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
+TEST(BroadPhaseQuery, ACopyAfterMoves) {
   Random random(22);
   BoxList boxes;
   for (int k = 0; k < 3000; ++k) boxes.push_back(cube(random.point(0, 30), 1));
@@ -215,7 +216,7 @@ TEST(BroadPhaseQuery, ACopyOfWhatHasMoved) {
 
 // Slanted sweeps through many small boxes: a box near the start of the path may be hit late, or
 // never.
-TEST(BroadPhaseQuery, TheFirstIsTheLeastOfAll) {
+TEST(BroadPhaseQuery, TheFirstHitIsTheEarliest) {
   Random random(3);
   BroadPhase b;
   BoxList boxes;
@@ -265,7 +266,7 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
     const float e = c(0, 1);
     sweeps.push_back({cube(at, e), {c(-13, 13), c(-13, 13), c(-13, 13)}});
   }
-  const auto ask = [&](std::size_t i, std::size_t count, std::vector<SweepHit>& hits) {
+  const auto check_queries = [&](std::size_t i, std::size_t count, std::vector<SweepHit>& hits) {
     BroadPhase fresh(actor.broad_phase);
     ASSERT_TRUE(fresh.find_hits(sweeps.data() + i, count).ok());
     for (SweepHit hit : fresh.hits()) {
@@ -274,10 +275,10 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
     }
   };
   // One batch, for which cells are built, and single queries, which loop over all objects.
-  std::vector<SweepHit> hits, one_by_one;
-  ask(0, sweeps.size(), hits);
-  for (std::size_t i = 0; i < sweeps.size(); ++i) ask(i, 1, one_by_one);
-  ASSERT_TRUE(std::equal(hits.begin(), hits.end(), one_by_one.begin(), one_by_one.end(),
+  std::vector<SweepHit> hits, single;
+  check_queries(0, sweeps.size(), hits);
+  for (std::size_t i = 0; i < sweeps.size(); ++i) check_queries(i, 1, single);
+  ASSERT_TRUE(std::equal(hits.begin(), hits.end(), single.begin(), single.end(),
                          [](const SweepHit& a, const SweepHit& b) {
                            return a.sweep == b.sweep && a.object == b.object && a.time == b.time;
                          }));
@@ -321,7 +322,7 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
 
 // Infinity minus infinity sets no limit: a box that reaches an infinity hits one that lies at it
 // from the start.
-TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
+TEST(BroadPhaseQuery, EqualInfinitiesTouch) {
   constexpr float inf = infinity;
   for (const float sign : {1.0f, -1.0f}) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -355,7 +356,7 @@ TEST(BroadPhaseQuery, EqualInfinitiesAreAtOnePlace) {
 }
 
 // An unbounded ray has the same hits as one that just leaves the scene.
-TEST(BroadPhaseQuery, ARayOfTheGreatestLengthFindsTheSame) {
+TEST(BroadPhaseQuery, ARayOfMaximalLength) {
   const BoxList boxes = uniform_boxes(400, 6);
   BroadPhase b;
   ASSERT_TRUE(b.add(boxes, nullptr).ok());
@@ -378,7 +379,7 @@ TEST(BroadPhaseQuery, ARayOfTheGreatestLengthFindsTheSame) {
   EXPECT_GT(met, 60u);
 }
 
-TEST(BroadPhaseQuery, WrongQuestions) {
+TEST(BroadPhaseQuery, InvalidQueries) {
   BroadPhase b;
   const BoxList boxes = {cube(0, 0, 0, 1)};
   ASSERT_TRUE(b.add(boxes, nullptr).ok());

@@ -4,16 +4,16 @@
 #include <cstdlib>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/crowd.hpp"
-#include "broad_phase/state.hpp"
+#include "broad_phase/many_movers.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/configs.hpp"
 
 namespace throng::tests {
 namespace {
 
 // Few objects move for a while, then many, then few: both kinds of update and the transitions.
-void live(Options options, std::uint64_t seed, std::size_t objects, float side, bool filtered,
-          std::size_t steps, bool thin = false) {
+void run_calls(Options options, std::uint64_t seed, std::size_t objects, float side, bool filtered,
+               std::size_t steps, bool thin = false) {
   options.threads = 1;  // SameEverywhere uses several
   Actor actor(options, seed, side);
   actor.thin = thin;
@@ -25,7 +25,7 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
     const bool calm = step / 24 % 3 != 2;
     ASSERT_TRUE(actor.some_calls(calm, objects, filtered, true));
     const Result r = BroadPhase(actor.broad_phase).update();
-    searched = searched || searched_around(r);
+    searched = searched || was_incremental(r);
     found = found || std::string(r.plan.reason).find("changed") == std::string::npos;
     ASSERT_TRUE(actor.update(random.one_in(3))) << "step " << step << " seed " << seed;
   }
@@ -34,27 +34,28 @@ void live(Options options, std::uint64_t seed, std::size_t objects, float side, 
 }
 
 TEST(BroadPhaseRandom, Plain) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
-  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) live({}, seed, 300, 12, false, 150);
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) run_calls({}, seed, 300, 12, false, 150);
 }
 TEST(BroadPhaseRandom, Filtered) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
-  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) live({}, seed, 250, 8, true, 150);
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
+  for (std::uint64_t seed = 0; seed < seeds(8); ++seed) run_calls({}, seed, 250, 8, true, 150);
 }
 TEST(BroadPhaseRandom, Margin) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   Options options;
   options.margin = 0.1f;
-  for (std::uint64_t seed = 0; seed < seeds(4); ++seed) live(options, seed, 200, 8, seed % 2, 100);
+  for (std::uint64_t seed = 0; seed < seeds(4); ++seed)
+    run_calls(options, seed, 200, 8, seed % 2, 100);
 }
 TEST(BroadPhaseRandom, RodsAndPlates) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < seeds(8); ++seed)
-    live({}, seed, 300, 30, seed % 2, 150, true);
+    run_calls({}, seed, 300, 30, seed % 2, 150, true);
 }
 // First cubes, then rods, then cubes: cells are built for each.
 TEST(BroadPhaseRandom, RodsComeAndGo) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < seeds(4); ++seed) {
     Options one;
     one.threads = 1;
@@ -71,8 +72,8 @@ TEST(BroadPhaseRandom, RodsComeAndGo) {
   }
 }
 // A rod grows in place; then another moves to touch only its new end, in a copy.
-TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+TEST(BroadPhaseRandom, RodsThatGrowAreStillFound) {
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   Random random(5);
   Options one;
   one.threads = 1;
@@ -91,7 +92,7 @@ TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
     const auto put = [&](BroadPhase& b, ObjectId id, const Box& box) {
       boxes[id] = box;
       EXPECT_EQ(b.move(id, box), Status::ok);
-      const bool searched = searched_around(b.update());
+      const bool searched = was_incremental(b.update());
       EXPECT_EQ(plain(b.pairs()), find_pairs(boxes, canonical)) << "trial " << trial;
       return searched;
     };
@@ -104,7 +105,7 @@ TEST(BroadPhaseRandom, RodsThatGrowAreStillMet) {
   }
 }
 TEST(BroadPhaseRandom, FewObjects) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     Options one;
     one.threads = 1;
@@ -170,28 +171,28 @@ TEST(BroadPhaseRandom, SameEverywhere) {
   }
 }
 
-TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
+TEST(BroadPhaseRandom, ParallelIncrementalUpdates) {
   Lists first;
   for (const unsigned threads : {1u, 2u, 3u}) {
     Options options;
     options.threads = threads;
     BroadPhase b(options);
-    Crowd crowd;
-    ASSERT_TRUE(b.add(crowd.boxes, nullptr).ok());
+    ManyMovers movers;
+    ASSERT_TRUE(b.add(movers.boxes, nullptr).ok());
     Lists told;
     int shared = 0;
     for (int step = 0; step < 60; ++step) {
-      crowd.move();
-      ASSERT_TRUE(b.move(crowd.ids.data(), crowd.moved).ok());
+      movers.move();
+      ASSERT_TRUE(b.move(movers.ids.data(), movers.moved).ok());
       const Result r = b.update();
       ASSERT_TRUE(r.ok()) << r.message;
-      shared += searched_around(r) && r.plan.threads == threads;
+      shared += was_incremental(r) && r.plan.threads == threads;
       for (const LivePairs& p : {b.begun(), b.ended()}) told.emplace_back(p.begin(), p.end());
     }
     EXPECT_GT(shared, 10) << "incremental updates on " << threads << " threads";
     const LivePairs pairs = b.pairs();
     told.emplace_back(pairs.begin(), pairs.end());
-    EXPECT_EQ(plain(pairs), crowd.pairs());
+    EXPECT_EQ(plain(pairs), movers.pairs());
     if (first.empty()) first = told;
     EXPECT_TRUE(same_lists(first, told)) << threads << " threads";
   }
@@ -199,7 +200,7 @@ TEST(BroadPhaseRandom, SeveralThreadsSearchAroundTheSame) {
 
 // THRONG_SOAK: number of random operations, a million for a night; some thousands by default.
 TEST(BroadPhaseRandom, Soak) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   const char* wanted = std::getenv("THRONG_SOAK");
   const std::size_t operations = wanted ? std::strtoull(wanted, nullptr, 10) : 4000;
   for (std::size_t done = 0, seed = 100; done < operations; ++seed) {

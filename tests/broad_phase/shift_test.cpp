@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
-#include "support/guarded.hpp"
+#include "broad_phase/snapshot.hpp"
+#include "support/guarded_resource.hpp"
 
 namespace throng::tests {
 namespace {
@@ -17,7 +17,7 @@ constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
 // Unused ids stay unused: even if the shift collapses all boxes to one place, they are not reported
 // then, nor when the ids are reused.
-TEST(BroadPhaseShift, DeadIdsStayDead) {
+TEST(BroadPhaseShift, UnusedIdsStayUnused) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Actor actor({}, seed, 6);
     ASSERT_TRUE(actor.add(4 + actor.random.below(60), seed % 2));
@@ -46,7 +46,7 @@ TEST(BroadPhaseShift, DeadIdsStayDead) {
 }
 
 // Each coordinate, each non-finite value; nothing changes.
-TEST(BroadPhaseShift, WhatIsNotFiniteIsRefused) {
+TEST(BroadPhaseShift, NonFiniteIsRefused) {
   Actor actor({}, 3, 6);
   ASSERT_TRUE(actor.add(50, true));
   ASSERT_TRUE(actor.update());
@@ -83,7 +83,7 @@ TEST(BroadPhaseCopy, KeepsOptions) {
     const std::size_t pairs = margin == 0 ? 0 : margin == 0.5f ? 1 : 3;
     ASSERT_EQ(from.pair_count(), pairs);
 
-    const auto goes_on = [&](BroadPhase& b) {
+    const auto still_works = [&](BroadPhase& b) {
       EXPECT_EQ(b.options().margin, margin);
       EXPECT_EQ(Snapshot(b), Snapshot(from));
       ASSERT_TRUE(b.shift_origin({64, 0, 0}).ok());  // a full search
@@ -95,7 +95,7 @@ TEST(BroadPhaseCopy, KeepsOptions) {
     EXPECT_EQ(constructed.options().threads, 2u);
     EXPECT_EQ(constructed.options().measure_stages, false);
     EXPECT_EQ(constructed.options().stop, &stop);
-    goes_on(constructed);
+    still_works(constructed);
 
     Options others;
     others.margin = 7;
@@ -118,7 +118,7 @@ TEST(BroadPhaseCopy, KeepsOptions) {
       EXPECT_EQ(b->options().isa, Isa::scalar);
       EXPECT_EQ(b->options().nan, NanPolicy::refuse);
       EXPECT_EQ(b->options().memory, &memory);
-      goes_on(*b);
+      still_works(*b);
       const Box bad = {{0, 0, nan_value}, {1, 1, 1}};
       EXPECT_EQ(b->move(0, bad), Status::nan_box);
     }

@@ -2,15 +2,15 @@
 #include <gtest/gtest.h>
 
 #include "broad_phase/actor.hpp"
-#include "broad_phase/state.hpp"
+#include "broad_phase/snapshot.hpp"
 #include "support/sanitized.hpp"
 
 namespace throng::tests {
 namespace {
 
-using Questioner = ActorOf<BroadPhase>;
+using QueryActor = ActorOf<BroadPhase>;
 
-testing::AssertionResult ask(Questioner& actor) {
+testing::AssertionResult check_queries(QueryActor& actor) {
   BoxList boxes;
   std::vector<Sweep> sweeps;
   for (int k = 0; k < 3; ++k) boxes.push_back(actor.any_box()), sweeps.push_back(actor.any_sweep());
@@ -23,12 +23,12 @@ testing::AssertionResult ask(Questioner& actor) {
 }
 
 // Each step changes objects, some of them often, and runs queries; updates are rare.
-TEST(Sparse, QuestionsBetweenChanges) {
+TEST(Sparse, QueriesBetweenChanges) {
   for (std::uint64_t seed = 1; seed <= seeds(8); ++seed) {
     Options options;
     options.threads = 1;
     options.margin = seed % 3 == 0 ? 0.125f : 0;
-    Questioner actor(options, seed, 14);
+    QueryActor actor(options, seed, 14);
     ASSERT_TRUE(actor.add(500, seed % 2 == 0));
     ASSERT_TRUE(actor.update());
     const std::vector<ObjectId> few = actor.some_ids(5);
@@ -58,7 +58,7 @@ TEST(Sparse, QuestionsBetweenChanges) {
             actor.model.at(id).box = box;
           }
       }
-      ASSERT_TRUE(ask(actor)) << "seed " << seed << " step " << step;
+      ASSERT_TRUE(check_queries(actor)) << "seed " << seed << " step " << step;
       if (step % 50 == 49) {
         ASSERT_TRUE(actor.update()) << "seed " << seed << " step " << step;
       }
@@ -72,7 +72,7 @@ TEST(Sparse, FewAreLeftOfMany) {
   for (const bool filtered : {false, true}) {
     Options options;
     options.threads = 2;
-    Questioner actor(options, 7, 20);
+    QueryActor actor(options, 7, 20);
     ASSERT_TRUE(actor.add(sanitized ? 2500 : 6000, filtered));
     ASSERT_TRUE(actor.update());
     ASSERT_TRUE(actor.remove(actor.model.count() - 300));
@@ -95,12 +95,12 @@ TEST(Sparse, FewAreLeftOfMany) {
         actor.model = model_then;
       }
       ASSERT_TRUE(actor.move(step % 3 == 0 ? 5 : 400));
-      ASSERT_TRUE(ask(actor)) << "step " << step;
+      ASSERT_TRUE(check_queries(actor)) << "step " << step;
     }
     // And many again.
     ASSERT_TRUE(actor.add(1500, filtered));
     ASSERT_TRUE(actor.update());
-    ASSERT_TRUE(ask(actor));
+    ASSERT_TRUE(check_queries(actor));
   }
 }
 
@@ -110,7 +110,7 @@ TEST(Sparse, FewWorldsAndMany) {
   for (const int worlds : {1, 5, 33, 60}) {
     Options options;
     options.threads = 1;
-    Questioner actor(options, static_cast<std::uint64_t>(worlds), 9);
+    QueryActor actor(options, static_cast<std::uint64_t>(worlds), 9);
     Random random(3);
     const auto add = [&](int from, int to, int count) {
       for (int k = 0; k < count; ++k) {
@@ -130,7 +130,7 @@ TEST(Sparse, FewWorldsAndMany) {
         ASSERT_TRUE(actor.remove(step == 16 ? 450 : 20));
       }
       if (step % 5 == 2) add(step % 2 ? 0 : worlds, step % 2 ? worlds / 2 : 2 * worlds, 30);
-      ASSERT_TRUE(ask(actor)) << worlds << " worlds, step " << step;
+      ASSERT_TRUE(check_queries(actor)) << worlds << " worlds, step " << step;
       ASSERT_TRUE(actor.update()) << worlds << " worlds, step " << step;
     }
   }

@@ -126,7 +126,7 @@ struct Update : Command {
     Model after = m;
     after.update();
     must(after.check_update(b.update()));
-    must(after.check_told(b));
+    must(after.check_results(b));
   }
   void show(std::ostream& out) const override { out << "Update"; }
 };
@@ -138,7 +138,7 @@ struct Copy : Command {
   void show(std::ostream& out) const override { out << "Copy"; }
 };
 
-TEST(BroadPhaseStateful, TellsWhatTheModelTells) {
+TEST(BroadPhaseStateful, MatchesTheModel) {
   EXPECT_TRUE(rc::check("results equal those of the model", [] {
     const Model model;
     BroadPhase machine;

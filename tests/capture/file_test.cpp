@@ -47,7 +47,7 @@ void seal(std::string& bytes, std::size_t at) {
   set32(bytes, at + size + 4, static_cast<std::uint32_t>(sum >> 32));
 }
 
-TEST_F(CaptureFile, CutAnywhere) {
+TEST_F(CaptureFile, TruncatedAnywhere) {
   const std::string whole = small();
   const auto at = sections(whole);
   ASSERT_EQ(at.size(), 5u);  // options, operation, two sets, the answer
@@ -59,12 +59,12 @@ TEST_F(CaptureFile, CutAnywhere) {
       const scene::Capture c = parse(cut);  // the complete input, and no answer
       EXPECT_EQ(c.calls[0].sets.size(), 2u);
       EXPECT_FALSE(c.calls[0].answer);
-      EXPECT_EQ(c.cut, size != at[4]);
+      EXPECT_EQ(c.truncated, size != at[4]);
     }
   }
 }
 
-TEST_F(CaptureFile, DamagedAnywhere) {
+TEST_F(CaptureFile, CorruptedAnywhere) {
   const std::string whole = small();
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string damaged = whole;
@@ -72,7 +72,8 @@ TEST_F(CaptureFile, DamagedAnywhere) {
     try {
       const scene::Capture c = parse(damaged);
       // A corrupted length of the last section can look like a truncation.
-      EXPECT_TRUE(c.cut && !c.calls[0].answer) << "byte " << at << ": corruption not detected";
+      EXPECT_TRUE(c.truncated && !c.calls[0].answer)
+          << "byte " << at << ": corruption not detected";
     } catch (const scene::FileError& error) {
       EXPECT_NE(std::string(error.what()).find("capture"), std::string::npos);
     }
@@ -106,7 +107,7 @@ TEST_F(CaptureFile, HostileNumbers) {
   refused(4, 4, 18);          // a status
 }
 
-TEST_F(CaptureFile, LengthsThatLeaveTheFile) {
+TEST_F(CaptureFile, LengthsBeyondTheFile) {
   const std::string whole = small();
   for (const std::size_t at : sections(whole)) {
     for (const std::uint32_t high : {0u, 0xffffffffu, 0x7fffffffu}) {
@@ -114,14 +115,14 @@ TEST_F(CaptureFile, LengthsThatLeaveTheFile) {
       set32(bytes, at + 8, 0xfffffff0u);
       set32(bytes, at + 12, high);
       try {
-        EXPECT_TRUE(parse(bytes).cut);
+        EXPECT_TRUE(parse(bytes).truncated);
       } catch (const scene::FileError&) {
       }
     }
   }
 }
 
-TEST_F(CaptureFile, TheLifeOfABroadPhase) {
+TEST_F(CaptureFile, EveryCallOfABroadPhase) {
   const BoxList boxes = uniform_boxes(40, 3);
   {
     BroadPhase live(options());
@@ -161,7 +162,7 @@ TEST_F(CaptureFile, TheLifeOfABroadPhase) {
     EXPECT_EQ(c.calls[5].by.z, 3.0f);
     EXPECT_EQ(c.calls[8].sweeps.size(), 1u);
     EXPECT_EQ(c.calls[8].form, 1u);
-    EXPECT_FALSE(c.cut);
+    EXPECT_FALSE(c.truncated);
     // A file truncated within a call keeps the earlier calls.
     const std::string whole = last_bytes();
     std::size_t most = 0;

@@ -19,7 +19,7 @@ namespace {
 
 class FinderCapture : public CaptureTest {};
 
-TEST_F(FinderCapture, HoldsBoxesFiltersAndAnswer) {
+TEST_F(FinderCapture, HasBoxesFiltersAndResult) {
   BoxList boxes = uniform_boxes(300, 1);
   std::uint32_t payload = 0x7fc12345u;  // a NaN with a payload
   std::memcpy(&boxes[7].lower.y, &payload, 4);
@@ -53,7 +53,7 @@ TEST_F(FinderCapture, HoldsBoxesFiltersAndAnswer) {
   ASSERT_EQ(files().size(), 1u);
   const scene::Capture c = last();
   EXPECT_EQ(c.library, THRONG_VERSION);
-  EXPECT_FALSE(c.cut);
+  EXPECT_FALSE(c.truncated);
   EXPECT_EQ(c.options.margin, 0.25f);
   EXPECT_EQ(c.options.order, Order::canonical);
   EXPECT_EQ(c.options.nan, NanPolicy::inactive);
@@ -147,7 +147,7 @@ TEST_F(FinderCapture, FlatStridedAndRefusedBoxes) {
 }
 
 // If the consumer throws, the capture has the input but no answer.
-TEST_F(FinderCapture, ACallThatDoesNotReturn) {
+TEST_F(FinderCapture, AConsumerThatThrows) {
   const BoxList boxes = identical_boxes(50, 1);
   Finder finder(options());
   const auto thrower = [](const Pair*, std::size_t) -> bool { throw std::runtime_error("mine"); };
@@ -186,17 +186,17 @@ TEST_F(FinderCapture, AFullDisk) {
   ASSERT_TRUE(finder.find(boxes).ok());
   const std::size_t whole = last_bytes().size();
   std::filesystem::remove(files()[0]);
-  for (std::size_t room :
+  for (std::size_t limit :
        {std::size_t{0}, std::size_t{3}, std::size_t{40}, std::size_t{700}, whole - 30, whole - 1}) {
     rlimit small = before;
-    small.rlim_cur = room;
+    small.rlim_cur = limit;
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     const Result r = finder.find(boxes);
     setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_EQ(r.status, Status::ok);
     EXPECT_EQ(finder.pairs().size(), 4950u);
     EXPECT_NE(std::string(r.message).find("File too large"), std::string::npos) << r.message;
-    EXPECT_EQ(files().size(), 0u) << "a file of " << room << " bytes was left";
+    EXPECT_EQ(files().size(), 0u) << "a file of " << limit << " bytes was left";
   }
   std::signal(SIGXFSZ, old);
 }
@@ -220,7 +220,7 @@ TEST_F(FinderCapture, ManyThreadsAtOnce) {
   }
 }
 
-TEST_F(FinderCapture, NoneUnlessAsked) {
+TEST_F(FinderCapture, NoneByDefault) {
   Finder finder;
   ASSERT_TRUE(finder.find(uniform_boxes(50, 1)).ok());
   EXPECT_EQ(files().size(), 0u);

@@ -1,7 +1,7 @@
 // Refused input: the messages, and the files left on disk.
 #include <throng/cuda.hpp>
 
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 #include "support/sanitized.hpp"
 
 #include <cmath>
@@ -188,7 +188,7 @@ TEST_F(BadInput, isa_of_another_kind_of_processor) {
 #endif
 }
 
-TEST_F(BadInput, output_in_no_folder_or_on_a_full_disk) {
+TEST_F(BadInput, output_in_missing_folder_or_full_disk) {
   write_good(4000);
   refuses({"pairs", at("good.npy"), "-o", at("no/such/folder/p.npy")}, {"no/such/folder/p.npy"});
   refuses({"scene", "uniform", "--objects", "100", "-o", at("no/u.npy")}, {"no/u.npy"});
@@ -209,12 +209,12 @@ TEST_F(BadInput, standard_output_on_a_full_disk) {
   write_good();
   Limits limits;
   limits.out_path = "/dev/full";
-  const Said said = run({"pairs", at("good.npy")}, limits);
-  EXPECT_EQ(said.status, 2);
-  EXPECT_NE(said.err.find("standard output"), std::string::npos) << said.err;
+  const ProcessOutput output = run({"pairs", at("good.npy")}, limits);
+  EXPECT_EQ(output.status, 2);
+  EXPECT_NE(output.err.find("standard output"), std::string::npos) << output.err;
 }
 
-TEST_F(BadInput, out_of_memory_is_told_with_the_bytes) {
+TEST_F(BadInput, out_of_memory_names_the_bytes) {
 #if THRONG_SANITIZED
   GTEST_SKIP() << "sanitizers need the whole address space";
 #endif

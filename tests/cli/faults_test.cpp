@@ -1,6 +1,6 @@
 // Full disks and signals at any time: the final name holds a complete file, an older one or none,
 // and no other file remains.
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 
 #include <chrono>
 #include <thread>
@@ -37,14 +37,14 @@ TEST_F(Faults, a_disk_that_is_full_at_any_byte) {
     const auto whole = static_cast<rlim_t>(fs::file_size(at("out.npy")));
     ASSERT_GT(whole, rlim_t{1} << 18);
     spill(at("out.npy"), "old");
-    for (const rlim_t room : {rlim_t{0}, rlim_t{1}, rlim_t{127}, rlim_t{128}, rlim_t{5000},
-                              (rlim_t{1} << 18) - 1, (rlim_t{1} << 18) + 1, whole - 1}) {
+    for (const rlim_t size_limit : {rlim_t{0}, rlim_t{1}, rlim_t{127}, rlim_t{128}, rlim_t{5000},
+                                    (rlim_t{1} << 18) - 1, (rlim_t{1} << 18) + 1, whole - 1}) {
       Limits limits;
-      limits.file_size = room;
+      limits.file_size = size_limit;
       // Redirects the program's messages to a file, too.
       limits.out_path = "/dev/null";
-      const Said said = run(command, limits);
-      EXPECT_EQ(said.status, 2) << command[0] << " with " << room;
+      const ProcessOutput output = run(command, limits);
+      EXPECT_EQ(output.status, 2) << command[0] << " with " << size_limit;
       EXPECT_EQ(slurp(at("out.npy")), "old");
       EXPECT_EQ(parts(), 0u);
     }
@@ -59,15 +59,15 @@ TEST_F(Faults, a_signal_while_pairs_are_written) {
   write_heaps(4000, 300);  // 1.4 GB of pairs if it is not stopped
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const pid_t pid = start(THRONG_PROGRAM, {"pairs", at("heaps.npy"), "-o", at("pairs.npy")},
-                            at("said.out"), at("said.err"), folder_, {});
+                            at("output.out"), at("output.err"), folder_, {});
     for (int i = 0; i < 5000 && parts() == 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_EQ(parts(), 1u);
     kill(pid, signal);
-    EXPECT_EQ(wait_for(pid), 128 + signal) << slurp(at("said.err"));
+    EXPECT_EQ(wait_for(pid), 128 + signal) << slurp(at("output.err"));
     EXPECT_FALSE(exists("pairs.npy"));
     EXPECT_EQ(parts(), 0u);
-    EXPECT_NE(slurp(at("said.err")).find("no partial file is left"), std::string::npos);
+    EXPECT_NE(slurp(at("output.err")).find("no partial file is left"), std::string::npos);
   }
 }
 
@@ -83,7 +83,8 @@ TEST_F(Faults, a_signal_at_any_time) {
     for (int ms = 0; ms < 60; ms += 4) {
       fs::remove(at("out.npy"));
       fs::remove(other);
-      const pid_t pid = start(THRONG_PROGRAM, command, at("said.out"), at("said.err"), folder_, {});
+      const pid_t pid =
+          start(THRONG_PROGRAM, command, at("output.out"), at("output.err"), folder_, {});
       std::this_thread::sleep_for(std::chrono::milliseconds(ms));
       kill(pid, ms % 8 ? SIGTERM : SIGINT);
       (void)wait_for(pid);

@@ -1,5 +1,5 @@
 // throng pairs --memory: boxes that do not fit, and the files left after failures.
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 #include "support/sanitized.hpp"
 
 #include <chrono>
@@ -58,22 +58,22 @@ TEST_F(Memory, slabs_find_the_same_within_the_cap) {
                    .contains("streamed"));
 }
 
-TEST_F(Memory, people_are_told_of_slabs) {
+TEST_F(Memory, text_output_names_slabs) {
   make("uniform", "50K");
-  const Said said = run({"pairs", at("boxes.npy"), "--memory", "4M"});
-  EXPECT_EQ(said.status, 0) << said.err;
-  EXPECT_NE(said.out.find(" slabs, "), std::string::npos) << said.out;
-  EXPECT_EQ(said.err, "");
+  const ProcessOutput output = run({"pairs", at("boxes.npy"), "--memory", "4M"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_NE(output.out.find(" slabs, "), std::string::npos) << output.out;
+  EXPECT_EQ(output.err, "");
 }
 
 TEST_F(Memory, a_cap_that_is_too_small_names_the_bytes) {
   make("uniform", "1000");
-  const Said said = run({"pairs", at("boxes.npy"), "--memory", "100"});
-  EXPECT_EQ(said.status, 2);
+  const ProcessOutput output = run({"pairs", at("boxes.npy"), "--memory", "100"});
+  EXPECT_EQ(output.status, 2);
   const std::string before = "found 100 bytes, wanted at least ";
-  const std::size_t found = said.err.find(before);
-  ASSERT_NE(found, std::string::npos) << said.err;
-  const std::string least = std::to_string(std::stoull(said.err.substr(found + before.size())));
+  const std::size_t found = output.err.find(before);
+  ASSERT_NE(found, std::string::npos) << output.err;
+  const std::string least = std::to_string(std::stoull(output.err.substr(found + before.size())));
   EXPECT_EQ(run({"pairs", at("boxes.npy"), "--memory", least}).status, 0);
 }
 
@@ -110,7 +110,8 @@ TEST_F(Memory, an_interrupted_search_leaves_nothing) {
   for (const int signal : {SIGINT, SIGTERM}) {
     int interrupted = 0;
     for (const int wait_ms : {20, 60, 200, 500}) {
-      const pid_t pid = start(THRONG_PROGRAM, search, at("said.out"), at("said.err"), folder_, {});
+      const pid_t pid =
+          start(THRONG_PROGRAM, search, at("output.out"), at("output.err"), folder_, {});
       ASSERT_GT(pid, 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
       kill(pid, signal);

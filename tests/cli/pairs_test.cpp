@@ -1,5 +1,5 @@
 // throng pairs: its output, text and files, for one set and two, one frame and many.
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -50,7 +50,7 @@ class Pairs : public CliTest {
   }
 };
 
-TEST_F(Pairs, tells_all_fields_as_one_object) {
+TEST_F(Pairs, json_has_all_fields) {
   write_row("row.npy");
   const auto j =
       json({"pairs", "--inverted", "inactive", at("row.npy"), "--repeat", "3", "--threads", "1"});
@@ -73,14 +73,14 @@ TEST_F(Pairs, tells_all_fields_as_one_object) {
   EXPECT_FALSE(j.contains("frames"));
 }
 
-TEST_F(Pairs, tells_the_same_to_people) {
+TEST_F(Pairs, text_output_agrees_with_json) {
   write_row("row.npy");
-  const Said said = run({"pairs", "--inverted", "inactive", at("row.npy")});
-  EXPECT_EQ(said.status, 0) << said.err;
+  const ProcessOutput output = run({"pairs", "--inverted", "inactive", at("row.npy")});
+  EXPECT_EQ(output.status, 0) << output.err;
   for (const std::string& word : {std::string("5 boxes"), checksum({{0, 1}, {1, 3}})}) {
-    EXPECT_NE(said.out.find(word), std::string::npos) << said.out;
+    EXPECT_NE(output.out.find(word), std::string::npos) << output.out;
   }
-  EXPECT_EQ(said.err, "");  // no progress without a terminal
+  EXPECT_EQ(output.err, "");  // no progress without a terminal
 }
 
 TEST_F(Pairs, chosen_algorithm_and_isa_are_used) {
@@ -233,21 +233,22 @@ TEST_F(Pairs, no_boxes_and_one_box) {
   EXPECT_EQ(json({"pairs", at("one.npy")}).at("pairs"), 0);
 }
 
-TEST_F(Pairs, known_answers_of_real_data) {
+TEST_F(Pairs, known_results_of_real_data) {
   const char* data = std::getenv("THRONG_DATA");
   if (!data) GTEST_SKIP() << "THRONG_DATA is not set";
-  struct Known {
+  struct KnownResult {
     const char* file;
     std::size_t n, pairs;
     const char* checksum;
   };
-  for (const Known& known : {Known{"bounds01", 288, 650, "12029a319c1d783f"},
-                             Known{"bounds02", 4221, 14969, "8a5b4278ca3373ad"},
-                             Known{"cloth-funnel", 55864, 805888, "9e35f6c6f96859f1"}}) {
-    const auto j = json({"pairs", std::string(data) + "/" + known.file + ".npy"});
-    EXPECT_EQ(j.at("n"), known.n) << known.file;
-    EXPECT_EQ(j.at("pairs"), known.pairs) << known.file;
-    EXPECT_EQ(j.at("checksum"), known.checksum) << known.file;
+  for (const KnownResult& expected_result :
+       {KnownResult{"bounds01", 288, 650, "12029a319c1d783f"},
+        KnownResult{"bounds02", 4221, 14969, "8a5b4278ca3373ad"},
+        KnownResult{"cloth-funnel", 55864, 805888, "9e35f6c6f96859f1"}}) {
+    const auto j = json({"pairs", std::string(data) + "/" + expected_result.file + ".npy"});
+    EXPECT_EQ(j.at("n"), expected_result.n) << expected_result.file;
+    EXPECT_EQ(j.at("pairs"), expected_result.pairs) << expected_result.file;
+    EXPECT_EQ(j.at("checksum"), expected_result.checksum) << expected_result.file;
   }
 }
 

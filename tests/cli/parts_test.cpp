@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cli/double_loop.hpp"
-#include "cli/heap.hpp"
-#include "cli/truth.hpp"
+#include "cli/expected_pairs.hpp"
+#include "cli/falling_boxes.hpp"
 #include "scene/checksum.hpp"
 
 namespace throng::test {
@@ -43,7 +43,7 @@ bool meet(const Box& a, const Box& b) {
          b.lower.z <= a.upper.z;
 }
 
-TEST(DoubleLoop, finds_what_a_plainer_one_finds) {
+TEST(DoubleLoop, matches_a_simpler_double_loop) {
   for (const std::size_t n : {0, 1, 2, 31, 63, 64, 65, 128, 1000, 2111}) {
     const auto all = boxes(n, n);
     std::vector<Pair> wanted;
@@ -96,14 +96,14 @@ TEST(DoubleLoop, a_margin_is_rounded_outward) {
   EXPECT_EQ(cli::double_loop(far, nullptr, 1e-30f, quiet).pairs.size(), 1u);
 }
 
-TEST(Truth, knows_each_kind_of_difference) {
+TEST(ExpectedPairs, reports_each_kind_of_difference) {
   const auto all = boxes(500, 3);
-  cli::Truth truth(all, nullptr, 0, quiet);
-  const std::vector<Pair> right = truth.pairs();
+  cli::ExpectedPairs expected_pairs(all, nullptr, 0, quiet);
+  const std::vector<Pair> right = expected_pairs.pairs();
   ASSERT_GT(right.size(), 100u);
   const auto says = [&](const std::vector<Pair>& list, bool in_order) {
     std::string text;
-    for (const auto& line : truth.differences(list.data(), list.size(), in_order))
+    for (const auto& line : expected_pairs.differences(list.data(), list.size(), in_order))
       text += line + ";";
     return text;
   };
@@ -125,13 +125,13 @@ TEST(Truth, knows_each_kind_of_difference) {
   EXPECT_NE(says(list, true).find("extra (7000000, 1)"), std::string::npos);
 }
 
-std::vector<Pair> pairs_of(const cli::Heap& heap) {
+std::vector<Pair> pairs_of(const cli::FallingBoxes& heap) {
   return cli::double_loop(heap.boxes(), nullptr, 0, quiet).pairs;
 }
 
-TEST(Heap, falls_and_does_not_depend_on_the_order_of_pairs) {
-  cli::Heap heap(300), other(300);
-  const auto top = [](const cli::Heap& h) {
+TEST(FallingBoxes, falls_and_does_not_depend_on_the_order_of_pairs) {
+  cli::FallingBoxes heap(300), other(300);
+  const auto top = [](const cli::FallingBoxes& h) {
     float z = 0;
     for (std::size_t i = 0; i < h.objects(); ++i) z = std::max(z, h.boxes()[i].upper.z);
     return z;

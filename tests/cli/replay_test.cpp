@@ -1,5 +1,5 @@
 // throng replay: repeats a program's calls; detects captures with wrong results.
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 
 #include <throng/capture.hpp>
 #include <throng/throng.hpp>
@@ -20,11 +20,12 @@ class Replay : public CliTest {
       path = std::max(path, entry.path().string());
     return path;
   }
-  Said captured(const std::vector<std::string>& arguments, const std::string& folder) const {
+  ProcessOutput captured(const std::vector<std::string>& arguments,
+                         const std::string& folder) const {
     setenv("THRONG_CAPTURE", folder.c_str(), 1);
-    const Said said = run(arguments);
+    const ProcessOutput output = run(arguments);
     unsetenv("THRONG_CAPTURE");
-    return said;
+    return output;
   }
   static std::vector<Box> boxes(int n) {
     std::vector<Box> list;
@@ -35,7 +36,7 @@ class Replay : public CliTest {
     return list;
   }
   // Changes a number of the last section, the result, and updates the checksum.
-  static void lie(const std::string& path, std::size_t offset) {
+  static void corrupt_result(const std::string& path, std::size_t offset) {
     std::string bytes = slurp(path);
     const std::size_t at = bytes.size() - (16 + 7 * 8 + 4 * 4 + 8);
     bytes[at + offset] = static_cast<char>(bytes[at + offset] ^ 1);
@@ -47,34 +48,34 @@ class Replay : public CliTest {
   }
 };
 
-TEST_F(Replay, what_the_program_asked) {
+TEST_F(Replay, calls_of_a_finder) {
   ASSERT_EQ(run({"scene", "mixed", "--objects", "700", "-o", at("a.npy")}).status, 0);
   ASSERT_EQ(
       captured({"pairs", at("a.npy"), "--margin", "0.5", "--order", "canonical", "--threads", "2"},
                at("captures"))
           .status,
       0);
-  const nlohmann::json told = json({"replay", newest()});
-  EXPECT_EQ(told["agrees"], true);
-  EXPECT_EQ(told["capture_agrees"], true);
-  EXPECT_EQ(told["n"], 700);
-  EXPECT_EQ(told["options"]["margin"], 0.5);
-  EXPECT_EQ(told["options"]["order"], "canonical");
-  EXPECT_EQ(told["expected"]["by"], "the double loop");
-  EXPECT_GT(told["expected"]["pairs"], 100);
-  EXPECT_GE(told["rows"].size(), 9u);
-  const Said text = run({"replay", newest()});
+  const nlohmann::json report = json({"replay", newest()});
+  EXPECT_EQ(report["agrees"], true);
+  EXPECT_EQ(report["capture_agrees"], true);
+  EXPECT_EQ(report["n"], 700);
+  EXPECT_EQ(report["options"]["margin"], 0.5);
+  EXPECT_EQ(report["options"]["order"], "canonical");
+  EXPECT_EQ(report["expected"]["by"], "the double loop");
+  EXPECT_GT(report["expected"]["pairs"], 100);
+  EXPECT_GE(report["rows"].size(), 9u);
+  const ProcessOutput text = run({"replay", newest()});
   EXPECT_EQ(text.status, 0);
   EXPECT_NE(text.out.find("emulated"), std::string::npos) << text.out;
   EXPECT_NE(text.out.find("all agree"), std::string::npos) << text.out;
 }
 
-TEST_F(Replay, a_capture_that_cannot_be_written_is_told) {
+TEST_F(Replay, unwritable_captures_are_reported) {
   ASSERT_EQ(run({"scene", "uniform", "--objects", "50", "-o", at("a.npy")}).status, 0);
-  const Said said = captured({"pairs", at("a.npy")}, at("no/such/folder"));
-  EXPECT_EQ(said.status, 0);
-  EXPECT_NE(said.err.find("capture was not written"), std::string::npos) << said.err;
-  EXPECT_NE(said.out.find("checksum"), std::string::npos);
+  const ProcessOutput output = captured({"pairs", at("a.npy")}, at("no/such/folder"));
+  EXPECT_EQ(output.status, 0);
+  EXPECT_NE(output.err.find("capture was not written"), std::string::npos) << output.err;
+  EXPECT_NE(output.out.find("checksum"), std::string::npos);
   EXPECT_FALSE(exists("no"));
   // An empty name does not mean the current folder, either.
   EXPECT_EQ(captured({"pairs", at("a.npy")}, "").err, "");
@@ -90,10 +91,10 @@ TEST_F(Replay, a_wrong_answer_differs) {
   for (const std::size_t offset : {16, 16 + 6 * 8}) {  // the number of pairs; their checksum
     spill(newest(), good);
     EXPECT_EQ(run({"replay", newest()}).status, 0);
-    lie(newest(), offset);
-    const Said said = run({"replay", newest()});
-    EXPECT_EQ(said.status, 1) << said.out;
-    EXPECT_NE(said.out.find("DIFFERS from the double loop"), std::string::npos) << said.out;
+    corrupt_result(newest(), offset);
+    const ProcessOutput output = run({"replay", newest()});
+    EXPECT_EQ(output.status, 1) << output.out;
+    EXPECT_NE(output.out.find("DIFFERS from the double loop"), std::string::npos) << output.out;
   }
 }
 
@@ -105,16 +106,16 @@ TEST_F(Replay, a_refused_box_is_refused_again) {
   list[4].lower.x = NAN;
   Finder finder(options);
   ASSERT_EQ(finder.find(list).status, Status::nan_box);
-  const Said said = run({"replay", newest()});
-  EXPECT_EQ(said.status, 0) << said.out;
-  EXPECT_NE(said.out.find("box 4"), std::string::npos) << said.out;
+  const ProcessOutput output = run({"replay", newest()});
+  EXPECT_EQ(output.status, 0) << output.out;
+  EXPECT_NE(output.out.find("box 4"), std::string::npos) << output.out;
 }
 
-TEST_F(Replay, the_life_of_a_broad_phase) {
+TEST_F(Replay, calls_of_a_broad_phase) {
   const std::string folder = at("captures");
   Options options;
   options.capture = folder.c_str();
-  const auto live_on = [&](BroadPhase& live) {
+  const auto continue_calls = [&](BroadPhase& live) {
     for (int k = 0; k < 6; ++k) {
       std::vector<Box> moved = boxes(60);
       for (int i = 0; i < 60; i += k < 3 ? 1 : 20) moved[i].lower.x -= 0.3f * static_cast<float>(k);
@@ -136,29 +137,29 @@ TEST_F(Replay, the_life_of_a_broad_phase) {
     Filter filter;
     filter.is_static = 1;
     for (int i = 0; i < 20; ++i) ASSERT_EQ(live.set_filter(ids[i], filter), Status::ok);
-    live_on(live);
+    continue_calls(live);
     const std::string first = newest();
-    nlohmann::json told = json({"replay", first});
-    EXPECT_EQ(told["agrees"], true);
-    EXPECT_EQ(told["updates"], 7);
+    nlohmann::json report = json({"replay", first});
+    EXPECT_EQ(report["agrees"], true);
+    EXPECT_EQ(report["updates"], 7);
     // The calls of a copy, from its initial objects.
     BroadPhase copy(options);
     ASSERT_TRUE(copy.copy_from(live).ok());
-    live_on(copy);
+    continue_calls(copy);
     ASSERT_NE(newest(), first);
-    told = json({"replay", newest()});
-    EXPECT_EQ(told["agrees"], true) << told.dump(2);
-    EXPECT_EQ(told["updates"], 6);
+    report = json({"replay", newest()});
+    EXPECT_EQ(report["agrees"], true) << report.dump(2);
+    EXPECT_EQ(report["updates"], 6);
     ASSERT_TRUE(live.update().ok());
     EXPECT_EQ(run({"replay", first}).status, 0);
-    lie(first, 16 + 6 * 8);
-    const Said said = run({"replay", first});
-    EXPECT_EQ(said.status, 1) << said.out;
-    EXPECT_NE(said.out.find("began and ended"), std::string::npos) << said.out;
+    corrupt_result(first, 16 + 6 * 8);
+    const ProcessOutput output = run({"replay", first});
+    EXPECT_EQ(output.status, 1) << output.out;
+    EXPECT_NE(output.out.find("began and ended"), std::string::npos) << output.out;
   }
 }
 
-TEST_F(Replay, files_that_are_no_captures) {
+TEST_F(Replay, files_that_are_not_captures) {
   refuses({"replay", at("nowhere")}, {"nowhere"});
   refuses({"replay", folder_.string()}, {folder_.string()});
   spill(at("a"), "");

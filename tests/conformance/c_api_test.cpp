@@ -326,7 +326,7 @@ TEST_F(CApi, CallersMemoryAndThreads) {
   EXPECT_GT(throng_finder_result(finder_)->bytes_needed, 1000u);
 }
 
-TEST_F(CApi, BadInputIsToldWithItsRemedy) {
+TEST_F(CApi, BadInputNamesTheFix) {
   EXPECT_EQ(throng_find(finder(), nullptr, nullptr), THRONG_BAD_BOXES);
   EXPECT_NE(message().find("NULL"), std::string::npos);
   boxes_[17].upper.y = std::numeric_limits<float>::quiet_NaN();
@@ -354,7 +354,7 @@ TEST_F(CApi, BadInputIsToldWithItsRemedy) {
 }
 
 // Stopped by the caller's threads after they have begun.
-TEST_F(CApi, StopEndsACallThatIsUnderWay) {
+TEST_F(CApi, StopEndsARunningCall) {
   struct Stopper {
     throng_finder* finder = nullptr;
     bool stops = true;

@@ -342,7 +342,7 @@ TEST_F(COptions, Stoppable) {
 }
 
 // One below the first value and one above the last of each enumeration, on each kind of handle.
-TEST_F(COptions, ValuesThatAreNone) {
+TEST_F(COptions, InvalidValues) {
   struct Choice {
     const char* name;
     int throng_options::*field;

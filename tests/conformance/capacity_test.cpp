@@ -57,7 +57,7 @@ void expect_buffer(const Result& result, const Buffer& buffer, const Config& con
       << "a pair that does not overlap";
 }
 
-TEST_P(Capacity, EveryRoom) {
+TEST_P(Capacity, EveryCapacity) {
   const BoxList scenes[] = {uniform_boxes(1500, 1),      identical_boxes(100, 2),
                             snapped_boxes(700, 8, 1, 3), infinite_bounds(500, 4),
                             uniform_boxes(2, 1),         identical_boxes(2, 1)};
@@ -77,7 +77,7 @@ TEST_P(Capacity, EveryRoom) {
 
 // Enough pairs that several threads write into pieces of the buffer, and leave some of them half
 // empty at the end.
-TEST_P(Capacity, EveryRoomOfMany) {
+TEST_P(Capacity, EveryCapacityManyPairs) {
   static const BoxList boxes = [] {
     Random random(7);
     BoxList all(6500);
@@ -111,7 +111,7 @@ TEST_P(Capacity, EveryRoomOfMany) {
 
 // More pairs than the estimate for these boxes, and more than any estimate: from a Finder, into an
 // empty vector, and into one with some capacity.
-TEST_P(Capacity, MoreThanWasGuessed) {
+TEST_P(Capacity, MoreThanEstimated) {
   for (const std::size_t count : {std::size_t{150}, std::size_t{420}}) {
     const BoxList boxes = identical_boxes(count, 3);
     const Answer answer = reference_pairs(boxes);
@@ -127,7 +127,7 @@ TEST_P(Capacity, MoreThanWasGuessed) {
   }
 }
 
-TEST_P(Capacity, EveryRoomOfTwoSets) {
+TEST_P(Capacity, EveryCapacityTwoSets) {
   const BoxList a = uniform_boxes(1500, 1), b = uniform_boxes(1200, 2);
   const Answer answer = reference_pairs(a, b);
   const std::size_t found = answer.pairs.size();

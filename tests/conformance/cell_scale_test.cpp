@@ -61,7 +61,7 @@ class CellScaleOfMany : public CellScale {};
 
 // Nested clusters, for which columns get grids of their own; of one layer, of several, and of
 // several worlds.
-TEST_P(CellScaleOfMany, GridsInGrids) {
+TEST_P(CellScaleOfMany, NestedGrids) {
   static BoxList boxes;
   static std::vector<std::uint32_t> group, mask;
   static std::vector<std::int32_t> world;
@@ -101,7 +101,7 @@ TEST_P(CellScaleOfMany, GridsInGrids) {
 
 // Needles that get shorter towards some points, for which grids nest three deep; of one layer and
 // of several, whose reject bits fit two.
-TEST_P(CellScaleOfMany, GridsInGridsInGrids) {
+TEST_P(CellScaleOfMany, GridsNestedThreeDeep) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
   static std::vector<std::uint32_t> group, mask;
@@ -133,7 +133,7 @@ TEST_P(CellScaleOfMany, GridsInGridsInGrids) {
 }
 
 // The same with boxes across the columns that get such a grid, and over much of one.
-TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
+TEST_P(CellScaleOfMany, AcrossNestedGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
   static Answer answer;
@@ -154,7 +154,7 @@ TEST_P(CellScaleOfMany, AcrossGridsInGrids) {
 
 // The same with boxes too wide for such a grid: in the scalar implementation, which has many
 // columns, they would be binned into more than 64.
-TEST_P(CellScaleOfMany, TooWideForGridsInGrids) {
+TEST_P(CellScaleOfMany, TooWideForNestedGrids) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no columns";
   static BoxList boxes;
   static Answer answer;
@@ -177,7 +177,7 @@ double cells(const Result& r) {
   return double{1} * r.plan.columns[0] * r.plan.columns[1] * r.plan.columns[2];
 }
 
-TEST_P(CellScaleOfMany, MakesCellsSoLong) {
+TEST_P(CellScaleOfMany, ScalesCellLength) {
   if (config().algorithm != Algorithm::grid) GTEST_SKIP() << "no cells, or none that are reported";
   const BoxList boxes = uniform_boxes(40000, 3);
   Finder finder(options());

@@ -12,7 +12,7 @@
 #endif
 
 #include "support/configs.hpp"
-#include "support/counting.hpp"
+#include "support/counting_resource.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -98,7 +98,7 @@ TEST_P(Consume, FalseStops) {
   }
 }
 
-TEST_P(Consume, WhatItThrowsComesThrough) {
+TEST_P(Consume, ExceptionsPropagate) {
   struct Special {
     int value;
   };
@@ -120,7 +120,7 @@ TEST_P(Consume, WhatItThrowsComesThrough) {
   expect_collected(finder.consume(boxes, taken), taken, config(), reference_pairs(boxes));
 }
 
-TEST_P(Consume, SeveralAtOnceWhereAsked) {
+TEST_P(Consume, ConcurrentIfRequested) {
   const BoxList boxes = uniform_boxes(8000, 9);
   static const Answer answer = reference_pairs(boxes);
   Options with = options();
@@ -222,7 +222,7 @@ TEST_P(Consume, MemoryOfOtherSearchesDoesNotCount) {
 }
 
 // Boxes with sizes and positions of all exponents, which a sample represents poorly.
-TEST_P(Consume, WhatIsNamedComesToAnEnd) {
+TEST_P(Consume, RetriesTerminate) {
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Random random(seed);
     const auto some = [&] {
@@ -289,7 +289,7 @@ TEST_P(Consume, MorePairsThanMemory) {
 // Under a cap that is just enough sorted pairs come in few blocks, as each block takes another
 // search: they get the memory that the search leaves unused.
 TEST(ConsumeUnderACap, SortedPairsComeInFewBlocks) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   BoxList boxes = uniform_boxes(20'000, 4);
   for (Box& box : boxes) box.upper = {box.lower.x + 3, box.lower.y + 3, box.lower.z + 3};
   const Answer answer = reference_pairs(boxes);
@@ -320,8 +320,8 @@ TEST(ConsumeUnderACap, SortedPairsComeInFewBlocks) {
 }
 
 // The result counts the pairs that a consumer received before memory ran out.
-TEST(ConsumeUnderACap, WhatWasHandedOutIsTold) {
-  if (watches_threads) GTEST_SKIP() << one_thread;
+TEST(ConsumeUnderACap, CountsDeliveredPairs) {
+  if (thread_sanitized) GTEST_SKIP() << one_thread;
   // Some columns have many more boxes than others.
   BoxList boxes;
   Random random(7);

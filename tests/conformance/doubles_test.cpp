@@ -58,7 +58,7 @@ DoubleList to_doubles(const BoxList& boxes, const Setting& s, Random& random) {
 struct Hard {
   std::string name;
   DoubleList boxes;
-  Answer answer, parted;  // as one set, and of the first third with the rest
+  Answer answer, split_answer;  // as one set, and of the first third with the rest
   DoubleBoxes one() const { return {boxes.data(), boxes.size() / 3}; }
   DoubleBoxes other() const {
     return {boxes.data() + boxes.size() / 3, boxes.size() - boxes.size() / 3};
@@ -78,7 +78,7 @@ const std::vector<Hard>& hard_doubles() {
         Hard hard{
             scene.name + ", " + setting.name, to_doubles(scene.boxes, setting, random), {}, {}};
         hard.answer = reference_pairs(hard.boxes);
-        hard.parted = reference_pairs(hard.one(), hard.other());
+        hard.split_answer = reference_pairs(hard.one(), hard.other());
         made.push_back(std::move(hard));
       }
     }
@@ -98,7 +98,7 @@ TEST_P(Doubles, HardScenes) {
 TEST_P(Doubles, HardScenesInTwoSets) {
   for (const Hard& hard : hard_doubles()) {
     SCOPED_TRACE(hard.name);
-    expect_exact(hard.one(), hard.other(), config(), hard.parted);
+    expect_exact(hard.one(), hard.other(), config(), hard.split_answer);
     if (HasFailure()) return;
   }
 }
@@ -218,7 +218,7 @@ TEST_P(Doubles, MarginBetweenDoubles) {
 }
 
 // An inverted box is an empty slot even if inverted by one ulp, and stays one under a margin.
-TEST_P(Doubles, InvertedByTheLastPlace) {
+TEST_P(Doubles, InvertedByOneUlp) {
   DoubleList boxes(700, {{1, 1, 1}, {1, 1, 1}});
   for (std::size_t i = 0; i < boxes.size(); i += 3) boxes[i].upper.y = nudged(1, -1);
   expect_exact(boxes, config(), reference_pairs(boxes));
@@ -291,9 +291,9 @@ TEST_P(Doubles, EveryForm) {
   ASSERT_TRUE(find_pairs(hard.boxes, pairs, options()).ok());
   EXPECT_TRUE(same_pairs(pairs, hard.answer.pairs));
   EXPECT_TRUE(same_pairs(find_pairs(hard.boxes, options()), hard.answer.pairs));
-  EXPECT_TRUE(same_pairs(find_pairs(hard.one(), hard.other(), options()), hard.parted.pairs));
+  EXPECT_TRUE(same_pairs(find_pairs(hard.one(), hard.other(), options()), hard.split_answer.pairs));
   ASSERT_TRUE(find_pairs(hard.one(), hard.other(), pairs, options()).ok());
-  EXPECT_TRUE(same_pairs(pairs, hard.parted.pairs));
+  EXPECT_TRUE(same_pairs(pairs, hard.split_answer.pairs));
 
   Finder finder(options());
   pairs.assign(hard.answer.pairs.size(), {});
@@ -302,9 +302,9 @@ TEST_P(Doubles, EveryForm) {
   result = finder.find(hard.boxes, pairs.data(), pairs.size() - 1);
   EXPECT_EQ(result.status, Status::buffer_too_small);
   EXPECT_EQ(result.found, hard.answer.pairs.size());
-  pairs.assign(hard.parted.pairs.size(), {});
+  pairs.assign(hard.split_answer.pairs.size(), {});
   result = finder.find(hard.one(), hard.other(), pairs.data(), pairs.size());
-  expect_pairs(result, config(), hard.parted, pairs, 0);
+  expect_pairs(result, config(), hard.split_answer, pairs, 0);
 
   pairs.clear();
   const auto take = [&](const Pair* block, std::size_t count) {
@@ -315,7 +315,7 @@ TEST_P(Doubles, EveryForm) {
   expect_pairs(result, config(), hard.answer, pairs, 0);
   pairs.clear();
   result = finder.consume(hard.one(), hard.other(), take);
-  expect_pairs(result, config(), hard.parted, pairs, 0);
+  expect_pairs(result, config(), hard.split_answer, pairs, 0);
 }
 
 // The error for a cap that is too small names one that is enough, including the floats for the
@@ -346,7 +346,7 @@ TEST_P(Doubles, UnderACap) {
   FAIL() << "no cap was enough";
 }
 
-TEST_P(Doubles, WhatIsWrong) {
+TEST_P(Doubles, Errors) {
   DoubleList boxes(900, {{0, 0, 0}, {1, 1, 1}});
   boxes[613].upper.y = boxes[790].lower.x = std::nan("");
   Finder finder(options());

@@ -191,7 +191,7 @@ TEST_P(Exact, PermutedInputPermutesPairs) {
 }
 
 // Expanding boxes in place keeps every pair.
-TEST_P(Exact, InflatingNeverLosesAPair) {
+TEST_P(Exact, ExpandingKeepsPairs) {
   Finder finder(options());
   for (const Solved& s : solved_scenes(300)) {
     SCOPED_TRACE(s.scene.name);

@@ -144,7 +144,7 @@ TEST(Explain, EmptyCellsAreNotAmongTheDensest) {
   for (const Explanation::DenseCell& cell : e.densest) EXPECT_GT(cell.boxes, 0u);
 }
 
-TEST(Explain, AdviceFollowsWhatWasSeen) {
+TEST(Explain, AdviceMatchesMeasurements) {
   const auto says = [](const Explanation& e, const char* word) {
     return std::any_of(e.advice.begin(), e.advice.end(), [&](const std::string& text) {
       return text.find(word) != std::string::npos;

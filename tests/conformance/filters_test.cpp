@@ -69,8 +69,8 @@ TEST_P(Filter, EveryCombinationInTwoSets) {
 // Clusters in which most boxes have one owner, or layers that do not collide, or both: forbidden
 // pairs are not compared, and all others are found. The other boxes have several owners, and two of
 // the layers collide with themselves.
-TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
-  struct Crowd {
+TEST_P(Filter, ClustersMostlyForbidden) {
+  struct Cluster {
     BoxList boxes;
     std::vector<std::int32_t> owner;
     std::vector<std::uint32_t> group, mask;
@@ -85,8 +85,8 @@ TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
       return all;
     }
   };
-  static const auto crowd = [](std::uint64_t seed) {
-    Crowd c;
+  static const auto make_cluster = [](std::uint64_t seed) {
+    Cluster c;
     Random r(seed);
     for (int i = 0; i < 1500; ++i) {
       c.boxes.push_back(cube(r.point(0, 1), r.in(0.5f, 1)));
@@ -98,7 +98,7 @@ TEST_P(Filter, CrowdsOfWhichMostAreForbidden) {
     }
     return c;
   };
-  static const Crowd one = crowd(1), two = crowd(2);
+  static const Cluster one = make_cluster(1), two = make_cluster(2);
   struct Case {
     int first, second;  // second < 0: one set
     Answer answer;
@@ -245,7 +245,7 @@ TEST_P(Filter, LayersOfTwoSets) {
 
 // A dense cluster of static boxes has no quadratic cost, whether few boxes or many; and boxes that
 // pair with none are not compared at all.
-TEST_P(Filter, CrowdsOfStaticBoxes) {
+TEST_P(Filter, ClustersOfStaticBoxes) {
   if (config().backend != Backend::cpu || config().algorithm == Algorithm::all_pairs) GTEST_SKIP();
   for (const std::size_t one_in : {2, 6}) {
     BoxList boxes = uniform_boxes(24000, 24);

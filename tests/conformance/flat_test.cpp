@@ -84,10 +84,10 @@ void expect_mixed(const Config& config, double at) {
 
 class Flat : public Conformance {};
 
-TEST_P(Flat, WithASetThatIsNot) { expect_mixed<float>(config(), 0); }
+TEST_P(Flat, WithA3DSet) { expect_mixed<float>(config(), 0); }
 
 // A margin makes boxes above and below overlap those at 0.
-TEST_P(Flat, WithASetThatIsNotAndAMargin) {
+TEST_P(Flat, WithA3DSetAndMargin) {
   const Planes<float> a(around_zero(300, 3)), b(around_zero(400, 4));
   Options options = config().options();
   options.margin = 3.0f;
@@ -100,7 +100,7 @@ TEST_P(Flat, WithASetThatIsNotAndAMargin) {
   }
 }
 
-TEST_P(Flat, WithASetOfDoublesThatIsNot) {
+TEST_P(Flat, WithA3DSetOfDoubles) {
   if (config().backend != Backend::cpu) GTEST_SKIP() << "takes no doubles";
   expect_mixed<double>(config(), 0);
   expect_mixed<double>(config(), 1e9);

@@ -1,8 +1,8 @@
 // The pairs are the same for any floating-point state of the calling thread, and the call restores
 // that state.
 #include "support/configs.hpp"
-#include "support/disturbed.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/modified_float_state.hpp"
 
 namespace throng::tests {
 namespace {
@@ -40,7 +40,7 @@ TEST_P(FloatState, AnyRoundingAnyFlushing) {
         Result first, second;
         bool unchanged = false;
         {
-          const Disturbed state(rounding, flush);
+          const ModifiedFloatState state(rounding, flush);
           first = finder.find(c.scene.boxes);
           unchanged = state.unchanged();
           one = to_vector(finder.pairs());
@@ -57,7 +57,7 @@ TEST_P(FloatState, AnyRoundingAnyFlushing) {
 }
 
 // Through errors, through a consumer that throws, and through round_outward as well.
-TEST_P(FloatState, RestoredOnEveryWayOut) {
+TEST_P(FloatState, RestoredOnEveryExit) {
   BoxList good = uniform_boxes(300, 1), bad = good;
   bad[3].lower.x = std::numeric_limits<float>::quiet_NaN();
   Finder finder(options());
@@ -66,7 +66,7 @@ TEST_P(FloatState, RestoredOnEveryWayOut) {
   int thrown = 0, unchanged = 0;
   Box outward{};
   for (const int rounding : {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO}) {
-    const Disturbed state(rounding, true);
+    const ModifiedFloatState state(rounding, true);
     (void)finder.find(bad);
     unchanged += state.unchanged();
     (void)finder.find(good, nullptr, 0);

@@ -7,8 +7,8 @@
 #include "scene/checksum.hpp"
 #include "scene/scene.hpp"
 #include "support/configs.hpp"
-#include "support/plain_loop.hpp"
 #include "support/scene_boxes.hpp"
+#include "support/vectorized_reference.hpp"
 
 namespace throng::tests {
 namespace {
@@ -37,10 +37,10 @@ void expect_golden(const scene::Golden& want, const SceneBoxes& scene, const Con
 class Golden : public testing::TestWithParam<scene::Golden> {};
 
 // The library printed the table once. This proves it: the double loop gives the same numbers.
-TEST_P(Golden, AreTheDoubleLoops) {
+TEST_P(Golden, MatchTheDoubleLoop) {
   const scene::Golden& want = GetParam();
   const SceneBoxes scene = boxes_of(want);
-  PlainLoop loop;
+  VectorizedReference loop;
   loop.run(scene.view(), scene.view(), false, 0);
   const std::vector<Pair>& pairs = loop.pairs();
   EXPECT_EQ(pairs.size(), want.pairs);
@@ -48,7 +48,7 @@ TEST_P(Golden, AreTheDoubleLoops) {
   EXPECT_EQ(scene::sequence_checksum(pairs.data(), pairs.size()), want.canonical);
 }
 
-TEST_P(Golden, EveryWayGivesTheSameBytes) {
+TEST_P(Golden, SameBytesForAllConfigs) {
   const scene::Golden& want = GetParam();
   const SceneBoxes scene = boxes_of(want);
   for (const Isa isa : supported_isas())
@@ -100,7 +100,7 @@ TEST(GoldenTable, HasEveryScene) {
 }
 
 // Another order, or another pair, changes the checksum.
-TEST(GoldenTable, SequencesAreTold) {
+TEST(GoldenTable, ChecksumDependsOnOrder) {
   const Pair pairs[3] = {{0, 1}, {0, 2}, {1, 2}}, other[3] = {{0, 2}, {0, 1}, {1, 2}};
   EXPECT_NE(scene::sequence_checksum(pairs, 3), scene::sequence_checksum(other, 3));
   EXPECT_EQ(scene::pair_checksum(pairs, 3), scene::pair_checksum(other, 3));

@@ -75,7 +75,7 @@ TEST_P(Invalid, NanIsSeenInEveryPlace) {
   }
 }
 
-TEST_P(Invalid, NanIsInactiveWhereAsked) {
+TEST_P(Invalid, NanIsInactiveIfRequested) {
   Options with = options();
   with.nan = NanPolicy::inactive;
   Finder finder(with);
@@ -98,7 +98,7 @@ TEST_P(Invalid, NanIsInactiveWhereAsked) {
 }
 
 // A margin must activate neither a NaN box nor an empty slot.
-TEST_P(Invalid, MarginWakesNothing) {
+TEST_P(Invalid, MarginActivatesNothing) {
   Options with = options();
   with.nan = NanPolicy::inactive;
   with.margin = 100;
@@ -140,7 +140,7 @@ TEST_P(Invalid, Options) {
 }
 
 // As from a cast or an uninitialised struct.
-TEST_P(Invalid, NoConstantOfAnEnumeration) {
+TEST_P(Invalid, InvalidEnumValues) {
   const BoxList boxes = uniform_boxes(40, 1);
   const auto is_refused = [&](auto option, const char* name, auto last) {
     for (const int value : {static_cast<int>(last) + 1, 77, 255}) {
@@ -148,12 +148,12 @@ TEST_P(Invalid, NoConstantOfAnEnumeration) {
       with.*option = static_cast<decltype(last)>(value);
       Finder finder(with);
       Result result = finder.find(boxes);
-      const std::string told = std::string(name) + " is " + std::to_string(value) + ",";
-      EXPECT_EQ(result.status, Status::bad_option) << told;
-      EXPECT_NE(std::string(result.message).find(told), std::string::npos) << result.message;
+      const std::string named = std::string(name) + " is " + std::to_string(value) + ",";
+      EXPECT_EQ(result.status, Status::bad_option) << named;
+      EXPECT_NE(std::string(result.message).find(named), std::string::npos) << result.message;
       EXPECT_EQ(finder.pairs().size(), 0u);
-      EXPECT_THROW((void)finder.explain(boxes), Error) << told;
-      EXPECT_EQ(BroadPhase(with).update().status, Status::bad_option) << told;
+      EXPECT_THROW((void)finder.explain(boxes), Error) << named;
+      EXPECT_EQ(BroadPhase(with).update().status, Status::bad_option) << named;
       finder.set_options(options());
       EXPECT_TRUE(finder.find(boxes).ok()) << "with the option fixed";
     }
@@ -256,7 +256,7 @@ TEST(Names, OneEach) {
 
 THRONG_INSTANTIATE(Invalid, suite_configs);
 
-TEST(Isas, OneThatIsNotHereIsRefused) {
+TEST(Isas, UnavailableIsRejected) {
   int refused = 0;
   for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
     if (is_supported(isa)) continue;
@@ -272,7 +272,7 @@ TEST(Isas, OneThatIsNotHereIsRefused) {
 }
 
 #if !defined(_WIN32)
-TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
+TEST(Isas, BadEnvironmentValueListsAllowed) {
   const char* const before = std::getenv("THRONG_ISA");
   const std::string kept = before ? before : "";
   const std::string absent = is_supported(Isa::neon) ? "avx2" : "neon";
@@ -292,9 +292,9 @@ TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
       const std::size_t list = message.find("unset it, or set it to one of: auto");
       ASSERT_NE(list, std::string::npos) << message;
       for (const auto& [isa, here] : isas) {
-        const bool told =
+        const bool named =
             message.find(std::string(", ") + to_string(isa), list + 8) != std::string::npos;
-        EXPECT_EQ(told, here) << message;
+        EXPECT_EQ(named, here) << message;
       }
     }
   }
@@ -306,7 +306,7 @@ TEST(Isas, AWrongOneOfTheEnvironmentIsToldWithWhatIsAllowed) {
 #endif
 
 // Run by ctest with THRONG_ISA=scalar; otherwise it tests nothing.
-TEST(ForcedIsa, IsTheOneOfTheEnvironment) {
+TEST(ForcedIsa, MatchesTheEnvironment) {
   const char* forced = std::getenv("THRONG_ISA");
   if (!forced) GTEST_SKIP() << "THRONG_ISA is not set";
   const BoxList boxes = uniform_boxes(5000, 1);

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "support/configs.hpp"
-#include "support/failing.hpp"
+#include "support/failing_resource.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/same_bits.hpp"
 
@@ -149,7 +149,7 @@ TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
 }
 
 // A box with a NaN counts as NaN, never as inverted.
-TEST_P(Inverted, NanIsJudgedFirst) {
+TEST_P(Inverted, NanTakesPrecedence) {
   BoxList boxes = uniform_boxes(60, 1);
   boxes[20] = {{1, quiet, 0}, {0, 1, 1}};
   std::vector<Pair> out;

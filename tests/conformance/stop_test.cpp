@@ -8,7 +8,7 @@
 #include <throng/update_boxes.hpp>
 
 #include "support/configs.hpp"
-#include "support/counting.hpp"
+#include "support/counting_resource.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -117,13 +117,13 @@ TEST_P(Stop, FromAnotherThread) {
   Options o = stoppable();
   if (o.algorithm != Algorithm::all_pairs) GTEST_SKIP() << "a grid would end too soon";
   const BoxList boxes = uniform_boxes(400000, 1);
-  std::thread impatient([this] {
+  std::thread stopper([this] {
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     stop_ = true;
   });
   Finder finder(o);
   const Result r = finder.find(boxes);
-  impatient.join();
+  stopper.join();
   expect_stopped(r);
   EXPECT_LT(r.comparisons, 8'000'000'000u);
 }
@@ -206,14 +206,14 @@ TEST(StopBroadPhase, ChangesNothing) {
 }
 
 // The stop flag is set for the threads, then cleared.
-struct TakenBack {
+struct StopCleared {
   std::atomic<bool> stop{false};
-  bool disturbs = false;
+  bool sets_stop = false;
   const Executor executor{
       4,
       [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
-        auto& my = *static_cast<TakenBack*>(self);
-        my.stop = my.disturbs;
+        auto& my = *static_cast<StopCleared*>(self);
+        my.stop = my.sets_stop;
         for (unsigned i = 0; i < count; ++i) task(context, i);
         my.stop = false;
       },
@@ -229,13 +229,13 @@ struct TakenBack {
 };
 
 // An aborted result does not count as complete.
-TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
+TEST(ClearedStop, UpdateAndQueries) {
   const BoxList boxes = uniform_boxes(8000, 3);
   BoxList away = boxes;
   for (std::size_t i = 0; i < 450; ++i) away[i].lower.x += 100, away[i].upper.x += 100;
   const std::uint64_t pairs[] = {reference_pairs(boxes).pairs.size(),
                                  reference_pairs(away).pairs.size()};
-  TakenBack threads;
+  StopCleared threads;
   BroadPhase live(threads.options());
   std::vector<ObjectId> ids(boxes.size());
   ASSERT_TRUE(live.add(boxes, ids.data()).ok());
@@ -244,9 +244,9 @@ TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
   for (std::size_t frame = 1; frame < 60; ++frame) {
     const BoxList& now = frame % 2 ? away : boxes;
     ASSERT_TRUE(live.move(ids.data(), Boxes(now.data(), 450)).ok());
-    threads.disturbs = true;
+    threads.sets_stop = true;
     const Result r = live.update();
-    threads.disturbs = false;
+    threads.sets_stop = false;
     stopped += r.status == Status::stopped;
     if (r.status == Status::stopped) {
       ASSERT_TRUE(live.update().ok());
@@ -259,10 +259,10 @@ TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
   for (std::size_t i = 0; i < 600; ++i) sweeps.push_back({boxes[i], {1, 1, 1}});
   for (const std::size_t count : {100u, 600u}) {
     const Boxes asked(boxes.data(), count);
-    threads.disturbs = false;
+    threads.sets_stop = false;
     ASSERT_TRUE(live.find_overlaps(asked).ok());
     EXPECT_GT(live.overlaps().size(), count / 4);
-    threads.disturbs = true;
+    threads.sets_stop = true;
     expect_stopped(live.find_overlaps(asked));
     EXPECT_TRUE(live.overlaps().empty());
     expect_stopped(live.find_hits(sweeps.data(), count));
@@ -270,10 +270,10 @@ TEST(StopThatIsTakenBack, OfAnUpdateAndOfQuestions) {
   }
 }
 
-TEST(StopThatIsTakenBack, OfASearchAndOfBodies) {
+TEST(ClearedStop, SearchAndBodies) {
   const BoxList boxes = uniform_boxes(20'000, 4);
-  TakenBack threads;
-  threads.disturbs = true;
+  StopCleared threads;
+  threads.sets_stop = true;
   Finder finder(threads.options());
   expect_stopped(finder.find(boxes));
 
@@ -286,7 +286,7 @@ TEST(StopThatIsTakenBack, OfASearchAndOfBodies) {
   o.executor = &threads.executor;
   o.threads = 4;
   expect_stopped(update_boxes(bodies, placed.data(), o));
-  threads.disturbs = false;
+  threads.sets_stop = false;
   EXPECT_TRUE(update_boxes(bodies, placed.data(), o).ok());
 }
 

@@ -11,7 +11,7 @@ namespace {
 class TwoSets : public Conformance {};
 
 // The boxes of a scene: the first `first` form one set, the rest the other.
-struct Parted {
+struct SplitScene {
   std::string name;
   BoxList boxes;
   std::size_t first;
@@ -20,8 +20,8 @@ struct Parted {
   Boxes other() const { return {boxes.data() + first, boxes.size() - first}; }
 };
 
-const std::vector<Parted>& parted_scenes() {
-  static std::vector<Parted> all;
+const std::vector<SplitScene>& parted_scenes() {
+  static std::vector<SplitScene> all;
   if (!all.empty()) return all;
   const int n = sanitized ? 600 : 1500;
   std::vector<HardScene> scenes = hard_scenes(n);
@@ -42,10 +42,10 @@ const std::vector<Parted>& parted_scenes() {
   return all;
 }
 
-TEST_P(TwoSets, HardScenesParted) {
+TEST_P(TwoSets, HardScenesSplit) {
   static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;
-  for (const Parted& scene : parted_scenes()) {
+  for (const SplitScene& scene : parted_scenes()) {
     SCOPED_TRACE(scene.name);
     if (answers.size() == next) answers.push_back(reference_pairs(scene.one(), scene.other()));
     expect_exact(scene.one(), scene.other(), config(), answers[next++]);
@@ -54,7 +54,7 @@ TEST_P(TwoSets, HardScenesParted) {
 
 // Two sets that are separate along the sweep axis, except for a few boxes of one: of many boxes few
 // are near the other set, and of these in turn few are near the remaining ones.
-TEST_P(TwoSets, ThatMeetInFewPlaces) {
+TEST_P(TwoSets, OverlappingInFewPlaces) {
   static BoxList few, many;
   static Answer answers[2];
   if (few.empty()) {
@@ -74,7 +74,7 @@ TEST_P(TwoSets, ThatMeetInFewPlaces) {
 
 // Static boxes, and layers that each collide with others: their reject bits stand next to those of
 // the sets.
-TEST_P(TwoSets, HardScenesPartedWithFilters) {
+TEST_P(TwoSets, HardScenesSplitWithFilters) {
   static std::vector<Answer> answers;
   static std::vector<std::uint8_t> still;
   static std::vector<std::uint32_t> group, mask;
@@ -84,7 +84,7 @@ TEST_P(TwoSets, HardScenesPartedWithFilters) {
     mask.push_back(i % 5 == 2 ? 3u : 29u);
   }
   std::size_t next = 0;
-  for (const Parted& scene : parted_scenes()) {
+  for (const SplitScene& scene : parted_scenes()) {
     SCOPED_TRACE(scene.name);
     ASSERT_LE(scene.boxes.size(), still.size());
     Boxes one = scene.one(), other = scene.other();

@@ -8,7 +8,7 @@
 
 #include "support/body_scenes.hpp"
 #include "support/configs.hpp"
-#include "support/disturbed.hpp"
+#include "support/modified_float_state.hpp"
 
 namespace throng::tests {
 namespace {
@@ -178,7 +178,7 @@ TEST(UpdateBoxes, AnyFloatState) {
         negative.margin = -1e-45f;
         Result refused;
         {
-          const Disturbed state(rounding, flush);
+          const ModifiedFloatState state(rounding, flush);
           (void)update_boxes(scene.view(), got.data(), options);
           refused = update_boxes(scene.view(), got.data(), negative);
           unchanged = state.unchanged();
@@ -237,7 +237,7 @@ TEST(UpdateBoxes, NotFiniteIsSeen) {
 
 // A sphere shared by all bodies takes a shorter path, which only checks that rotations are finite:
 // the bits are those of the general path, which one shape per body takes.
-TEST(UpdateBoxes, SharedBallsTakeTheSameBits) {
+TEST(UpdateBoxes, SharedSpheresGiveTheSameBits) {
   BodyScene scene = body_scene(1000, 9);
   const std::vector<Shape> each(1000, Shape::sphere(0.75f));
   float* const broken[4] = {&scene.transforms[70].rotation.x, &scene.transforms[333].rotation.y,

@@ -17,7 +17,8 @@ Boxes in_worlds(const BoxList& boxes, const Numbers& worlds) {
 }
 
 // World of box i; some boxes are in every world.
-Numbers dealt_out(std::size_t boxes, int worlds, std::uint64_t seed, std::uint32_t one_of_all_in) {
+Numbers random_worlds(std::size_t boxes, int worlds, std::uint64_t seed,
+                      std::uint32_t one_of_all_in) {
   Random r(seed);
   Numbers numbers;
   for (std::size_t i = 0; i < boxes; ++i)
@@ -34,7 +35,7 @@ TEST_P(Worlds, HardScenesInOnePlace) {
   for (const HardScene& scene : scenes) {
     SCOPED_TRACE(scene.name);
     for (const int count : {2, 30}) {
-      const Numbers worlds = dealt_out(scene.boxes.size(), count, 7, 300);
+      const Numbers worlds = random_worlds(scene.boxes.size(), count, 7, 300);
       const Boxes view = in_worlds(scene.boxes, worlds);
       if (answers.size() == next) answers.push_back(reference_pairs(view));
       expect_exact(view, config(), answers[next++]);
@@ -54,7 +55,7 @@ TEST_P(Worlds, WideAmongMany) {
     }
     return all;
   }();
-  static const Numbers worlds = dealt_out(boxes.size(), 3, 12, 3000);
+  static const Numbers worlds = random_worlds(boxes.size(), 3, 12, 3000);
   const Boxes view = in_worlds(boxes, worlds);
   static const Answer answer = reference_pairs(view);
   for (const float scale : {1.0f, 0.3f}) {
@@ -89,7 +90,7 @@ TEST_P(Worlds, OfAnySize) {
 
 // Worlds next to each other in space, so dense that comparing two of them in one place would be
 // expensive.
-TEST_P(Worlds, Apart) {
+TEST_P(Worlds, InDifferentPlaces) {
   BoxList boxes = snapped_boxes(2400, 8, 1, 4);
   Numbers worlds;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -107,7 +108,7 @@ TEST_P(Worlds, Apart) {
 TEST_P(Worlds, WithOtherFilters) {
   const BoxList boxes = snapped_boxes(2500, 10, 1, 5);
   const std::size_t n = boxes.size();
-  const Numbers worlds = dealt_out(n, 25, 8, 500);
+  const Numbers worlds = random_worlds(n, 25, 8, 500);
   Numbers owners;
   std::vector<std::uint32_t> group, mask;
   std::vector<std::uint8_t> still;
@@ -130,7 +131,8 @@ TEST_P(Worlds, WithOtherFilters) {
 
 TEST_P(Worlds, OfTwoSets) {
   const BoxList a = snapped_boxes(1500, 9, 1, 6), b = snapped_boxes(1100, 9, 1, 7);
-  const Numbers of_a = dealt_out(a.size(), 20, 9, 400), of_b = dealt_out(b.size(), 30, 10, 400);
+  const Numbers of_a = random_worlds(a.size(), 20, 9, 400),
+                of_b = random_worlds(b.size(), 30, 10, 400);
   const Boxes first = in_worlds(a, of_a), second = in_worlds(b, of_b);
   static const Answer answer = reference_pairs(first, second);
   expect_exact(first, second, config(), answer);

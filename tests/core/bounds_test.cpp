@@ -165,7 +165,7 @@ TEST(Overlap, IsClosedOnEveryFace) {
   }
 }
 
-TEST(Overlap, NanMeetsNothing) {
+TEST(Overlap, NanOverlapsNothing) {
   for (int k = 0; k < 6; ++k) {
     EXPECT_FALSE(overlaps(unit, with(k, quiet)));
     EXPECT_FALSE(overlaps(with(k, quiet), unit));

@@ -59,11 +59,11 @@ TEST(Planner, NothingMeasured) {
     EXPECT_EQ(s.upper[k], 0);
     EXPECT_EQ(s.extent[k], 0);
   }
-  EXPECT_EQ(s.crowding, 1);
+  EXPECT_EQ(s.density_ratio, 1);
 }
 
 // Infinite ends count as the largest floats: the other boxes are planned as if these were absent.
-TEST(Planner, InfiniteBoxesSpoilNoPlan) {
+TEST(Planner, InfiniteBoxesDoNotAffectThePlan) {
   const tests::BoxList plain = tests::uniform_boxes(500, 3);
   tests::BoxList boxes = plain;
   for (std::size_t i = 0; i < 12; ++i) {
@@ -81,8 +81,8 @@ TEST(Planner, InfiniteBoxesSpoilNoPlan) {
 
 // Most boxes in layers share a slab along that axis, for any number of slabs; no plan sweeps along
 // it, or divides it finely. Evenly spread boxes are not clustered.
-TEST(Planner, LayersAreSeen) {
-  EXPECT_FALSE(measure(tests::uniform_boxes(512, 3).data(), 512, 512, 512).crowded);
+TEST(Planner, DetectsLayers) {
+  EXPECT_FALSE(measure(tests::uniform_boxes(512, 3).data(), 512, 512, 512).clustered);
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     tests::BoxList boxes = tests::uniform_boxes(512, 3);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -91,17 +91,17 @@ TEST(Planner, LayersAreSeen) {
       corner[3 + axis] = corner[axis] + 0.01f;
     }
     const Stats s = measure(boxes.data(), 512, 100000, 100000);
-    EXPECT_TRUE(s.crowded);
+    EXPECT_TRUE(s.clustered);
     for (std::uint32_t cells : {1u, 2u, 5u, 8u, 100u, 128u, 1000u, 1u << 20}) {
       SCOPED_TRACE(cells);
       for (std::uint32_t k = 0; k < 3; ++k) {
-        const double filled = s.filled_slabs(k, cells);
-        EXPECT_GE(filled, 1);
-        EXPECT_LE(filled, cells * 1.001);
+        const double effective_slabs = s.effective_slabs_at(k, cells);
+        EXPECT_GE(effective_slabs, 1);
+        EXPECT_LE(effective_slabs, cells * 1.001);
         if (k != axis) {
-          EXPECT_GE(filled, (cells <= 128 ? 0.8 : 0.5) * cells);
+          EXPECT_GE(effective_slabs, (cells <= 128 ? 0.8 : 0.5) * cells);
         } else {
-          EXPECT_LE(filled, 2);
+          EXPECT_LE(effective_slabs, 2);
         }
       }
     }
@@ -113,7 +113,7 @@ TEST(Planner, LayersAreSeen) {
 
 // Layers at equal distances are spread evenly over the cells of a sample, yet all boxes of one
 // layer begin within each other. Boxes of very different sizes are no layers.
-TEST(Planner, EvenLayersAreSeen) {
+TEST(Planner, DetectsEvenLayers) {
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     for (const float thickness : {0.0f, 0.01f}) {
       tests::BoxList boxes = tests::uniform_boxes(512, 3);
@@ -123,12 +123,12 @@ TEST(Planner, EvenLayersAreSeen) {
         corner[3 + axis] = corner[axis] + thickness;
       }
       const Stats s = measure(boxes.data(), 512, 8000, 8000);
-      EXPECT_FALSE(s.crowded);
+      EXPECT_FALSE(s.clustered);
       for (std::uint32_t k = 0; k < 3; ++k) {
         if (k != axis) {
-          EXPECT_EQ(s.within[k], 0) << k;
+          EXPECT_EQ(s.layer_overlap[k], 0) << k;
         } else {
-          EXPECT_NEAR(s.within[k], 1 / 14.0, 0.02);
+          EXPECT_NEAR(s.layer_overlap[k], 1 / 14.0, 0.02);
         }
       }
       EXPECT_NE(plan_of(boxes, 8000, 1).sweep_axis, axis);
@@ -140,14 +140,14 @@ TEST(Planner, EvenLayersAreSeen) {
     for (int i = 0; i < 512; ++i)
       boxes.push_back(tests::cube(r.point(0, 100), r.one_in(30) ? 30 : 0.1f));
     const Stats s = measure(boxes.data(), 512, 100000, 100000);
-    EXPECT_FALSE(s.crowded);
-    for (const double within : s.within) EXPECT_EQ(within, 0) << seed;
+    EXPECT_FALSE(s.clustered);
+    for (const double within : s.layer_overlap) EXPECT_EQ(within, 0) << seed;
   }
 }
 
 // Boxes along a diagonal are clustered across one axis only: boxes that share a slab along either
 // of the other axes share both.
-TEST(Planner, DiagonalsAreSeen) {
+TEST(Planner, DetectsDiagonals) {
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     tests::BoxList boxes = tests::uniform_boxes(512, 3);
     for (Box& box : boxes) {
@@ -157,13 +157,13 @@ TEST(Planner, DiagonalsAreSeen) {
       corner[3 + z] = corner[3 + y];
     }
     const Stats s = measure(boxes.data(), 512, 100000, 100000);
-    EXPECT_TRUE(s.crowded);
-    EXPECT_GE(s.beyond_all, 4);
+    EXPECT_TRUE(s.clustered);
+    EXPECT_GE(s.joint_correlation, 4);
     for (std::uint32_t k = 0; k < 3; ++k) {
       if (k == axis) {
-        EXPECT_GE(s.beyond_across[k], 4);
+        EXPECT_GE(s.axis_correlation[k], 4);
       } else {
-        EXPECT_LE(s.beyond_across[k], 2);
+        EXPECT_LE(s.axis_correlation[k], 2);
       }
     }
   }
@@ -187,7 +187,7 @@ tests::BoxList decades(float count, bool both_sides, float centre) {
 }
 
 // Positions by bits spread such boxes about evenly; other boxes keep their coordinates.
-TEST(Planner, ManyDecadesAreSeen) {
+TEST(Planner, DetectsManyDecades) {
   for (const float count : {8.0f, 12.0f, 60.0f}) {
     for (const bool both : {false, true}) {
       SCOPED_TRACE(count);
@@ -197,7 +197,7 @@ TEST(Planner, ManyDecadesAreSeen) {
         EXPECT_EQ(s.centre[k], 0);
       }
       const GridPlan p = plan_of(decades(count, both, 0), 100000, 1);
-      EXPECT_FALSE(p.map.plain);
+      EXPECT_FALSE(p.map.is_identity);
       EXPECT_LT(p.expected_ns, 4 * plan_of(tests::uniform_boxes(512, 3), 100000, 1).expected_ns);
     }
   }
@@ -212,7 +212,7 @@ TEST(Planner, ManyDecadesAreSeen) {
   for (const auto& boxes :
        {tests::uniform_boxes(512, 3), tests::clusters_and_outliers(512, 3), tests::rods(512, 3),
         tests::one_cell(512, 3), tests::huge_among_small(512, 3), decades(1, false, 0)}) {
-    EXPECT_TRUE(plan_of(boxes, 100000, 1).map.plain);
+    EXPECT_TRUE(plan_of(boxes, 100000, 1).map.is_identity);
   }
 }
 
@@ -220,7 +220,7 @@ TEST(Planner, ManyDecadesAreSeen) {
 TEST(Planner, ScaledScenesHaveTheSamePlan) {
   const tests::BoxList boxes = tests::uniform_boxes(512, 3);
   const GridPlan own = plan_of(boxes, 100000, 1);
-  EXPECT_TRUE(own.map.plain);
+  EXPECT_TRUE(own.map.is_identity);
   const float side = tests::side_of(1024);
   for (const int exponent : {-140, -130, -126, -110, -60, 60, 110, 124}) {
     for (const std::uint32_t axes : {1u, 2u, 7u}) {
@@ -237,8 +237,8 @@ TEST(Planner, ScaledScenesHaveTheSamePlan) {
         EXPECT_EQ(p.map.columns[k], own.map.columns[k]);
         if (!(axes >> k & 1)) continue;
         const float first = std::ldexp(side / 4, exponent), last = std::ldexp(side / 2, exponent);
-        EXPECT_NEAR(quantise(p.map, k, last) - quantise(p.map, k, first),
-                    quantise(own.map, k, side / 2) - quantise(own.map, k, side / 4),
+        EXPECT_NEAR(quantize(p.map, k, last) - quantize(p.map, k, first),
+                    quantize(own.map, k, side / 2) - quantize(own.map, k, side / 4),
                     (exponent < -130 ? 0.1f : 0.001f) * p.map.max[k]);
       }
     }

@@ -9,7 +9,7 @@
 namespace throng::cpu {
 namespace {
 
-TEST(BinReport, TellsTheFirstInWhateverOrderTheyAreFound) {
+TEST(BinReport, ReportsTheFirstForAnyOrder) {
   struct Inactive {
     std::uint64_t id;
     bool nan, is_target;

@@ -20,35 +20,35 @@ std::vector<const Kernels*> all_kernels() {
 
 // Sorts with exactly this scratch space, with guards behind it and behind the pairs.
 void expect_sorted(const Kernels& kernels, std::vector<Pair> pairs, Bucket bucket,
-                   std::size_t room_count) {
+                   std::size_t scratch_count) {
   std::vector<Pair> want = pairs;
   std::sort(want.begin(), want.end());
   constexpr Pair guard{77, 78};
-  constexpr std::uint64_t room_guard = 0x0123456789abcdef;
+  constexpr std::uint64_t scratch_guard = 0x0123456789abcdef;
   bucket.count = pairs.size();
   pairs.push_back(guard);
   bucket.pairs = pairs.data();
-  std::vector<std::uint64_t> room(room_count + 1, room_guard);
-  sort_bucket(kernels, bucket, room.data(), room_count);
+  std::vector<std::uint64_t> scratch(scratch_count + 1, scratch_guard);
+  sort_bucket(kernels, bucket, scratch.data(), scratch_count);
   ASSERT_EQ(pairs.back(), guard);
-  ASSERT_EQ(room.back(), room_guard);
+  ASSERT_EQ(scratch.back(), scratch_guard);
   pairs.pop_back();
   ASSERT_EQ(pairs, want) << to_string(kernels.isa) << " " << bucket.count << " pairs, "
                          << bucket.first_bits << " + " << bucket.second_bits << " bits";
 }
 
-enum class Lists { even, random, one_long, empty_between };
+enum class ListLengths { even, random, one_long, empty_between };
 
 // Pairs of a bucket, unsorted, with about `seconds` per first.
-std::vector<Pair> make_pairs(const Bucket& bucket, Lists lists, std::uint32_t seconds,
+std::vector<Pair> make_pairs(const Bucket& bucket, ListLengths lists, std::uint32_t seconds,
                              std::mt19937& random) {
   std::vector<Pair> pairs;
   const std::uint64_t second_count = std::uint64_t{1} << bucket.second_bits;
   for (std::uint32_t f = 0; f < 1u << bucket.first_bits; ++f) {
     std::uint32_t n = seconds;
-    if (lists == Lists::random) n = static_cast<std::uint32_t>(random()) % (2 * seconds + 1);
-    if (lists == Lists::one_long && f == 1) n = 100 * seconds;
-    if (lists == Lists::empty_between && f % 3 != 0) n = 0;
+    if (lists == ListLengths::random) n = static_cast<std::uint32_t>(random()) % (2 * seconds + 1);
+    if (lists == ListLengths::one_long && f == 1) n = 100 * seconds;
+    if (lists == ListLengths::empty_between && f % 3 != 0) n = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
       pairs.push_back(
           {bucket.first_above | f, static_cast<std::uint32_t>(random() % second_count)});
@@ -58,20 +58,20 @@ std::vector<Pair> make_pairs(const Bucket& bucket, Lists lists, std::uint32_t se
   return pairs;
 }
 
-TEST(Buckets, AreSortedWhateverTheirLists) {
-  if (tests::watches_threads) GTEST_SKIP() << tests::one_thread;
+TEST(Buckets, SortedForAnyLists) {
+  if (tests::thread_sanitized) GTEST_SKIP() << tests::one_thread;
   std::mt19937 random(1);
   for (const Kernels* kernels : all_kernels()) {
     for (const unsigned first_bits : {0u, 1u, 3u, 5u, 10u, 11u}) {
       for (const unsigned second_bits : {7u, 19u, 27u, 32u}) {
         for (const std::uint32_t seconds : {1u, 9u, 70u}) {
-          for (const Lists lists :
-               {Lists::even, Lists::random, Lists::one_long, Lists::empty_between}) {
+          for (const ListLengths lists : {ListLengths::even, ListLengths::random,
+                                          ListLengths::one_long, ListLengths::empty_between}) {
             const Bucket bucket{nullptr, 0, first_bits, 5u << 12, second_bits};
             const auto pairs = make_pairs(bucket, lists, seconds, random);
-            const std::size_t enough = Bucket::room_for(pairs.size());
-            for (const std::size_t room : {enough, pairs.size(), 16 * enough}) {
-              expect_sorted(*kernels, pairs, bucket, room);
+            const std::size_t enough = Bucket::scratch_size(pairs.size());
+            for (const std::size_t scratch : {enough, pairs.size(), 16 * enough}) {
+              expect_sorted(*kernels, pairs, bucket, scratch);
               if (HasFatalFailure()) return;
             }
           }
@@ -97,7 +97,7 @@ TEST(Buckets, KeepTheGreatestIds) {
 
 // Runs of every length at every position, each of two distinct keys: by the 0-1 principle this
 // covers all keys.
-TEST(SortedRuns, EqualOnesSortedByThemselves) {
+TEST(SortedRuns, MatchSeparateSorts) {
   for (const Kernels* kernels : all_kernels()) {
     if (!kernels->sort_runs) continue;
     for (std::uint32_t longest = 1; longest <= 12; ++longest) {
@@ -141,15 +141,16 @@ TEST(Buckets, MayHaveLongRuns) {
                key & ((1u << bucket.second_bits) - 1)});
         }
         std::shuffle(pairs.begin(), pairs.end(), random);
-        expect_sorted(*kernels, pairs, bucket, Bucket::room_for(pairs.size()));
+        expect_sorted(*kernels, pairs, bucket, Bucket::scratch_size(pairs.size()));
         if (HasFatalFailure()) return;
       }
     }
   }
 }
 
-// Lists and their scratch take two 64-bit words per pair; with one word less, digits are used.
-TEST(Buckets, TakeNoMoreRoomThanThereIs) {
+// Lists and their scratch take two 64-bit words per pair; with one word less, digits are
+// used.
+TEST(Buckets, StayWithinScratch) {
   std::mt19937 random(4);
   for (const Kernels* kernels : all_kernels()) {
     const Bucket bucket{nullptr, 0, 4, 0, 32};
@@ -158,9 +159,9 @@ TEST(Buckets, TakeNoMoreRoomThanThereIs) {
       for (std::uint32_t k = 0; k < (first == 5 ? 64u : 16u); ++k)
         pairs.push_back({first, static_cast<std::uint32_t>(random())});
     std::shuffle(pairs.begin(), pairs.end(), random);
-    const std::size_t enough = Bucket::room_for(pairs.size());
-    for (std::size_t room = enough - 10; room <= enough + 10; ++room)
-      expect_sorted(*kernels, pairs, bucket, room);
+    const std::size_t enough = Bucket::scratch_size(pairs.size());
+    for (std::size_t scratch = enough - 10; scratch <= enough + 10; ++scratch)
+      expect_sorted(*kernels, pairs, bucket, scratch);
   }
 }
 

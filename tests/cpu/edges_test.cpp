@@ -4,11 +4,11 @@
 
 #include <throng/types.hpp>
 
-#include "cpu/kernels.hpp"
+#include "cpu/kernel_table.hpp"
 #include "cpu/memory.hpp"
-#include "cpu/sink.hpp"
+#include "cpu/pair_sink.hpp"
 #include "cpu/worker.hpp"
-#include "support/counting.hpp"
+#include "support/counting_resource.hpp"
 
 namespace throng::cpu {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t all_ones = static_cast<std::size_t>(-1);
 
 // Records the last requested size and fails every allocation.
-struct Asked : std::pmr::memory_resource {
+struct LastRequest : std::pmr::memory_resource {
   std::size_t bytes = 0;
   void* do_allocate(std::size_t wanted, std::size_t) override {
     bytes = wanted;
@@ -26,28 +26,28 @@ struct Asked : std::pmr::memory_resource {
   bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
 };
 
-TEST(Edges, BytesThatHaveNoNumberAreRefused) {
-  Asked asked;
-  Memory memory(&asked, 0);
+TEST(Edges, RejectsOverflowingSizes) {
+  LastRequest request;
+  Memory memory(&request, 0);
   for (const std::size_t count :
        {all_ones, all_ones - 1, all_ones / sizeof(Pair) + 1, all_ones / 9 * 8 / sizeof(Pair) + 9,
         std::size_t{1} << 61, (std::size_t{1} << 61) + 3, std::size_t{1} << 63}) {
     Buffer<Pair> pairs(memory);
     for (const bool exact : {false, true}) {
       try {
-        pairs.room(count, exact);
+        pairs.ensure(count, exact);
         ADD_FAILURE() << count << " pairs were returned";
-      } catch (const NoMemory& e) {
+      } catch (const AllocationFailed& e) {
         EXPECT_GE(e.bytes / sizeof(Pair), std::min(count, all_ones / sizeof(Pair))) << count;
       }
     }
-    EXPECT_THROW(pairs.grow(count, 0), NoMemory);
+    EXPECT_THROW(pairs.grow(count, 0), AllocationFailed);
     EXPECT_EQ(pairs.capacity(), 0u);
   }
   EXPECT_EQ(memory.held(), 0u);
 }
 
-TEST(Edges, ACapThatTheSumPassesIsTold) {
+TEST(Edges, ReportsACapExceededByTheSum) {
   tests::CountingResource resource;
   Memory memory(&resource, 100);
   memory.set_cap(1000);
@@ -60,20 +60,20 @@ TEST(Edges, ACapThatTheSumPassesIsTold) {
 }
 
 // The arrays of a strip of maximum length: 32-bit sizes would wrap around.
-TEST(Edges, AStripOfTheMostBoxes) {
-  Asked asked;
-  Memory memory(&asked, 0);
-  StripSpace space(memory);
+TEST(Edges, StripOfMaximumLength) {
+  LastRequest request;
+  Memory memory(&request, 0);
+  StripStorage space(memory);
   for (const std::uint64_t count : {max_box_count, max_box_count - 1, std::uint64_t{1} << 31}) {
     Strip strip;
     strip.count = static_cast<std::uint32_t>(count);
-    EXPECT_THROW(space.lay_out(strip, false), NoMemory);
-    EXPECT_GE(asked.bytes, 7 * count * sizeof(std::int16_t));
+    EXPECT_THROW(space.assign_storage(strip, false), AllocationFailed);
+    EXPECT_GE(request.bytes, 7 * count * sizeof(std::int16_t));
   }
 }
 
 // Pairs beyond the capacity are only counted.
-TEST(Edges, ASinkCountsOn) {
+TEST(Edges, SinkKeepsCounting) {
   BufferSink sink(nullptr, 0, nullptr, 0);
   const std::size_t blocks[] = {(std::size_t{1} << 24) + 1, (std::size_t{1} << 31) + 1,
                                 std::size_t{1} << 32, (std::size_t{1} << 63) - 1};

@@ -28,7 +28,7 @@ void expect_exact(const BoxList& boxes, bool by_bits) {
     for (const float cell_scale : {1.0f, 0.25f}) {
       SCOPED_TRACE(to_string(isa) + std::string(", ") + std::to_string(cell_scale));
       const SearchedGrid grid(boxes, SearchedGrid::How{1, cell_scale, isa});
-      EXPECT_FALSE(grid.plan().map.plain);
+      EXPECT_FALSE(grid.plan().map.is_identity);
       EXPECT_EQ(grid.plan().map.by_bits[0], by_bits);
       EXPECT_TRUE(grid.sorted_pairs() == expected);
     }

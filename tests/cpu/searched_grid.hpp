@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "cpu/each_task.hpp"
 #include "cpu/grid.hpp"
+#include "cpu/per_thread.hpp"
 #include "cpu/threads.hpp"
 #include "support/hard_boxes.hpp"
 
@@ -19,7 +19,7 @@ class SearchedGrid {
     unsigned tasks = 1;
     float cell_scale = 1;
     Isa isa = Isa::automatic;
-    std::size_t stream_from = usual_stream_from;
+    std::size_t stream_min_bytes = default_stream_bytes;
   };
   // One set or, with `others`, two.
   SearchedGrid(const tests::BoxList& boxes, const tests::BoxList& others, How how)
@@ -32,19 +32,19 @@ class SearchedGrid {
     search.executor = &default_executor();
     search.memory = &memory_;
     search.cell_scale = how.cell_scale;
-    search.stream_from = how.stream_from;
-    Problem whole;
-    whole.queries = {&view_, nullptr, static_cast<std::uint32_t>(boxes.size())};
-    whole.targets = {&others_, nullptr, static_cast<std::uint32_t>(others.size())};
-    whole.self = !search.two_sets;
-    plan_ = make_plan(search, whole, Algorithm::grid);
+    search.stream_min_bytes = how.stream_min_bytes;
+    Problem problem;
+    problem.queries = {&view_, nullptr, static_cast<std::uint32_t>(boxes.size())};
+    problem.targets = {&others_, nullptr, static_cast<std::uint32_t>(others.size())};
+    problem.self = !search.two_sets;
+    plan_ = make_plan(search, problem, Algorithm::grid);
     Worker* const* const team = workers_.make(how.tasks);
     const auto begin = [&] {
       for (unsigned t = 0; t < how.tasks; ++t) team[t]->begin(search);
     };
     begin();
     BinReport report;
-    grid_.bin(search, whole, plan_, team, how.tasks, report);
+    grid_.bin(search, problem, plan_, team, how.tasks, report);
     inactive_ = report.inactive;
     std::vector<Pair> spill;
     for (bool room = false; !room;) {
@@ -52,7 +52,7 @@ class SearchedGrid {
       BufferSink sink(pairs_.data(), pairs_.size(), spill.data(), spill.size());
       search.sink = &sink;
       begin();
-      grid_.find(search, whole, plan_, team, how.tasks, 0);
+      grid_.find(search, problem, plan_, team, how.tasks, 0);
       for (unsigned t = 0; t < how.tasks; ++t) team[t]->finish();
       sink.close();
       room = sink.found() <= pairs_.size();
@@ -63,7 +63,7 @@ class SearchedGrid {
   }
   explicit SearchedGrid(const tests::BoxList& boxes, How how) : SearchedGrid(boxes, {}, how) {}
 
-  const GridSpace& grid() const { return grid_; }
+  const BinnedGrid& grid() const { return grid_; }
   const core::GridPlan& plan() const { return plan_; }
   std::uint64_t inactive() const { return inactive_; }
   // Whether records were written through buffers.
@@ -77,8 +77,8 @@ class SearchedGrid {
  private:
   Memory memory_{std::pmr::new_delete_resource(), 0};
   Boxes view_, others_;
-  GridSpace grid_;
-  EachTask<Worker> workers_;
+  BinnedGrid grid_;
+  PerThread<Worker> workers_;
   core::GridPlan plan_;
   std::uint64_t inactive_ = 0;
   bool buffered_ = false;

@@ -56,7 +56,7 @@ TEST(Streamed, ManyColumns) {
   };
   for (const Case& c : {Case{250'000, 4096, 8192, true}, Case{450'000, 8192, 16384, true},
                         Case{1'200'000, 16384, 32768, false}}) {
-    if (tests::watches_threads && c.boxes > 250'000) continue;
+    if (tests::thread_sanitized && c.boxes > 250'000) continue;
     const BoxList boxes = tests::uniform_boxes(c.boxes, 3);
     const SearchedGrid grid(boxes, How{2, finer, Isa::automatic, 0});
     EXPECT_GT(grid.plan().column_count(), c.more);
@@ -66,11 +66,11 @@ TEST(Streamed, ManyColumns) {
   }
 }
 
-TEST(Streamed, FromSoManyBoxesOn) {
-  if (tests::watches_threads) GTEST_SKIP() << tests::one_thread;
+TEST(Streamed, StartsAtThreshold) {
+  if (tests::thread_sanitized) GTEST_SKIP() << tests::one_thread;
   EXPECT_FALSE(SearchedGrid(tests::uniform_boxes(100'000, 4), How{}).buffered());
   if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no SIMD available";
-  constexpr int boxes = static_cast<int>(usual_stream_from / sizeof(Record));
+  constexpr int boxes = static_cast<int>(default_stream_bytes / sizeof(Record));
   EXPECT_TRUE(SearchedGrid(tests::uniform_boxes(boxes, 4), How{}).buffered());
 }
 

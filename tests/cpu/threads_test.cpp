@@ -11,25 +11,25 @@
 namespace throng::cpu {
 namespace {
 
-TEST(Ranges, AreTakenFromTheirTasksFirst) {
+TEST(StealingRanges, AreTakenFromTheirTasksFirst) {
   for (const unsigned tasks : {1u, 2u, 3u, 16u, 40u}) {
     for (const std::uint64_t count : {0u, 1u, 2u, 5u, 1000u}) {
-      Ranges ranges(count, tasks);
+      StealingRanges ranges(count, tasks);
       std::vector<unsigned> taken(count, 0);
       std::vector<std::uint64_t> first(tasks, count);
       bool any = true;
       for (unsigned round = 0; any; ++round) {
         any = false;
         for (unsigned t = 0; t < tasks; ++t) {
-          std::uint64_t index, foreseen;
-          const bool foresees = ranges.peek(t, foreseen);
+          std::uint64_t index, next_index;
+          const bool has_next = ranges.peek(t, next_index);
           if (!ranges.take(t, index)) {
-            EXPECT_FALSE(foresees);
+            EXPECT_FALSE(has_next);
             continue;
           }
           ASSERT_LT(index, count);
-          if (foresees) {
-            EXPECT_EQ(index, foreseen);
+          if (has_next) {
+            EXPECT_EQ(index, next_index);
           }
           if (round == 0) first[t] = index;
           ++taken[index];
@@ -45,11 +45,11 @@ TEST(Ranges, AreTakenFromTheirTasksFirst) {
   }
 }
 
-TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
+TEST(ChunkQueue, EachIndexOnceForAnyTask) {
   for (const unsigned tasks : {1u, 2u, 3u, 64u}) {
     for (const std::size_t step : {1, 256, 1024}) {
       for (const std::size_t count : {0, 1, 255, 256, 257, 10000, 1000000}) {
-        Shares shares(count, tasks, step);
+        ChunkQueue shares(count, tasks, step);
         std::vector<unsigned char> taken(count, 0);
         std::size_t wrong = 0;
         for (std::size_t begin, end; shares.take(tasks - 1, begin, end);) {
@@ -68,7 +68,7 @@ TEST(Shares, EachIndexIsTakenOnceWhoeverAsks) {
 
 // Returns the number of indices not taken exactly once by four concurrent threads.
 std::size_t race(std::size_t count, std::size_t step) {
-  Shares shares(count, 4, step);
+  ChunkQueue shares(count, 4, step);
   std::vector<std::atomic<unsigned>> taken(count + 1);  // the last element: out of range
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t) {
@@ -85,15 +85,15 @@ std::size_t race(std::size_t count, std::size_t step) {
   return wrong;
 }
 
-TEST(Shares, ThreadsTakeNoneTwice) {
+TEST(ChunkQueue, NoIndexTwice) {
   EXPECT_EQ(race(std::size_t{1} << 20, 16), 0u);
   // Races occur at the ends of ranges.
   for (int again = 0; again < 300; ++again) ASSERT_EQ(race(64, 1), 0u);
 }
 
 // There are several chunks per task, so that a late task finds little left.
-TEST(Shares, AreMoreThanTasks) {
-  Shares shares(100000, 4, 256);
+TEST(ChunkQueue, AreMoreThanTasks) {
+  ChunkQueue shares(100000, 4, 256);
   unsigned count = 0;
   for (std::size_t begin, end; shares.take(2, begin, end);) ++count;
   EXPECT_GE(count, 4 * 8u);

@@ -21,12 +21,12 @@ void put(Worker& worker, std::uint32_t k) {
 }
 
 // Two workers alternately write 0, 1, 2, ..., each alternating between grid search and brute force.
-TEST(Workers, GoStraightAgain) {
+TEST(Workers, ResumeDirectWrites) {
   constexpr std::uint32_t most = 60000;
   std::vector<std::uint32_t> ids(most + 1);
   std::iota(ids.begin(), ids.end(), 0u);
   const std::vector<std::uint16_t> before(most + 1, 0);
-  const Frame frame{ids.data(), before.data()};
+  const ParentCell parent{ids.data(), before.data()};
   const Boxes none;
   Memory memory(large_pages(), 0);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -49,12 +49,12 @@ TEST(Workers, GoStraightAgain) {
     EXPECT_TRUE(capacity < 30000 || (inside(first) && inside(second)));
     for (std::uint32_t k = 0; k < count;) {
       Worker& w = *workers[random.unit() < 0.5f];
-      const bool by_words = random.unit() < 0.7f;
-      by_words ? w.by_words() : w.by_brute_force(&frame);
-      EXPECT_FALSE(!by_words && inside(w));
+      const bool use_sweep = random.unit() < 0.7f;
+      use_sweep ? w.use_sweep() : w.use_brute_force(&parent);
+      EXPECT_FALSE(!use_sweep && inside(w));
       // Blocks are an eighth of the rest, so one is always available, except for the last few
       // pairs.
-      EXPECT_TRUE(!by_words || k + 20000 > capacity || inside(w));
+      EXPECT_TRUE(!use_sweep || k + 20000 > capacity || inside(w));
       const float share = random.unit();
       const auto some = static_cast<std::uint32_t>(3000 * share * share * share) + 1;
       for (const std::uint32_t end = std::min(count, k + some); k < end; ++k) put(w, k);

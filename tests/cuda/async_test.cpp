@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -30,14 +30,14 @@ void expect_report(const cuda::Report& report, const BoxList& boxes, const Answe
   EXPECT_GE(report.comparisons, report.found);
 }
 
-TEST_P(GpuAsync, NotReservedIsTold) {
+TEST_P(GpuAsync, NotReservedIsReported) {
   const BoxList list = uniform_boxes(1000, 1);
   const OnDevice<Box> boxes(list);
   const OnDevice<cuda::Report> report(1);
-  const PairRoom room(10000);
+  const PairBuffer buffer(10000);
   cuda::Finder finder(options());
   const auto call = [&](std::size_t count, std::size_t capacity) {
-    return finder.find_async(Boxes(boxes.data(), count), room.out(), capacity, report.data(),
+    return finder.find_async(Boxes(boxes.data(), count), buffer.out(), capacity, report.data(),
                              stream());
   };
   Result r = call(1000, 10000);
@@ -49,12 +49,12 @@ TEST_P(GpuAsync, NotReservedIsTold) {
   EXPECT_EQ(call(900, 5001).status, canonical() ? Status::not_reserved : Status::ok);
   EXPECT_EQ(call(900, 5000).status, Status::ok);
   ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaDeviceSynchronize());
   r = call(1000, 10000);
   ASSERT_TRUE(r.ok()) << r.message;
   const Answer answer = reference_pairs(list);
   expect_report(report.get()[0], list, answer);
-  EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
+  EXPECT_TRUE(same_pairs(buffer.take(answer.pairs.size()), answer.pairs));
 }
 
 TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
@@ -63,7 +63,7 @@ TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
   const std::size_t capacity = 100000;
   const OnDevice<Box> boxes(list);
   const OnDevice<cuda::Report> report(1);
-  const PairRoom room(capacity);
+  const PairBuffer buffer(capacity);
   cuda::Finder finder(options(), memory.resource());
   ASSERT_TRUE(finder.reserve(list.size(), capacity, stream()).ok());
   EXPECT_GT(memory.held(), 0u);
@@ -75,17 +75,17 @@ TEST_P(GpuAsync, TakesNoMemoryAfterReserve) {
   memory.limit(memory.held());
   std::size_t free_before = 0, free_after = 0, total = 0;
   const auto call = [&] {
-    return finder.find_async(view(boxes), room.out(), capacity, report.data(), stream());
+    return finder.find_async(view(boxes), buffer.out(), capacity, report.data(), stream());
   };
   // Loads the kernels and creates the events of find().
   ASSERT_TRUE(call().ok());
-  ASSERT_TRUE(finder.find(view(boxes), room.out(), capacity, stream()).ok());
-  need(cudaDeviceSynchronize());
-  need(cudaMemGetInfo(&free_before, &total));
+  ASSERT_TRUE(finder.find(view(boxes), buffer.out(), capacity, stream()).ok());
+  check_cuda(cudaDeviceSynchronize());
+  check_cuda(cudaMemGetInfo(&free_before, &total));
   for (int frame = 0; frame < 5; ++frame) ASSERT_TRUE(call().ok());
-  ASSERT_TRUE(finder.find(view(boxes), room.out(), capacity, stream()).ok());
-  need(cudaDeviceSynchronize());
-  need(cudaMemGetInfo(&free_after, &total));
+  ASSERT_TRUE(finder.find(view(boxes), buffer.out(), capacity, stream()).ok());
+  check_cuda(cudaDeviceSynchronize());
+  check_cuda(cudaMemGetInfo(&free_after, &total));
   EXPECT_EQ(memory.allocations(), before);
   EXPECT_EQ(memory.refusals(), 0u);
   EXPECT_EQ(free_before, free_after) << "memory was allocated outside the resource";
@@ -100,17 +100,17 @@ TEST_P(GpuAsync, WaitsForNothing) {
   const Answer answer = reference_pairs(list);
   const OnDevice<Box> boxes(list);
   const OnDevice<cuda::Report> report(1);
-  PairRoom room(answer.pairs.size());
+  PairBuffer buffer(answer.pairs.size());
   cuda::Finder finder(options());
-  ASSERT_TRUE(finder.reserve(list.size(), room.capacity(), stream()).ok());
+  ASSERT_TRUE(finder.reserve(list.size(), buffer.capacity(), stream()).ok());
   const auto call = [&] {
-    return finder.find_async(view(boxes), room.out(), room.capacity(), report.data(), stream());
+    return finder.find_async(view(boxes), buffer.out(), buffer.capacity(), report.data(), stream());
   };
   ASSERT_TRUE(call().ok());  // loads the kernels, which may synchronize
-  need(cudaDeviceSynchronize());
-  room.clear();
-  need(cudaDeviceSynchronize());
-  need(cudaLaunchHostFunc(
+  check_cuda(cudaDeviceSynchronize());
+  buffer.clear();
+  check_cuda(cudaDeviceSynchronize());
+  check_cuda(cudaLaunchHostFunc(
       stream(),
       [](void* p) {
         auto& g = *static_cast<Gate*>(p);
@@ -127,17 +127,17 @@ TEST_P(GpuAsync, WaitsForNothing) {
   const Result r = call();
   const bool waited = gate.gave_up;
   gate.open = true;
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaDeviceSynchronize());
   EXPECT_FALSE(waited) << "find_async waited for the stream";
   ASSERT_TRUE(r.ok()) << r.message;
   expect_report(report.get()[0], list, answer);
-  EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
+  EXPECT_TRUE(same_pairs(buffer.take(answer.pairs.size()), answer.pairs));
 }
 
 TEST_P(GpuAsync, NoBoxes) {
   const OnDevice<cuda::Report> report(1);
-  need(cudaMemset(report.data(), 0x77, sizeof(cuda::Report)));
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaMemset(report.data(), 0x77, sizeof(cuda::Report)));
+  check_cuda(cudaDeviceSynchronize());
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(0, 0, stream()).ok());
   ASSERT_TRUE(finder.find_async(Boxes(), nullptr, 0, report.data(), stream()).ok());
@@ -155,21 +155,22 @@ TEST_P(GpuAsync, TwoFindersAtOnce) {
   const Answer answers[2] = {reference_pairs(lists[0]), reference_pairs(lists[1])};
   const OnDevice<Box> boxes[2] = {OnDevice<Box>(lists[0]), OnDevice<Box>(lists[1])};
   const OnDevice<cuda::Report> reports(2);
-  const PairRoom rooms[2] = {PairRoom(answers[0].pairs.size()), PairRoom(answers[1].pairs.size())};
-  need(cudaDeviceSynchronize());
+  const PairBuffer buffers[2] = {PairBuffer(answers[0].pairs.size()),
+                                 PairBuffer(answers[1].pairs.size())};
+  check_cuda(cudaDeviceSynchronize());
   cuda::Finder finders[2] = {cuda::Finder(options()), cuda::Finder(options())};
   for (int k : {0, 1})
-    ASSERT_TRUE(finders[k].reserve(lists[k].size(), rooms[k].capacity(), streams[k]).ok());
+    ASSERT_TRUE(finders[k].reserve(lists[k].size(), buffers[k].capacity(), streams[k]).ok());
   for (int frame = 0; frame < 100; ++frame)
     for (int k : {0, 1})
       ASSERT_TRUE(finders[k]
-                      .find_async(view(boxes[k]), rooms[k].out(), rooms[k].capacity(),
+                      .find_async(view(boxes[k]), buffers[k].out(), buffers[k].capacity(),
                                   reports.data() + k, streams[k])
                       .ok());
-  const std::vector<cuda::Report> told = reports.get();
+  const std::vector<cuda::Report> result = reports.get();
   for (int k : {0, 1}) {
-    expect_report(told[static_cast<std::size_t>(k)], lists[k], answers[k]);
-    EXPECT_TRUE(same_pairs(rooms[k].take(answers[k].pairs.size()), answers[k].pairs));
+    expect_report(result[static_cast<std::size_t>(k)], lists[k], answers[k]);
+    EXPECT_TRUE(same_pairs(buffers[k].take(answers[k].pairs.size()), answers[k].pairs));
   }
 }
 
@@ -178,29 +179,29 @@ TEST_P(GpuAsync, CallsInARow) {
   const std::vector<HardScene> scenes = hard_scenes(700);
   std::vector<OnDevice<Box>> boxes;
   std::vector<Answer> answers;
-  std::vector<std::unique_ptr<PairRoom>> rooms;
+  std::vector<std::unique_ptr<PairBuffer>> buffers;
   const OnDevice<cuda::Report> reports(scenes.size());
   std::size_t most = 0, most_pairs = 0;
   for (const HardScene& scene : scenes) {
     boxes.emplace_back(scene.boxes);
     answers.push_back(reference_pairs(scene.boxes));
-    rooms.push_back(std::make_unique<PairRoom>(answers.back().pairs.size()));
+    buffers.push_back(std::make_unique<PairBuffer>(answers.back().pairs.size()));
     most = std::max(most, scene.boxes.size());
     most_pairs = std::max(most_pairs, answers.back().pairs.size());
   }
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaDeviceSynchronize());
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(most, most_pairs, stream()).ok());
   for (std::size_t s = 0; s < scenes.size(); ++s)
     ASSERT_TRUE(finder
-                    .find_async(view(boxes[s]), rooms[s]->out(), rooms[s]->capacity(),
+                    .find_async(view(boxes[s]), buffers[s]->out(), buffers[s]->capacity(),
                                 reports.data() + s, stream())
                     .ok());
-  const std::vector<cuda::Report> told = reports.get();
+  const std::vector<cuda::Report> result = reports.get();
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     SCOPED_TRACE(scenes[s].name);
-    expect_report(told[s], scenes[s].boxes, answers[s]);
-    EXPECT_TRUE(same_pairs(rooms[s]->take(answers[s].pairs.size()), answers[s].pairs));
+    expect_report(result[s], scenes[s].boxes, answers[s]);
+    EXPECT_TRUE(same_pairs(buffers[s]->take(answers[s].pairs.size()), answers[s].pairs));
   }
 }
 

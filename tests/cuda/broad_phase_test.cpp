@@ -2,20 +2,20 @@
 #include <cmath>
 #include <string>
 
-#include "cuda/gpu_machine.hpp"
+#include "cuda/gpu_broad_phase.hpp"
 
 namespace throng::tests {
 namespace {
 
-using GpuActor = ActorOf<GpuMachine>;
+using GpuActor = ActorOf<GpuBroadPhase>;
 
-class GpuLive : public testing::Test {
+class GpuPersistent : public testing::Test {
  protected:
   void SetUp() override { THRONG_NEEDS_GPU(); }
 };
 
-void live(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
-          float side, bool filtered, int steps = 40) {
+void run_calls(const Options& options, float fat_margin, std::uint64_t seed, std::size_t objects,
+               float side, bool filtered, int steps = 40) {
   GpuActor actor(options, seed, side, fat_margin);
   actor.in_worlds =
       options.algorithm != Algorithm::grid;  // candidates are repaired only without worlds
@@ -38,7 +38,7 @@ void live(const Options& options, float fat_margin, std::uint64_t seed, std::siz
         ASSERT_TRUE(actor.move(random.below(calm ? 5 : 300)));
         break;
     }
-    actor.broad_phase.move_at_once(random.one_in(2));
+    actor.broad_phase.combine_with_update(random.one_in(2));
     if (random.one_in(2)) {
       ASSERT_TRUE(actor.move_all(calm ? 200 : 2));
     }
@@ -46,26 +46,26 @@ void live(const Options& options, float fat_margin, std::uint64_t seed, std::siz
   }
 }
 
-TEST_F(GpuLive, Plain) { live({}, 0.5f, 1, 300, 12, false); }
-TEST_F(GpuLive, Filtered) { live({}, 0.5f, 2, 250, 8, true); }
-TEST_F(GpuLive, NoFatBoxes) { live({}, 0, 3, 200, 8, true); }
-TEST_F(GpuLive, MarginAndGrid) {
+TEST_F(GpuPersistent, Plain) { run_calls({}, 0.5f, 1, 300, 12, false); }
+TEST_F(GpuPersistent, Filtered) { run_calls({}, 0.5f, 2, 250, 8, true); }
+TEST_F(GpuPersistent, NoFatBoxes) { run_calls({}, 0, 3, 200, 8, true); }
+TEST_F(GpuPersistent, MarginAndGrid) {
   Options options;
   options.margin = 0.1f;
   options.algorithm = Algorithm::grid;
-  live(options, 0.7f, 4, 300, 9, true);
+  run_calls(options, 0.7f, 4, 300, 9, true);
 }
 
 // For the sanitizers, which slow everything down.
-TEST_F(GpuLive, Small) {
+TEST_F(GpuPersistent, Small) {
   Options options;
   options.algorithm = Algorithm::grid;
-  live(options, 0.7f, 5, 100, 6, true, 8);
+  run_calls(options, 0.7f, 5, 100, 6, true, 8);
 }
 
 // Several blocks of everything, and more changes than the capacity reserved: against the CPU.
-TEST_F(GpuLive, ManyObjects) {
-  GpuMachine gpu({}, 0.3f);
+TEST_F(GpuPersistent, ManyObjects) {
+  GpuBroadPhase gpu({}, 0.3f);
   BroadPhase cpu;
   BoxList boxes = uniform_boxes(60000, 5);
   ASSERT_TRUE(gpu.add(boxes, nullptr).ok());
@@ -77,7 +77,7 @@ TEST_F(GpuLive, ManyObjects) {
       const float by = frame % 4 == 3 ? 0.8f : 0.1f * static_cast<float>(random.below(3));
       b.lower.x += by, b.upper.x += by;
     }
-    gpu.move_at_once(frame % 2);
+    gpu.combine_with_update(frame % 2);
     ASSERT_TRUE(gpu.move_all(boxes).ok());
     ASSERT_TRUE(cpu.move_all(boxes).ok());
     const Result r = gpu.update();
@@ -95,11 +95,11 @@ TEST_F(GpuLive, ManyObjects) {
   }
 }
 
-TEST_F(GpuLive, RefusesAndStaysAsItWas) {
+TEST_F(GpuPersistent, RefusedCallsChangeNothing) {
   CountingDeviceMemory memory;
   {
     GpuActor actor({}, 7, 6, 0.5f, memory.resource());
-    GpuMachine& m = actor.broad_phase;
+    GpuBroadPhase& m = actor.broad_phase;
     ASSERT_TRUE(actor.add(200, true));
     ASSERT_TRUE(actor.remove(3));
     ASSERT_TRUE(actor.update());
@@ -136,7 +136,7 @@ TEST_F(GpuLive, RefusesAndStaysAsItWas) {
   EXPECT_EQ(memory.held(), 0u);
 }
 
-TEST_F(GpuLive, SnapshotAndRollback) {
+TEST_F(GpuPersistent, SnapshotAndRollback) {
   GpuActor actor({}, 4, 8, 0.5f);
   const Stream stream;
   cuda::BroadPhase& scene = actor.broad_phase.scene();

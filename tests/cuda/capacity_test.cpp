@@ -1,6 +1,6 @@
 // The caller's buffer on the device: nothing is written past its end, the total is exact, and the
 // pairs in it are valid.
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -9,12 +9,12 @@ namespace {
 class GpuCapacity : public OnGpu {
  protected:
   // Checks the buffer after a call that reported `found`.
-  void expect_room(const PairRoom& room, std::uint64_t found, const Answer& answer) {
+  void expect_buffer(const PairBuffer& buffer, std::uint64_t found, const Answer& answer) {
     const std::size_t total = answer.pairs.size();
     EXPECT_EQ(found, total);
-    std::size_t written = std::min(total, room.capacity());
-    if (canonical() && total > room.capacity()) written = 0;  // nothing is written at all
-    const std::vector<Pair> got = room.take(written);
+    std::size_t written = std::min(total, buffer.capacity());
+    if (canonical() && total > buffer.capacity()) written = 0;  // nothing is written at all
+    const std::vector<Pair> got = buffer.take(written);
     if (written == total) {
       if (canonical()) {
         EXPECT_TRUE(got == answer.pairs);
@@ -32,11 +32,11 @@ class GpuCapacity : public OnGpu {
   }
 };
 
-std::vector<std::size_t> rooms_for(std::size_t found) {
+std::vector<std::size_t> capacities_for(std::size_t found) {
   return {0, 1, found / 2, found - (found > 0), found, found + 1, found + 1000};
 }
 
-TEST_P(GpuCapacity, EveryRoom) {
+TEST_P(GpuCapacity, EveryCapacity) {
   const BoxList scenes[] = {uniform_boxes(1500, 1),      identical_boxes(100, 2),
                             snapped_boxes(700, 8, 1, 3), infinite_bounds(500, 4),
                             uniform_boxes(9000, 5),      uniform_boxes(1, 1),
@@ -45,11 +45,11 @@ TEST_P(GpuCapacity, EveryRoom) {
   for (const BoxList& list : scenes) {
     const Answer answer = reference_pairs(list);
     const OnDevice<Box> boxes(list);
-    for (const std::size_t capacity : rooms_for(answer.pairs.size())) {
+    for (const std::size_t capacity : capacities_for(answer.pairs.size())) {
       SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(answer.pairs.size()));
-      const PairRoom room(capacity);
-      const Result r = finder.find(view(boxes), room.out(), capacity, stream());
-      expect_room(room, r.found, answer);
+      const PairBuffer buffer(capacity);
+      const Result r = finder.find(view(boxes), buffer.out(), capacity, stream());
+      expect_buffer(buffer, r.found, answer);
       const bool fits = answer.pairs.size() <= capacity;
       EXPECT_EQ(r.status, fits ? Status::ok : Status::buffer_too_small) << r.message;
       EXPECT_EQ(r.written, fits ? r.found : canonical() ? 0 : std::uint64_t{capacity});
@@ -59,7 +59,7 @@ TEST_P(GpuCapacity, EveryRoom) {
   }
 }
 
-TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
+TEST_P(GpuCapacity, EveryCapacityOfTwoSetsAsync) {
   const BoxList a = uniform_boxes(3000, 1), b = uniform_boxes(2500, 2);
   const Answer answer = reference_pairs(a, b);
   ASSERT_GT(answer.pairs.size(), 100u);
@@ -67,13 +67,13 @@ TEST_P(GpuCapacity, EveryRoomOfTwoSetsAsync) {
   const OnDevice<cuda::Report> report(1);
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(a.size() + b.size(), answer.pairs.size() + 1000, stream()).ok());
-  for (const std::size_t capacity : rooms_for(answer.pairs.size())) {
+  for (const std::size_t capacity : capacities_for(answer.pairs.size())) {
     SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(answer.pairs.size()));
-    const PairRoom room(capacity);
-    const Result r =
-        finder.find_async(view(first), view(second), room.out(), capacity, report.data(), stream());
+    const PairBuffer buffer(capacity);
+    const Result r = finder.find_async(view(first), view(second), buffer.out(), capacity,
+                                       report.data(), stream());
     ASSERT_TRUE(r.ok()) << r.message;
-    expect_room(room, report.get()[0].found, answer);
+    expect_buffer(buffer, report.get()[0].found, answer);
   }
 }
 
@@ -82,11 +82,11 @@ TEST_P(GpuCapacity, Growing) {
   CountingDeviceMemory memory;
   cuda::Finder finder(options(), memory.resource());
   const auto pairs_of = [&] {
-    need(cudaDeviceSynchronize());
+    check_cuda(cudaDeviceSynchronize());
     std::vector<Pair> got(finder.pairs().size());
     if (!got.empty())
-      need(cudaMemcpy(got.data(), finder.pairs().data(), got.size() * sizeof(Pair),
-                      cudaMemcpyDeviceToHost));
+      check_cuda(cudaMemcpy(got.data(), finder.pairs().data(), got.size() * sizeof(Pair),
+                            cudaMemcpyDeviceToHost));
     return got;
   };
   const auto expect_found = [&](const Result& r, const Answer& answer) {
@@ -135,16 +135,16 @@ TEST_P(GpuCapacity, CountingOnly) {
 }
 
 // Far more pairs than boxes: every flush of the search ends past the capacity.
-TEST_P(GpuCapacity, ManyPairsLittleRoom) {
+TEST_P(GpuCapacity, ManyPairsSmallBuffer) {
   const BoxList list = identical_boxes(1500, 3);
   const Answer answer = reference_pairs(list);
   ASSERT_GT(answer.pairs.size(), 1000000u);
   const OnDevice<Box> boxes(list);
   cuda::Finder finder(options());
   for (const std::size_t capacity : {std::size_t{1000}, std::size_t{255}, answer.pairs.size()}) {
-    const PairRoom room(capacity);
-    const Result r = finder.find(view(boxes), room.out(), capacity, stream());
-    expect_room(room, r.found, answer);
+    const PairBuffer buffer(capacity);
+    const Result r = finder.find(view(boxes), buffer.out(), capacity, stream());
+    expect_buffer(buffer, r.found, answer);
   }
 }
 
@@ -153,14 +153,14 @@ TEST_P(GpuCapacity, MoreThan32Bits) {
   constexpr std::uint64_t n = 100000;
   const OnDevice<Box> boxes(identical_boxes(static_cast<int>(n), 3));
   cuda::Finder finder(options());
-  const PairRoom room(1000);
-  const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+  const PairBuffer buffer(1000);
+  const Result r = finder.find(view(boxes), buffer.out(), buffer.capacity(), stream());
   EXPECT_EQ(r.status, Status::buffer_too_small);
   EXPECT_EQ(r.found, n * (n - 1) / 2);
   EXPECT_GE(r.comparisons, r.found);
   EXPECT_NE(std::string(r.message).find(std::to_string(n * (n - 1) / 2)), std::string::npos)
       << r.message;
-  room.take(canonical() ? 0 : room.capacity());
+  buffer.take(canonical() ? 0 : buffer.capacity());
 }
 
 THRONG_INSTANTIATE_GPU(GpuCapacity);

@@ -1,5 +1,5 @@
 // Errors on a device are reported in the message, and the Finder works afterwards.
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -20,73 +20,74 @@ class GpuFaults : public OnGpu {
   }
 };
 
-TEST_P(GpuFaults, HostPointersAreTold) {
+TEST_P(GpuFaults, HostPointersAreRefused) {
   const BoxList list = uniform_boxes(500, 1);
   const OnDevice<Box> boxes(list);
-  const PairRoom room(10000);
+  const PairBuffer buffer(10000);
   std::vector<Pair> host_pairs(10000);
   const std::vector<std::int32_t> owners(500, 1);
   cuda::Report host_report;
   const OnDevice<cuda::Report> report(1);
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
-  expect_says(finder.find(list, room.out(), room.capacity(), stream()), Status::bad_boxes,
+  expect_says(finder.find(list, buffer.out(), buffer.capacity(), stream()), Status::bad_boxes,
               "host memory");
-  expect_says(finder.find(view(boxes), list, room.out(), room.capacity(), stream()),
+  expect_says(finder.find(view(boxes), list, buffer.out(), buffer.capacity(), stream()),
               Status::bad_boxes, "host memory");
   expect_says(finder.find(view(boxes), host_pairs.data(), 10000, stream()), Status::bad_option,
               "host memory");
   Boxes filtered = view(boxes);
   filtered.filters.owner = {owners.data(), owners.size()};
-  expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
+  expect_says(finder.find(filtered, buffer.out(), buffer.capacity(), stream()), Status::bad_filter,
               "host memory");
-  expect_says(finder.find_async(list, room.out(), room.capacity(), report.data(), stream()),
+  expect_says(finder.find_async(list, buffer.out(), buffer.capacity(), report.data(), stream()),
               Status::bad_boxes, "host memory");
-  expect_says(finder.find_async(view(boxes), room.out(), room.capacity(), &host_report, stream()),
+  expect_says(
+      finder.find_async(view(boxes), buffer.out(), buffer.capacity(), &host_report, stream()),
+      Status::bad_option, "report");
+  expect_says(finder.find_async(view(boxes), buffer.out(), buffer.capacity(), nullptr, stream()),
               Status::bad_option, "report");
-  expect_says(finder.find_async(view(boxes), room.out(), room.capacity(), nullptr, stream()),
-              Status::bad_option, "report");
-  room.take(0);
+  buffer.take(0);
   expect_works(finder);
 }
 
 // Device memory that is misaligned for floats or 64-bit integers.
-TEST_P(GpuFaults, MisalignedPointersAreTold) {
+TEST_P(GpuFaults, MisalignedPointersAreRefused) {
   const BoxList list = uniform_boxes(500, 1);
   const OnDevice<Box> boxes(501);
   const OnDevice<std::int32_t> owners(501);
   const OnDevice<cuda::Report> report(2);
-  const PairRoom room(10000);
-  const auto odd = [](auto* p, std::size_t bytes) {
+  const PairBuffer buffer(10000);
+  const auto misaligned = [](auto* p, std::size_t bytes) {
     return reinterpret_cast<decltype(p)>(reinterpret_cast<std::uintptr_t>(p) + bytes);
   };
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(1000, 10000, stream()).ok());
   const Boxes good(boxes.data(), 500);
   for (const std::size_t bytes : {1, 2, 3}) {
-    const Boxes shifted(odd(boxes.data(), bytes), 500);
-    expect_says(finder.find(shifted, room.out(), room.capacity(), stream()), Status::bad_boxes,
+    const Boxes shifted(misaligned(boxes.data(), bytes), 500);
+    expect_says(finder.find(shifted, buffer.out(), buffer.capacity(), stream()), Status::bad_boxes,
                 "a coordinate array is not aligned");
-    expect_says(finder.find(good, shifted, room.out(), room.capacity(), stream()),
+    expect_says(finder.find(good, shifted, buffer.out(), buffer.capacity(), stream()),
                 Status::bad_boxes, "not aligned");
     const auto* p = reinterpret_cast<const float*>(boxes.data());
-    const Boxes one_of_six = Boxes::arrays(p, p, p, p, p, odd(p, bytes), 500);
-    expect_says(finder.find(one_of_six, room.out(), room.capacity(), stream()), Status::bad_boxes,
-                "not aligned");
+    const Boxes one_of_six = Boxes::arrays(p, p, p, p, p, misaligned(p, bytes), 500);
+    expect_says(finder.find(one_of_six, buffer.out(), buffer.capacity(), stream()),
+                Status::bad_boxes, "not aligned");
     Boxes filtered = good;
-    filtered.filters.owner = {odd(owners.data(), bytes), 500};
-    expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
-                "filter 'owner' is not aligned");
-    expect_says(finder.find(good, odd(room.out(), bytes), 9000, stream()), Status::bad_option,
-                "the output is not aligned");
+    filtered.filters.owner = {misaligned(owners.data(), bytes), 500};
+    expect_says(finder.find(filtered, buffer.out(), buffer.capacity(), stream()),
+                Status::bad_filter, "filter 'owner' is not aligned");
+    expect_says(finder.find(good, misaligned(buffer.out(), bytes), 9000, stream()),
+                Status::bad_option, "the output is not aligned");
   }
   Boxes filtered = good;
   filtered.filters.owner = {owners.data(), 500, 6};
-  expect_says(finder.find(filtered, room.out(), room.capacity(), stream()), Status::bad_filter,
+  expect_says(finder.find(filtered, buffer.out(), buffer.capacity(), stream()), Status::bad_filter,
               "the stride of filter 'owner'");
-  expect_says(finder.find_async(good, room.out(), 9000, odd(report.data(), 4), stream()),
+  expect_says(finder.find_async(good, buffer.out(), 9000, misaligned(report.data(), 4), stream()),
               Status::bad_option, "the report is not aligned");
-  room.take(0);
+  buffer.take(0);
   expect_works(finder);
 }
 
@@ -103,23 +104,25 @@ TEST_P(GpuFaults, NanIsRefusedByIndexAndCount) {
     for (std::size_t i = first; i < list.size(); i += 13, ++count)
       (&list[i].lower.x)[count % 6] = count % 2 ? quiet : -quiet;
     const OnDevice<Box> boxes(list), others(good);
-    const PairRoom room(100000);
+    const PairBuffer buffer(100000);
     const auto expect_refused = [&](const Result& r, const char* set) {
       expect_says(r, Status::nan_box, std::to_string(first));
       expect_says(r, Status::nan_box, set);
       EXPECT_EQ(r.first_invalid, first);
       EXPECT_EQ(r.invalid_count, count);
     };
-    expect_refused(finder.find(view(boxes), room.out(), room.capacity(), stream()), "box");
-    expect_refused(finder.find(view(boxes), view(others), room.out(), room.capacity(), stream()),
-                   "first set");
-    expect_refused(finder.find(view(others), view(boxes), room.out(), room.capacity(), stream()),
-                   "second set");
+    expect_refused(finder.find(view(boxes), buffer.out(), buffer.capacity(), stream()), "box");
+    expect_refused(
+        finder.find(view(boxes), view(others), buffer.out(), buffer.capacity(), stream()),
+        "first set");
+    expect_refused(
+        finder.find(view(others), view(boxes), buffer.out(), buffer.capacity(), stream()),
+        "second set");
   }
   expect_works(finder);
 }
 
-TEST_P(GpuFaults, NanAndInvertedAreInactiveWhereAsked) {
+TEST_P(GpuFaults, NanAndInvertedAreInactiveIfAllowed) {
   Options with = options();
   with.nan = NanPolicy::inactive;
   cuda::Finder finder(with);
@@ -132,7 +135,7 @@ TEST_P(GpuFaults, NanAndInvertedAreInactiveWhereAsked) {
   }
 }
 
-TEST_P(GpuFaults, AWorldBelowMinusOneIsTold) {
+TEST_P(GpuFaults, AWorldBelowMinusOneIsReported) {
   const BoxList list = uniform_boxes(5000, 1);
   std::vector<std::int32_t> worlds(list.size(), 3);
   worlds[4000] = -2;
@@ -141,9 +144,9 @@ TEST_P(GpuFaults, AWorldBelowMinusOneIsTold) {
   OnDevice<std::int32_t> there(worlds);
   Boxes filtered = view(boxes);
   filtered.filters.world = {there.data(), worlds.size()};
-  const PairRoom room(100000);
+  const PairBuffer buffer(100000);
   cuda::Finder finder(options());
-  const Result r = finder.find(filtered, room.out(), room.capacity(), stream());
+  const Result r = finder.find(filtered, buffer.out(), buffer.capacity(), stream());
   expect_says(r, Status::bad_filter, "4000");
   EXPECT_EQ(r.first_invalid, 4000u);
   EXPECT_EQ(r.invalid_count, 2u);
@@ -179,8 +182,8 @@ TEST_P(GpuFaults, MemoryRunsShort) {
   memory.limit(memory.held());
   const BoxList list = uniform_boxes(200000, 3);
   const OnDevice<Box> boxes(list);
-  const PairRoom room(10);
-  expect_says(finder.find(view(boxes), room.out(), 10, stream()), Status::out_of_memory, "bytes");
+  const PairBuffer buffer(10);
+  expect_says(finder.find(view(boxes), buffer.out(), 10, stream()), Status::out_of_memory, "bytes");
   memory.limit(~std::size_t{0});
   expect_works(finder);
 }
@@ -190,9 +193,9 @@ TEST_P(GpuFaults, MemoryShortByAByte) {
   const BoxList list = uniform_boxes(3000, 4);
   const OnDevice<Box> boxes(list);
   const Answer answer = reference_pairs(list);
-  const PairRoom room(answer.pairs.size());
+  const PairBuffer buffer(answer.pairs.size());
   const auto call = [&](cuda::Finder& finder) {
-    return finder.find(view(boxes), room.out(), room.capacity(), stream());
+    return finder.find(view(boxes), buffer.out(), buffer.capacity(), stream());
   };
   std::size_t taken = 0;
   {
@@ -210,7 +213,7 @@ TEST_P(GpuFaults, MemoryShortByAByte) {
 }
 
 // CUDA's message for a block that no device has.
-TEST_P(GpuFaults, TheDevicesWordsComeThrough) {
+TEST_P(GpuFaults, CudaMessagesAreKept) {
   cuda::Finder finder(options());
   const Result r = finder.reserve(1000, std::size_t{1} << 45, stream());
   expect_says(r, Status::out_of_memory, "bytes failed (out of memory); free some");
@@ -238,10 +241,10 @@ TEST_P(GpuFaults, AFinderMoves) {
 // The current device stays current.
 TEST_P(GpuFaults, TheCurrentDeviceIsLeftAlone) {
   int before = -1, after = -2;
-  need(cudaGetDevice(&before));
+  check_cuda(cudaGetDevice(&before));
   cuda::Finder finder(options());
   expect_works(finder);
-  need(cudaGetDevice(&after));
+  check_cuda(cudaGetDevice(&after));
   EXPECT_EQ(before, after);
   EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "the call left a CUDA error behind";
 }

@@ -1,5 +1,5 @@
 // Boxes and pairs in device memory against the double loop: geometry, layouts, filters, two sets.
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -151,8 +151,8 @@ TEST_P(GpuFind, Layouts) {
 }
 
 // Filters of n boxes: on the host, and the same on the device.
-struct Tags {
-  explicit Tags(std::size_t n, std::uint64_t seed)
+struct FilterValues {
+  explicit FilterValues(std::size_t n, std::uint64_t seed)
       : group(n), mask(n), owner(n), world(n), still(n) {
     Random r(seed);
     for (std::size_t i = 0; i < n; ++i) {
@@ -167,8 +167,8 @@ struct Tags {
   std::vector<std::int32_t> owner, world;
   std::vector<std::uint8_t> still;
 };
-struct DeviceTags {
-  explicit DeviceTags(const Tags& t)
+struct DeviceFilterValues {
+  explicit DeviceFilterValues(const FilterValues& t)
       : group(t.group), mask(t.mask), owner(t.owner), world(t.world), still(t.still) {}
   OnDevice<std::uint32_t> group, mask;
   OnDevice<std::int32_t> owner, world;
@@ -176,7 +176,7 @@ struct DeviceTags {
 };
 // Sets the filters whose bits 0 to 4 are set.
 template <class T>
-void hang(Boxes& boxes, const T& t, unsigned bits) {
+void attach_filters(Boxes& boxes, const T& t, unsigned bits) {
   const std::size_t n = boxes.size();
   if (bits & 1) boxes.filters.group = {t.group.data(), n};
   if (bits & 2) boxes.filters.mask = {t.mask.data(), n};
@@ -188,20 +188,20 @@ void hang(Boxes& boxes, const T& t, unsigned bits) {
 TEST_P(GpuFind, EveryFilter) {
   cuda::Finder finder(options());
   const BoxList list = huge_among_small(1200, 3), other = uniform_boxes(900, 8);
-  const Tags tags(list.size(), 1), tags2(other.size(), 2);
+  const FilterValues tags(list.size(), 1), tags2(other.size(), 2);
   const OnDevice<Box> boxes(list), boxes2(other);
-  const DeviceTags there(tags), there2(tags2);
+  const DeviceFilterValues there(tags), there2(tags2);
   for (unsigned bits = 0; bits < 32; ++bits) {
     SCOPED_TRACE("filters " + std::to_string(bits));
     Boxes host(list), device = view(boxes);
-    hang(host, tags, bits);
-    hang(device, there, bits);
+    attach_filters(host, tags, bits);
+    attach_filters(device, there, bits);
     expect_answer(finder, device, nullptr, reference_pairs(host));
     // The second set has other filters, or none.
     const unsigned bits2 = bits * 7 % 32;
     Boxes host2(other), device2 = view(boxes2);
-    hang(host2, tags2, bits2);
-    hang(device2, there2, bits2);
+    attach_filters(host2, tags2, bits2);
+    attach_filters(device2, there2, bits2);
     expect_answer(finder, device, &device2, reference_pairs(host, host2));
   }
 }
@@ -290,11 +290,11 @@ TEST_P(GpuFind, ComparesWhatTheHostCompares) {
   Options emulated = options();
   emulated.backend = Backend::emulated;
   Finder on_host(emulated);
-  const PairRoom room(500000);
+  const PairBuffer buffer(500000);
   for (const HardScene& scene : hard_scenes(1500)) {
     const OnDevice<Box> boxes(scene.boxes);
     const Result want = on_host.find(scene.boxes);
-    const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+    const Result r = finder.find(view(boxes), buffer.out(), buffer.capacity(), stream());
     EXPECT_EQ(r.found, want.found) << scene.name;
     EXPECT_EQ(r.comparisons, want.comparisons) << scene.name;
   }
@@ -304,8 +304,8 @@ TEST_P(GpuFind, PlanAndTimes) {
   cuda::Finder finder(options());
   const BoxList list = uniform_boxes(20000, 1);
   const OnDevice<Box> boxes(list);
-  const PairRoom room(200000);
-  const Result r = finder.find(view(boxes), room.out(), room.capacity(), stream());
+  const PairBuffer buffer(200000);
+  const Result r = finder.find(view(boxes), buffer.out(), buffer.capacity(), stream());
   ASSERT_TRUE(r.ok()) << r.message;
   EXPECT_EQ(r.plan.algorithm,
             GetParam().algorithm == Algorithm::all_pairs ? Algorithm::all_pairs : Algorithm::grid);
@@ -317,7 +317,7 @@ TEST_P(GpuFind, PlanAndTimes) {
   Options silent = options();
   silent.measure_stages = false;
   cuda::Finder other(silent);
-  const Result s = other.find(view(boxes), room.out(), room.capacity(), stream());
+  const Result s = other.find(view(boxes), buffer.out(), buffer.capacity(), stream());
   EXPECT_EQ(s.found, r.found);
   EXPECT_EQ(s.times.total_ms, 0.0);
 }

@@ -1,28 +1,28 @@
 // A call is captured once into a CUDA graph and replayed with other boxes in the same memory. The
 // plan is made on the device, so each replay must be correct.
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
 namespace {
 
-class Recorded {
+class CapturedGraph {
  public:
   // Captures what `put` launches on the stream.
   template <class F>
-  Recorded(cudaStream_t stream, const F& put) {
-    need(cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal));
+  CapturedGraph(cudaStream_t stream, const F& put) {
+    check_cuda(cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal));
     result = put();
-    need(cudaStreamEndCapture(stream, &graph_));
-    need(cudaGraphInstantiate(&ready_, graph_, 0));
+    check_cuda(cudaStreamEndCapture(stream, &graph_));
+    check_cuda(cudaGraphInstantiate(&ready_, graph_, 0));
   }
-  ~Recorded() {
+  ~CapturedGraph() {
     if (ready_) (void)cudaGraphExecDestroy(ready_);
     if (graph_) (void)cudaGraphDestroy(graph_);
   }
-  Recorded(const Recorded&) = delete;
-  Recorded& operator=(const Recorded&) = delete;
-  void replay(cudaStream_t stream) const { need(cudaGraphLaunch(ready_, stream)); }
+  CapturedGraph(const CapturedGraph&) = delete;
+  CapturedGraph& operator=(const CapturedGraph&) = delete;
+  void replay(cudaStream_t stream) const { check_cuda(cudaGraphLaunch(ready_, stream)); }
 
   Result result;
 
@@ -70,26 +70,26 @@ TEST_P(Graph, ReplaysAreRightForAnyBoxes) {
   }
   OnDevice<Box> boxes(n);
   const OnDevice<cuda::Report> report(1);
-  PairRoom room(capacity);
-  need(cudaDeviceSynchronize());
+  PairBuffer buffer(capacity);
+  check_cuda(cudaDeviceSynchronize());
   cuda::Finder finder(options());
   ASSERT_TRUE(finder.reserve(n, capacity, own).ok());
-  const Recorded recorded(own, [&] {
-    return finder.find_async(view(boxes), room.out(), capacity, report.data(), own);
+  const CapturedGraph recorded(own, [&] {
+    return finder.find_async(view(boxes), buffer.out(), capacity, report.data(), own);
   });
   ASSERT_TRUE(recorded.result.ok()) << recorded.result.message;
   for (int round = 0; round < 2; ++round) {
     for (std::size_t s = 0; s < scenes.size(); ++s) {
       SCOPED_TRACE(scenes[s].name);
       boxes.put(scenes[s].boxes);
-      room.clear();
-      need(cudaDeviceSynchronize());
+      buffer.clear();
+      check_cuda(cudaDeviceSynchronize());
       recorded.replay(own);
       own.wait();
-      const cuda::Report told = report.get()[0];
-      EXPECT_EQ(told.found, answers[s].pairs.size());
-      EXPECT_EQ(told.inactive, answers[s].inactive);
-      const std::vector<Pair> got = room.take(answers[s].pairs.size());
+      const cuda::Report replayed = report.get()[0];
+      EXPECT_EQ(replayed.found, answers[s].pairs.size());
+      EXPECT_EQ(replayed.inactive, answers[s].inactive);
+      const std::vector<Pair> got = buffer.take(answers[s].pairs.size());
       if (canonical()) {
         EXPECT_TRUE(got == answers[s].pairs);
       }
@@ -100,26 +100,26 @@ TEST_P(Graph, ReplaysAreRightForAnyBoxes) {
         for (int k = 0; k < 6; ++k) nan = nan || std::isnan((&b.lower.x)[k]);
         nans += nan;
       }
-      EXPECT_EQ(told.nan_count, nans);
+      EXPECT_EQ(replayed.nan_count, nans);
     }
   }
 }
 
 // Worlds and the second set change between replays.
-TEST_P(Graph, ReplaysHeedFiltersAsTheyThenStand) {
+TEST_P(Graph, ReplaysUseCurrentFilters) {
   const Stream own;
   const std::size_t n = 3000, m = 1500;
   OnDevice<Box> first(n), second(m);
   OnDevice<std::int32_t> worlds(n), owners(m);
   const OnDevice<cuda::Report> report(1);
-  PairRoom room(400000);
+  PairBuffer buffer(400000);
   cuda::Finder finder(options());
-  ASSERT_TRUE(finder.reserve(n + m, room.capacity(), own).ok());
+  ASSERT_TRUE(finder.reserve(n + m, buffer.capacity(), own).ok());
   Boxes a = view(first), b = view(second);
   a.filters.world = {worlds.data(), n};
   b.filters.owner = {owners.data(), m};
-  const Recorded recorded(own, [&] {
-    return finder.find_async(a, b, room.out(), room.capacity(), report.data(), own);
+  const CapturedGraph recorded(own, [&] {
+    return finder.find_async(a, b, buffer.out(), buffer.capacity(), report.data(), own);
   });
   ASSERT_TRUE(recorded.result.ok()) << recorded.result.message;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -134,17 +134,17 @@ TEST_P(Graph, ReplaysHeedFiltersAsTheyThenStand) {
     second.put(right);
     worlds.put(w);
     owners.put(o);
-    room.clear();
-    need(cudaDeviceSynchronize());
+    buffer.clear();
+    check_cuda(cudaDeviceSynchronize());
     recorded.replay(own);
     own.wait();
     Boxes host_a(left), host_b(right);
     host_a.filters.world = {w.data(), n};
     host_b.filters.owner = {o.data(), m};
     const Answer answer = reference_pairs(host_a, host_b);
-    ASSERT_LE(answer.pairs.size(), room.capacity());
+    ASSERT_LE(answer.pairs.size(), buffer.capacity());
     EXPECT_EQ(report.get()[0].found, answer.pairs.size());
-    EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
+    EXPECT_TRUE(same_pairs(buffer.take(answer.pairs.size()), answer.pairs));
   }
 }
 
@@ -155,18 +155,18 @@ TEST_P(Graph, ReplaysInARow) {
   const Answer answer = swept_pairs(list);
   const OnDevice<Box> boxes(list);
   const OnDevice<cuda::Report> report(1);
-  const PairRoom room(answer.pairs.size());
-  need(cudaDeviceSynchronize());
+  const PairBuffer buffer(answer.pairs.size());
+  check_cuda(cudaDeviceSynchronize());
   cuda::Finder finder(options());
-  ASSERT_TRUE(finder.reserve(list.size(), room.capacity(), own).ok());
-  const Recorded recorded(own, [&] {
-    return finder.find_async(view(boxes), room.out(), room.capacity(), report.data(), own);
+  ASSERT_TRUE(finder.reserve(list.size(), buffer.capacity(), own).ok());
+  const CapturedGraph recorded(own, [&] {
+    return finder.find_async(view(boxes), buffer.out(), buffer.capacity(), report.data(), own);
   });
   ASSERT_TRUE(recorded.result.ok()) << recorded.result.message;
   for (int k = 0; k < 200; ++k) recorded.replay(own);
   own.wait();
   EXPECT_EQ(report.get()[0].found, answer.pairs.size());
-  EXPECT_TRUE(same_pairs(room.take(answer.pairs.size()), answer.pairs));
+  EXPECT_TRUE(same_pairs(buffer.take(answer.pairs.size()), answer.pairs));
 }
 
 std::vector<Setting> own_stream_settings() {  // the default stream cannot be captured

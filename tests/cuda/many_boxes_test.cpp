@@ -1,6 +1,6 @@
-// So many boxes that they are sorted by cell (pipeline/cell_order.hpp), against the CPU. A build
+// So many boxes that they are sorted by cell (pipeline/cell_sort.hpp), against the CPU. A build
 // with -DTHRONG_GPU_SORTED_ABOVE=0 sorts any number.
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -72,8 +72,8 @@ TEST_P(GpuMany, AllAlike) {
   for (const int n : {4'000'001, many - 2, many - 1, many}) {
     Boxes boxes(box.data(), static_cast<std::size_t>(n), 0);
     boxes.filters.is_static = {still.data(), boxes.size(), 0};
-    const PairRoom room(1);
-    const Result r = finder.find(boxes, room.out(), room.capacity(), stream());
+    const PairBuffer buffer(1);
+    const Result r = finder.find(boxes, buffer.out(), buffer.capacity(), stream());
     EXPECT_TRUE(r.ok()) << r.message;
     EXPECT_EQ(r.found, 0u);
     EXPECT_EQ(r.inactive, 0u);

@@ -3,7 +3,7 @@
 
 #include <throng/cuda_broad_phase.hpp>
 
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -74,7 +74,7 @@ TEST_F(NoDevice, BoxesOfBodies) {
   }
 }
 
-TEST_F(NoDevice, ObjectsThatLive) {
+TEST_F(NoDevice, PersistentObjects) {
   auto* ids = reinterpret_cast<ObjectId*>(pairs_);
   const Boxes boxes(boxes_, 100);
   cuda::BroadPhase scene(0.1f);
@@ -108,20 +108,20 @@ TEST_F(NoDevice, ObjectsThatLive) {
 }
 
 // Errors that can be detected without a GPU are reported first.
-TEST_F(NoDevice, BadArgumentsAreToldFirst) {
+TEST_F(NoDevice, BadArgumentsAreReportedFirst) {
   Options options;
   options.margin = -1;
   cuda::Finder bad_margin(options);
   EXPECT_EQ(bad_margin.find(Boxes(boxes_, 5), pairs_, 10, nullptr).status, Status::bad_option);
   cuda::Finder finder;
   EXPECT_EQ(finder.find(Boxes(nullptr, 5), pairs_, 10, nullptr).status, Status::bad_boxes);
-  Boxes odd(boxes_, 5);
-  odd.filters.owner = {reinterpret_cast<const std::int32_t*>(boxes_), 4};
-  EXPECT_EQ(finder.find(odd, pairs_, 10, nullptr).status, Status::bad_filter);
+  Boxes bad_view(boxes_, 5);
+  bad_view.filters.owner = {reinterpret_cast<const std::int32_t*>(boxes_), 4};
+  EXPECT_EQ(finder.find(bad_view, pairs_, 10, nullptr).status, Status::bad_filter);
   cuda::BroadPhase live;
-  EXPECT_EQ(live.add(odd, nullptr, nullptr).status, Status::bad_filter);
+  EXPECT_EQ(live.add(bad_view, nullptr, nullptr).status, Status::bad_filter);
   EXPECT_EQ(live.update(Boxes(nullptr, 5), nullptr).status, Status::bad_boxes);
-  EXPECT_EQ(live.find_overlaps(odd, nullptr).status, Status::bad_filter);
+  EXPECT_EQ(live.find_overlaps(bad_view, nullptr).status, Status::bad_filter);
   const Result none = live.find_hits(nullptr, 5, SweepHits::all, {}, nullptr);
   EXPECT_EQ(none.status, Status::bad_boxes);
   EXPECT_NE(std::string(none.message).find("array of sweeps is null"), std::string::npos);
@@ -137,7 +137,7 @@ TEST_F(NoDevice, BadArgumentsAreToldFirst) {
   EXPECT_EQ(cuda::BroadPhase(0, options).update(nullptr).status, Status::bad_option);
 }
 
-TEST_F(NoDevice, MovesAndDiesQuietly) {
+TEST_F(NoDevice, MovesAndDestroysSafely) {
   cuda::Finder one, two;
   expect_no_device(one.find(Boxes(boxes_, 5), pairs_, 10, nullptr));
   cuda::Finder three(std::move(one));
@@ -146,7 +146,7 @@ TEST_F(NoDevice, MovesAndDiesQuietly) {
 }
 
 // The host Finder with Backend::cuda, too.
-TEST_F(NoDevice, TheOtherFinderSaysWhy) {
+TEST_F(NoDevice, HostFinderSaysWhy) {
   Options options;
   options.backend = Backend::cuda;
   Finder finder(options);

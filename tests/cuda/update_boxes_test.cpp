@@ -2,7 +2,7 @@
 // with the search.
 #include <cstring>
 
-#include "cuda/device.hpp"
+#include "cuda/gpu_fixture.hpp"
 #include "support/body_scenes.hpp"
 
 namespace throng::tests {
@@ -108,7 +108,7 @@ TEST_P(GpuBodies, AnyLayout) {
   expect_same(got, boxes_of(scene.view()));
 }
 
-TEST_P(GpuBodies, WrongShapesAreTold) {
+TEST_P(GpuBodies, WrongShapesAreReported) {
   BodyScene scene = body_scene(20000, 7);
   scene.shapes.push_back(Shape::sphere(-1));
   for (const std::size_t i : {19999, 12345, 4100})
@@ -128,35 +128,35 @@ TEST_P(GpuBodies, WrongShapesAreTold) {
   for (int again = 0; again < 2; ++again) {
     r = cuda::update_boxes_async(there.view(), boxes.data(), report.data(), stream());
     ASSERT_TRUE(r.ok()) << r.message;
-    const cuda::BodyReport told = report.get()[0];
-    EXPECT_EQ(told.bad_shapes, 3u);
-    EXPECT_EQ(told.first_bad_shape(), 4100u);
+    const cuda::BodyReport result = report.get()[0];
+    EXPECT_EQ(result.bad_shapes, 3u);
+    EXPECT_EQ(result.first_bad_shape(), 4100u);
   }
-  need(cudaMemset(boxes.data(), 0, 20000 * sizeof(Box)));
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaMemset(boxes.data(), 0, 20000 * sizeof(Box)));
+  check_cuda(cudaDeviceSynchronize());
   r = cuda::update_boxes_async(there.view(), boxes.data(), nullptr, stream());
   ASSERT_TRUE(r.ok()) << r.message;
   expect_same(boxes.get(), want);
 }
 
-TEST_P(GpuBodies, BadPointersAreTold) {
+TEST_P(GpuBodies, BadPointersAreRefused) {
   const BodyScene scene = body_scene(1000, 8);
   const BodiesOnDevice there(scene);
   const OnDevice<Box> boxes(1001);
   const OnDevice<cuda::BodyReport> report(2);
   std::vector<Box> host_boxes(1000);
   cuda::BodyReport host_report;
-  const auto expect_refused = [&](const Bodies& b, Box* out, cuda::BodyReport* told,
+  const auto expect_refused = [&](const Bodies& b, Box* out, cuda::BodyReport* result,
                                   const char* words) {
     for (const bool waiting : {true, false}) {
-      const Result r = waiting ? cuda::update_boxes(b, out, told, stream())
-                               : cuda::update_boxes_async(b, out, told, stream());
+      const Result r = waiting ? cuda::update_boxes(b, out, result, stream())
+                               : cuda::update_boxes_async(b, out, result, stream());
       EXPECT_EQ(r.status, Status::bad_bodies) << r.message;
       EXPECT_NE(std::strstr(r.message, words), nullptr) << r.message;
       EXPECT_EQ(r.written, 0u);
     }
   };
-  const auto odd = [](auto* p, std::size_t bytes) {
+  const auto misaligned = [](auto* p, std::size_t bytes) {
     return reinterpret_cast<decltype(p)>(reinterpret_cast<std::uintptr_t>(p) + bytes);
   };
   const Bodies good = there.view(), host = scene.view();
@@ -166,26 +166,27 @@ TEST_P(GpuBodies, BadPointersAreTold) {
     return b;
   };
   Box* const out = boxes.data();
-  cuda::BodyReport* const told = report.data();
-  expect_refused(changed([&](Bodies& b) { b.position = host.position; }), out, told,
+  cuda::BodyReport* const result = report.data();
+  expect_refused(changed([&](Bodies& b) { b.position = host.position; }), out, result,
                  "'position' lies in host memory");
-  expect_refused(changed([&](Bodies& b) { b.rotation = host.rotation; }), out, told, "'rotation'");
-  expect_refused(changed([&](Bodies& b) { b.displacement = host.displacement; }), out, told,
+  expect_refused(changed([&](Bodies& b) { b.rotation = host.rotation; }), out, result,
+                 "'rotation'");
+  expect_refused(changed([&](Bodies& b) { b.displacement = host.displacement; }), out, result,
                  "'displacement'");
-  expect_refused(changed([&](Bodies& b) { b.shape = host.shape; }), out, told, "'shape'");
-  expect_refused(changed([&](Bodies& b) { b.shapes = host.shapes; }), out, told, "'shapes'");
-  expect_refused(changed([&](Bodies& b) { b.points = host.points; }), out, told, "'points'");
-  expect_refused(changed([&](Bodies& b) { b.position.data = odd(b.position.data, 2); }), out, told,
-                 "'position' is not aligned");
-  expect_refused(good, host_boxes.data(), told, "the array of boxes lies in host memory");
-  expect_refused(good, odd(out, 1), told, "the array of boxes is not aligned");
+  expect_refused(changed([&](Bodies& b) { b.shape = host.shape; }), out, result, "'shape'");
+  expect_refused(changed([&](Bodies& b) { b.shapes = host.shapes; }), out, result, "'shapes'");
+  expect_refused(changed([&](Bodies& b) { b.points = host.points; }), out, result, "'points'");
+  expect_refused(changed([&](Bodies& b) { b.position.data = misaligned(b.position.data, 2); }), out,
+                 result, "'position' is not aligned");
+  expect_refused(good, host_boxes.data(), result, "the array of boxes lies in host memory");
+  expect_refused(good, misaligned(out, 1), result, "the array of boxes is not aligned");
   expect_refused(good, out, &host_report, "the report lies in host memory");
-  expect_refused(good, out, odd(told, 4), "the report is not aligned");
+  expect_refused(good, out, misaligned(result, 4), "the report is not aligned");
   const Result r = cuda::update_boxes(good, out, nullptr, stream());
   EXPECT_EQ(r.status, Status::bad_bodies);
   EXPECT_NE(std::strstr(r.message, "the report is null"), nullptr) << r.message;
   // The device still works.
-  ASSERT_TRUE(cuda::update_boxes(good, out, told, stream()).ok());
+  ASSERT_TRUE(cuda::update_boxes(good, out, result, stream()).ok());
   std::vector<Box> got = boxes.get();
   got.resize(1000);
   expect_same(got, boxes_of(host));
@@ -194,8 +195,8 @@ TEST_P(GpuBodies, BadPointersAreTold) {
 
 TEST_P(GpuBodies, NoBodies) {
   const OnDevice<cuda::BodyReport> report(1);
-  need(cudaMemset(report.data(), 0x77, sizeof(cuda::BodyReport)));
-  need(cudaDeviceSynchronize());
+  check_cuda(cudaMemset(report.data(), 0x77, sizeof(cuda::BodyReport)));
+  check_cuda(cudaDeviceSynchronize());
   const Result r = cuda::update_boxes(Bodies(), nullptr, report.data(), stream());
   EXPECT_TRUE(r.ok()) << r.message;
   EXPECT_EQ(report.get()[0].bad_shapes, 0u);
@@ -217,22 +218,22 @@ TEST_P(GpuBodies, AFrameInAGraph) {
   const OnDevice<Box> boxes(count);
   const OnDevice<cuda::BodyReport> bodies_report(1);
   const OnDevice<cuda::Report> report(1);
-  PairRoom room(capacity);
-  need(cudaDeviceSynchronize());
+  PairBuffer buffer(capacity);
+  check_cuda(cudaDeviceSynchronize());
   Options options;
   options.algorithm = Algorithm::grid;
   options.order = Order::canonical;
   cuda::Finder finder(options);
   ASSERT_TRUE(finder.reserve(count, capacity, stream()).ok());
-  need(cudaStreamBeginCapture(stream(), cudaStreamCaptureModeGlobal));
+  check_cuda(cudaStreamBeginCapture(stream(), cudaStreamCaptureModeGlobal));
   const Result made =
       cuda::update_boxes_async(there.view(), boxes.data(), bodies_report.data(), stream());
   const Result found =
-      finder.find_async(view(boxes), room.out(), capacity, report.data(), stream());
+      finder.find_async(view(boxes), buffer.out(), capacity, report.data(), stream());
   cudaGraph_t graph = nullptr;
   cudaGraphExec_t frame = nullptr;
-  need(cudaStreamEndCapture(stream(), &graph));
-  need(cudaGraphInstantiate(&frame, graph, 0));
+  check_cuda(cudaStreamEndCapture(stream(), &graph));
+  check_cuda(cudaGraphInstantiate(&frame, graph, 0));
   EXPECT_TRUE(made.ok()) << made.message;
   EXPECT_TRUE(found.ok()) << found.message;
   for (std::size_t s = 0; s < scenes.size(); ++s) {
@@ -242,15 +243,15 @@ TEST_P(GpuBodies, AFrameInAGraph) {
     there.shape.put(scenes[s].shape);
     there.shapes.put(scenes[s].shapes);
     there.points.put(scenes[s].points);
-    room.clear();
-    need(cudaGraphLaunch(frame, stream()));
-    need(cudaStreamSynchronize(stream()));
+    buffer.clear();
+    check_cuda(cudaGraphLaunch(frame, stream()));
+    check_cuda(cudaStreamSynchronize(stream()));
     EXPECT_EQ(bodies_report.get()[0].bad_shapes, 0u);
     EXPECT_EQ(report.get()[0].found, answers[s].pairs.size());
-    EXPECT_TRUE(room.take(answers[s].pairs.size()) == answers[s].pairs);
+    EXPECT_TRUE(buffer.take(answers[s].pairs.size()) == answers[s].pairs);
   }
-  need(cudaGraphExecDestroy(frame));
-  need(cudaGraphDestroy(graph));
+  check_cuda(cudaGraphExecDestroy(frame));
+  check_cuda(cudaGraphDestroy(graph));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, GpuBodies, testing::Bool(), [](const auto& setting) {

@@ -14,30 +14,30 @@ namespace {
 
 constexpr Box unit{{0, 0, 0}, {1, 1, 1}};
 
-struct Way {
+struct CountConfig {
   const char* name;
   Backend backend;
   Algorithm algorithm;
 };
-constexpr Way ways[] = {{"grid", Backend::cpu, Algorithm::grid},
-                        {"all_pairs", Backend::cpu, Algorithm::all_pairs},
-                        {"emulated", Backend::emulated, Algorithm::grid}};
+constexpr CountConfig configs[] = {{"grid", Backend::cpu, Algorithm::grid},
+                                   {"all_pairs", Backend::cpu, Algorithm::all_pairs},
+                                   {"emulated", Backend::emulated, Algorithm::grid}};
 
-Options options_of(const Way& way) {
+Options options_of(const CountConfig& config) {
   Options o;
-  o.backend = way.backend;
-  o.algorithm = way.algorithm;
+  o.backend = config.backend;
+  o.algorithm = config.algorithm;
   return o;
 }
 
 // One box in one place, `a` times and `b` times: all overlap. b 0: one set.
-void expect_count(const Way& way, std::uint64_t a, std::uint64_t b) {
+void expect_count(const CountConfig& config, std::uint64_t a, std::uint64_t b) {
   const std::uint64_t right = b ? a * b : a * (a - 1) / 2;
   const Boxes first(&unit, a, 0), second(&unit, b, 0);
-  Finder finder(options_of(way));
+  Finder finder(options_of(config));
   const Result r = b ? finder.find(first, second, nullptr, 0) : finder.find(first, nullptr, 0);
-  EXPECT_EQ(r.status, Status::buffer_too_small) << way.name << ": " << r.message;
-  EXPECT_EQ(r.found, right) << way.name << ", " << a << " and " << b;
+  EXPECT_EQ(r.status, Status::buffer_too_small) << config.name << ": " << r.message;
+  EXPECT_EQ(r.found, right) << config.name << ", " << a << " and " << b;
   EXPECT_EQ(r.written, 0u);
   EXPECT_GE(r.comparisons, right);
   EXPECT_NE(std::string(r.message).find(std::to_string(right)), std::string::npos) << r.message;
@@ -45,27 +45,27 @@ void expect_count(const Way& way, std::uint64_t a, std::uint64_t b) {
 }
 
 TEST(PairCounts, Around2To24) {
-  for (const Way& way : ways) {
-    expect_count(way, 4096, 4096);
-    expect_count(way, 4095, 4097);  // one less: the first that is not a float
-    expect_count(way, 257, 65537);
-    expect_count(way, 5793, 0);  // 16,776,528
-    expect_count(way, 5794, 0);
+  for (const CountConfig& config : configs) {
+    expect_count(config, 4096, 4096);
+    expect_count(config, 4095, 4097);  // one less: the first that is not a float
+    expect_count(config, 257, 65537);
+    expect_count(config, 5793, 0);  // 16,776,528
+    expect_count(config, 5794, 0);
   }
 }
 
 TEST(PairCounts, Around2To31) {
-  expect_count(ways[0], 65536, 32768);
-  expect_count(ways[1], 65537, 32769);
-  expect_count(ways[0], 65536, 0);  // 2^31 - 2^15
-  expect_count(ways[2], 46341, 46341);
+  expect_count(configs[0], 65536, 32768);
+  expect_count(configs[1], 65537, 32769);
+  expect_count(configs[0], 65536, 0);  // 2^31 - 2^15
+  expect_count(configs[2], 46341, 46341);
 }
 
 TEST(PairCounts, Around2To32) {
-  expect_count(ways[0], 65536, 65536);
-  expect_count(ways[1], 65535, 65537);
-  expect_count(ways[0], 92683, 0);  // 4,295,022,903
-  expect_count(ways[1], 92682, 0);  // 4,294,930,221
+  expect_count(configs[0], 65536, 65536);
+  expect_count(configs[1], 65535, 65537);
+  expect_count(configs[0], 92683, 0);  // 4,295,022,903
+  expect_count(configs[1], 92682, 0);  // 4,294,930,221
 }
 
 // The consumer's counts, in blocks.
@@ -95,19 +95,19 @@ TEST(Indices, Beyond2To24) {
     boxes[there[i]] = {{static_cast<float>(i), 0, 0}, {static_cast<float>(i) + 1, 1, 1}};
     if (i > 0) right.push_back({there[i - 1], there[i]});  // each touches the next
   }
-  for (const Way& way : {ways[0], ways[2]}) {
-    Options options = options_of(way);
+  for (const CountConfig& config : {configs[0], configs[2]}) {
+    Options options = options_of(config);
     options.order = Order::canonical;
     Finder finder(options);
     const Result r = finder.find(boxes);
     EXPECT_TRUE(r.ok()) << r.message;
     EXPECT_EQ(r.inactive, boxes.size() - std::size(there));
-    EXPECT_EQ(to_vector(finder.pairs()), right) << way.name;
+    EXPECT_EQ(to_vector(finder.pairs()), right) << config.name;
     const Result two = finder.find(Boxes(&boxes[0], 2), boxes);
     EXPECT_TRUE(two.ok());
     EXPECT_EQ(to_vector(finder.pairs()),
               (std::vector<Pair>{{0, 0}, {0, 1}, {1, 0}, {1, 1}, {1, edge - 2}}))
-        << way.name;
+        << config.name;
   }
 }
 
@@ -150,11 +150,11 @@ TEST(Stack, IsSmall) {
     }
     std::vector<std::int32_t> world(boxes.size());
     for (std::size_t i = 0; i < world.size(); ++i) world[i] = static_cast<std::int32_t>(i % 3) - 1;
-    for (const Way& way : ways) {
-      Options options = options_of(way);
+    for (const CountConfig& config : configs) {
+      Options options = options_of(config);
       options.executor = &here;
       options.order = Order::canonical;
-      Boxes some(boxes.data(), way.algorithm == Algorithm::all_pairs ? 3000 : boxes.size());
+      Boxes some(boxes.data(), config.algorithm == Algorithm::all_pairs ? 3000 : boxes.size());
       Finder finder(options);
       if (!finder.find(some).ok()) std::abort();
       some.filters.world = {world.data(), some.size()};

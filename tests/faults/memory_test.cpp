@@ -7,7 +7,7 @@
 #include <throng/throng.hpp>
 
 #include "support/configs.hpp"
-#include "support/failing.hpp"
+#include "support/failing_resource.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -117,7 +117,7 @@ class FailingMemory : public testing::TestWithParam<Case> {
   }
 };
 
-TEST_P(FailingMemory, GrowingOfOneSet) {
+TEST_P(FailingMemory, GrowingOneSet) {
   const Scene s = scene();
   const std::size_t requests =
       every_request(options(), reference_pairs(s.first()), [&](Finder& f, std::vector<Pair>& got) {
@@ -128,7 +128,7 @@ TEST_P(FailingMemory, GrowingOfOneSet) {
   EXPECT_GE(requests, 3u);
 }
 
-TEST_P(FailingMemory, BufferOfTwoSets) {
+TEST_P(FailingMemory, BufferTwoSets) {
   const Scene s = scene();
   const Answer answer = reference_pairs(s.first(), s.b);
   every_request(options(), answer, [&](Finder& f, std::vector<Pair>& got) {
@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(All, FailingMemory,
                                          Case{Backend::emulated, Algorithm::all_pairs, Order::any}),
                          case_name);
 
-TEST(FailingMemoryElsewhere, Explain) {
+TEST(FailingMemoryOther, Explain) {
   const Scene s = make_scene();
   every_request({}, reference_pairs(s.a), [&](Finder& f, std::vector<Pair>& got) {
     Result r;
@@ -177,7 +177,7 @@ TEST(FailingMemoryElsewhere, Explain) {
   });
 }
 
-TEST(FailingMemoryElsewhere, CInterface) {
+TEST(FailingMemoryOther, CInterface) {
   const Scene s = make_scene();
   const Answer answer = reference_pairs(s.a);
   const throng_boxes boxes =
@@ -220,7 +220,7 @@ TEST(FailingMemoryElsewhere, CInterface) {
 }
 
 // A sequence of BroadPhase calls, with its k-th request failing.
-TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
+TEST(FailingMemoryOther, BroadPhaseQueriesAndChanges) {
   const BoxList boxes = uniform_boxes(1200, 5), others = uniform_boxes(1200, 6);
   std::vector<Sweep> sweeps;
   for (std::size_t i = 0; i < 200; ++i) sweeps.push_back({others[i], {3, 1, 0}});
@@ -231,13 +231,13 @@ TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
   options.executor = &in_turn;
   std::vector<ObjectId> ids(boxes.size());
   // One sequence; each call is repeated until it succeeds, and its results are recorded.
-  const auto live = [&](std::size_t& failures) {
+  const auto run_calls = [&](std::size_t& failures) {
     BroadPhase b(options);
-    std::vector<std::uint64_t> told;
+    std::vector<std::uint64_t> results;
     const auto call = [&](auto&& act) {
       for (int attempt = 0;; ++attempt) {
         const Result r = act();
-        if (r.ok()) return told.push_back(r.found);
+        if (r.ok()) return results.push_back(r.found);
         ++failures;
         EXPECT_EQ(r.status, Status::out_of_memory) << r.message;
         ASSERT_LT(attempt, 2);
@@ -246,11 +246,11 @@ TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
     call([&] { return b.add(boxes, ids.data()); });
     for (int round = 0; round < 3; ++round) {
       call([&] { return b.update(); });
-      told.push_back(b.begun().size());
+      results.push_back(b.begun().size());
       call([&] { return b.find_overlaps(others); });
-      told.push_back(pair_checksum(b.overlaps().data(), b.overlaps().size()));
+      results.push_back(pair_checksum(b.overlaps().data(), b.overlaps().size()));
       call([&] { return b.find_hits(sweeps.data(), sweeps.size()); });
-      told.push_back(b.hits().size());
+      results.push_back(b.hits().size());
       if (round == 0) call([&] { return b.move_all(others); });
       if (round == 1) {
         call([&] { return b.move(ids.data(), Boxes(boxes.data(), 3)); });
@@ -260,25 +260,25 @@ TEST(FailingMemoryElsewhere, BroadPhaseQuestionsAndChanges) {
         call([&] { return b.set_filters(&ids[20], 5, filters); });
       }
     }
-    told.push_back(b.pairs().size());
-    return told;
+    results.push_back(b.pairs().size());
+    return results;
   };
-  std::size_t failures = 0, failed_lives = 0;
-  const std::vector<std::uint64_t> right = live(failures);
+  std::size_t failures = 0, failed_sequences = 0;
+  const std::vector<std::uint64_t> right = run_calls(failures);
   ASSERT_EQ(failures, 0u);
   EXPECT_EQ(memory.held(), 0u);
   for (std::size_t k = 0; k < 1000; ++k) {
     failures = 0;
     memory.fail(k, false);
-    const std::vector<std::uint64_t> told = live(failures);
+    const std::vector<std::uint64_t> results = run_calls(failures);
     const bool refused = memory.refused() != 0;
     memory.calm();
-    EXPECT_EQ(told, right) << "request " << k;
+    EXPECT_EQ(results, right) << "request " << k;
     EXPECT_EQ(memory.held(), 0u) << "leaked at request " << k;
-    failed_lives += failures != 0;
+    failed_sequences += failures != 0;
     if (!refused || testing::Test::HasFailure()) break;
   }
-  EXPECT_GE(failed_lives, 10u);
+  EXPECT_GE(failed_sequences, 10u);
 }
 
 }  // namespace

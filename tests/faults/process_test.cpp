@@ -73,7 +73,7 @@ namespace throng::tests {
 namespace {
 
 // Must run first, before any thread has been started. The caller runs the tasks of missing threads.
-TEST(AFailingProcess, HasNoThreads) {
+TEST(FailingProcess, HasNoThreads) {
   if (sanitized) GTEST_SKIP() << "sanitizers replace pthread_create";
   const BoxList boxes = uniform_boxes(20000, 1);
   const Answer answer = swept_pairs(boxes);
@@ -82,9 +82,9 @@ TEST(AFailingProcess, HasNoThreads) {
   no_threads = true;
   Finder finder(options);
   const Result r = finder.find(boxes);
-  BroadPhase live(options);
+  BroadPhase persistent(options);
   std::vector<ObjectId> ids(boxes.size());
-  const Result added = live.add(boxes, ids.data()), updated = live.update();
+  const Result added = persistent.add(boxes, ids.data()), updated = persistent.update();
   no_threads = false;
   EXPECT_GT(threads_refused, 0u) << "no thread was requested";
   EXPECT_TRUE(r.ok()) << r.message;
@@ -98,7 +98,7 @@ TEST(AFailingProcess, HasNoThreads) {
 // Runs act() with each call of operator new failing in turn. act() checks its results and returns
 // whether it succeeded.
 template <class Act>
-unsigned every_new(const Act& act) {
+unsigned for_each_failing_new(const Act& act) {
   unsigned failures = 0;
   for (long k = 0; k < 2000; ++k) {
     news_refused = 0;
@@ -115,7 +115,7 @@ unsigned every_new(const Act& act) {
   return failures;
 }
 
-TEST(AFailingProcess, FindPairs) {
+TEST(FailingProcess, FindPairs) {
   const BoxList boxes = uniform_boxes(sanitized ? 1000 : 3000, 1);
   const Answer answer = swept_pairs(boxes);
   for (const Backend backend : {Backend::cpu, Backend::emulated}) {
@@ -123,7 +123,7 @@ TEST(AFailingProcess, FindPairs) {
       Options options;
       options.backend = backend;
       options.threads = threads;
-      const unsigned failures = every_new([&] {
+      const unsigned failures = for_each_failing_new([&] {
         std::vector<Pair> out;
         const Result r = find_pairs(boxes, out, options);
         failing_new = -1;
@@ -137,7 +137,7 @@ TEST(AFailingProcess, FindPairs) {
       });
       EXPECT_GT(failures, 2u);
       // The throwing form.
-      every_new([&] {
+      for_each_failing_new([&] {
         try {
           std::vector<Pair> pairs = find_pairs(boxes, options);
           failing_new = -1;
@@ -153,11 +153,11 @@ TEST(AFailingProcess, FindPairs) {
   }
 }
 
-TEST(AFailingProcess, Explain) {
+TEST(FailingProcess, Explain) {
   const BoxList boxes = uniform_boxes(1500, 1);
   const Answer answer = reference_pairs(boxes);
   Finder finder;
-  every_new([&] {
+  for_each_failing_new([&] {
     try {
       const Explanation e = finder.explain(boxes);
       failing_new = -1;
@@ -173,32 +173,32 @@ TEST(AFailingProcess, Explain) {
   EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
 }
 
-TEST(AFailingProcess, BroadPhase) {
+TEST(FailingProcess, BroadPhase) {
   const BoxList boxes = uniform_boxes(800, 1);
   const Answer answer = reference_pairs(boxes);
   Options options;
   options.threads = 2;
-  every_new([&] {
-    throng::BroadPhase live(options);
-    const Result added = live.add(boxes, nullptr);
-    const Result updated = live.update();
+  for_each_failing_new([&] {
+    throng::BroadPhase persistent(options);
+    const Result added = persistent.add(boxes, nullptr);
+    const Result updated = persistent.update();
     failing_new = -1;
     EXPECT_TRUE(added.ok() || added.status == Status::out_of_memory);
     EXPECT_TRUE(updated.ok() || updated.status == Status::out_of_memory);
     if (!added.ok()) {
-      EXPECT_TRUE(live.add(boxes, nullptr).ok());
+      EXPECT_TRUE(persistent.add(boxes, nullptr).ok());
     }
-    EXPECT_TRUE(live.update().ok());
-    EXPECT_EQ(live.pair_count(), answer.pairs.size());
+    EXPECT_TRUE(persistent.update().ok());
+    EXPECT_EQ(persistent.pair_count(), answer.pairs.size());
     return added.ok() && updated.ok();
   });
 }
 
-TEST(AFailingProcess, CInterface) {
+TEST(FailingProcess, CInterface) {
   const BoxList boxes = uniform_boxes(500, 1);
   const throng_boxes view =
       throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
-  const unsigned failures = every_new([&] {
+  const unsigned failures = for_each_failing_new([&] {
     throng_finder* finder = throng_finder_create(nullptr);
     if (!finder) return false;
     const throng_status status = throng_find(finder, &view, nullptr);

@@ -21,7 +21,7 @@ std::uint64_t number(const unsigned char* p) {
   return value;
 }
 
-void mend(std::vector<unsigned char>& bytes) {
+void fix_checksums(std::vector<unsigned char>& bytes) {
   std::memcpy(bytes.data(), throng::capture::magic, std::min<std::size_t>(bytes.size(), 8));
   for (std::size_t at = 16; at + 24 <= bytes.size();) {
     const std::uint64_t size = number(&bytes[at + 8]);
@@ -37,7 +37,7 @@ void mend(std::vector<unsigned char>& bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::vector<unsigned char> bytes(data, data + size);
-  if (size > 0 && data[0] != 'T') mend(bytes);
+  if (size > 0 && data[0] != 'T') fix_checksums(bytes);
   try {
     const throng::scene::Capture c = throng::scene::parse_capture(bytes.data(), size, "fuzz");
     std::size_t held = 0;

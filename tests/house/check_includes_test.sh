@@ -24,7 +24,7 @@ sound_tree() {
   printf '#include <mpi.h>\n#include <throng/types.hpp>\n' > "$tree/src/mpi/link.hpp"
   echo '#include <cub/cub.cuh>' > "$tree/src/cuda/device.cuh"
   printf '#include <cuda_runtime_api.h>\n#include "cuda/device.cuh"\n#include "core/bounds.hpp"\n' > "$tree/src/mpi/gpu.cu"
-  printf '#include <mpi.h>\n#include "mpi/link.hpp"\n' > "$tree/ranks/main.cpp"
+  printf '#include <mpi.h>\n#include "mpi/communicator.hpp"\n' > "$tree/ranks/main.cpp"
   echo '#include "core/bounds.hpp"' > "$tree/tests/bounds_test.cpp"
 }
 
@@ -45,8 +45,8 @@ refused() {  # file, added line, expected message
 
 sound_tree
 "$check" "$tree"
-refused include/throng/types.hpp '#include <hwy/highway.h>' 'door includes the standard library only'
-refused include/throng/types.hpp '#include "core/bounds.hpp"' 'door must not include core'
+refused include/throng/types.hpp '#include <hwy/highway.h>' 'public_api includes the standard library only'
+refused include/throng/types.hpp '#include "core/bounds.hpp"' 'public_api must not include core'
 refused include/throng/types.hpp '#include <iostream>' 'prints nothing'
 refused src/core/bounds.hpp '#include "cpu/grid.cpp"' 'core must not include cpu'
 refused src/core/bounds.hpp '#include <unistd.h>' 'core includes the standard library only'
@@ -61,16 +61,16 @@ refused scene/npy.hpp '#include "tests/bounds_test.cpp"' 'scene must not include
 refused scene/npy.hpp '#include <CGAL/box_intersection_d.h>' 'only bench may include a competitor'
 refused src/cpu/grid.cpp '#include <cuda_runtime_api.h>' 'see CUDA'
 refused scene/npy.hpp '#include <mpi.h>' 'see MPI'
-refused src/mpi/link.hpp '#include "cpu/grid.cpp"' 'mpi must not include cpu'
-refused src/mpi/link.hpp '#include "cuda/device.cuh"' 'only a .cu file of mpi may include cuda'
-refused src/mpi/link.hpp '#include <cuda_runtime_api.h>' 'see CUDA'
-refused src/mpi/link.hpp '#include <unistd.h>' 'mpi includes the standard library only'
+refused src/mpi/communicator.hpp '#include "cpu/grid.cpp"' 'mpi must not include cpu'
+refused src/mpi/communicator.hpp '#include "cuda/device.cuh"' 'only a .cu file of mpi may include cuda'
+refused src/mpi/communicator.hpp '#include <cuda_runtime_api.h>' 'see CUDA'
+refused src/mpi/communicator.hpp '#include <unistd.h>' 'mpi includes the standard library only'
 refused scene/npy.hpp '#include <cub/device/device_scan.cuh>' 'see CUDA'
 refused program/child.hpp '#include "core/bounds.hpp"' 'program must not include core'
 refused program/child.hpp '#include <CLI/CLI.hpp>' 'program includes the public API, the standard library, the operating system and fmt only'
 refused scene/npy.hpp '#include "program/child.hpp"' 'scene must not include program'
 refused scene/npy.hpp '#include "paper/search.hpp"' 'scene must not include paper'
-refused src/find_pairs.cpp '#include "paper/search.hpp"' 'hall must not include paper'
+refused src/find_pairs.cpp '#include "paper/search.hpp"' 'api must not include paper'
 refused paper/search.hpp '#include "cpu/grid.cpp"' 'paper must not include cpu'
 refused paper/search.hpp '#include <cuda_runtime.h>' 'only a .cu file of paper may include CUDA'
 refused paper/search.hpp '#include <cub/cub.cuh>' 'only a .cu file of paper may include CUDA'

@@ -2,7 +2,7 @@
 # Every step of scripts/check runs in some turn: all turns together run the steps of --all, every turn runs
 # the light ones, and docs/hacking.md describes each step.
 set -euo pipefail
-check="$1" paper="$2"
+check="$1" page="$2"
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 
@@ -22,7 +22,7 @@ sort -u "$folder/turns" | diff "$folder/all" - || { echo "turns and --all differ
 while read -r step; do
   kind=heavy
   if grep -qx "$step" "$folder/light"; then kind=light; fi
-  grep -q "^| \`$step\` | $kind | " "$paper" || { echo "${paper##*/} has no line of the $kind step $step"; exit 1; }
+  grep -q "^| \`$step\` | $kind | " "$page" || { echo "${page##*/} has no line of the $kind step $step"; exit 1; }
 done < "$folder/all"
 [ "$("$check" --list asan format)" = $'asan\nformat' ]
 if "$check" --list none > "$folder/said" 2>&1; then echo "an unknown step was accepted"; exit 1; fi

@@ -57,7 +57,7 @@ expect() {
   fi
 }
 # None of these needs GPU tools.
-steps=(conformance door lattices check scaling scenes stages bodies tracking queries crossover device files paper-tests paper)
+steps=(conformance gpu-api lattices check scaling scenes stages bodies tracking queries crossover device files paper-tests paper)
 rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
@@ -110,14 +110,14 @@ expect 1 'FAILED: status 3' "${steps[@]}"
 
 # One suite of the public API; and all of them in parallel, one process each.
 sound_programs
-expect 0 '1 of 1 checks ran' door/GpuLive
+expect 0 '1 of 1 checks ran' gpu-api/GpuPersistent
 expect 2 "no step 'check/all'" check/all
 tool ''
 together() { "${check}_together" --bin "$bin" --out "$out" --limit 100 > "$folder/said" 2>&1; }
 rm -rf "$out"
 together || { cat "$folder/said"; exit 1; }
 grep -q 'all required checks that ran passed' "$folder/said"
-grep -q 'door: GpuFaults  *ok' "$folder/said"
+grep -q 'gpu-api: GpuFaults  *ok' "$folder/said"
 grep -q 'racecheck cuda_test  *ok' "$folder/said"
 [ "$(cat "$out"/*-abc1234-dirty.csv | wc -l)" -eq 8 ]
 [ "$(find "$out" -type f | wc -l)" -le 8 ]

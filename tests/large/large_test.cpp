@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "support/configs.hpp"
-#include "support/counting.hpp"
+#include "support/counting_resource.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::tests {
@@ -18,7 +18,7 @@ struct Scene {
   std::string name;
   BoxList boxes;
   std::vector<std::int32_t> world;
-  std::vector<std::uint8_t> still;
+  std::vector<std::uint8_t> is_static;
   std::size_t first = 0;  // not 0: two sets; the size of the first
   Algorithm algorithm = Algorithm::automatic;
   Answer answer;
@@ -26,7 +26,7 @@ struct Scene {
   Boxes part(std::size_t begin, std::size_t end) const {
     Boxes view(boxes.data() + begin, end - begin);
     if (!world.empty()) view.filters.world = {world.data() + begin, end - begin};
-    if (!still.empty()) view.filters.is_static = {still.data() + begin, end - begin};
+    if (!is_static.empty()) view.filters.is_static = {is_static.data() + begin, end - begin};
     return view;
   }
   Boxes one() const { return part(0, first ? first : boxes.size()); }
@@ -90,9 +90,9 @@ Scene uniform(int n, std::size_t first, std::uint64_t seed) {
   return scene;
 }
 
-enum class Form { grow, exact, short_by_one, consume, at_once, least_cap };
-constexpr Form forms[] = {Form::grow,    Form::exact,   Form::short_by_one,
-                          Form::consume, Form::at_once, Form::least_cap};
+enum class Form { grow, exact, short_by_one, consume, concurrent, smallest_cap };
+constexpr Form forms[] = {Form::grow,    Form::exact,      Form::short_by_one,
+                          Form::consume, Form::concurrent, Form::smallest_cap};
 const char* name_of(Form form) {
   constexpr const char* names[] = {"own memory", "a buffer that fits",    "one pair too few",
                                    "a consumer", "a concurrent consumer", "the smallest cap"};
@@ -100,7 +100,7 @@ const char* name_of(Form form) {
 }
 
 // A consumer that is slow at first and counts calls that overlap another one.
-struct Slow {
+struct SlowConsumer {
   std::vector<Pair> pairs;
   std::mutex mutex;
   std::atomic<int> inside{0};
@@ -187,20 +187,20 @@ class Search {
   }
 
   void consume(Form form) {
-    options_.concurrent_consumer = form == Form::at_once;
-    if (form == Form::least_cap) options_.memory_cap_bytes = 1;
+    options_.concurrent_consumer = form == Form::concurrent;
+    if (form == Form::smallest_cap) options_.memory_cap_bytes = 1;
     for (int refusals = 0;; ++refusals) {
       CountingResource counted;
       options_.memory = &counted;
       Finder finder(options_);
-      Slow taken;
+      SlowConsumer taken;
       const Result r = scene_.two_sets() ? finder.consume(scene_.one(), scene_.other(), taken)
                                          : finder.consume(scene_.one(), taken);
-      if (form != Form::at_once) {
+      if (form != Form::concurrent) {
         EXPECT_EQ(taken.overlapped, 0u) << "overlapping calls";
       }
       EXPECT_EQ(taken.empty, 0u);
-      if (form == Form::least_cap) {
+      if (form == Form::smallest_cap) {
         EXPECT_LE(counted.peak(), options_.memory_cap_bytes);
         if (r.status == Status::memory_cap_too_small && refusals < 10) {
           ASSERT_GT(r.bytes_needed, options_.memory_cap_bytes);
@@ -219,19 +219,19 @@ class Search {
 };
 
 // Runs this many of the forms of call, drawn; 0: all of them.
-void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
+void search(Scene scene, std::uint64_t seed, std::size_t form_count = 0) {
   answer(scene);
   ASSERT_GT(scene.answer.pairs.size(), 1000u);
   Random random(seed);
-  std::vector<std::pair<Order, Form>> asked;
+  std::vector<std::pair<Order, Form>> chosen;
   for (const Order order : {Order::any, Order::canonical})
     for (const Form form : forms)
       // In order under the smallest cap each search yields only some thousand pairs.
-      if (form != Form::least_cap || scene.answer.pairs.size() < 100'000)
-        asked.emplace_back(order, form);
-  shuffle(asked, random);
-  if (ways != 0) asked.resize(ways);
-  for (const auto& [order, form] : asked) {
+      if (form != Form::smallest_cap || scene.answer.pairs.size() < 100'000)
+        chosen.emplace_back(order, form);
+  shuffle(chosen, random);
+  if (form_count != 0) chosen.resize(form_count);
+  for (const auto& [order, form] : chosen) {
     Options options;
     options.order = order;
     options.threads = random.one_in(4) ? 1 + random.below(3) : 4;
@@ -242,13 +242,13 @@ void search(Scene scene, std::uint64_t seed, std::size_t ways = 0) {
   }
 }
 
-TEST(Large, ABoxOverAllOthersIsCutAgainAndAgain) {
+TEST(Large, BoxOverAllIsSplitRepeatedly) {
   for (const std::size_t at : {0u, 6000u, 19'999u}) search(row(20'000, {at}, false), at);
 }
 
 // More pairs of adjacent firsts than fit the smallest cap, for any plan and number of threads: a
 // range is split repeatedly.
-TEST(Large, ManyPairsOfAFewFirstsUnderTheLeastCap) {
+TEST(Large, ManyPairsOfFewFirstsMinCap) {
   std::vector<std::size_t> first_16, apart;
   for (std::size_t i = 0; i < 16; ++i) first_16.push_back(i);
   for (std::size_t i = 5; i < 16'000; i += 1001) apart.push_back(i);
@@ -260,7 +260,7 @@ TEST(Large, ManyPairsOfAFewFirstsUnderTheLeastCap) {
       Options options;
       options.order = Order::canonical;
       options.threads = threads;
-      Search(scene, options).run(Form::least_cap);
+      Search(scene, options).run(Form::smallest_cap);
     }
   }
 }
@@ -274,17 +274,17 @@ TEST(Large, RowsWithSomeBoxesOverAll) {
 }
 
 // Brute force over some two billion pairs: two forms are enough.
-TEST(Large, AWorldOfMoreBoxesThanOneThreadTakes) {
+TEST(Large, WorldAboveOneThreadLimit) {
   if (sanitized) GTEST_SKIP() << "takes minutes";
   search(worlds({66'000, 700, 33, 5000, 1}, Algorithm::all_pairs, 3), 2, 2);
 }
 
 TEST(Large, WorldsInOnePlace) { search(worlds({66'000, 9000, 12}, Algorithm::grid, 4), 3, 5); }
 
-TEST(Large, StaticBoxesApart) {
+TEST(Large, StaticBoxesPartitioned) {
   Scene scene = uniform(72'000, 0, 6);
   scene.name += ", most of them static";
-  for (std::size_t i = 0; i < scene.boxes.size(); ++i) scene.still.push_back(i % 20 != 0);
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) scene.is_static.push_back(i % 20 != 0);
   search(scene, 4, 5);
 }
 
@@ -296,7 +296,7 @@ TEST(Large, TwoSets) {
 
 // Repeated, as a race between sorting threads shows only by chance. By buckets, where a few firsts
 // have very many seconds; and by lists, where all have many.
-TEST(Large, SortedByManyThreadsAgainAndAgain) {
+TEST(Large, SortedRepeatedlyByManyThreads) {
   Scene lists = uniform(60'000, 300, 10);
   for (std::size_t i = 0; i < lists.first; ++i) lists.boxes[i] = cube(lists.boxes[i].lower, 14);
   for (Scene scene : {row(150'000, {70'001, 90'002, 3, 149'000, 120'000}, true), lists}) {
@@ -319,7 +319,7 @@ TEST(Large, SortedByManyThreadsAgainAndAgain) {
 }
 
 // Two calls of a concurrent consumer run at once: each waits for another one, for a limited time.
-TEST(Large, SeveralThreadsCallAConcurrentConsumer) {
+TEST(Large, ConcurrentConsumerOverlaps) {
   const BoxList boxes = uniform_boxes(200'000, 3);
   Options options;
   options.threads = 4;

@@ -33,24 +33,24 @@ class World {
   }
   void build() {
     forest_.build(objects_, false);
-    objects_.settle();
+    objects_.clear_dirty();
   }
   // Places changed objects. Returns false if the forest was rebuilt.
-  bool settle() {
+  bool place_dirty() {
     std::vector<ObjectId> entering;
-    const List<ObjectId>& dirty = objects_.dirty_list();
-    const bool takes = forest_.takes(dirty.size());
-    if (!takes) {
+    const PodVector<ObjectId>& dirty = objects_.dirty_list();
+    const bool has_capacity_for = forest_.has_capacity_for(dirty.size());
+    if (!has_capacity_for) {
       build();
       return false;
     }
     for (const ObjectId id : dirty) {
-      if (objects_.body(id).home != none) forest_.erase(objects_.body(id).home);
-      objects_.body(id).home = none;
+      if (objects_.body(id).bucket != none) forest_.erase(objects_.body(id).bucket);
+      objects_.body(id).bucket = none;
       if (objects_.is_active(id)) entering.push_back(id);
     }
     forest_.insert(objects_, entering.data(), entering.size());
-    objects_.settle();
+    objects_.clear_dirty();
     return true;
   }
 
@@ -73,21 +73,23 @@ void expect_found(World& w, const Box& box, const Filter& filter, Work& work) {
   for (std::size_t i = 0; i < w.objects().limit(); ++i) {
     const auto id = static_cast<ObjectId>(i);
     if (!w.objects().is_active(id) || !allows(w.objects().filter(id), filter)) continue;
-    if (core::overlaps(w.objects().grown(id), box)) wanted.push_back(id);
+    if (core::overlaps(w.objects().expanded(id), box)) wanted.push_back(id);
   }
   ASSERT_EQ(found, wanted);
 }
 
 // Casts a sweep, for all hits and for the first, and compares with a loop over all objects.
-void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) {
-  const core::Cover cover(sweep);
+void expect_hits(World& w, const Sweep& sweep, const Filter& filter, Work& work) {
+  const core::SweptBounds cover(sweep);
   std::vector<ObjectId> met, wanted;
-  const auto touch = [&](ObjectId id) { return core::touch(sweep, w.objects().body(id).box); };
+  const auto touch = [&](ObjectId id) {
+    return core::contact_interval(sweep, w.objects().body(id).box);
+  };
   double first = 2, found = 2;
   for (std::size_t i = 0; i < w.objects().limit(); ++i) {
     const auto id = static_cast<ObjectId>(i);
     if (!w.objects().is_active(id) || !allows(w.objects().filter(id), filter)) continue;
-    const core::Touch t = touch(id);
+    const core::ContactInterval t = touch(id);
     if (t.enter > t.leave) continue;
     wanted.push_back(id);
     first = std::min(first, t.enter);
@@ -95,7 +97,7 @@ void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) 
   const double never = 2;
   w.forest().cast(sweep, cover, filter, false, never, work,
                   [&](const CellLine& line, std::uint32_t k) {
-                    const core::Touch t = touch(line.id[k]);
+                    const core::ContactInterval t = touch(line.id[k]);
                     if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
                       return;
                     met.push_back(line.id[k]);
@@ -105,7 +107,7 @@ void expect_met(World& w, const Sweep& sweep, const Filter& filter, Work& work) 
   Work unused;
   w.forest().cast(sweep, cover, filter, true, found, unused,
                   [&](const CellLine& line, std::uint32_t k) {
-                    const core::Touch t = touch(line.id[k]);
+                    const core::ContactInterval t = touch(line.id[k]);
                     if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
                       return;
                     found = std::min(found, t.enter);
@@ -180,10 +182,10 @@ TEST(BvhForest, AnyBoxesAndChanges) {
           w.objects().move(ids[k], any_box(random));
         }
       }
-      built += !w.settle();
+      built += !w.place_dirty();
       for (int k = 0; k < 3; ++k) {
         expect_found(w, any_box(random), filter(), work);
-        if (w.objects().margin() == 0) expect_met(w, any_sweep(random), filter(), work);
+        if (w.objects().margin() == 0) expect_hits(w, any_sweep(random), filter(), work);
       }
       if (HasFatalFailure()) return;
     }
@@ -233,7 +235,7 @@ std::vector<Scene> scenes() {
   };
 }
 
-TEST(BvhForest, LooksAtLittle) {
+TEST(BvhForest, VisitsLittle) {
   constexpr int count = 20'000;
   for (const Scene& scene : scenes()) {
     SCOPED_TRACE(scene.name);
@@ -250,9 +252,9 @@ TEST(BvhForest, LooksAtLittle) {
       for (float* x : {&sweep.box.lower.z, &sweep.box.upper.z}) *x = std::isfinite(*x) ? *x : 0;
       if (random.one_in(2)) sweep.by = {sweep.by.x * 1e30f, sweep.by.y * 1e30f, sweep.by.z * 1e30f};
       const double never = 2;
-      w.forest().cast(sweep, core::Cover(sweep), {}, false, never, of_sweeps,
+      w.forest().cast(sweep, core::SweptBounds(sweep), {}, false, never, of_sweeps,
                       [&](const CellLine& line, std::uint32_t k) {
-                        const core::Touch t = core::touch(sweep, line.box(k));
+                        const core::ContactInterval t = core::contact_interval(sweep, line.box(k));
                         met += t.enter <= t.leave;
                       });
     }
@@ -262,11 +264,11 @@ TEST(BvhForest, LooksAtLittle) {
 }
 
 // At one place a thousand objects have a group that the query may not pair with, and one does not.
-TEST(BvhForest, PassesOverWhatFiltersForbid) {
+TEST(BvhForest, SkipsFilteredSubtrees) {
   for (int what = 0; what < 4; ++what) {
     Random random(4);
     World w;
-    const auto crowd = [&] {
+    const auto clustered = [&] {
       Filter f;
       if (what == 0) f.group = 2;
       if (what == 1) f.owner = 7;
@@ -274,10 +276,10 @@ TEST(BvhForest, PassesOverWhatFiltersForbid) {
       if (what == 3) f.is_static = 1;
       return f;
     };
-    for (int i = 0; i < 5000; ++i) w.add(cube(random.point(0, 1), 2), crowd());
+    for (int i = 0; i < 5000; ++i) w.add(cube(random.point(0, 1), 2), clustered());
     for (int i = 0; i < 10; ++i) w.add(cube(random.point(0, 1), 2));
     w.build();
-    Filter mine = crowd();
+    Filter mine = clustered();
     if (what == 0) mine.mask = 1;
     if (what == 2) mine.world = 6;
     Work work;
@@ -287,7 +289,7 @@ TEST(BvhForest, PassesOverWhatFiltersForbid) {
 }
 
 // However few objects move at a time, each is moved at most log n times: counted in full rebuilds.
-TEST(BvhForest, IsSeldomBuiltAgain) {
+TEST(BvhForest, RarelyRebuilds) {
   Random random(5);
   World w;
   for (int i = 0; i < 10'000; ++i) w.add(cube(random.point(0, 8), 4));
@@ -296,13 +298,13 @@ TEST(BvhForest, IsSeldomBuiltAgain) {
   for (int frame = 0; frame < 2000; ++frame) {
     for (int k = 0; k < 10; ++k)
       w.objects().move(random.below(10'000), cube(random.point(0, 8), 4));
-    built += !w.settle();
+    built += !w.place_dirty();
   }
   EXPECT_LE(built, 20'000u / 2500 + 1);
   EXPECT_GE(built, 1u);
 }
 
-TEST(BvhForest, FewAndNone) {
+TEST(BvhForest, FewObjectsAndNone) {
   for (int count = 0; count < 20; ++count) {
     Random random(6);
     World w;
@@ -311,13 +313,13 @@ TEST(BvhForest, FewAndNone) {
     Work work;
     for (int i = 0; i < count; ++i) {
       expect_found(w, cube(random.point(0, 3), 1), {}, work);
-      expect_met(w, {cube(random.point(0, 3), 1), random.point(-3, 3)}, {}, work);
+      expect_hits(w, {cube(random.point(0, 3), 1), random.point(-3, 3)}, {}, work);
       w.objects().remove(static_cast<ObjectId>(i));
-      w.settle();
+      w.place_dirty();
     }
     expect_found(w, cube({0, 0, 0}, 9), {}, work);
     w.add(cube({1, 1, 1}, 1));
-    w.settle();
+    w.place_dirty();
     expect_found(w, cube({0, 0, 0}, 9), {}, work);
   }
 }

@@ -11,7 +11,7 @@
 namespace throng::tests {
 namespace {
 
-TEST(WorldSet, ListsAllWhereItSaysSo) {
+TEST(WorldSet, MatchesMapOfCounts) {
   constexpr int listed = static_cast<int>(live::WorldSet::most);
   for (const int worlds : {1, 3, listed, listed + 1, 2 * listed}) {
     Random random(static_cast<std::uint64_t>(worlds));

@@ -33,7 +33,7 @@ inline int rank_count() {
 inline Settings test_settings() {
   Settings settings;
   settings.search.threads = 1;
-  settings.seconds = 60;
+  settings.timeout_seconds = 60;
   return settings;
 }
 

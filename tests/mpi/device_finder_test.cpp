@@ -33,7 +33,7 @@ struct Slice {
   RankBoxes view() const { return {Boxes(boxes, count), nullptr}; }
 };
 
-TEST(DeviceFinder, RanksMayHandTheirMemoryToMpiInDifferentWays) {
+TEST(DeviceFinder, RanksMayUseDifferentBuffers) {
   const auto boxes = tests::uniform_boxes(500, 31);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
   for (const bool last_is_direct : {false, true}) {
@@ -55,7 +55,7 @@ TEST(DeviceFinder, RanksMayHandTheirMemoryToMpiInDifferentWays) {
 }
 
 // With one filter or three the record size is not a multiple of eight bytes.
-TEST(DeviceFinder, TakesStridedArraysAndAnyNumberOfFilters) {
+TEST(DeviceFinder, AcceptsStridesAndAnyFilters) {
   struct Body {
     std::uint32_t group;
     float lower[3];
@@ -100,7 +100,7 @@ TEST(DeviceFinder, TakesStridedArraysAndAnyNumberOfFilters) {
   }
 }
 
-TEST(DeviceFinder, WithoutADeviceTellsAllRanks) {
+TEST(DeviceFinder, WithoutADeviceFailsOnAllRanks) {
   const auto boxes = tests::uniform_boxes(50, 33);
   Settings settings = emulated();
   if (is_last()) settings.search.backend = Backend::cpu;
@@ -121,7 +121,7 @@ TEST(DeviceFinder, WithoutADeviceTellsAllRanks) {
 }
 
 // A resource that succeeds a given number of times, then fails.
-class Scarce : public std::pmr::memory_resource {
+class LimitedMemory : public std::pmr::memory_resource {
  public:
   int left = 0;
   std::size_t held = 0;
@@ -141,21 +141,21 @@ class Scarce : public std::pmr::memory_resource {
 
 // If an allocation fails on one rank, all ranks report it without waiting, and the next call
 // succeeds.
-TEST(DeviceFinder, ThatRunsOutOfMemoryTellsAllRanksAndGoesOn) {
+TEST(DeviceFinder, OutOfMemoryFailsOnAllAndRecovers) {
   auto boxes = tests::uniform_boxes(300, 34);
   boxes[7] = {{-1e6f, -1e6f, 2}, {1e6f, 1e6f, 3}};
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
-  Scarce scarce;
+  LimitedMemory limited_memory;
   int failed = 0;
   for (const Buffers buffers : {Buffers::direct, Buffers::staged}) {
     bool all_found = false;
     for (int count = 0; !all_found && count < 100; ++count) {
       Settings settings = emulated(buffers);
-      settings.wide = 1;
-      settings.search.memory = &scarce;
+      settings.tree_send_threshold = 1;
+      settings.search.memory = &limited_memory;
       settings.search.order = Order::canonical;
       DeviceFinder finder(MPI_COMM_WORLD, settings);
-      scarce.left = is_last() ? count : 1000000;
+      limited_memory.left = is_last() ? count : 1000000;
       const Result r = finder.find(Slice(boxes).view(), nullptr);
       all_found = r.ok();
       if (!all_found) {
@@ -164,7 +164,7 @@ TEST(DeviceFinder, ThatRunsOutOfMemoryTellsAllRanksAndGoesOn) {
         EXPECT_TRUE(finder.pairs().empty());
         EXPECT_EQ(std::string(r.message).rfind("rank ", 0), 0u) << r.message;
       }
-      scarce.left = 1000000;
+      limited_memory.left = 1000000;
       const Result again = finder.find(Slice(boxes).view(), nullptr);
       ASSERT_TRUE(again.ok()) << again.message;
       const auto found = from_all(finder.pairs());
@@ -173,18 +173,18 @@ TEST(DeviceFinder, ThatRunsOutOfMemoryTellsAllRanksAndGoesOn) {
     EXPECT_TRUE(all_found);
   }
   EXPECT_GT(failed, 16);
-  EXPECT_EQ(scarce.held, 0u);
+  EXPECT_EQ(limited_memory.held, 0u);
 }
 
-TEST(DeviceFinder, OfOneSizeTakesNoMoreMemory) {
+TEST(DeviceFinder, SameSizeAllocatesNothing) {
   const auto boxes = tests::uniform_boxes(600, 35);
-  Scarce scarce;
+  LimitedMemory limited_memory;
   Settings settings = emulated();
-  settings.search.memory = &scarce;
+  settings.search.memory = &limited_memory;
   settings.imbalance = 1e9;  // keep the partition
   DeviceFinder finder(MPI_COMM_WORLD, settings);
   for (int frame = 0; frame < 4; ++frame) {
-    scarce.left = frame < 2 ? 1000000 : 0;
+    limited_memory.left = frame < 2 ? 1000000 : 0;
     const Result r = finder.find(Slice(boxes).view(), Slice(boxes).view(), nullptr);
     ASSERT_TRUE(r.ok()) << frame << ": " << r.message;
   }
@@ -195,9 +195,9 @@ TEST(DeviceFinder, CanBeMoved) {
   DeviceFinder first(MPI_COMM_WORLD, emulated());
   const Result r = first.find(Slice(boxes).view(), nullptr);
   ASSERT_TRUE(r.ok()) << r.message;
-  const std::size_t told = first.pairs().size();
+  const std::size_t reported = first.pairs().size();
   DeviceFinder second(std::move(first));
-  EXPECT_EQ(second.pairs().size(), told);
+  EXPECT_EQ(second.pairs().size(), reported);
   EXPECT_EQ(second.find(Slice(boxes).view(), nullptr).found, r.found);
 }
 

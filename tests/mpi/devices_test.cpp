@@ -6,7 +6,7 @@
 namespace throng::ranks {
 namespace {
 
-TEST(Devices, AreTakenInTurnByTheRanksOfAMachine) {
+TEST(Devices, AreAssignedRoundRobin) {
   EXPECT_EQ(device_for("0", nullptr, 4), "0");
   EXPECT_EQ(device_for("3", nullptr, 4), "3");
   EXPECT_EQ(device_for("6", nullptr, 4), "2");
@@ -16,14 +16,14 @@ TEST(Devices, AreTakenInTurnByTheRanksOfAMachine) {
   EXPECT_EQ(device_for("1", "GPU-4c,GPU-a7,MIG-11", 0), "GPU-a7");
 }
 
-TEST(Devices, AreLeftAsTheyAreWhereThereIsNoChoice) {
+TEST(Devices, AreUnchangedWithoutAChoice) {
   EXPECT_EQ(device_for("1", nullptr, 0), "");
   EXPECT_EQ(device_for("1", nullptr, 1), "");
   EXPECT_EQ(device_for("1", "3", 8), "");
   EXPECT_EQ(device_for("1", "", 8), "");
   EXPECT_EQ(device_for(nullptr, "0,1", 8), "");
-  for (const char* odd : {"", "x", "1x", "99999999999999999999999"}) {
-    EXPECT_EQ(device_for(odd, "0,1", 2), "") << odd;
+  for (const char* invalid : {"", "x", "1x", "99999999999999999999999"}) {
+    EXPECT_EQ(device_for(invalid, "0,1", 2), "") << invalid;
   }
 }
 

@@ -13,11 +13,11 @@ namespace {
 
 bool is_last() { return rank_here() == rank_count() - 1; }
 
-// Checks for the same status and message on every rank, and that the message contains `words`.
-void expect_failure(const Result& r, Status status, const std::string& words) {
+// Checks for the same status and message on every rank, and that the message contains `expected`.
+void expect_failure(const Result& r, Status status, const std::string& expected) {
   EXPECT_EQ(r.status, status) << r.message;
-  EXPECT_NE(std::string(r.message).find(words), std::string::npos)
-      << "no '" << words << "' in: " << r.message;
+  EXPECT_NE(std::string(r.message).find(expected), std::string::npos)
+      << "no '" << expected << "' in: " << r.message;
   char first[sizeof r.message];
   std::memcpy(first, r.message, sizeof first);
   MPI_Bcast(first, sizeof first, MPI_CHAR, 0, MPI_COMM_WORLD);
@@ -30,7 +30,7 @@ template <class T>
 class Failures : public AnyFinder<T> {};
 TYPED_TEST_SUITE(Failures, Finders, FinderNames);
 
-TYPED_TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
+TYPED_TEST(Failures, InvalidBoxesOnOneRankFailOnAll) {
   auto boxes = tests::uniform_boxes(50, 1);
   TypeParam finder(MPI_COMM_WORLD, test_settings());
   const std::vector<Box> good = boxes;
@@ -47,7 +47,7 @@ TYPED_TEST(Failures, OfOneRanksBoxesAreThoseOfAll) {
   EXPECT_TRUE(finder.find({Boxes(good), nullptr}).ok());
 }
 
-TYPED_TEST(Failures, OptionsThatDifferAreNamed) {
+TYPED_TEST(Failures, DifferentOptionsAreNamed) {
   if (rank_count() == 1) GTEST_SKIP() << "needs two ranks";
   const auto boxes = tests::uniform_boxes(20, 2);
   Settings settings = test_settings();
@@ -66,7 +66,7 @@ TYPED_TEST(Failures, OptionsThatDifferAreNamed) {
                  last() + "Settings::imbalance is 0.5");
 }
 
-TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
+TYPED_TEST(Failures, DuplicateIdsAreNamed) {
   const auto boxes = tests::uniform_boxes(20, 3);
   std::vector<std::uint64_t> ids(20);
   for (std::size_t i = 0; i < 20; ++i) ids[i] = 100 * static_cast<std::uint64_t>(rank_here()) + i;
@@ -83,7 +83,7 @@ TYPED_TEST(Failures, IdsGivenTwiceAreNamed) {
 }
 
 // Ids are sent for checking only if the set of ids over all ranks changed.
-TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
+TYPED_TEST(Failures, MigratedIdsAreNotCheckedAgain) {
   const auto boxes = tests::uniform_boxes(3000, 6);
   const auto ranks = static_cast<std::size_t>(rank_count());
   std::vector<std::uint64_t> ids(boxes.size() / ranks);
@@ -92,25 +92,25 @@ TYPED_TEST(Failures, IdsThatGoFromRankToRankAreCheckedOnce) {
   };
   TypeParam finder(MPI_COMM_WORLD, test_settings());
   const RankBoxes mine{Boxes(boxes.data(), ids.size()), ids.data()};
-  const auto handed_out = [&] { return sum_over_ranks(finder.traffic().control.bytes); };
+  const auto sent_bytes = [&] { return sum_over_ranks(finder.traffic().control.bytes); };
   take_slice(static_cast<std::size_t>(rank_here()));
   ASSERT_TRUE(finder.find(mine).ok());
   const std::uint64_t some = ranks > 1 ? ids.size() : 0;  // a single rank sends none
-  EXPECT_GE(handed_out(), some);
+  EXPECT_GE(sent_bytes(), some);
   for (std::size_t round = 1; round < 3; ++round) {
     take_slice((static_cast<std::size_t>(rank_here()) + round) % ranks);
     ASSERT_TRUE(finder.find(mine).ok());
-    EXPECT_EQ(handed_out(), 0u) << round;
+    EXPECT_EQ(sent_bytes(), 0u) << round;
   }
   if (is_last()) ids[0] = ids[1];
   EXPECT_EQ(finder.find(mine).status, Status::ranks_disagree);
   if (is_last()) ids[0] = 1;
   ASSERT_TRUE(finder.find(mine).ok());
-  EXPECT_GE(handed_out(), some);
+  EXPECT_GE(sent_bytes(), some);
 }
 
 // A search that cannot run on one rank: an instruction set that no machine has.
-TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
+TEST(HostFailures, FailedSearchOnOneRankFailsOnAll) {
   const auto boxes = tests::uniform_boxes(20, 4);
   Settings settings = test_settings();
 #ifdef __aarch64__
@@ -123,10 +123,10 @@ TEST(HostFailures, OfOneRanksSearchAreThoseOfAll) {
 }
 
 // Run separately (tests/CMakeLists.txt): the communicator is unusable afterwards.
-TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
+TEST(DISABLED_Late, AMissingRankTimesOut) {
   const auto boxes = tests::uniform_boxes(20, 5);
   Settings settings = test_settings();
-  settings.seconds = 1;
+  settings.timeout_seconds = 1;
   Finder finder(MPI_COMM_WORLD, settings);
   EmulatedFinder<Buffers::direct> device(MPI_COMM_WORLD, settings);
   ASSERT_TRUE(finder.find({Boxes(boxes), nullptr}).ok());
@@ -152,7 +152,7 @@ TEST(DISABLED_Late, ARankThatDoesNotComeEndsTheCallOfTheOthers) {
   std::this_thread::sleep_for(std::chrono::seconds(60));
 }
 
-TEST(DISABLED_Dead, ARankThatDiesEndsAll) {
+TEST(DISABLED_Dead, ADeadRankEndsTheJob) {
   const auto boxes = tests::uniform_boxes(20, 6);
   Finder finder(MPI_COMM_WORLD, test_settings());
   ASSERT_TRUE(finder.find({Boxes(boxes), nullptr}).ok());

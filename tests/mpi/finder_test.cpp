@@ -6,7 +6,7 @@
 #include <throng/find_pairs.hpp>
 
 #include "mpi/all_ranks.hpp"
-#include "mpi/least.hpp"
+#include "mpi/minimum_copies.hpp"
 #include "scene/scene.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -27,33 +27,33 @@ std::vector<Box> boxes_of(const scene::Scene& scene) {
 }
 
 // The initial distribution of the boxes.
-enum class Spread { slices, one_rank, shuffled, not_the_last };
-constexpr Spread spreads[] = {Spread::slices, Spread::one_rank, Spread::shuffled,
-                              Spread::not_the_last};
+enum class Distribution { slices, one_rank, shuffled, not_the_last };
+constexpr Distribution distributions[] = {Distribution::slices, Distribution::one_rank,
+                                          Distribution::shuffled, Distribution::not_the_last};
 
-int holder(Spread spread, std::size_t i, std::size_t n) {
+int holder(Distribution distribution, std::size_t i, std::size_t n) {
   const auto ranks = static_cast<std::size_t>(rank_count());
-  switch (spread) {
-    case Spread::slices:
+  switch (distribution) {
+    case Distribution::slices:
       return static_cast<int>(i * ranks / n);
-    case Spread::one_rank:
+    case Distribution::one_rank:
       return rank_count() / 2;
-    case Spread::shuffled:
+    case Distribution::shuffled:
       return static_cast<int>(i * 2654435761u % 1000003u % ranks);
-    case Spread::not_the_last:
+    case Distribution::not_the_last:
       return static_cast<int>(i % std::max<std::size_t>(1, ranks - 1));
   }
   return 0;
 }
 
-struct Mine {
+struct LocalBoxes {
   std::vector<Box> boxes;
   std::vector<std::uint64_t> ids;
 
-  Mine(const std::vector<Box>& all, Spread spread, std::uint64_t first = 0,
-       std::uint64_t step = 1) {
+  LocalBoxes(const std::vector<Box>& all, Distribution distribution, std::uint64_t first = 0,
+             std::uint64_t step = 1) {
     for (std::size_t i = 0; i < all.size(); ++i) {
-      if (holder(spread, i, all.size()) != rank_here()) continue;
+      if (holder(distribution, i, all.size()) != rank_here()) continue;
       boxes.push_back(all[i]);
       ids.push_back(first + step * i);
     }
@@ -74,42 +74,43 @@ void expect_pairs(SomeFinder& finder, const RankBoxes& mine, const std::vector<P
 
 TYPED_TEST_SUITE(AnyFinder, Finders, FinderNames);
 
-TYPED_TEST(AnyFinder, FindsWhatTheDoubleLoopFinds) {
+TYPED_TEST(AnyFinder, EqualsBruteForce) {
   // One finder forwards every box that overlaps two regions along the tree; the other repartitions
   // for each scene, while the first keeps a partition of an earlier scene.
   Settings settings[2] = {test_settings(), test_settings()};
-  settings[0].wide = 1;
+  settings[0].tree_send_threshold = 1;
   settings[1].imbalance = 1;
   TypeParam finders[2] = {TypeParam(MPI_COMM_WORLD, settings[0]),
                           TypeParam(MPI_COMM_WORLD, settings[1])};
-  std::size_t turn = 0;
+  std::size_t scene_index = 0;
   for (const tests::HardScene& scene : tests::hard_scenes(200)) {
     const auto wanted = widened(tests::reference_pairs(scene.boxes).pairs);
-    const Mine mine(scene.boxes, spreads[turn / 2 % 4]);
-    ASSERT_NO_FATAL_FAILURE(expect_pairs(finders[turn++ % 2], mine.view(), wanted, scene.name));
+    const LocalBoxes mine(scene.boxes, distributions[scene_index / 2 % 4]);
+    ASSERT_NO_FATAL_FAILURE(
+        expect_pairs(finders[scene_index++ % 2], mine.view(), wanted, scene.name));
   }
 }
 
-TYPED_TEST(AnyFinder, FindsTheScenes) {
+TYPED_TEST(AnyFinder, EqualsASingleRank) {
   Settings settings = test_settings();
   settings.imbalance = 1;  // repartition whenever it might help
   TypeParam finder(MPI_COMM_WORLD, settings);
-  std::size_t turn = 0;
+  std::size_t scene_index = 0;
   for (const std::string& name : scene::names()) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 1500));
     const auto wanted = widened(find_pairs(Boxes(boxes)));
-    const Mine mine(boxes, spreads[turn++ % 4]);
+    const LocalBoxes mine(boxes, distributions[scene_index++ % 4]);
     ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, name));
   }
 }
 
-TYPED_TEST(AnyFinder, HeedsMarginAndFilters) {
+TYPED_TEST(AnyFinder, AppliesMarginAndFilters) {
   Settings settings = test_settings();
   settings.search.margin = 0.3f;
   TypeParam finder(MPI_COMM_WORLD, settings);
-  std::size_t turn = 0;
+  std::size_t scene_index = 0;
   for (const tests::HardScene& scene : tests::hard_scenes(120)) {
-    if (turn++ % 4 != 0) continue;
+    if (scene_index++ % 4 != 0) continue;
     const std::size_t n = scene.boxes.size();
     std::vector<std::uint32_t> group(n), mask(n);
     std::vector<std::int32_t> owner(n), world(n);
@@ -155,7 +156,7 @@ TYPED_TEST(AnyFinder, HeedsMarginAndFilters) {
 TYPED_TEST(AnyFinder, FindsPairsOfTwoSets) {
   const auto a = tests::uniform_boxes(300, 5), b = tests::huge_among_small(200, 6);
   TypeParam finder(MPI_COMM_WORLD, test_settings());
-  const Mine mine_a(a, Spread::shuffled, 1000), mine_b(b, Spread::one_rank, 500);
+  const LocalBoxes mine_a(a, Distribution::shuffled, 1000), mine_b(b, Distribution::one_rank, 500);
   const Result r = finder.find(mine_a.view(), mine_b.view());
   ASSERT_TRUE(r.ok()) << r.message;
   std::vector<Pair64> wanted;
@@ -166,7 +167,7 @@ TYPED_TEST(AnyFinder, FindsPairsOfTwoSets) {
   EXPECT_TRUE(from_all(finder.pairs()) == wanted) << difference(from_all(finder.pairs()), wanted);
 }
 
-TYPED_TEST(AnyFinder, CountsWhatIsInactive) {
+TYPED_TEST(AnyFinder, CountsInactiveBoxes) {
   auto a = tests::uniform_boxes(200, 21);
   const auto b = tests::uniform_boxes(100, 22);
   for (std::size_t i = 0; i < a.size(); i += 10) a[i].upper.z = std::nanf("");
@@ -174,7 +175,7 @@ TYPED_TEST(AnyFinder, CountsWhatIsInactive) {
   Settings settings = test_settings();
   settings.search.nan = NanPolicy::inactive;
   TypeParam finder(MPI_COMM_WORLD, settings);
-  const Mine mine_a(a, Spread::shuffled), mine_b(b, Spread::slices);
+  const LocalBoxes mine_a(a, Distribution::shuffled), mine_b(b, Distribution::slices);
   for (int frame = 0; frame < 2; ++frame) {
     const Result one = finder.find(mine_a.view());
     ASSERT_TRUE(one.ok()) << one.message;
@@ -188,13 +189,13 @@ TYPED_TEST(AnyFinder, CountsWhatIsInactive) {
   }
 }
 
-TYPED_TEST(AnyFinder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
+TYPED_TEST(AnyFinder, SortsPairsOf64BitIds) {
   const auto boxes = tests::uniform_boxes(300, 7);
   const std::uint64_t first = std::uint64_t{1} << 63, step = std::uint64_t{0} - 1000003;
   Settings settings = test_settings();
   settings.search.order = Order::canonical;
   TypeParam finder(MPI_COMM_WORLD, settings);
-  const Mine mine(boxes, Spread::shuffled, first, step);
+  const LocalBoxes mine(boxes, Distribution::shuffled, first, step);
   std::vector<Pair64> wanted;
   for (const Pair pair : tests::reference_pairs(Boxes(boxes)).pairs) {
     const std::uint64_t one = first + step * pair.first, two = first + step * pair.second;
@@ -202,16 +203,16 @@ TYPED_TEST(AnyFinder, TakesIdsOf64BitsAndTellsTheLowerOneFirst) {
   }
   std::sort(wanted.begin(), wanted.end());
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "large ids"));
-  const Pairs64 told = finder.pairs();
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  const Pairs64 reported = finder.pairs();
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
 }
 
-TYPED_TEST(AnyFinder, TakesNoBoxesAndBoxesThatAllTeleport) {
+TYPED_TEST(AnyFinder, AcceptsNoBoxesAndTeleports) {
   TypeParam finder(MPI_COMM_WORLD, test_settings());
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, {}, {}, "none"));
   auto boxes = tests::uniform_boxes(400, 9);
   for (int frame = 0; frame < 4; ++frame) {
-    const Mine mine(boxes, spreads[frame]);
+    const LocalBoxes mine(boxes, distributions[frame]);
     const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
     ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "teleport"));
     for (Box& box : boxes) {
@@ -224,19 +225,19 @@ TYPED_TEST(AnyFinder, TakesNoBoxesAndBoxesThatAllTeleport) {
 
 // With clusters far apart a region is searched in parts; boxes that cross parts, and filters, must
 // not change the result.
-TEST(Finder, FindsPairsOfASharesParts) {
+TEST(Finder, SearchesARegionInParts) {
   const scene::Scene scene = scene_of("clusters", 9000);
   std::vector<Box> boxes = boxes_of(scene);
   std::vector<std::int32_t> owner(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) owner[i] = static_cast<std::int32_t>(i / 100 % 7);
-  for (int crossed = 0; crossed < 3; ++crossed) {
+  for (int rod_density = 0; rod_density < 3; ++rod_density) {
     // Rods from cluster to cluster, many or few, so that the sample may miss them.
-    for (std::size_t i = 1; crossed && i < boxes.size(); i += crossed == 1 ? 900 : 50) {
+    for (std::size_t i = 1; rod_density && i < boxes.size(); i += rod_density == 1 ? 900 : 50) {
       boxes[i].upper.y += static_cast<float>(scene.side()) * (i % 2 == 0 ? 0.3f : 2.0f);
     }
     Settings settings = test_settings();
     settings.parts = true;
-    settings.search.margin = crossed == 2 ? 0.25f : 0.0f;
+    settings.search.margin = rod_density == 2 ? 0.25f : 0.0f;
     // Boxes [begin, end), and this rank's slice of them.
     const auto part = [&](std::size_t begin, std::size_t end, bool owners) {
       Boxes view(boxes.data() + begin, end - begin);
@@ -261,7 +262,7 @@ TEST(Finder, FindsPairsOfASharesParts) {
     for (const bool owners : {false, true}) {
       const auto wanted = widened(find_pairs(part(0, n, owners), options));
       expect(finder.find({slice(0, n, owners), nullptr}), wanted, "one set");
-      if (crossed == 0) {
+      if (rod_density == 0) {
         EXPECT_GT(finder.traffic().parts, 1u);
       }
     }
@@ -271,40 +272,40 @@ TEST(Finder, FindsPairsOfASharesParts) {
 }
 
 // A GPU search uses a single part, since each call has an overhead.
-TEST(Finder, SearchesAWholeShareOnAGpu) {
+TEST(Finder, DoesNotSplitARegionOnAGpu) {
   const std::vector<Box> boxes = boxes_of(scene_of("clusters", 4000));
   Settings settings = test_settings();
   settings.parts = true;
   settings.search.backend = Backend::emulated;
   Finder finder(MPI_COMM_WORLD, settings);
-  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, Mine(boxes, Spread::slices).view(),
+  ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, LocalBoxes(boxes, Distribution::slices).view(),
                                        widened(find_pairs(Boxes(boxes))), "emulated"));
   EXPECT_EQ(finder.traffic().parts, 1u);
 }
 
 // A box that overlaps all regions is forwarded along the tree: its owner sends one message per
 // level.
-TYPED_TEST(AnyFinder, AnObjectThatSpansAllIsHandedOn) {
+TYPED_TEST(AnyFinder, ForwardsLargeBoxesAlongTheTree) {
   auto boxes = tests::uniform_boxes(500, 11);
   const float far = tests::infinity;
   boxes[0] = {{-far, -far, -far}, {far, far, far}};
   boxes[1] = {{-1e6f, -1e6f, 2}, {1e6f, 1e6f, 3}};
   Settings settings = test_settings();
-  settings.wide = 1;
+  settings.tree_send_threshold = 1;
   TypeParam finder(MPI_COMM_WORLD, settings);
-  const Mine mine(boxes, Spread::slices);
+  const LocalBoxes mine(boxes, Distribution::slices);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes)).pairs);
   ASSERT_NO_FATAL_FAILURE(expect_pairs(finder, mine.view(), wanted, "spanning"));
   EXPECT_EQ(sum_over_ranks(finder.traffic().wide) >= 2, rank_count() > 1);
 }
 
 // The caller's floating-point state has no effect, even if it differs between ranks.
-TYPED_TEST(AnyFinder, HeedsNoRoundingModeOfItsCaller) {
+TYPED_TEST(AnyFinder, IgnoresCallersFloatState) {
   const auto boxes = tests::denormal_boxes(400, 12);
   const auto wanted = widened(tests::reference_pairs(Boxes(boxes), 1e-41f).pairs);
   Settings settings = test_settings();
   settings.search.margin = 1e-41f;
-  const Mine mine(boxes, Spread::shuffled);
+  const LocalBoxes mine(boxes, Distribution::shuffled);
   const int modes[] = {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO, FE_TONEAREST};
   std::fesetround(modes[rank_here() % 4]);
 #ifdef __SSE__
@@ -338,7 +339,7 @@ void expect_same_counts(const std::vector<std::uint64_t>& a, const std::vector<s
 }
 
 // Counted work is reproducible, and its imbalance is below the threshold for uneven scenes.
-TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
+TYPED_TEST(AnyFinder, IsBalancedAndReproducible) {
   for (const char* name : {"clusters", "pile", "uniform"}) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 12000));
     std::vector<std::uint64_t> work[2];
@@ -349,7 +350,7 @@ TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
       settings.imbalance = 1.05;
       settings.search.algorithm = Algorithm::grid;  // a device uses brute force for so few boxes
       TypeParam finder(MPI_COMM_WORLD, settings);
-      const Mine mine(boxes, Spread::slices);
+      const LocalBoxes mine(boxes, Distribution::slices);
       for (int frame = 0; frame < 4; ++frame) {
         ASSERT_TRUE(finder.find(mine.view()).ok());
         run.push_back(finder.traffic().work);
@@ -365,13 +366,13 @@ TYPED_TEST(AnyFinder, IsEvenAfterAFewFramesAndTheSameInEveryRun) {
 }
 
 // If each rank holds the boxes it owns, only boxes that cross a cut are sent.
-TYPED_TEST(AnyFinder, SendsLittleMoreThanTheLeastOfUniformBoxes) {
+TYPED_TEST(AnyFinder, SendsNearlyTheMinimum) {
   const scene::Scene scene = scene_of("uniform", 20000);
   std::vector<Box> boxes = boxes_of(scene);
   Settings settings = test_settings();
   settings.imbalance = 1e9;  // keep the first partition
   TypeParam finder(MPI_COMM_WORLD, settings);
-  ASSERT_TRUE(finder.find(Mine(boxes, Spread::slices).view()).ok());
+  ASSERT_TRUE(finder.find(LocalBoxes(boxes, Distribution::slices).view()).ok());
   std::vector<Box> mine;
   std::vector<std::uint64_t> ids;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -380,7 +381,7 @@ TYPED_TEST(AnyFinder, SendsLittleMoreThanTheLeastOfUniformBoxes) {
     ids.push_back(i);
   }
   ASSERT_TRUE(finder.find({Boxes(mine), ids.data()}).ok());
-  const double least = 20000 * least_copies(rank_count(), scene.side());
+  const double least = 20000 * minimum_copies(rank_count(), scene.side());
   const double bytes = static_cast<double>(sum_over_ranks(finder.traffic().halo.bytes));
   EXPECT_LE(bytes, 1.3 * 32 * least);
   EXPECT_EQ(finder.traffic().home, mine.size());

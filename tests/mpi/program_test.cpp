@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 
 namespace throng::test {
 namespace {
@@ -10,8 +10,8 @@ namespace {
 class Program : public CliTest {
  protected:
   // The mpirun arguments before the program's path.
-  Said ranks(int count, const std::vector<std::string>& arguments,
-             const std::vector<std::string>& others = {}) const {
+  ProcessOutput ranks(int count, const std::vector<std::string>& arguments,
+                      const std::vector<std::string>& others = {}) const {
     std::vector<std::string> words = {"--oversubscribe", "--bind-to", "none"};
     const auto add = [&](int n, const std::vector<std::string>& more) {
       words.insert(words.end(), {"-n", std::to_string(n), THRONG_RANKS});
@@ -25,16 +25,18 @@ class Program : public CliTest {
     return run_program(THRONG_MPIRUN, words);
   }
   // Checks for exit status 2, no standard output, and one line per rank, all with the same message.
-  void refuses_all(const Said& said, std::size_t count, const std::string& words) const {
-    EXPECT_EQ(said.status, 2) << said.err;
-    EXPECT_EQ(said.out, "");
+  void refuses_all(const ProcessOutput& output, std::size_t count, const std::string& words) const {
+    EXPECT_EQ(output.status, 2) << output.err;
+    EXPECT_EQ(output.out, "");
     std::size_t lines = 0;
-    for (std::size_t at = 0; (at = said.err.find("throng-mpi: ", at)) != std::string::npos; ++at) {
-      EXPECT_NE(said.err.substr(at, said.err.find('\n', at) - at).find(words), std::string::npos)
-          << "no '" << words << "' in: " << said.err;
+    for (std::size_t at = 0; (at = output.err.find("throng-mpi: ", at)) != std::string::npos;
+         ++at) {
+      EXPECT_NE(output.err.substr(at, output.err.find('\n', at) - at).find(words),
+                std::string::npos)
+          << "no '" << words << "' in: " << output.err;
       ++lines;
     }
-    EXPECT_EQ(lines, count) << said.err;
+    EXPECT_EQ(lines, count) << output.err;
   }
 };
 
@@ -48,23 +50,23 @@ TEST_F(Program, finds_the_pairs_of_the_recorded_data) {
   } known[] = {{"bounds02.npy", 14969, "8a5b4278ca3373ad"},
                {"cloth-funnel.npy", 805888, "9e35f6c6f96859f1"}};
   for (const auto& k : known) {
-    const Said said =
+    const ProcessOutput output =
         ranks(4, {"pairs", std::string(folder) + "/" + k.file, "--threads", "1", "--json"});
-    ASSERT_EQ(said.status, 0) << said.err;
-    const auto json = nlohmann::json::parse(said.out);
+    ASSERT_EQ(output.status, 0) << output.err;
+    const auto json = nlohmann::json::parse(output.out);
     EXPECT_EQ(json["pairs"], k.pairs) << k.file;
     EXPECT_EQ(json["checksum"], k.checksum) << k.file;
   }
 }
 
-TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
+TEST_F(Program, equals_a_single_process) {
   ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status,
             0);
   const auto one = json({"pairs", at("w.npy"), "--world", at("w-world.npy")});
-  const Said said = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--threads", "1",
-                              "--json", "-o", at("p.npy")});
-  ASSERT_EQ(said.status, 0) << said.err;
-  const auto many = nlohmann::json::parse(said.out);
+  const ProcessOutput output = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"),
+                                         "--threads", "1", "--json", "-o", at("p.npy")});
+  ASSERT_EQ(output.status, 0) << output.err;
+  const auto many = nlohmann::json::parse(output.out);
   EXPECT_EQ(many["pairs"], one["pairs"]);
   EXPECT_EQ(many["checksum"], one["checksum"]);
   EXPECT_EQ(many["ranks"], 3);
@@ -79,38 +81,40 @@ TEST_F(Program, gives_what_one_process_gives_and_writes_it) {
   EXPECT_GT(slurp(at("p.npy")).size(), bytes.size());  // the worlds were not applied
   EXPECT_EQ(slurp(at("p.npy.part")), "mine");
   // The same program started as `throng pairs --mpi`.
-  const Said front = run({"pairs", "--mpi", at("w.npy"), "--world", at("w-world.npy"), "--json"});
+  const ProcessOutput front =
+      run({"pairs", "--mpi", at("w.npy"), "--world", at("w-world.npy"), "--json"});
   ASSERT_EQ(front.status, 0) << front.err;
   EXPECT_EQ(nlohmann::json::parse(front.out)["checksum"], one["checksum"]);
 }
 
-TEST_F(Program, gives_the_same_on_what_plays_a_device) {
+TEST_F(Program, equals_an_emulated_device) {
   ASSERT_EQ(run({"scene", "worlds", "--objects", "3K", "--frames", "2", "-o", at("w.npy")}).status,
             0);
   const auto one = json({"pairs", at("w.npy"), "--world", at("w-world.npy")});
   for (const char* buffers : {"direct", "staged"}) {
-    const Said said = ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--on-device",
-                                "--backend", "emulated", "--buffers", buffers, "--json"});
-    ASSERT_EQ(said.status, 0) << said.err;
-    const auto many = nlohmann::json::parse(said.out);
+    const ProcessOutput output =
+        ranks(3, {"pairs", at("w.npy"), "--world", at("w-world.npy"), "--on-device", "--backend",
+                  "emulated", "--buffers", buffers, "--json"});
+    ASSERT_EQ(output.status, 0) << output.err;
+    const auto many = nlohmann::json::parse(output.out);
     EXPECT_EQ(many["pairs"], one["pairs"]);
     EXPECT_EQ(many["checksum"], one["checksum"]);
     EXPECT_EQ(many["device_memory_to_mpi"], buffers);
   }
-  const Said mixed =
+  const ProcessOutput mixed =
       ranks(1, {"pairs", at("w.npy"), "--on-device", "--backend", "emulated"},
             {"pairs", at("w.npy"), "--on-device", "--backend", "emulated", "--buffers", "staged"});
   ASSERT_EQ(mixed.status, 0) << mixed.err;
   EXPECT_NE(mixed.out.find("device memory is passed to MPI direct on 1 of 2 ranks"),
             std::string::npos)
       << mixed.out;
-  const Said bench = ranks(
+  const ProcessOutput bench = ranks(
       2, {"bench", "--objects", "2K", "--frames", "1", "--on-device", "--backend", "emulated"});
   ASSERT_EQ(bench.status, 0) << bench.err;
   EXPECT_NE(bench.out.find("passed to MPI direct"), std::string::npos) << bench.out;
 }
 
-TEST_F(Program, says_what_is_wrong_once_a_rank) {
+TEST_F(Program, reports_errors_once_per_rank) {
   ASSERT_EQ(run({"scene", "uniform", "--objects", "500", "-o", at("a.npy")}).status, 0);
   std::string bytes = slurp(at("a.npy"));
   spill(at("short.npy"), bytes.substr(0, bytes.size() - 24));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mpi/bisect.hpp"
-#include "mpi/least.hpp"
+#include "mpi/minimum_copies.hpp"
 #include "mpi/regions.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -20,13 +20,13 @@ using tests::Random;
 std::vector<Point> points_of(const std::vector<Box>& boxes) {
   std::vector<Point> points;
   for (const Box& box : boxes) {
-    const Reach r = reach_of(box, 0);
+    const KeyBox r = key_box_of(box, 0);
     if (!r.empty()) points.push_back({{r.lower[0], r.lower[1], r.lower[2]}, 1});
   }
   return points;
 }
 
-TEST(Keys, AreInTheOrderOfFloatsAndBack) {
+TEST(Keys, AreOrderedLikeFloats) {
   const float inf = tests::infinity;
   const std::vector<float> rising = {-inf, -tests::float_max, -1.5f, -1.0f, -tests::denormal,
                                      0.0f, tests::denormal,   1.0f,  1.5f,  tests::float_max,
@@ -40,46 +40,47 @@ TEST(Keys, AreInTheOrderOfFloatsAndBack) {
 
 // Both boxes of a pair overlap the region of the pair's reference corner; bounds() agrees with
 // visit().
-TEST(Regions, BothBoxesOfAPairReachItsHome) {
+TEST(Regions, BothBoxesOverlapThePairsOwner) {
   for (const tests::HardScene& scene : tests::hard_scenes(300)) {
     for (const float margin : {0.0f, 0.1f}) {
       for (const int ranks : {1, 2, 3, 7, 16}) {
         std::vector<Point> points = points_of(scene.boxes);
         const Regions regions = bisect(points.data(), points.size(), ranks);
         std::vector<std::set<int>> reached(scene.boxes.size());
-        std::vector<Reach> reaches;
+        std::vector<KeyBox> key_boxes;
         for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
-          reaches.push_back(reach_of(scene.boxes[i], margin));
-          regions.visit(reaches[i], [&](int rank) { return reached[i].insert(rank).second; });
+          key_boxes.push_back(key_box_of(scene.boxes[i], margin));
+          regions.visit(key_boxes[i], [&](int rank) { return reached[i].insert(rank).second; });
           for (int rank = 0; rank < ranks; ++rank) {
-            ASSERT_EQ(regions.bounds(rank, rank + 1).meets(reaches[i]), reached[i].count(rank) > 0)
+            ASSERT_EQ(regions.bounds(rank, rank + 1).meets(key_boxes[i]),
+                      reached[i].count(rank) > 0)
                 << scene.name << ", box " << i << ", rank " << rank << " of " << ranks;
           }
         }
         for (const Pair pair : tests::reference_pairs(scene.boxes, margin).pairs) {
           Key corner[3];
           for (int k = 0; k < 3; ++k) {
-            corner[k] = std::max(reaches[pair.first].lower[k], reaches[pair.second].lower[k]);
+            corner[k] = std::max(key_boxes[pair.first].lower[k], key_boxes[pair.second].lower[k]);
           }
-          const int home = regions.home(corner);
-          ASSERT_TRUE(reached[pair.first].count(home) && reached[pair.second].count(home))
-              << scene.name << ": " << pair.first << ", " << pair.second << " at rank " << home;
+          const int owner = regions.owner_of(corner);
+          ASSERT_TRUE(reached[pair.first].count(owner) && reached[pair.second].count(owner))
+              << scene.name << ": " << pair.first << ", " << pair.second << " at rank " << owner;
         }
       }
     }
   }
 }
 
-TEST(Regions, AnInactiveBoxReachesNothing) {
+TEST(Regions, AnInactiveBoxOverlapsNothing) {
   const float nan = std::nanf("");
   const Box bad[] = {{{1, 0, 0}, {0, 1, 1}}, {{0, nan, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, nan}}};
   for (const Box& box : bad) {
-    EXPECT_TRUE(reach_of(box, 0).empty());
-    EXPECT_TRUE(reach_of(box, 5).empty());
+    EXPECT_TRUE(key_box_of(box, 0).empty());
+    EXPECT_TRUE(key_box_of(box, 5).empty());
   }
 }
 
-TEST(Bisection, SharesWeightsAndNotCounts) {
+TEST(Bisection, BalancesWeightsNotCounts) {
   Random random(3);
   std::vector<Point> points;
   std::uint64_t total = 0;
@@ -92,24 +93,25 @@ TEST(Bisection, SharesWeightsAndNotCounts) {
   for (const int ranks : {2, 3, 7, 64}) {
     std::vector<std::uint64_t> load(static_cast<std::size_t>(ranks));
     const Regions regions = bisect(points.data(), points.size(), ranks);
-    for (const Point& p : points) load[static_cast<std::size_t>(regions.home(p.at))] += p.weight;
+    for (const Point& p : points)
+      load[static_cast<std::size_t>(regions.owner_of(p.at))] += p.weight;
     const double mean = static_cast<double>(total) / ranks;
     EXPECT_LT(static_cast<double>(*std::max_element(load.begin(), load.end())), 1.03 * mean + 20);
     EXPECT_GT(static_cast<double>(*std::min_element(load.begin(), load.end())), 0.97 * mean - 20);
   }
 }
 
-TEST(Bisection, TakesNoPointsAndPointsInOnePlace) {
+TEST(Bisection, AcceptsNoPointsAndEqualPoints) {
   const Regions none = bisect(nullptr, 0, 5);
   const Key anywhere[3] = {7, -7, 0};
-  EXPECT_LT(none.home(anywhere), 5);
+  EXPECT_LT(none.owner_of(anywhere), 5);
   std::vector<Point> same(100, Point{{5, 5, 5}, 3});
   const Regions regions = bisect(same.data(), same.size(), 4);
-  EXPECT_LT(regions.home(same[0].at), 4);
+  EXPECT_LT(regions.owner_of(same[0].at), 4);
 }
 
 // Unit boxes at random in a cube.
-TEST(Bisection, CutsUniformSpaceNearlyAsWellAsCubes) {
+TEST(Bisection, IsCloseToCubesForUniformBoxes) {
   Random random(8);
   const double side = 100;
   std::vector<Box> boxes;
@@ -120,11 +122,11 @@ TEST(Bisection, CutsUniformSpaceNearlyAsWellAsCubes) {
     std::uint64_t copies = 0;
     for (const Box& box : boxes) {
       int reached = 0;
-      regions.visit(reach_of(box, 0), [&](int) { return ++reached > 0; });
+      regions.visit(key_box_of(box, 0), [&](int) { return ++reached > 0; });
       copies += static_cast<std::uint64_t>(reached - 1);
     }
     EXPECT_LT(static_cast<double>(copies),
-              1.3 * least_copies(ranks, side) * static_cast<double>(boxes.size()))
+              1.3 * minimum_copies(ranks, side) * static_cast<double>(boxes.size()))
         << ranks;
   }
 }

@@ -19,9 +19,9 @@ import random
 import re
 import sys
 
-from mutate import is_whole
+from mutate import is_complete
 
-ROOMS = "core,cpu,live,pipeline,hall"
+MODULES = "core,cpu,live,pipeline,api"
 SKIPPED = re.compile(r"\b(constexpr|static_assert|template|using|case|operator|namespace|struct|class|enum|goto)\b|^\s*#|THRONG_|\blog\b")
 SWAPS = {
     "<": ["<=", ">="], "<=": ["<", ">"], ">": [">=", "<="], ">=": [">", "<"], "==": ["!="], "!=": ["=="],
@@ -77,19 +77,19 @@ def changes_of(line):
     m = m or re.search(r"^\s*((?:\+\+|--)[a-zA-Z_][\w.\[\]>-]*;)$", code)
     if m and code.count("(") == code.count(")") and "[&]" not in code and "[=]" not in code:
         found.append((m.group(1), ";", True))
-    return [(old, new, s) for old, new, s in found if s or (is_whole(old) and is_whole(new))]
+    return [(old, new, s) for old, new, s in found if s or (is_complete(old) and is_complete(new))]
 
 
-def files_under(tree, rooms):
+def files_under(tree, modules):
     src = tree / "src"
     for path in sorted(src.rglob("*.[ch]pp")):
-        room = path.relative_to(src).parts[0] if path.parent != src else "hall"
-        if room in rooms and "absent" not in path.name and not path.name.startswith("cuda_"):
+        module = path.relative_to(src).parts[0] if path.parent != src else "api"
+        if module in modules and "absent" not in path.name and not path.name.startswith("cuda_"):
             yield path
 
 
 def number_of(text, old, at):
-    """The number of this occurrence of `old`, as mutate.place_of counts; and the number of all."""
+    """The number of this occurrence of `old`, as mutate.span_of counts; and the number of all."""
     pattern = r"\s+".join(re.escape(word) for word in old.split())
     starts = [m.start() for m in re.finditer(pattern, text)
               if "//" not in text[text.rfind("\n", 0, m.start()) + 1:m.start()]]
@@ -101,7 +101,7 @@ def main():
     parser.add_argument("tree", type=pathlib.Path)
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--under", default=ROOMS)
+    parser.add_argument("--under", default=MODULES)
     arguments = parser.parse_args()
     chance = random.Random(arguments.seed)
     lines = []

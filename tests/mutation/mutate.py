@@ -43,7 +43,7 @@ class Mutant:
         return f"{self.number:3d} {self.file}: {self.old} {'~>' if self.statement else '=>'} {self.new}"
 
 
-def is_whole(code):
+def is_complete(code):
     """Whether it can be an expression: detects most code that would not compile before the build."""
     colons = code.replace("::", "").count(":")
     pairs = all(code.count(a) == code.count(b) for a, b in ("()", "[]", "{}"))
@@ -62,14 +62,14 @@ def read_mutants(path):
         body = line[nth.end():] if nth else line
         statement = " ~> " in body
         old, new = body.split(" ~> " if statement else " => ")
-        if not statement and not (is_whole(old) and is_whole(new)):
+        if not statement and not (is_complete(old) and is_complete(new)):
             raise SystemExit(f"mutants.txt:{line_number}: '{line}' is not an expression; statements need ~>")
         mutants.append(Mutant(len(mutants) + 1, file, old.strip(), new.strip(),
                               int(nth.group(1)) if nth else 0, statement, line_number))
     return mutants
 
 
-def place_of(text, mutant):
+def span_of(text, mutant):
     """The span of its code: (begin, end)."""
     pattern = r"\s+".join(re.escape(word) for word in mutant.old.split())
     found = [m for m in re.finditer(pattern, text)
@@ -108,7 +108,7 @@ def apply(tree, mutants):
         text = path.read_text()
         places = {}
         for m in (m for m in mutants if m.file == file):
-            places.setdefault(place_of(text, m), []).append(m)
+            places.setdefault(span_of(text, m), []).append(m)
         path.write_text(render(text, 0, len(text), places))
     (tree / "src" / "mutant.hpp").write_text(HEADER)
 
@@ -120,30 +120,30 @@ def suites(build):
     soak = [bin_ / "throng-soak", "--report-seconds", "1e9", "--folder", ""]
     found = []
 
-    def add(name, rooms, limit, command):
-        found.append((name, rooms.split(), [str(word) for word in command], limit))
+    def add(name, modules, limit, command):
+        found.append((name, modules.split(), [str(word) for word in command], limit))
 
-    def test(name, rooms, limit, program, chosen):
-        add(name, rooms, limit,
+    def test(name, modules, limit, program, chosen):
+        add(name, modules, limit,
             [bin_ / program, "--gtest_brief=1", "--gtest_fail_fast", "--gtest_filter=" + chosen])
 
-    test("core", "core", 20, "core_test", "-WorldBox*:Margin*")
+    test("core", "core", 20, "core_test", "-BodyBounds*:Margin*")
     test("margins", "core", 40, "core_test", "Margin*")
     test("cpu", "cpu", 20, "cpu_test", "*")
-    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Stages*:PairKeys*:Workspace*:CellOrder*:Worlds*")
+    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Binning*:PairKeys*:Workspace*:CellSort*:Worlds*")
     test("tiny", "core cpu", 30, "conformance_test",
          "All/Exact.TinySets/*scalar_1_any:All/Invalid.*/grid_scalar_1_any:-*auto*")
     test("tiny, emulated", "core pipeline", 30, "conformance_test",
          "All/Exact.TinySets/emulated*_1_canonical:All/Invalid.*/emulated*_1_any:"
          "All/Filter.Static*/emulated_grid*_1_any")
-    test("bounds of bodies", "core", 40, "core_test", "WorldBox*")
+    test("bounds of bodies", "core", 40, "core_test", "BodyBounds*")
     test("bodies", "core", 180, "conformance_test", "*UpdateBoxes*")
     test("sinks", "cpu", 60, "conformance_test",
          "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:StopThat*:-*MorePairs*")
-    test("engine", "pipeline", 120, "pipeline_test", "FarEngine*")
+    test("engine", "pipeline", 120, "pipeline_test", "DiscreteEngine*")
     test("boxes that move", "cpu", 20, "broad_phase_test", "BroadPhaseMoves*")
     test("live", "live", 20, "live_test", "*")
-    test("calls", "live hall", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
+    test("calls", "live api", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
     test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*:Comparisons*")
     add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
     add("soak of emulated", "core pipeline", 40,
@@ -152,12 +152,12 @@ def suites(build):
          "All/Exact.*/grid_scalar_1_any:All/Exact.*/grid_avx512_1_any:"
          "All/CellScaleOfMany.*/grid_scalar_1_any:All/Filter.*/grid_scalar_1_any")
     test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
-    test("objects on a device", "pipeline", 120, "pipeline_test", "-FarEngine*")
+    test("objects on a device", "pipeline", 120, "pipeline_test", "-DiscreteEngine*")
     test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
-    test("explain", "hall cpu", 40, "conformance_test", "Explain*")
-    test("options of C", "hall", 120, "conformance_test", "CApi*:COptions*:CStatus*")
+    test("explain", "api cpu", 40, "conformance_test", "Explain*")
+    test("options of C", "api", 120, "conformance_test", "CApi*:COptions*:CStatus*")
     test("flat with not flat", "cpu", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
-    test("guest", "pipeline cpu", 200, "guest_test", "*")
+    test("embedding", "pipeline cpu", 200, "embedding_test", "*")
     test("large", "cpu core", 300, "large_test", "*")
     test("conformance", "cpu", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
     add("soak of many boxes", "core pipeline cpu live", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
@@ -165,11 +165,11 @@ def suites(build):
     return found
 
 
-def of_room(mutant, tests):
-    room = mutant.file.split("/")[0] if "/" in mutant.file else "hall"
-    if mutant.file in ("core/sweep.hpp", "core/blocks.hpp"):  # only queries use these
-        room = "live"
-    return [test for test in tests if room in test[1]]
+def tests_of_module(mutant, tests):
+    module = mutant.file.split("/")[0] if "/" in mutant.file else "api"
+    if mutant.file in ("core/swept_box.hpp", "core/block_bitmap.hpp"):  # only queries use these
+        module = "live"
+    return [test for test in tests if module in test[1]]
 
 
 def limit_time(seconds):
@@ -213,7 +213,7 @@ def main():
         return 0
     if arguments.check:
         for m in mutants:
-            place_of((arguments.tree / "src" / m.file).read_text(), m)
+            span_of((arguments.tree / "src" / m.file).read_text(), m)
         return 0
     arguments.build = arguments.build.resolve()
     tests = [test for test in suites(arguments.build) if re.match(arguments.suites, test[0])]
@@ -224,14 +224,14 @@ def main():
         chosen = [m for m in mutants if first <= m.number <= last]
     else:
         chosen = [m for m in mutants if str(m.number) in arguments.only.split(",")]
-    tests = [test for test in tests if any(test in of_room(m, tests) for m in chosen)]
+    tests = [test for test in tests if any(test in tests_of_module(m, tests) for m in chosen)]
     killer, how, seconds = kill(0, tests, folder)
     if killer:
         raise SystemExit(f"without a mutant, the tests fail: {killer} {how}")
     print(f"no mutant: all tests pass, in {seconds:.0f} s", flush=True)
     survivors = []
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        results = pool.map(lambda m: kill(m.number, of_room(m, tests), folder), chosen)
+        results = pool.map(lambda m: kill(m.number, tests_of_module(m, tests), folder), chosen)
         for mutant, (killer, how, seconds) in zip(chosen, results):
             by = f"by {killer}" if killer else ""
             print(f"{how:8s} {seconds:6.1f} s  {mutant}  {by}", flush=True)

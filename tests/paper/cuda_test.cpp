@@ -87,7 +87,7 @@ TEST_F(Cuda, RootsAreWrongAsOnTheHost) {
 }
 
 // The result of the race depends on the machine; it adds no pairs. The loss is recorded.
-TEST_F(Cuda, RacyFormInventsNothing) {
+TEST_F(Cuda, RacyFormAddsNoPairs) {
   const BoxList boxes = tests::identical_boxes(700, 1);
   Variant variant;
   variant.write = Write::racy;

@@ -43,7 +43,7 @@ const Section& section(const std::string& name) {
   throw std::runtime_error("no section " + name);
 }
 
-TEST(Evaluation, EveryExperimentTellsWhatItMeasured) {
+TEST(Evaluation, TextMatchesMeasurements) {
   ASSERT_EQ(sections().size(), experiments().size());
   std::set<std::string> names;
   for (const Section& s : sections()) {
@@ -93,7 +93,7 @@ TEST(Evaluation, TableThreeAgreesToItsDigits) {
   EXPECT_NEAR(*find(s, "Carmack, 4 steps beyond 3", 1000000)->measured, 0, 1e-9);
 }
 
-TEST(Evaluation, RepairsHoldAndFailWhereTheyDo) {
+TEST(Evaluation, RepairLimitsAreExact) {
   const Section& s = section("repairs");
   EXPECT_EQ(*find(s, "Carmack, 2 steps, repaired", 45)->measured, 0);
   EXPECT_EQ(*find(s, "float32", 0)->measured, 4098);
@@ -121,7 +121,7 @@ TEST(Evaluation, PrintedNumbersHaveACounterpart) {
   EXPECT_EQ(*find(section("scenes"), "n-body, 300 spheres and 4 cones", 304)->paper, 0.41);
 }
 
-TEST(Evaluation, TheRaceIsSeen) {
+TEST(Evaluation, ReportsTheRace) {
   const Row* racy = find(section("table5"), "one bit, racy as printed", 1000, "kernel");
   const Row* exact = find(section("table5"), "one bit, ballot", 1000, "kernel");
   ASSERT_NE(racy, nullptr);
@@ -130,7 +130,7 @@ TEST(Evaluation, TheRaceIsSeen) {
   EXPECT_NE(racy->found.find("loses"), std::string::npos) << racy->found;
 }
 
-TEST(Evaluation, DifferentPairsAreTold) {
+TEST(Evaluation, ReportsDifferentPairs) {
   Section made("table2", "");
   Row row = plain_row("one", 10, "", "ms");
   row.checksum = 1;

@@ -36,7 +36,7 @@ TEST(GridShape, FollowsTheDensity) {
   EXPECT_EQ(refined.cell(0, 0.51f), 1u);
 }
 
-TEST(GridShape, NeverMoreCellsThanPromised) {
+TEST(GridShape, CellCountIsBounded) {
   tests::Random random(7);
   for (int round = 0; round < 2000; ++round) {
     Box environment = unit_cube;
@@ -67,7 +67,7 @@ TEST(GridShape, FlatAndEmptyEnvironments) {
 }
 
 // For any two ordered floats their cells are ordered, infinities and all scales included.
-TEST(GridShape, CellsNeverFall) {
+TEST(GridShape, CellsAreMonotonic) {
   tests::Random random(11);
   constexpr float huge = std::numeric_limits<float>::max();
   const float hard[] = {-inf, -huge, -1, -tests::denormal, -0.0f, 0, tests::denormal, 1, huge, inf};
@@ -98,7 +98,7 @@ TEST(GridShape, CellsNeverFall) {
   }
 }
 
-TEST(GridShape, EnvironmentIsOfWhatIsFiniteAndActive) {
+TEST(GridShape, EnvironmentCoversFiniteActiveBoxes) {
   const BoxList boxes = {{{1, 2, 3}, {4, 5, inf}},
                          {{-inf, 0, 4}, {2, 9, 4}},
                          {{50, 50, 50}, {40, 60, 60}}};  // an empty slot

@@ -46,7 +46,7 @@ Found search(const BoxList& boxes, double per_cell, MappingKind mapping = Mappin
 
 // Each box once in every cell that it touches, and in no other; each list exactly as long as
 // needed.
-TEST(GridLists, HoldEachBoxInEachOfItsCells) {
+TEST(GridLists, ContainEachBoxInAllItsCells) {
   const BoxList boxes = tests::rods(400, 3);
   const GridShape shape = make_grid(environment_of(boxes.data(), boxes.size()), boxes.size(), 2);
   const std::uint64_t cells = shape.cell_count();
@@ -114,13 +114,13 @@ TEST(GridLists, LanesShareACell) {
 }
 
 // Nothing is written past the end, and all are counted.
-TEST(GridLists, CounterCountsPastTheRoom) {
-  std::vector<Pair> room(3, Pair{7, 7});
+TEST(GridLists, CounterCountsPastTheCapacity) {
+  std::vector<Pair> buffer(3, Pair{7, 7});
   std::uint64_t found = 0;
-  const PairSink sink{room.data(), 2, &found};
+  const PairSink sink{buffer.data(), 2, &found};
   for (std::uint32_t i = 0; i < 5; ++i) sink({i, i + 1});
   EXPECT_EQ(found, 5u);
-  EXPECT_EQ(room, (std::vector<Pair>{{0, 1}, {1, 2}, {7, 7}}));
+  EXPECT_EQ(buffer, (std::vector<Pair>{{0, 1}, {1, 2}, {7, 7}}));
 }
 
 TEST(Grid, FindsWhatTheDoubleLoopFinds) {
@@ -198,16 +198,16 @@ TEST(Grid, StepsOverMovingBoxes) {
   }
 }
 
-TEST(Grid, MemoryIsRefusedByTheByte) {
+TEST(Grid, MemoryLimitIsExact) {
   Job job;
   job.n = 1000;
   job.environment = unit_cube;
   job.variant.per_cell = 8;  // 125 cells and one more count, 12 bytes each
   job.memory_bytes = 126 * 12;
   const auto stepper = make_host_stepper(job);
-  BoxList all_over(1000, Box{{0, 0, 0}, {1, 1, 1}});  // 125,000 entries
+  BoxList overlapping_all(1000, Box{{0, 0, 0}, {1, 1, 1}});  // 125,000 entries
   try {
-    stepper->step(all_over.data());
+    stepper->step(overlapping_all.data());
     FAIL() << "not refused";
   } catch (const Failure& failure) {
     EXPECT_NE(std::string(failure.what()).find("500,000 bytes"), std::string::npos)

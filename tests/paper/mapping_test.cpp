@@ -79,7 +79,7 @@ TEST(Mapping, LazyAndFoldReachEachPairOnce) {
 }
 
 // A reader of the output decodes position t to the pair that an exact thread t tested.
-TEST(Mapping, PlacesAreReadAsTheyWereWritten) {
+TEST(Mapping, PositionsDecodeToTheirPairs) {
   for (const MappingKind kind : {MappingKind::formula, MappingKind::lazy, MappingKind::stored,
                                  MappingKind::fold, MappingKind::exact}) {
     Variant variant;
@@ -91,7 +91,7 @@ TEST(Mapping, PlacesAreReadAsTheyWereWritten) {
       for (std::uint64_t t = 0; t < thread_count(variant, n); ++t) {
         Pair written{}, read{};
         const bool some = mapping(t, n, written);
-        ASSERT_EQ(pair_of_place(variant, t, n, read), some);
+        ASSERT_EQ(pair_at_position(variant, t, n, read), some);
         if (some) {
           ASSERT_EQ(read, written) << name(kind) << " " << t;
         }
@@ -126,26 +126,26 @@ TEST(Mapping, FloatFailsFirstAt4098) {
   for (const Radicand radicand : {Radicand::integer, Radicand::real}) {
     const Variant variant = formula(RootKind::float32, 2, false, radicand);
     for (std::uint64_t n = 2; n <= 4097; n += n < 3500 ? 7 : 1)
-      ASSERT_EQ(count_faults(variant, n, 1).rows, 0u) << n;
-    const Faults faults = count_faults(variant, 4098);
-    EXPECT_GT(faults.rows, 0u);
-    EXPECT_EQ(faults.first_index, 4096u);
+      ASSERT_EQ(count_errors(variant, n, 1).rows, 0u) << n;
+    const MappingErrors errors = count_errors(variant, 4098);
+    EXPECT_GT(errors.rows, 0u);
+    EXPECT_EQ(errors.first_index, 4096u);
   }
 }
 
 // Beyond n = 5793 the largest k is not a float.
-TEST(Mapping, RepairsDoNotMendAnIndexThatIsNoFloat) {
-  EXPECT_EQ(count_faults(formula(RootKind::float32, 2, true, Radicand::real), 5793, 1).rows, 0u);
+TEST(Mapping, RepairsFailForInexactIndices) {
+  EXPECT_EQ(count_errors(formula(RootKind::float32, 2, true, Radicand::real), 5793, 1).rows, 0u);
   const Variant variant = formula(RootKind::float32, 2, true, Radicand::real);
   std::uint64_t failing = 0;
-  for (std::uint64_t n = 5794; n < 5900; ++n) failing += count_faults(variant, n, 1).rows > 0;
+  for (std::uint64_t n = 5794; n < 5900; ++n) failing += count_errors(variant, n, 1).rows > 0;
   EXPECT_GT(failing, 0u);
 }
 
 // Double's first failures are at the end of row 1; for smaller n rows are sampled: each row takes 2
 // s.
 template <class Mapping>
-bool ends_right(const Mapping& mapping, std::uint64_t n, std::uint64_t i) {
+bool row_ends_match(const Mapping& mapping, std::uint64_t n, std::uint64_t i) {
   const std::uint32_t row = static_cast<std::uint32_t>(i);
   Pair first{}, last{};
   return mapping(core::row_start(i, n), n, first) && first == Pair{row, row + 1} &&
@@ -156,9 +156,9 @@ bool ends_right(const Mapping& mapping, std::uint64_t n, std::uint64_t i) {
 void fails_first_at(Radicand radicand, std::uint64_t n) {
   const Formula<HardwareRoot<double>> mapping{{}, false, radicand};
   for (std::uint64_t i = 0; i < n - 2; i += i < 300000 ? 1 : 997)
-    ASSERT_TRUE(ends_right(mapping, n - 1, i)) << "n " << n - 1 << " row " << i;
+    ASSERT_TRUE(row_ends_match(mapping, n - 1, i)) << "n " << n - 1 << " row " << i;
   std::uint64_t wrong = 0;
-  for (std::uint64_t i = 0; i < 300000; ++i) wrong += !ends_right(mapping, n, i);
+  for (std::uint64_t i = 0; i < 300000; ++i) wrong += !row_ends_match(mapping, n, i);
   EXPECT_GT(wrong, 0u) << n;
 }
 
@@ -194,7 +194,7 @@ TEST(Mapping, NoPairOutOfRange) {
 }
 
 // In float the radicand of the last indices is negative; the row is still valid, without NaN.
-TEST(Mapping, CancelledRadicandIsNoRootOfANegative) {
+TEST(Mapping, NegativeRadicandIsClamped) {
   const Formula<HardwareRoot<float>> mapping{{}, false, Radicand::real};
   for (const std::uint64_t n : {7001u, 90000u, 1000003u}) {
     const std::uint64_t all = core::pair_count(n);

@@ -140,7 +140,7 @@ TEST(Output, RacyFormLosesSevenOfEight) {
 }
 
 // It loses pairs, but adds none; where no two pairs share a byte it is exact.
-TEST(Output, RacyFormInventsNothing) {
+TEST(Output, RacyFormAddsNoPairs) {
   const BoxList boxes = tests::snapped_boxes(200, 4, 1.0f, 17);
   const std::vector<Pair> truth = tests::reference_pairs(boxes).pairs;
   const std::vector<Pair> found =
@@ -178,7 +178,7 @@ TEST(Output, InvertedBoxesAreEmptySlots) {
 }
 
 // A stepper is reusable: no state of the previous step remains.
-TEST(Output, StepsDoNotMix) {
+TEST(Output, StepsAreIndependent) {
   const BoxList many = tests::identical_boxes(120, 1);
   const BoxList few = tests::uniform_boxes(120, 9);
   for (const Output output : {Output::bit, Output::byte, Output::pairs})
@@ -192,7 +192,7 @@ TEST(Output, StepsDoNotMix) {
     }
 }
 
-TEST(Output, MemoryIsRefusedByTheByte) {
+TEST(Output, MemoryLimitIsExact) {
   Job job;
   job.n = 1000;  // 499,500 pairs: 15,610 words
   job.memory_bytes = 62440;

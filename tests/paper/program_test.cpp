@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 #include "paper/cuda.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -22,7 +22,7 @@ class Program : public CliTest {
   }
 };
 
-TEST_F(Program, every_variant_tells_the_same_pairs_and_checksum) {
+TEST_F(Program, every_variant_finds_the_same_pairs) {
   const std::vector<Box> boxes = tests::uniform_boxes(300, 4);
   const std::string path = file("boxes.npy", boxes);
   const std::vector<std::vector<std::string>> variants = {
@@ -41,48 +41,50 @@ TEST_F(Program, every_variant_tells_the_same_pairs_and_checksum) {
   std::string checksum;
   for (std::vector<std::string> arguments : variants) {
     arguments.insert(arguments.begin(), {"pairs", path, "--check"});
-    const nlohmann::json said = json(arguments);
-    ASSERT_TRUE(said.is_object());
-    EXPECT_EQ(said["pairs"], truth);
-    EXPECT_EQ(said["n"], 300);
-    EXPECT_EQ(said["check"]["missing"], 0);
-    if (checksum.empty()) checksum = said["checksum"];
-    EXPECT_EQ(said["checksum"], checksum);
-    EXPECT_GT(said["total_ms"], 0);
+    const nlohmann::json output = json(arguments);
+    ASSERT_TRUE(output.is_object());
+    EXPECT_EQ(output["pairs"], truth);
+    EXPECT_EQ(output["n"], 300);
+    EXPECT_EQ(output["check"]["missing"], 0);
+    if (checksum.empty()) checksum = output["checksum"];
+    EXPECT_EQ(output["checksum"], checksum);
+    EXPECT_GT(output["total_ms"], 0);
   }
   EXPECT_NE(checksum, "0000000000000000");
 }
 
-TEST_F(Program, check_sees_the_race) {
+TEST_F(Program, check_reports_the_race) {
   const std::string path = file("same.npy", tests::identical_boxes(64, 2));
-  const Said said = run({"pairs", path, "--write", "racy", "--check"});
-  EXPECT_EQ(said.status, 1) << said.err;
-  EXPECT_NE(said.out.find("1,764 missing, 0 too many"), std::string::npos) << said.out;
+  const ProcessOutput output = run({"pairs", path, "--write", "racy", "--check"});
+  EXPECT_EQ(output.status, 1) << output.err;
+  EXPECT_NE(output.out.find("1,764 missing, 0 too many"), std::string::npos) << output.out;
   EXPECT_EQ(run({"pairs", path, "--write", "ballot", "--check"}).status, 0);
 }
 
-TEST_F(Program, tells_that_a_root_is_wrong) {
-  const Said said = run({"pairs", "--scene", "line", "--objects", "4098", "--no-repair"});
-  EXPECT_EQ(said.status, 0) << said.err;
-  EXPECT_NE(said.out.find("wrong at an end of 1 rows, first at index 4,096"), std::string::npos)
-      << said.out;
+TEST_F(Program, reports_a_wrong_root) {
+  const ProcessOutput output =
+      run({"pairs", "--scene", "line", "--objects", "4098", "--no-repair"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_NE(output.out.find("wrong at an end of 1 rows, first at index 4,096"), std::string::npos)
+      << output.out;
   EXPECT_EQ(run({"pairs", "--scene", "line", "--objects", "4K"}).out.find("wrong"),
             std::string::npos);
 }
 
 TEST_F(Program, frames_are_steps) {
   const nlohmann::json one = json({"pairs", "--scene", "pile", "--objects", "500", "--grid", "4"});
-  const nlohmann::json said = json(
+  const nlohmann::json output = json(
       {"pairs", "--scene", "pile", "--objects", "500", "--frames", "3", "--grid", "4", "--check"});
-  EXPECT_EQ(said["frames"], 3);
-  EXPECT_GT(said["pairs"], one["pairs"]);
-  EXPECT_EQ(said["check"]["missing"], 0);
-  const Said written = run({"pairs", "--scene", "pile", "--objects", "500", "-o", at("pairs.npy")});
+  EXPECT_EQ(output["frames"], 3);
+  EXPECT_GT(output["pairs"], one["pairs"]);
+  EXPECT_EQ(output["check"]["missing"], 0);
+  const ProcessOutput written =
+      run({"pairs", "--scene", "pile", "--objects", "500", "-o", at("pairs.npy")});
   EXPECT_EQ(written.status, 0) << written.err;
   EXPECT_GT(slurp(at("pairs.npy")).size(), 128u + one["pairs"].get<std::size_t>() * 8 - 1);
 }
 
-TEST_F(Program, refuses_what_cannot_be) {
+TEST_F(Program, refuses_invalid_combinations) {
   const std::string path = file("boxes.npy", tests::uniform_boxes(20, 4));
   refuses({}, {"no command", "pairs"});
   refuses({"pairs"}, {"FILE.npy", "--scene"});
@@ -117,7 +119,7 @@ TEST_F(Program, refuses_what_cannot_be) {
   refuses({"pairs", file("nan.npy", bad)}, {"nan.npy", "NaN", "index 7"});
 }
 
-TEST_F(Program, cuda_is_refused_where_it_is_not) {
+TEST_F(Program, cuda_is_refused_if_unavailable) {
   if (paper::why_no_cuda().empty()) {
     const nlohmann::json gpu =
         json({"pairs", "--scene", "pile", "--objects", "2K", "--device", "cuda"});
@@ -132,12 +134,13 @@ TEST_F(Program, cuda_is_refused_where_it_is_not) {
 
 // The page, a table per section, and all rows in one file; only the requested sections.
 TEST_F(Program, evaluates_into_a_folder) {
-  const Said said = run({"--quick", "--up-to", "1000", "--backend", "cpu", "--threads", "2",
-                         "--only", "examples", "--only", "table5", "-o", at("deep/paper")});
-  EXPECT_EQ(said.status, 0) << said.err;
+  const ProcessOutput output =
+      run({"--quick", "--up-to", "1000", "--backend", "cpu", "--threads", "2", "--only", "examples",
+           "--only", "table5", "-o", at("deep/paper")});
+  EXPECT_EQ(output.status, 0) << output.err;
   for (const char* word : {"(75, 303)", "one bit, racy as printed", "The page: "})
-    EXPECT_NE(said.out.find(word), std::string::npos) << word;
-  EXPECT_NE(said.err.find("Table 5: one byte, 1000 objects"), std::string::npos) << "progress";
+    EXPECT_NE(output.out.find(word), std::string::npos) << word;
+  EXPECT_NE(output.err.find("Table 5: one byte, 1000 objects"), std::string::npos) << "progress";
   for (const char* name : {"index.html", "rows.csv", "examples.csv", "table5.csv"})
     EXPECT_TRUE(exists(std::string("deep/paper/") + name)) << name;
   EXPECT_FALSE(exists("deep/paper/table6.csv"));
@@ -146,14 +149,14 @@ TEST_F(Program, evaluates_into_a_folder) {
   EXPECT_NE(page.find("data-series"), std::string::npos);
 }
 
-TEST_F(Program, lists_and_helps) {
-  const Said list = run({"--list"});
+TEST_F(Program, list_and_help) {
+  const ProcessOutput list = run({"--list"});
   EXPECT_EQ(list.status, 0) << list.err;
   for (const char* word : {"formula", "lazy", "stored", "fold", "lomont", "ballot", "cuda", "pile"})
     EXPECT_NE(list.out.find(word), std::string::npos) << word;
   for (const std::vector<std::string>& asked :
        {std::vector<std::string>{"--help"}, {"pairs", "--help"}}) {
-    const Said help = run(asked);
+    const ProcessOutput help = run(asked);
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.out.find("Example"), std::string::npos) << asked[0];
   }

@@ -59,7 +59,7 @@ TEST(Roots, TableThreeWithThreeStepsIsAReciprocal) {
 }
 
 // Neither row matches with the other last operation, or with steps in float.
-TEST(Roots, TableThreeIsNothingElse) {
+TEST(Roots, TableThreeMatchesNoOtherDefinition) {
   EXPECT_EQ(wrong_roots({carmack_constant, 2, true, LastOperation::reciprocal}, {1000}), Counts{0});
   EXPECT_EQ(wrong_roots({carmack_constant, 3, true, LastOperation::product}, {1000}), Counts{0});
   EXPECT_EQ(wrong_roots({carmack_constant, 2, false, LastOperation::product}, {1000, 100000}),
@@ -77,7 +77,7 @@ Variant fast(RootKind root, int steps, bool repair) {
 }
 
 // The walk from the ends of rows finds every wrong index: compared with all indices.
-TEST(Faults, WalkFindsWhatAllIndicesSay) {
+TEST(MappingErrors, WalkMatchesAllIndices) {
   const std::uint64_t n = 2500;
   for (const RootKind root : {RootKind::carmack, RootKind::lomont, RootKind::float32})
     for (int steps = 2; steps <= 4; ++steps) {
@@ -89,36 +89,36 @@ TEST(Faults, WalkFindsWhatAllIndicesSay) {
           wrong += !(mapping(k, n, got) && got == core::pair_of_row_index(k, n));
         }
       });
-      EXPECT_EQ(count_faults(variant, n).indices, wrong) << describe(variant);
+      EXPECT_EQ(count_errors(variant, n).indices, wrong) << describe(variant);
       EXPECT_EQ(wrong > 0, root != RootKind::float32);
     }
 }
 
-TEST(Faults, RepairsMendRowsOffByOne) {
+TEST(MappingErrors, RepairsFixRowsOffByOne) {
   for (const std::uint64_t n : {1000u, 4098u, 10000u, 100000u}) {
     for (const RootKind root : {RootKind::carmack, RootKind::lomont})
       for (int steps = 2; steps <= 4; ++steps) {
-        EXPECT_GT(count_faults(fast(root, steps, false), n, 1).rows, 0u) << steps << " n " << n;
-        EXPECT_EQ(count_faults(fast(root, steps, true), n, 1).rows, 0u) << steps << " n " << n;
+        EXPECT_GT(count_errors(fast(root, steps, false), n, 1).rows, 0u) << steps << " n " << n;
+        EXPECT_EQ(count_errors(fast(root, steps, true), n, 1).rows, 0u) << steps << " n " << n;
       }
-    EXPECT_EQ(count_faults(fast(RootKind::float32, 2, true), n, 1).rows, 0u) << n;
+    EXPECT_EQ(count_errors(fast(RootKind::float32, 2, true), n, 1).rows, 0u) << n;
   }
 }
 
 // With one step the row is off by more than one from small n on; with two steps from about 200,000.
-TEST(Faults, RepairsDoNotMendMore) {
-  EXPECT_GT(count_faults(fast(RootKind::carmack, 1, true), 1000, 1).rows, 0u);
-  EXPECT_GT(count_faults(fast(RootKind::carmack, 2, true), 1000000, 1).rows, 0u);
-  EXPECT_EQ(count_faults(fast(RootKind::carmack, 3, true), 1000000, 1).rows, 0u);
+TEST(MappingErrors, RepairsFixNoLargerErrors) {
+  EXPECT_GT(count_errors(fast(RootKind::carmack, 1, true), 1000, 1).rows, 0u);
+  EXPECT_GT(count_errors(fast(RootKind::carmack, 2, true), 1000000, 1).rows, 0u);
+  EXPECT_EQ(count_errors(fast(RootKind::carmack, 3, true), 1000000, 1).rows, 0u);
 }
 
-TEST(Faults, ExactWaysHaveNone) {
+TEST(MappingErrors, ExactMappingsHaveNone) {
   for (const std::uint64_t n : {0u, 1u, 2u, 4098u, 100000u}) {
     Variant variant;
     variant.root = RootKind::exact;
-    EXPECT_EQ(count_faults(variant, n).indices, 0u);
+    EXPECT_EQ(count_errors(variant, n).indices, 0u);
     variant.mapping = MappingKind::fold;
-    EXPECT_EQ(count_faults(variant, n).indices, 0u);
+    EXPECT_EQ(count_errors(variant, n).indices, 0u);
   }
 }
 

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/far_device.hpp"
-#include "support/counting.hpp"
+#include "pipeline/discrete_device.hpp"
+#include "support/counting_resource.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
 
@@ -16,7 +16,7 @@ using tests::Answer;
 using tests::BoxList;
 using tests::CountingResource;
 
-using FarEngine = Engine<FarDevice>;
+using DiscreteEngine = Engine<DiscreteDevice>;
 
 Options options_of(Order order, Algorithm algorithm) {
   Options o;
@@ -59,7 +59,7 @@ struct Collected {
   }
 };
 
-TEST(FarEngine, EveryFormOfTheResult) {
+TEST(DiscreteEngine, EveryFormOfTheResult) {
   const BoxList a = tests::uniform_boxes(3000, 1), b = tests::uniform_boxes(2000, 2),
                 many = tests::identical_boxes(300, 3);
   std::vector<std::int32_t> worlds;
@@ -72,7 +72,7 @@ TEST(FarEngine, EveryFormOfTheResult) {
                of_two = tests::reference_pairs(a, b);
   CountingResource memory;
   for (const Options& o : all_options()) {
-    FarEngine engine(&memory);
+    DiscreteEngine engine(&memory);
     const auto check = [&](const Boxes& first, const Boxes* second, const Answer& answer) {
       std::vector<Pair> out;
       core::Output output = growing(out);
@@ -95,7 +95,7 @@ TEST(FarEngine, EveryFormOfTheResult) {
       const Consumer consumer(taken);
       engine.find(first, second, o, 0, nullptr, &consumer, r);
       EXPECT_EQ(r.written, answer.pairs.size());
-      EXPECT_LE(taken.largest, FarDevice::piece);
+      EXPECT_LE(taken.largest, DiscreteDevice::piece);
       expect_answer(o, answer, taken.pairs);
       EXPECT_EQ(engine.held(), memory.held());
     };
@@ -107,7 +107,7 @@ TEST(FarEngine, EveryFormOfTheResult) {
   EXPECT_EQ(memory.held(), 0u);
 }
 
-std::size_t bytes_needed(FarEngine& engine, const Boxes& boxes, Options o, std::size_t cap,
+std::size_t bytes_needed(DiscreteEngine& engine, const Boxes& boxes, Options o, std::size_t cap,
                          std::size_t already_held) {
   o.memory_cap_bytes = cap;
   Collected taken;
@@ -123,20 +123,20 @@ std::size_t bytes_needed(FarEngine& engine, const Boxes& boxes, Options o, std::
 }
 
 // The reported size suffices exactly; one byte less does not, and then nothing is allocated.
-TEST(FarEngine, TheCapHoldsToTheByte) {
+TEST(DiscreteEngine, TheCapHoldsToTheByte) {
   const BoxList boxes = tests::identical_boxes(250, 1);
   const Answer answer = tests::reference_pairs(boxes);
   for (const Options& base : all_options()) {
     for (const std::size_t already_held : {std::size_t{0}, std::size_t{12345}}) {
       CountingResource memory;
-      FarEngine engine(&memory);
+      DiscreteEngine engine(&memory);
       const std::size_t needed = bytes_needed(engine, boxes, base, 1, already_held);
       EXPECT_LT(needed, answer.pairs.size() * sizeof(Pair)) << "blocks, not all pairs";
       EXPECT_EQ(bytes_needed(engine, boxes, base, needed - 1, already_held), needed);
       EXPECT_EQ(memory.allocations(), 0u) << "an allocation before the cap was checked";
       for (const std::size_t cap : {needed, needed + 4567, 3 * needed}) {
         CountingResource counted;
-        FarEngine capped(&counted);
+        DiscreteEngine capped(&counted);
         Options o = base;
         o.memory_cap_bytes = cap;
         Collected taken;
@@ -152,7 +152,7 @@ TEST(FarEngine, TheCapHoldsToTheByte) {
 }
 
 // Two sets, where one box of the first may overlap all of the second.
-TEST(FarEngine, TheCapInTwoSets) {
+TEST(DiscreteEngine, TheCapInTwoSets) {
   const BoxList few = tests::identical_boxes(40, 1), many = tests::identical_boxes(600, 1);
   const Boxes of_few = few, of_many = many;
   for (const bool few_first : {true, false}) {
@@ -160,7 +160,7 @@ TEST(FarEngine, TheCapInTwoSets) {
     const Answer answer = tests::reference_pairs(a, b);
     for (Options o : all_options()) {
       CountingResource memory;
-      FarEngine engine(&memory);
+      DiscreteEngine engine(&memory);
       Collected taken;
       const Consumer consumer(taken);
       Result r;
@@ -180,10 +180,10 @@ TEST(FarEngine, TheCapInTwoSets) {
   }
 }
 
-TEST(FarEngine, NoBoxesTakeNoMemory) {
+TEST(DiscreteEngine, NoBoxesTakeNoMemory) {
   const BoxList none;
   CountingResource memory;
-  FarEngine engine(&memory);
+  DiscreteEngine engine(&memory);
   for (const Options& o : all_options()) {
     std::vector<Pair> out;
     core::Output output = growing(out);
@@ -196,21 +196,21 @@ TEST(FarEngine, NoBoxesTakeNoMemory) {
 }
 
 // If the caller's buffer is too small, the engine allocates no memory for all pairs.
-TEST(FarEngine, LittleRoomForManyPairs) {
+TEST(DiscreteEngine, SmallBufferForManyPairs) {
   const BoxList boxes = tests::identical_boxes(1500, 1);
   for (const Options& o : all_options()) {
     CountingResource memory;
-    FarEngine engine(&memory);
-    for (const std::size_t room : {0, 1, 700, 5000}) {
-      std::vector<Pair> out(room + 1);
-      core::Output output{out.data(), room, nullptr, nullptr};
+    DiscreteEngine engine(&memory);
+    for (const std::size_t capacity : {0, 1, 700, 5000}) {
+      std::vector<Pair> out(capacity + 1);
+      core::Output output{out.data(), capacity, nullptr, nullptr};
       Result r;
       engine.find(boxes, nullptr, o, 0, &output, nullptr, r);
       EXPECT_EQ(r.status, Status::buffer_too_small);
       EXPECT_EQ(r.found, 1500u * 1499 / 2);
-      EXPECT_EQ(r.written, o.order == Order::canonical ? 0 : room);
-      EXPECT_EQ(out[room], (Pair{}));
-      if (room <= 700) {
+      EXPECT_EQ(r.written, o.order == Order::canonical ? 0 : capacity);
+      EXPECT_EQ(out[capacity], (Pair{}));
+      if (capacity <= 700) {
         EXPECT_LT(memory.held(), 300000u);
       }
     }
@@ -218,12 +218,12 @@ TEST(FarEngine, LittleRoomForManyPairs) {
 }
 
 // Memory of larger calls is released under a cap, and only then.
-TEST(FarEngine, ACapAfterLargerCalls) {
+TEST(DiscreteEngine, ACapAfterLargerCalls) {
   const BoxList large = tests::uniform_boxes(20000, 1), small = tests::identical_boxes(500, 2);
   const Answer answer = tests::reference_pairs(small);
   for (const Options& base : all_options()) {
     CountingResource memory;
-    FarEngine engine(&memory);
+    DiscreteEngine engine(&memory);
     std::vector<Pair> out;
     core::Output output = growing(out);
     Result r;
@@ -248,10 +248,10 @@ TEST(FarEngine, ACapAfterLargerCalls) {
 }
 
 // Refused by count alone: no box is read and no memory allocated.
-TEST(FarEngine, TooManyBoxes) {
+TEST(DiscreteEngine, TooManyBoxes) {
   const Box box = tests::cube(0, 0, 0, 1);
   CountingResource memory;
-  FarEngine engine(&memory);
+  DiscreteEngine engine(&memory);
   const Boxes most(&box, max_pipeline_boxes, 0), one(&box, 1, 0);
   const Boxes more(&box, max_pipeline_boxes + 1, 0), all(&box, 0xffffffffu, 0);
   for (const auto& [a, b] : {std::pair<const Boxes*, const Boxes*>{&more, nullptr},
@@ -272,10 +272,10 @@ TEST(FarEngine, TooManyBoxes) {
   EXPECT_EQ(memory.allocations(), 0u);
 }
 
-TEST(FarEngine, AConsumerStopsOrThrows) {
+TEST(DiscreteEngine, AConsumerStopsOrThrows) {
   const BoxList boxes = tests::identical_boxes(400, 1);
   CountingResource memory;
-  FarEngine engine(&memory);
+  DiscreteEngine engine(&memory);
   std::size_t taken = 0;
   const auto stop = [&](const Pair*, std::size_t count) {
     taken += count;
@@ -286,7 +286,7 @@ TEST(FarEngine, AConsumerStopsOrThrows) {
   engine.find(boxes, nullptr, {}, 0, nullptr, &stopper, r);
   EXPECT_EQ(r.status, Status::stopped);
   EXPECT_EQ(r.written, taken);
-  EXPECT_EQ(taken, 3 * FarDevice::piece);
+  EXPECT_EQ(taken, 3 * DiscreteDevice::piece);
   const auto thrower = [](const Pair*, std::size_t) -> bool { throw 4711; };
   const Consumer throwing(thrower);
   EXPECT_THROW(engine.find(boxes, nullptr, {}, 0, nullptr, &throwing, r), int);
@@ -298,13 +298,13 @@ TEST(FarEngine, AConsumerStopsOrThrows) {
 }
 
 // Each allocation fails in turn; the engine remains usable.
-TEST(FarEngine, MemoryRunsShort) {
+TEST(DiscreteEngine, MemoryRunsShort) {
   const BoxList boxes = tests::uniform_boxes(tests::sanitized ? 800 : 2000, 1);
   const Answer answer = tests::reference_pairs(boxes);
   for (const Options& o : all_options()) {
     CountingResource full;
     {
-      FarEngine engine(&full);
+      DiscreteEngine engine(&full);
       std::vector<Pair> out;
       core::Output output = growing(out);
       Result r;
@@ -317,7 +317,7 @@ TEST(FarEngine, MemoryRunsShort) {
     for (const std::size_t limit : limits) {
       CountingResource memory;
       memory.limit(limit);
-      FarEngine engine(&memory);
+      DiscreteEngine engine(&memory);
       std::vector<Pair> out;
       core::Output output = growing(out);
       Result r;

@@ -14,7 +14,7 @@ namespace {
 using tests::BoxList;
 
 struct Planned {
-  core::ClassGrid grid;
+  core::SizeClassGrid grid;
   core::GridLimits limits;
   std::unique_ptr<PlanGrid::Shared> shared = std::make_unique<PlanGrid::Shared>();
 };
@@ -38,13 +38,13 @@ Planned plan(const Boxes& boxes, std::uint32_t present = 0, float cell_scale = 1
 }
 
 // Side of the finest cells of a uniform grid.
-float finest_side(const core::ClassGrid& grid, int axis) {
-  EXPECT_FALSE(grid.among_knots);
+float finest_side(const core::SizeClassGrid& grid, int axis) {
+  EXPECT_FALSE(grid.uses_knots);
   return 1 / (grid.scale[axis] * grid.unit);
 }
 
 void expect_sound(const Planned& p) {
-  const core::ClassGrid& grid = p.grid;
+  const core::SizeClassGrid& grid = p.grid;
   ASSERT_GE(grid.class_count, 1u);
   ASSERT_LE(grid.class_count, core::max_size_classes);
   double cells = 0;  // exact below 2^53, and never too small
@@ -165,7 +165,7 @@ TEST(Planning, ClassesReachToTheLargestBoxes) {
     boxes.push_back(tests::cube(r.point(0, 100), size));
   }
   const Planned p = plan(boxes);
-  const core::ClassGrid& grid = p.grid;
+  const core::SizeClassGrid& grid = p.grid;
   ASSERT_GT(grid.class_count, 3u);
   for (std::uint32_t c = 0; c + 2 < grid.class_count; ++c) {
     const auto side = static_cast<float>(1u << grid.classes[c].shift[0]) * finest_side(grid, 0);
@@ -207,7 +207,7 @@ TEST(Planning, FewBoxesNeedNoGrid) {
 
 struct Sizes {
   static constexpr std::uint32_t sorted_above = 4097;
-  static std::size_t sums_bytes(std::size_t cells) { return cells / 4096 * 8; }
+  static std::size_t scan_cells_bytes(std::size_t cells) { return cells / 4096 * 8; }
   static std::size_t sort_cells_bytes(std::size_t count) { return count < 100000 ? 555 : 888; }
 };
 
@@ -220,10 +220,10 @@ TEST(Workspace, PartsDoNotOverlap) {
     const std::size_t sorted = count > 4097 ? count : 0;
     const std::pair<const void*, std::size_t> parts[] = {
         {w.report, sizeof(Report)},
-        {w.worlds, sizeof(WorldsTold)},
+        {w.worlds, sizeof(WorldsReport)},
         {w.occupied, Workspace::occupied_count * 4},
-        {w.grid, sizeof(core::ClassGrid)},
-        {w.sums, Sizes::sums_bytes(Workspace::scanned(w.table_cells))},
+        {w.grid, sizeof(core::SizeClassGrid)},
+        {w.sums, Sizes::scan_cells_bytes(Workspace::scanned(w.table_cells))},
         {w.table, Workspace::scanned(w.table_cells) * 4},
         {sorted ? nullptr : w.places, std::size_t{sorted ? 0 : count} * 8},
         {w.cells, sorted * 8},

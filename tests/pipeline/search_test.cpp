@@ -16,8 +16,8 @@ namespace {
 using tests::BoxList;
 
 // 24 x 24 cells of the unit square, each a row, and a class of one cell.
-core::ClassGrid many_rows(const core::GridLimits& limits) {
-  core::ClassGrid grid;
+core::SizeClassGrid many_rows(const core::GridLimits& limits) {
+  core::SizeClassGrid grid;
   grid.scale[1] = grid.scale[2] = 24;
   grid.last[1] = grid.last[2] = 23;
   grid.class_count = 2;

@@ -17,12 +17,12 @@ using tests::BodyScene;
 core::UpdateBoxes job_of(const BodyScene& scene, std::vector<Box>& out) {
   const Bodies bodies = scene.view();
   core::UpdateBoxes job;
-  job.position = core::column(bodies.position);
-  job.rotation = core::column(bodies.rotation);
-  job.displacement = core::column(bodies.displacement);
-  job.shape = core::column(bodies.shape);
-  job.shapes = core::column(bodies.shapes);
-  job.points = core::column(bodies.points);
+  job.position = core::strided_array(bodies.position);
+  job.rotation = core::strided_array(bodies.rotation);
+  job.displacement = core::strided_array(bodies.displacement);
+  job.shape = core::strided_array(bodies.shape);
+  job.shapes = core::strided_array(bodies.shapes);
+  job.points = core::strided_array(bodies.points);
   job.shape_count = bodies.shapes.count;
   job.point_count = bodies.points.count;
   job.out = reinterpret_cast<char*>(out.data());
@@ -38,7 +38,7 @@ cuda::BodyReport run(const BodyScene& scene, std::vector<Box>& out, unsigned thr
   return report;
 }
 
-TEST(UpdateBodies, SameBoxesAsThroughTheDoor) {
+TEST(UpdateBodies, SameBoxesAsPublicApi) {
   for (const std::size_t count : {1, 64, 30000}) {
     const BodyScene scene = tests::body_scene(count, 3);
     const std::vector<Box> want = tests::boxes_of(scene.view());

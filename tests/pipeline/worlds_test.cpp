@@ -23,9 +23,9 @@ struct Scene {
   // Adds boxes of one world, near each other.
   void add(std::int32_t world, std::uint32_t count, std::uint64_t seed = 1) {
     tests::Random random(seed + static_cast<std::uint64_t>(world + 7));
-    const float room = 1 + 0.02f * static_cast<float>(count);
+    const float extent = 1 + 0.02f * static_cast<float>(count);
     for (std::uint32_t k = 0; k < count; ++k) {
-      const Vec3 at = random.point(0, room);
+      const Vec3 at = random.point(0, extent);
       boxes.push_back(tests::cube(at.x, at.y, at.z, 1));
       worlds.push_back(world);
     }
@@ -56,9 +56,9 @@ void expect_at_once(const Boxes& view, const Options& options, const tests::Answ
   HostDevice& device = engine().device();
   const Pipeline<HostDevice> pipeline(device);
   const Input in = make_input(view, nullptr, options);
-  Block<HostDevice> memory(device);
+  DeviceBuffer<HostDevice> memory(device);
   Workspace w;
-  w.carve<HostDevice>(in.count, memory.room(w.carve<HostDevice>(in.count, nullptr)));
+  w.carve<HostDevice>(in.count, memory.ensure(w.carve<HostDevice>(in.count, nullptr)));
   std::vector<Pair> out(answer.pairs.size() + 1);
   const PairSink sink{out.data(), out.size(), w.report};
   pipeline.build(in, false, w);
@@ -215,7 +215,7 @@ TEST(Worlds, OtherFiltersHold) {
   EXPECT_TRUE(expect_exact(view));
 }
 
-TEST(Worlds, WhatTakesNoPartIsToldOnce) {
+TEST(Worlds, InactiveBoxesAreReportedOnce) {
   for (const bool in_order : {true, false}) {
     Scene scene;
     for (int world = 0; world < 12; ++world) scene.add(in_order ? world : world % 3, 50);
@@ -236,7 +236,7 @@ TEST(Worlds, WhatTakesNoPartIsToldOnce) {
 }
 
 // A world below -1 counts as -1 and is reported.
-TEST(Worlds, BadOnesAreToldOnce) {
+TEST(Worlds, BadWorldsAreReportedOnce) {
   for (const bool first : {true, false}) {
     Scene scene;
     scene.add(0, 40);

@@ -19,23 +19,23 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct Heard {
+struct ScriptRun {
   ChildEnd end;
   std::vector<std::string> lines;
   std::vector<double> seconds;  // after the start
 };
 
-Heard hear(const std::string& script, double quiet_seconds,
-           const std::vector<std::string>& more = {}) {
-  Heard heard;
+ScriptRun run_script(const std::string& script, double quiet_seconds,
+                     const std::vector<std::string>& more = {}) {
+  ScriptRun run;
   std::vector<std::string> arguments = {"-c", script, "sh"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   const auto start = Clock::now();
-  heard.end = run_child("/bin/sh", arguments, quiet_seconds, [&](const std::string& line) {
-    heard.lines.push_back(line);
-    heard.seconds.push_back(since(start));
+  run.end = run_child("/bin/sh", arguments, quiet_seconds, [&](const std::string& line) {
+    run.lines.push_back(line);
+    run.seconds.push_back(since(start));
   });
-  return heard;
+  return run;
 }
 
 bool no_child_left() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD; }
@@ -43,59 +43,61 @@ bool no_child_left() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == EC
 using Lines = std::vector<std::string>;
 
 TEST(Child, EachLineAndTheStatus) {
-  const Heard heard = hear("echo one; echo; printf 'two\\nthree'; echo unheard >&2; exit 7", 20);
-  EXPECT_EQ(heard.lines, (Lines{"one", "", "two", "three"}));
-  EXPECT_FALSE(heard.end.stopped);
-  EXPECT_EQ(heard.end.status, 7);
+  const ScriptRun run =
+      run_script("echo one; echo; printf 'two\\nthree'; echo unheard >&2; exit 7", 20);
+  EXPECT_EQ(run.lines, (Lines{"one", "", "two", "three"}));
+  EXPECT_FALSE(run.end.stopped);
+  EXPECT_EQ(run.end.status, 7);
   EXPECT_TRUE(no_child_left());
-  EXPECT_EQ(hear("exit 0", 0).end.status, 0);
-  EXPECT_EQ(hear("kill -TERM $$", 20).end.status, 128 + 15);
+  EXPECT_EQ(run_script("exit 0", 0).end.status, 0);
+  EXPECT_EQ(run_script("kill -TERM $$", 20).end.status, 128 + 15);
 }
 
-TEST(Child, ArgumentsAreNoShellWords) {
+TEST(Child, ArgumentsAreNotShellParsed) {
   const Lines words = {"a b", "$HOME; exit 9", "", "'\"\\*"};
-  EXPECT_EQ(hear("for word in \"$@\"; do printf '%s\\n' \"$word\"; done", 20, words).lines, words);
+  EXPECT_EQ(run_script("for word in \"$@\"; do printf '%s\\n' \"$word\"; done", 20, words).lines,
+            words);
 }
 
-TEST(Child, LinesComeAtOnce) {
-  const Heard heard = hear("echo early; sleep 1; echo late", 20);
-  ASSERT_EQ(heard.lines, (Lines{"early", "late"}));
-  EXPECT_GT(heard.seconds[1] - heard.seconds[0], 0.5);
+TEST(Child, LinesArriveImmediately) {
+  const ScriptRun run = run_script("echo early; sleep 1; echo late", 20);
+  ASSERT_EQ(run.lines, (Lines{"early", "late"}));
+  EXPECT_GT(run.seconds[1] - run.seconds[0], 0.5);
 }
 
 TEST(Child, ManyLongLines) {
-  const Heard heard =
-      hear("i=0; while [ $i -lt 2000 ]; do printf '%01000d\\n' $i; i=$((i+1)); done", 20);
-  ASSERT_EQ(heard.lines.size(), 2000u);
-  for (std::size_t i = 0; i < heard.lines.size(); ++i) {
-    ASSERT_EQ(heard.lines[i].size(), 1000u);
-    ASSERT_EQ(std::stoul(heard.lines[i]), i);
+  const ScriptRun run =
+      run_script("i=0; while [ $i -lt 2000 ]; do printf '%01000d\\n' $i; i=$((i+1)); done", 20);
+  ASSERT_EQ(run.lines.size(), 2000u);
+  for (std::size_t i = 0; i < run.lines.size(); ++i) {
+    ASSERT_EQ(run.lines[i].size(), 1000u);
+    ASSERT_EQ(std::stoul(run.lines[i]), i);
   }
 }
 
-TEST(Child, IsStoppedWhenNoLineComes) {
+TEST(Child, IsKilledWithoutOutput) {
   const auto start = Clock::now();
-  Heard heard = hear("echo one; exec sleep 60", 0.5);
-  EXPECT_TRUE(heard.end.stopped);
-  EXPECT_EQ(heard.lines, Lines{"one"});
+  ScriptRun run = run_script("echo one; exec sleep 60", 0.5);
+  EXPECT_TRUE(run.end.stopped);
+  EXPECT_EQ(run.lines, Lines{"one"});
   // Text without a line end is not a line.
-  heard = hear("while :; do printf x; sleep 0.05; done", 0.5);
-  EXPECT_TRUE(heard.end.stopped);
-  EXPECT_EQ(heard.lines, Lines{});
+  run = run_script("while :; do printf x; sleep 0.05; done", 0.5);
+  EXPECT_TRUE(run.end.stopped);
+  EXPECT_EQ(run.lines, Lines{});
   // Closing the output does not end the child.
-  heard = hear("exec >&-; exec sleep 60", 0.5);
-  EXPECT_TRUE(heard.end.stopped);
+  run = run_script("exec >&-; exec sleep 60", 0.5);
+  EXPECT_TRUE(run.end.stopped);
   EXPECT_LT(since(start), 30);
   EXPECT_TRUE(no_child_left());
 }
 
-TEST(Child, EachLineGivesItTimeAnew) {
-  const Heard heard = hear("for i in 1 2 3 4 5 6; do sleep 0.5; echo $i; done", 2);
-  EXPECT_FALSE(heard.end.stopped);
-  EXPECT_EQ(heard.lines.size(), 6u);
+TEST(Child, EachLineRestartsTheTimeout) {
+  const ScriptRun run = run_script("for i in 1 2 3 4 5 6; do sleep 0.5; echo $i; done", 2);
+  EXPECT_FALSE(run.end.stopped);
+  EXPECT_EQ(run.lines.size(), 6u);
 }
 
-TEST(Child, WhatTheListenerThrowsEndsIt) {
+TEST(Child, ListenerExceptionsEndIt) {
   const auto start = Clock::now();
   EXPECT_THROW(run_child("/bin/sh", {"-c", "echo one; exec sleep 60"}, 100,
                          [](const std::string&) { throw std::out_of_range("enough"); }),
@@ -104,7 +106,7 @@ TEST(Child, WhatTheListenerThrowsEndsIt) {
   EXPECT_TRUE(no_child_left());
 }
 
-TEST(Child, WhatCannotBeStartedIsSaid) {
+TEST(Child, ReportsAFailedStart) {
   for (const char* path : {"/no/such/program", "/etc"}) {
     try {
       run_child(path, {}, 1, [](const std::string&) {});

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <string>
 
-#include "program/companion.hpp"
 #include "program/failure.hpp"
+#include "program/failure_text.hpp"
 #include "program/median.hpp"
 #include "program/numbers.hpp"
-#include "program/remedy.hpp"
+#include "program/sibling_program.hpp"
 
 namespace throng::program {
 namespace {
@@ -82,7 +82,7 @@ TEST(Numbers, HaveARange) {
   for (const char* text : {"-1", "4294967296", "many"}) refuses(parse_threads, text);
 }
 
-TEST(Numbers, RealOnesHaveARangeToo) {
+TEST(Numbers, RealNumbersHaveARange) {
   const auto share = [](const std::string& text, const std::string& option) {
     return parse_number(text, option, 0, 1, "0 to 1");
   };
@@ -129,7 +129,7 @@ Result failed(Status status, const std::string& message) {
   return result;
 }
 
-TEST(Remedy, IsThatOfTheCommand) {
+TEST(FailureText, NamesTheCommandsOption) {
   const Result nan = failed(Status::nan_box, "2 boxes have a NaN; fix them by Options::nan");
   EXPECT_EQ(failure_text(nan, {}), "2 boxes have a NaN; fix them");
   EXPECT_EQ(failure_text(nan, {.nan = true}),
@@ -143,24 +143,24 @@ TEST(Remedy, IsThatOfTheCommand) {
             "out of memory; bound it by --memory, or split the boxes");
 }
 
-TEST(Remedy, IsTheLibrarysWhereItNamesNothingOfItsLanguage) {
+TEST(FailureText, KeepsLanguageNeutralHints) {
   const std::string text = "the margin is -1; it must be finite and not negative";
   EXPECT_EQ(failure_text(failed(Status::bad_option, text), {.nan = true}), text);
   EXPECT_EQ(failure_text(failed(Status::busy, ""), {}), "busy");
 }
 
-TEST(Remedy, OfAnInstructionSetGoesByWhoNamedIt) {
+TEST(FailureText, IsaHintDependsOnItsSource) {
   const Result isa = failed(Status::unsupported_isa, "'named' (asked for by THRONG_ISA); use auto");
   EXPECT_EQ(failure_text(isa, {}), isa.message);
   EXPECT_NE(failure_text(isa, {.isa = "neon"}).find("--isa: found neon"), std::string::npos);
 }
 
-TEST(Companion, StandsInTheSameFolder) {
-  const std::string path = find_companion("program_test");
+TEST(SiblingProgram, IsInTheSameFolder) {
+  const std::string path = find_sibling_program("program_test");
   ASSERT_FALSE(path.empty());
   EXPECT_EQ(std::filesystem::path(path).stem().string(), "program_test");
-  EXPECT_EQ(find_companion("no-such-program"), "");
-  EXPECT_EQ(find_companion("."), "");
+  EXPECT_EQ(find_sibling_program("no-such-program"), "");
+  EXPECT_EQ(find_sibling_program("."), "");
 }
 
 TEST(Failure, HasAStatus) {

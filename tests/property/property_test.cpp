@@ -4,7 +4,7 @@
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
-#include "support/judge.hpp"
+#include "support/oracle.hpp"
 
 namespace throng::tests {
 namespace {
@@ -63,25 +63,25 @@ void check_property(const char* what, const std::function<void()>& property) {
 }
 
 // The generator that fuzzers and soak share; rapidcheck draws and shrinks its bytes.
-TEST(Property, AnyBytesGiveTheDoubleLoopsPairs) {
-  Judge judge;
-  check_property("a case made of bytes has the pairs of a double loop", [&judge] {
+TEST(Property, AnyBytesMatchTheDoubleLoop) {
+  Oracle oracle;
+  check_property("a case made of bytes has the pairs of a double loop", [&oracle] {
     const auto bytes = *rc::gen::resize(
         800, rc::gen::container<std::vector<std::uint8_t>>(rc::gen::arbitrary<std::uint8_t>()));
     Bytes stream(bytes);
     const Case c = make_case(stream, 300);
-    const auto config = *rc::gen::inRange<std::size_t>(0, judge.configs().size());
-    RC_LOG() << judge.configs()[config].name() << ": " << describe(c) << '\n';
-    judge.begin(c);
+    const auto config = *rc::gen::inRange<std::size_t>(0, oracle.configs().size());
+    RC_LOG() << oracle.configs()[config].name() << ": " << describe(c) << '\n';
+    oracle.begin(c);
     try {
-      for (std::uint32_t form = 0; form < 3; ++form) judge.search(c, config, form);
+      for (std::uint32_t form = 0; form < 3; ++form) oracle.search(c, config, form);
     } catch (const Difference& difference) {
       RC_FAIL(difference.what());
     }
   });
 }
 
-TEST(Property, SameAsTheDoubleLoop) {
+TEST(Property, MatchesTheDoubleLoop) {
   check_property("the pairs are those of a double loop", [] {
     const BoxList boxes = *any_boxes();
     const Config config = any_config();
@@ -94,7 +94,7 @@ TEST(Property, SameAsTheDoubleLoop) {
   });
 }
 
-TEST(Property, SameAsTheDoubleLoopOfTwoSets) {
+TEST(Property, TwoSetsMatchTheDoubleLoop) {
   check_property("the pairs of two sets are those of a double loop", [] {
     const BoxList a = *any_boxes(), b = *any_boxes();
     const Config config = any_config();
@@ -103,7 +103,7 @@ TEST(Property, SameAsTheDoubleLoopOfTwoSets) {
   });
 }
 
-TEST(Property, FiltersAsTheDoubleLoop) {
+TEST(Property, FiltersMatchTheDoubleLoop) {
   check_property("filters keep the pairs that a double loop keeps", [] {
     BoxList boxes = *any_boxes();
     const std::size_t n = boxes.size();

@@ -47,14 +47,14 @@ TEST(Pool, CallersAtOnce) {
 
 // A search on a pool thread distributes tasks itself; so may all searches, more than there are
 // threads.
-TEST(Pool, AsideAndNested) {
+TEST(Pool, BackgroundAndNested) {
   std::vector<std::thread> callers;
   for (int c = 0; c < 8; ++c) {
     callers.emplace_back([] {
       for (int round = 0; round < 50; ++round) {
         Counts counts(7);
         const auto body = [](void* inner) { pool().run(7, Counts::task, inner); };
-        ASSERT_TRUE(pool().run_aside(
+        ASSERT_TRUE(pool().run_in_background(
             body, &counts, [](void*) {}, nullptr));
         counts.expect_once();
       }
@@ -63,7 +63,7 @@ TEST(Pool, AsideAndNested) {
   for (std::thread& caller : callers) caller.join();
 }
 
-TEST(Pool, TheCallerListens) {
+TEST(Pool, CallerPolls) {
   struct Long {
     std::atomic<bool> stop{false};
     int polls = 0;
@@ -74,11 +74,11 @@ TEST(Pool, TheCallerListens) {
   const auto poll = [](void* s) {
     if (++static_cast<Long*>(s)->polls == 3) static_cast<Long*>(s)->stop = true;
   };
-  ASSERT_TRUE(pool().run_aside(body, &self, poll, &self));
+  ASSERT_TRUE(pool().run_in_background(body, &self, poll, &self));
   EXPECT_GE(self.polls, 3);
 }
 
-TEST(Pool, ForgottenThreadsAreMadeAnew) {
+TEST(Pool, ForgottenThreadsAreRestarted) {
   Pool* before = &pool();
   forget_threads();
   EXPECT_NE(&pool(), before);

@@ -57,7 +57,7 @@ TEST(Plot, HigherValuesLieHigher) {
   EXPECT_GT(y0, y1);
 }
 
-TEST(Plot, AnEmptyOneIsStillAPicture) {
+TEST(Plot, DrawsAnEmptyPlot) {
   const std::string svg = Plot{}.svg();
   EXPECT_EQ(svg.find("nan"), std::string::npos);
   EXPECT_NE(svg.find("</svg>"), std::string::npos);

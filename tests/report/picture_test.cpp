@@ -1,5 +1,5 @@
 // Pictures are read back by Cairo and checked pixel by pixel.
-#include "report/picture.hpp"
+#include "report/draw_boxes.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -89,7 +89,7 @@ TEST(Picture, ValuesChangeColours) {
   EXPECT_GT(middle[1] >> 16, middle[1] & 255) << "high values are yellow";
 }
 
-TEST(Picture, OddInputIsDrawnAroundOrLeftOut) {
+TEST(Picture, SkipsInvalidBoxes) {
   const float inf = std::numeric_limits<float>::infinity(), nan = std::nanf("");
   const std::vector<std::vector<Box>> scenes = {
       {},
@@ -106,7 +106,7 @@ TEST(Picture, OddInputIsDrawnAroundOrLeftOut) {
   std::filesystem::remove("picture_odd.png");
 }
 
-TEST(Picture, TellsWhereItCannotWrite) {
+TEST(Picture, ReportsWriteErrors) {
   const std::vector<Box> boxes = block();
   try {
     draw_boxes("no_such_folder/a.png", boxes.data(), boxes.size(), nullptr, small());

@@ -7,7 +7,7 @@
 namespace throng::report {
 namespace {
 
-TEST(Csv, QuotesWhatNeedsIt) {
+TEST(Csv, QuotesIfNecessary) {
   EXPECT_EQ(escape_csv("plain"), "plain");
   EXPECT_EQ(escape_csv("a,b"), "\"a,b\"");
   EXPECT_EQ(escape_csv("say \"no\""), "\"say \"\"no\"\"\"");

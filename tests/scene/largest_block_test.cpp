@@ -13,7 +13,7 @@ void* take(std::size_t bytes) noexcept {
   largest = std::max(largest, bytes);
   return std::malloc(bytes ? bytes : 1);
 }
-void* take_or_throw(std::size_t bytes) {
+void* allocate_or_throw(std::size_t bytes) {
   if (void* p = take(bytes)) return p;
   throw std::bad_alloc();
 }
@@ -22,8 +22,8 @@ void* take_or_throw(std::size_t bytes) {
 void forget_blocks() noexcept { largest = 0; }
 std::size_t largest_block() noexcept { return largest; }
 
-void* operator new(std::size_t bytes) { return take_or_throw(bytes); }
-void* operator new[](std::size_t bytes) { return take_or_throw(bytes); }
+void* operator new(std::size_t bytes) { return allocate_or_throw(bytes); }
+void* operator new[](std::size_t bytes) { return allocate_or_throw(bytes); }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return take(bytes); }
 void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept { return take(bytes); }
 void operator delete(void* p) noexcept { std::free(p); }

@@ -168,10 +168,10 @@ TEST(ReadBoxes, DoublesThatAreFloats) {
 TEST(ReadBoxes, OtherDoublesOnlyRoundedOutward) {
   const std::string bytes = file(
       "<f8", "(2, 6)", raw<double>({0, 0, 0, 1, 1, 1, 0.1, -0.1, 1e300, 0.1, -0.1, 0x1p-1000}));
-  const std::string said = complaint_of(bytes);
-  EXPECT_NE(said.find("boxes.npy"), std::string::npos) << said;
-  EXPECT_NE(said.find("(1, 0)"), std::string::npos) << said;
-  EXPECT_NE(said.find("--round outward"), std::string::npos) << said;
+  const std::string error_text = complaint_of(bytes);
+  EXPECT_NE(error_text.find("boxes.npy"), std::string::npos) << error_text;
+  EXPECT_NE(error_text.find("(1, 0)"), std::string::npos) << error_text;
+  EXPECT_NE(error_text.find("--round outward"), std::string::npos) << error_text;
   const BoxFile f = parse(bytes, true);
   const Box& b = f.boxes[1];
   EXPECT_LT(b.lower.x, 0.1);
@@ -188,7 +188,7 @@ TEST(ReadBoxes, OtherDoublesOnlyRoundedOutward) {
 struct Bad {
   const char* what;
   std::string bytes;
-  const char* told;  // must occur in the message
+  const char* message_part;  // must occur in the message
 };
 
 std::vector<Bad> bad_files() {
@@ -245,7 +245,7 @@ std::vector<Bad> bad_files() {
   };
 }
 
-TEST(LargestBlock, IsSeen) {
+TEST(LargestBlock, IsRecorded) {
   forget_blocks();
   // Called by name: an unused new-expression may be optimised away.
   ::operator delete(::operator new(123456));
@@ -254,24 +254,25 @@ TEST(LargestBlock, IsSeen) {
   EXPECT_EQ(largest_block(), 123457u);
 }
 
-TEST(ReadBoxes, BadFilesAreNamedAndExplained) {
+TEST(ReadBoxes, BadFilesAreNamedWithTheReason) {
   const Folder folder;
   for (const Bad& bad : bad_files()) {
-    const std::string said = complaint_of(bad.bytes);
-    EXPECT_EQ(said.rfind("boxes.npy: found ", 0), 0u) << bad.what << ": " << said;
-    EXPECT_NE(said.find("; wanted "), std::string::npos) << bad.what << ": " << said;
-    EXPECT_NE(said.find(bad.told), std::string::npos) << bad.what << ": " << said;
+    const std::string error_text = complaint_of(bad.bytes);
+    EXPECT_EQ(error_text.rfind("boxes.npy: found ", 0), 0u) << bad.what << ": " << error_text;
+    EXPECT_NE(error_text.find("; wanted "), std::string::npos) << bad.what << ": " << error_text;
+    EXPECT_NE(error_text.find(bad.message_part), std::string::npos)
+        << bad.what << ": " << error_text;
     // The same from a file, by name.
     const std::string path = folder.put("bad.npy", bad.bytes);
     forget_blocks();
     const std::string of_file = complaint([&] { read_boxes(path); });
     EXPECT_LT(largest_block(), 4096u) << bad.what;
-    ASSERT_GT(said.size(), 9u);
-    EXPECT_EQ(of_file, path + said.substr(9)) << bad.what;
+    ASSERT_GT(error_text.size(), 9u);
+    EXPECT_EQ(of_file, path + error_text.substr(9)) << bad.what;
   }
 }
 
-TEST(ReadBoxes, NoCrashWhateverByteChanges) {
+TEST(ReadBoxes, SurvivesAnyChangedByte) {
   const std::string good = file("<f4", "(2, 6)", raw(count_up(12)));
   for (std::size_t n = 0; n < good.size(); ++n) {
     EXPECT_NE(complaint_of(good.substr(0, n)), "") << n << " bytes";
@@ -290,8 +291,8 @@ TEST(ReadBoxes, NoCrashWhateverByteChanges) {
 TEST(ReadBoxes, NoFileToRead) {
   const Folder folder;
   const std::string missing = folder / "missing.npy";
-  const std::string said = complaint([&] { read_boxes(missing); });
-  EXPECT_NE(said.find(missing + ": found no file"), std::string::npos) << said;
+  const std::string error_text = complaint([&] { read_boxes(missing); });
+  EXPECT_NE(error_text.find(missing + ": found no file"), std::string::npos) << error_text;
   EXPECT_NE(complaint([&] { read_boxes(folder / "."); }).find("a directory"), std::string::npos);
   EXPECT_NE(complaint([&] { read_boxes("/dev/null"); }).find("a device"), std::string::npos);
   const std::string pipe = folder / "pipe";
@@ -322,10 +323,10 @@ TEST(ReadFilters, AnyIntegerTypeThatFits) {
   EXPECT_EQ(read_u8(folder.put("none.npy", file("|u1", "(0,)", "")), 0).size(), 0u);
 }
 
-TEST(ReadFilters, WhatDoesNotFitIsNamed) {
+TEST(ReadFilters, OutOfRangeValuesAreNamed) {
   const Folder folder;
-  const auto said = [&](const std::string& descr, const std::string& shape, const std::string& data,
-                        auto read, std::size_t expected = 3) {
+  const auto error_text = [&](const std::string& descr, const std::string& shape,
+                              const std::string& data, auto read, std::size_t expected = 3) {
     const std::string path = folder.put("owner.npy", file(descr, shape, data));
     return complaint([&] { read(path, expected); });
   };
@@ -335,22 +336,23 @@ TEST(ReadFilters, WhatDoesNotFitIsNamed) {
            << text;
   };
   const std::string i4 = raw<std::int32_t>({5, -1, 5});
-  EXPECT_TRUE(has(said("<i4", "(3,)", i4, read_u32), "value -1 at index 1"));
-  EXPECT_TRUE(has(said("<i4", "(3,)", i4, read_u8), "from 0 to 255"));
-  EXPECT_TRUE(has(said("<u4", "(3,)", raw<std::uint32_t>({0, 0, 2147483648u}), read_i32),
+  EXPECT_TRUE(has(error_text("<i4", "(3,)", i4, read_u32), "value -1 at index 1"));
+  EXPECT_TRUE(has(error_text("<i4", "(3,)", i4, read_u8), "from 0 to 255"));
+  EXPECT_TRUE(has(error_text("<u4", "(3,)", raw<std::uint32_t>({0, 0, 2147483648u}), read_i32),
                   "value 2147483648 at index 2"));
-  EXPECT_TRUE(has(said("<u8", "(3,)", raw<std::uint64_t>({1ull << 63, 0, 0}), read_i32),
+  EXPECT_TRUE(has(error_text("<u8", "(3,)", raw<std::uint64_t>({1ull << 63, 0, 0}), read_i32),
                   "value 9223372036854775808 at index 0"));
-  EXPECT_TRUE(has(said("<i8", "(3,)", raw<std::int64_t>({0, -2147483649ll, 0}), read_i32),
+  EXPECT_TRUE(has(error_text("<i8", "(3,)", raw<std::int64_t>({0, -2147483649ll, 0}), read_i32),
                   "value -2147483649 at index 1"));
-  EXPECT_TRUE(has(said("<i4", "(3,)", i4, read_i32, 4), "shape (4,), one value per box"));
-  EXPECT_TRUE(has(said("<i4", "(3, 1)", i4, read_i32), "(3, 1)"));
-  EXPECT_TRUE(has(said("<i4", "()", i4.substr(0, 4), read_i32, 1), "()"));
-  EXPECT_TRUE(has(said("<f4", "(3,)", i4, read_i32), "float32"));
-  EXPECT_TRUE(has(said("|b1", "(3,)", i4.substr(0, 3), read_i32), "bool"));
-  EXPECT_TRUE(has(said("|b2", "(3,)", i4.substr(0, 6), read_u8), "b2"));
-  EXPECT_TRUE(has(said("<i4", "(3,)", i4.substr(1), read_i32), "11 bytes of data"));
-  EXPECT_TRUE(has(said("<i4", "(1099511627776,)", i4, read_i32, 1ull << 40), "1099511627776"));
+  EXPECT_TRUE(has(error_text("<i4", "(3,)", i4, read_i32, 4), "shape (4,), one value per box"));
+  EXPECT_TRUE(has(error_text("<i4", "(3, 1)", i4, read_i32), "(3, 1)"));
+  EXPECT_TRUE(has(error_text("<i4", "()", i4.substr(0, 4), read_i32, 1), "()"));
+  EXPECT_TRUE(has(error_text("<f4", "(3,)", i4, read_i32), "float32"));
+  EXPECT_TRUE(has(error_text("|b1", "(3,)", i4.substr(0, 3), read_i32), "bool"));
+  EXPECT_TRUE(has(error_text("|b2", "(3,)", i4.substr(0, 6), read_u8), "b2"));
+  EXPECT_TRUE(has(error_text("<i4", "(3,)", i4.substr(1), read_i32), "11 bytes of data"));
+  EXPECT_TRUE(
+      has(error_text("<i4", "(1099511627776,)", i4, read_i32, 1ull << 40), "1099511627776"));
 }
 
 TEST(ReadBoxes, RealData) {

@@ -74,7 +74,7 @@ TEST(Write, RoundTrips) {
   EXPECT_EQ(folder.entries(), 1u);
 }
 
-TEST(Write, FramesAsTheyCome) {
+TEST(Write, FramesOneByOne) {
   const Folder folder;
   const std::vector<Box> boxes = some_boxes(30);
   BoxWriter writer(folder / "f.npy", 3, 10);
@@ -88,7 +88,7 @@ TEST(Write, FramesAsTheyCome) {
   EXPECT_THROW(writer.finish(), FileError);
 }
 
-TEST(Write, PairsAsTheyCome) {
+TEST(Write, PairsInBlocks) {
   const Folder folder;
   std::vector<Pair> pairs(100000);
   for (std::uint32_t i = 0; i < pairs.size(); ++i) pairs[i] = {i, i + 1};
@@ -103,7 +103,7 @@ TEST(Write, PairsAsTheyCome) {
   EXPECT_EQ(folder.get("none.npy"), numpy_header("<u4", "(0, 2)"));
 }
 
-TEST(Write, AbandonedLeavesWhatWasThere) {
+TEST(Write, AbandonedKeepsTheOldFile) {
   const Folder folder;
   folder.put("f.npy", "old");
   const std::vector<Box> boxes = some_boxes(10);
@@ -123,7 +123,7 @@ TEST(Write, AbandonedLeavesWhatWasThere) {
   EXPECT_EQ(folder.get("f.npy"), "old");
 }
 
-void expect_refused(const std::string& path, const char* told) {
+void expect_refused(const std::string& path, const char* message_part) {
   const std::vector<Pair> pairs(200000, Pair{1, 2});
   try {
     write_pairs(path, pairs.data(), pairs.size());
@@ -131,11 +131,11 @@ void expect_refused(const std::string& path, const char* told) {
   } catch (const FileError& e) {
     const std::string said = e.what();
     EXPECT_EQ(said.rfind(path + ": found ", 0), 0u) << said;
-    EXPECT_NE(said.find(told), std::string::npos) << said;
+    EXPECT_NE(said.find(message_part), std::string::npos) << said;
   }
 }
 
-TEST(Write, WhereNothingCanBeWritten) {
+TEST(Write, UnwritableTargets) {
   const Folder folder;
   expect_refused(folder / "missing/p.npy", "No such file or directory");
   expect_refused(folder / ".", "a directory");

@@ -21,7 +21,7 @@ void refuses(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>
   }
 }
 
-TEST(Outputs, AreToldApart) {
+TEST(Outputs, MustDiffer) {
   const Folder folder;
   const std::string a = folder / "a", b = folder / "b", link = folder / "link";
   OutputFile(a).commit();
@@ -36,7 +36,7 @@ TEST(Outputs, AreToldApart) {
   EXPECT_FALSE(std::filesystem::exists(b)) << "asked about, and made";
 }
 
-TEST(Outputs, CouldBeWritten) {
+TEST(Outputs, AreWritable) {
   const Folder folder;
   refuses({{"-o", folder / "none/a"}}, {}, "which is not a folder");
   refuses({{"-o", folder / "."}}, {}, "a directory");
@@ -47,7 +47,7 @@ TEST(Outputs, CouldBeWritten) {
 }
 
 // Opening a pipe would wait for its reader.
-TEST(Outputs, APipeIsLeftAlone) {
+TEST(Outputs, PipesAreNotOpened) {
   const Folder folder;
   const std::string pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);

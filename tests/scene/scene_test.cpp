@@ -7,10 +7,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "made.hpp"
 #include "scene/checksum.hpp"
 #include "scene/random.hpp"
 #include "scene/scene.hpp"
+#include "scene_density.hpp"
 
 namespace throng::scene {
 namespace {
@@ -115,18 +115,18 @@ TEST_P(EveryScene, OnlyMoversMove) {
   EXPECT_TRUE(same_bits(frame_of(Scene(spec), 0), frame_of(Scene(spec), 60)));
 }
 
-TEST_P(EveryScene, DensityIsWhatIsToldAndStays) {
+TEST_P(EveryScene, DensityIsAsDocumentedOverTime) {
   const std::string name = GetParam();
   if (name == "column") GTEST_SKIP() << "falls: see Column";
   const Scene scene(spec_of(name, 20000));
-  const double told = scene.spec().density;
+  const double nominal_density = scene.spec().density;
   const double slack = name == "sparse" ? 0.5 : 0.05;
   for (std::size_t f : {0, 120, 3000}) {
-    EXPECT_NEAR(pairs_a_box(scene, f), told, slack * told) << f;
+    EXPECT_NEAR(pairs_per_box(scene, f), nominal_density, slack * nominal_density) << f;
   }
   if (name == "sparse") return;
-  const Scene twice(spec_of(name, 20000, 2 * told));
-  EXPECT_NEAR(pairs_a_box(twice, 0), 2 * told, 0.1 * told);
+  const Scene twice(spec_of(name, 20000, 2 * nominal_density));
+  EXPECT_NEAR(pairs_per_box(twice, 0), 2 * nominal_density, 0.1 * nominal_density);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EveryScene, ::testing::ValuesIn(names()), [](const auto& scene) {
@@ -137,16 +137,16 @@ INSTANTIATE_TEST_SUITE_P(All, EveryScene, ::testing::ValuesIn(names()), [](const
 
 TEST(Scene, DensitiesOfTheBenchmark) {
   for (std::size_t n : {10000, 30000}) {
-    EXPECT_NEAR(pairs_a_box(Scene(spec_of("uniform", n)), 0), 0.5, 0.025) << n;
-    EXPECT_NEAR(pairs_a_box(Scene(spec_of("uniform", n, 2)), 0), 2, 0.1) << n;
-    EXPECT_NEAR(pairs_a_box(Scene(spec_of("pile", n)), 0), 4.9, 0.245) << n;
-    EXPECT_NEAR(pairs_a_box(Scene(spec_of("pile", n, 9.7)), 0), 9.7, 0.485) << n;
-    EXPECT_NEAR(pairs_a_box(Scene(spec_of("mixed", n)), 0), 4.7, 0.235) << n;
+    EXPECT_NEAR(pairs_per_box(Scene(spec_of("uniform", n)), 0), 0.5, 0.025) << n;
+    EXPECT_NEAR(pairs_per_box(Scene(spec_of("uniform", n, 2)), 0), 2, 0.1) << n;
+    EXPECT_NEAR(pairs_per_box(Scene(spec_of("pile", n)), 0), 4.9, 0.245) << n;
+    EXPECT_NEAR(pairs_per_box(Scene(spec_of("pile", n, 9.7)), 0), 9.7, 0.485) << n;
+    EXPECT_NEAR(pairs_per_box(Scene(spec_of("mixed", n)), 0), 4.7, 0.235) << n;
   }
   // One unit cube per 8 unit volumes.
   EXPECT_NEAR(std::pow(Scene(spec_of("uniform", 1000000)).side(), 3) / 8e6, 1, 0.01);
 }
-TEST(Spec, WhatIsWrongIsSaid) {
+TEST(Spec, ErrorsNameTheValue) {
   const auto said = [](const Spec& spec) -> std::string {
     try {
       Scene scene(spec);
@@ -173,9 +173,9 @@ TEST(Spec, WhatIsWrongIsSaid) {
   EXPECT_NE(said(spec).find("0 frames"), std::string::npos);
 }
 
-TEST(Arithmetic, IsWhatItSays) {
+TEST(Arithmetic, KnownValues) {
   for (double x = 0; x < 40; x += 0.37) {
-    EXPECT_NEAR(exp2_plain(x) / std::exp2(x), 1, 1e-9) << x;
+    EXPECT_NEAR(portable_exp2(x) / std::exp2(x), 1, 1e-9) << x;
   }
   for (double x : {0.0, 1e-12, 0.5, 1.0, 8.0, 1e6, 1e18}) {
     EXPECT_NEAR(cube_root(x), std::cbrt(x), 1e-12 * (1 + std::cbrt(x))) << x;

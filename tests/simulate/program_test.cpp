@@ -6,7 +6,7 @@
 
 #include <throng/find_pairs.hpp>
 
-#include "cli/child.hpp"
+#include "cli/cli_test.hpp"
 #include "scene/npy.hpp"
 
 namespace throng::test {
@@ -14,7 +14,7 @@ namespace {
 
 class Simulate : public CliTest {};
 
-TEST_F(Simulate, tells_what_it_measured) {
+TEST_F(Simulate, prints_its_measurements) {
   const nlohmann::json j =
       json({"rain", "--objects", "200", "--steps", "150", "--shape", "rectangle", "--check"});
   EXPECT_EQ(j["scene"], "rain");
@@ -34,11 +34,12 @@ TEST_F(Simulate, tells_what_it_measured) {
 
 TEST_F(Simulate, every_broad_phase_and_a_table) {
   for (const char* phase : {"throng", "dbvt", "axis-sweep"}) {
-    const Said said = run({"column", "--objects", "100", "--steps", "20", "--broadphase", phase});
-    EXPECT_EQ(said.status, 0) << said.err;
-    EXPECT_EQ(said.err, "");  // no progress without a terminal
+    const ProcessOutput output =
+        run({"column", "--objects", "100", "--steps", "20", "--broadphase", phase});
+    EXPECT_EQ(output.status, 0) << output.err;
+    EXPECT_EQ(output.err, "");  // no progress without a terminal
     for (const char* word : {"median ms", "broad phase", "points of contact", phase})
-      EXPECT_NE(said.out.find(word), std::string::npos) << word << "\n" << said.out;
+      EXPECT_NE(output.out.find(word), std::string::npos) << word << "\n" << output.out;
   }
 }
 
@@ -86,25 +87,25 @@ TEST_F(Simulate, a_record_that_cannot_be_written_leaves_nothing) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(Simulate, interrupted_it_leaves_no_half_file) {
+TEST_F(Simulate, interruption_leaves_no_partial_file) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const pid_t pid =
         start(THRONG_PROGRAM,
               {"column", "--objects", "1K", "--steps", "100000", "--record", at("boxes.npy")},
-              at("said.out"), at("said.err"), folder_, {});
+              at("output.out"), at("output.err"), folder_, {});
     for (int wait = 0; wait < 500 && files() == 0; ++wait) usleep(10000);
     kill(pid, signal);
     EXPECT_EQ(wait_for(pid), 128 + signal);
     EXPECT_EQ(files(), 0u);
-    EXPECT_NE(slurp(at("said.err")).find("interrupted"), std::string::npos);
+    EXPECT_NE(slurp(at("output.err")).find("interrupted"), std::string::npos);
   }
 }
 
 TEST_F(Simulate, started_by_throng) {
-  const Said said = run_program(
+  const ProcessOutput output = run_program(
       THRONG_FRONT, {"simulate", "column", "--objects", "50", "--steps", "3", "--json"});
-  EXPECT_EQ(said.status, 0) << said.err;
-  EXPECT_NE(said.out.find("\"objects\":50"), std::string::npos) << said.out;
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_NE(output.out.find("\"objects\":50"), std::string::npos) << output.out;
   EXPECT_NE(run_program(THRONG_FRONT, {"--help"}).out.find("simulate"), std::string::npos);
   EXPECT_NE(run_program(THRONG_FRONT, {"simulate", "--help"}).out.find("--broadphase"),
             std::string::npos);

@@ -10,23 +10,23 @@
 
 #include <unistd.h>
 
-#include "broad_phase/life.hpp"
+#include "broad_phase/call_sequence.hpp"
 #include "scene/npy.hpp"
-#include "support/judge.hpp"
 #include "support/minimise.hpp"
+#include "support/oracle.hpp"
 
 namespace throng::tests {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Wanted {
+struct SoakOptions {
   double seconds = 3600;
   std::uint64_t boxes = ~std::uint64_t{0}, rounds = ~std::uint64_t{0}, seed = 1;
   bool emulated = false;  // only the emulated device
   bool many = false;      // only scenes of up to 30,000 boxes: many columns, wide boxes
   bool twice = false;     // repeats the same rounds, which must not hold more memory
-  double tell_seconds = 60;
+  double report_seconds = 60;
   std::string folder = ".", minimise;
 };
 
@@ -48,10 +48,10 @@ void save(const std::string& path, const void* data, std::size_t size) {
 constexpr std::size_t tiny = 300, small = 4000, medium = 8000, large = 30000;
 
 // Whether a configuration differs from the double loop in any form of search.
-bool differs(Judge& judge, const Case& c, std::size_t config) {
+bool differs(Oracle& oracle, const Case& c, std::size_t config) {
   try {
-    judge.begin(c);
-    for (std::uint32_t form = 0; form < 3; ++form) judge.search(c, config, form);
+    oracle.begin(c);
+    for (std::uint32_t form = 0; form < 3; ++form) oracle.search(c, config, form);
   } catch (const Difference&) {
     return true;
   }
@@ -59,15 +59,15 @@ bool differs(Judge& judge, const Case& c, std::size_t config) {
 }
 
 // Minimises the failing case and writes files.
-void tell_case(const std::string& folder, const Case& found, std::size_t config) {
-  Judge judge;
-  const auto fails = [&](const Case& c) { return differs(judge, c, config); };
+void report_case(const std::string& folder, const Case& found, std::size_t config) {
+  Oracle oracle;
+  const auto fails = [&](const Case& c) { return differs(oracle, c, config); };
   if (!fails(found)) {
     std::printf("  not reproducible with new Finders: the failure depends on their state\n");
     return;
   }
   const Case c = minimise_case(found, fails);
-  const std::string test = as_test(c, judge.configs()[config], "Minimised");
+  const std::string test = as_test(c, oracle.configs()[config], "Minimised");
   std::printf("%s", test.c_str());
   save(folder + "/difference_test.cpp", test.data(), test.size());
   const auto write = [&](const std::string& name, const Set& set) {
@@ -81,33 +81,34 @@ void tell_case(const std::string& folder, const Case& found, std::size_t config)
 
 class Soak {
  public:
-  explicit Soak(const Wanted& wanted) : wanted_(wanted), random_(wanted.seed) {}
+  explicit Soak(const SoakOptions& settings) : settings_(settings), random_(settings.seed) {}
 
   int run() {
-    start_ = last_told_ = Clock::now();
+    start_ = last_report_ = Clock::now();
     double warm_mib = 0;
-    while (seconds() < wanted_.seconds && total_boxes() < wanted_.boxes &&
-           rounds_ < wanted_.rounds) {
+    while (seconds() < settings_.seconds && total_boxes() < settings_.boxes &&
+           rounds_ < settings_.rounds) {
       if (!round()) return 1;
       ++rounds_;
-      judge_.drop_large();
+      oracle_.drop_large();
       // By then all sizes have occurred, and the workspaces have reached their maximum.
-      if (!wanted_.twice && warm_mib == 0 && seconds() > wanted_.seconds / 5 &&
+      if (!settings_.twice && warm_mib == 0 && seconds() > settings_.seconds / 5 &&
           rounds_ > warm_rounds)
         warm_mib = resident_mib();
-      if (std::chrono::duration<double>(Clock::now() - last_told_).count() > wanted_.tell_seconds)
-        tell();
+      if (std::chrono::duration<double>(Clock::now() - last_report_).count() >
+          settings_.report_seconds)
+        print_progress();
     }
-    if (wanted_.twice && !sanitized) {
+    if (settings_.twice && !sanitized) {
       warm_mib = resident_mib();
-      random_ = Random(wanted_.seed);
+      random_ = Random(settings_.seed);
       for (std::uint64_t again = rounds_; again > 0; --again, ++rounds_) {
         if (!round()) return 1;
-        judge_.drop_large();
+        oracle_.drop_large();
       }
     }
-    tell();
-    std::printf("%s", judge_.table().c_str());
+    print_progress();
+    std::printf("%s", oracle_.table().c_str());
     std::printf("no difference\n");
     return is_memory_flat(warm_mib) ? 0 : 1;
   }
@@ -132,47 +133,48 @@ class Soak {
     }
     const double end_mib = resident_mib();
     // Repeated rounds need the same memory; new ones sometimes a little more.
-    const double most_mib = wanted_.twice ? 1.05 * warm_mib + 8 : 1.25 * warm_mib + 48;
+    const double most_mib = settings_.twice ? 1.05 * warm_mib + 8 : 1.25 * warm_mib + 48;
     std::printf("resident memory: %.0f MiB after %s, %.0f MiB at the end, at most %.0f\n", warm_mib,
-                wanted_.twice ? "the first half" : "a fifth of the time", end_mib, most_mib);
+                settings_.twice ? "the first half" : "a fifth of the time", end_mib, most_mib);
     if (end_mib <= most_mib) return true;
     std::printf("MEMORY GREW\n");
     return false;
   }
 
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  std::uint64_t total_boxes() const { return judge_.tally.boxes + lives_.boxes; }
+  std::uint64_t total_boxes() const { return oracle_.totals.boxes + sequence_counts_.boxes; }
 
   // One sequence of calls in 80 rounds; a large scene in some thousands.
   bool round() {
     const std::uint32_t kind = random_.below(4000);
-    if (wanted_.many) return scene(large);
-    if (kind % 80 == 0) return life();
+    if (settings_.many) return scene(large);
+    if (kind % 80 == 0) return call_sequence();
     return scene(kind == 1 ? large : kind < 20 ? medium : kind % 2 ? small : tiny);
   }
 
-  bool life() {
+  bool call_sequence() {
     const std::vector<std::uint8_t> bytes = random_bytes(random_, 64 + random_.below(1500));
     try {
       Bytes stream(bytes);
-      const LifeCount c = live(stream);
-      lives_.updates += c.updates, lives_.boxes += c.boxes, lives_.pairs += c.pairs;
-      lives_.questions += c.questions;
+      const CallSequenceCounts c = run_call_sequence(stream);
+      sequence_counts_.updates += c.updates, sequence_counts_.boxes += c.boxes,
+          sequence_counts_.pairs += c.pairs;
+      sequence_counts_.queries += c.queries;
       return true;
     } catch (const Difference& difference) {
       std::printf("DIFFERENCE in round %llu, seed %llu: %s\n", number(rounds_),
-                  number(wanted_.seed), difference.what());
-      if (wanted_.folder.empty()) return false;
+                  number(settings_.seed), difference.what());
+      if (settings_.folder.empty()) return false;
       const std::vector<std::uint8_t> least = minimise_bytes(bytes, [](const auto& b) {
         try {
           Bytes stream(b);
-          live(stream);
+          run_call_sequence(stream);
         } catch (const Difference&) {
           return true;
         }
         return false;
       });
-      save(wanted_.folder + "/difference_broad_phase", least.data(), least.size());
+      save(settings_.folder + "/difference_broad_phase", least.data(), least.size());
       std::printf("  copy it to tests/fuzz/corpus/broad_phase, and the tests run it\n");
       return false;
     }
@@ -186,27 +188,31 @@ class Soak {
     if (most == small && !random_.one_in(4)) bytes[0] = scattered_shape;
     Bytes stream(bytes);
     const Case c = make_case(stream, most);
-    judge_.begin(c);
+    oracle_.begin(c);
     // Tens of thousands of boxes in one place would take minutes, and gigabytes per copy.
     constexpr std::size_t most_pairs = std::size_t{1} << 25;
-    if (judge_.truth().pairs().size() > most_pairs) return true;
+    if (oracle_.expected().pairs().size() > most_pairs) return true;
     if (rounds_ % 64 == 0) {
-      ++judge_.tally.looked_close;
-      if (has_close_pair(c)) ++judge_.tally.close_cases;
+      ++oracle_.totals.close_checked;
+      if (has_close_pair(c)) ++oracle_.totals.close_cases;
     }
     // CPU searches on one thread cost some 0.05 us per box; starting threads, and the emulated
     // device, cost many times as much for few boxes. Many pairs take time to compare.
-    const std::size_t crowd = judge_.truth().pairs().size() / (c.size() + 1);
-    const std::uint32_t searches = most == tiny ? 20 : crowd > 8 ? 6 : crowd > 1 ? 20 : 192;
+    const std::size_t pairs_per_box = oracle_.expected().pairs().size() / (c.size() + 1);
+    const std::uint32_t searches = most == tiny        ? 20
+                                   : pairs_per_box > 8 ? 6
+                                   : pairs_per_box > 1 ? 20
+                                                       : 192;
     for (std::uint32_t k = 0; k < searches; ++k) {
-      const std::size_t config = random_.below(static_cast<std::uint32_t>(judge_.configs().size()));
-      if (!worth_it(judge_.configs()[config], c.size(), most)) continue;
+      const std::size_t config =
+          random_.below(static_cast<std::uint32_t>(oracle_.configs().size()));
+      if (!should_run(oracle_.configs()[config], c.size(), most)) continue;
       try {
-        judge_.search(c, config, random_.below(1u << 20));
+        oracle_.search(c, config, random_.below(1u << 20));
       } catch (const Difference& difference) {
         std::printf("DIFFERENCE in round %llu, seed %llu, %s: %s\n", number(rounds_),
-                    number(wanted_.seed), describe(c).c_str(), difference.what());
-        if (!wanted_.folder.empty()) tell_case(wanted_.folder, c, config);
+                    number(settings_.seed), describe(c).c_str(), difference.what());
+        if (!settings_.folder.empty()) report_case(settings_.folder, c, config);
         return false;
       }
     }
@@ -214,57 +220,57 @@ class Soak {
   }
 
   // Whether to run a drawn configuration: slow ones run less often.
-  bool worth_it(const Config& how, std::size_t boxes, std::size_t most) {
-    if (wanted_.emulated) return how.backend == Backend::emulated && how.threads == 1;
-    const bool dear = how.threads != 1 || how.backend != Backend::cpu;
-    if (dear && most != large && !random_.one_in(16)) return false;
+  bool should_run(const Config& how, std::size_t boxes, std::size_t most) {
+    if (settings_.emulated) return how.backend == Backend::emulated && how.threads == 1;
+    const bool expensive = how.threads != 1 || how.backend != Backend::cpu;
+    if (expensive && most != large && !random_.one_in(16)) return false;
     // The scalar kernels, and brute force over many boxes.
     const bool slow = boxes > 100 && (how.isa == Isa::scalar ||
                                       (how.algorithm == Algorithm::all_pairs && boxes > 2000));
     return !slow || random_.one_in(40);
   }
   static unsigned long long number(std::uint64_t n) { return n; }
-  void tell() {
-    last_told_ = Clock::now();
-    const Tally& t = judge_.tally;
+  void print_progress() {
+    last_report_ = Clock::now();
+    const ComparisonCounts& t = oracle_.totals;
     std::printf(
         "%7.0f s  seed %llu  %llu rounds  %llu boxes and %llu pairs compared: %llu searches of "
         "%llu "
         "scenes, %llu updates, %llu queries; %.0f %% of the scenes touch within 2 ulp; %.0f "
         "MiB\n",
-        seconds(), number(wanted_.seed), number(rounds_), number(total_boxes()),
-        number(t.pairs + lives_.pairs), number(t.searches), number(t.cases), number(lives_.updates),
-        number(lives_.questions),
+        seconds(), number(settings_.seed), number(rounds_), number(total_boxes()),
+        number(t.pairs + sequence_counts_.pairs), number(t.searches), number(t.cases),
+        number(sequence_counts_.updates), number(sequence_counts_.queries),
         100.0 * static_cast<double>(t.close_cases) /
-            static_cast<double>(std::max<std::uint64_t>(t.looked_close, 1)),
+            static_cast<double>(std::max<std::uint64_t>(t.close_checked, 1)),
         resident_mib());
     std::fflush(stdout);
   }
 
-  Wanted wanted_;
+  SoakOptions settings_;
   Random random_;
-  Judge judge_;
-  LifeCount lives_;
+  Oracle oracle_;
+  CallSequenceCounts sequence_counts_;
   std::uint64_t rounds_ = 0;
-  Clock::time_point start_, last_told_;
+  Clock::time_point start_, last_report_;
 };
 
 // Converts an input on which the fuzz target find_pairs fails into a test.
-int minimise(const Wanted& wanted) {
-  std::ifstream file(wanted.minimise, std::ios::binary);
+int minimise(const SoakOptions& settings) {
+  std::ifstream file(settings.minimise, std::ios::binary);
   const std::vector<std::uint8_t> input{std::istreambuf_iterator<char>(file), {}};
   Bytes bytes(input);
   const std::uint32_t choice = bytes.next();
   const Case c = make_case(bytes, 600);
-  Judge judge;
+  Oracle oracle;
   for (std::uint32_t k = 0; k < 4; ++k) {
-    const std::size_t config = (choice + k * 11) % judge.configs().size();
-    if (!differs(judge, c, config)) continue;
-    tell_case(wanted.folder, c, config);
+    const std::size_t config = (choice + k * 11) % oracle.configs().size();
+    if (!differs(oracle, c, config)) continue;
+    report_case(settings.folder, c, config);
     return 0;
   }
   std::printf("throng-soak: %s: no configuration of this input differs from the double loop\n",
-              wanted.minimise.c_str());
+              settings.minimise.c_str());
   return 1;
 }
 
@@ -272,30 +278,30 @@ int minimise(const Wanted& wanted) {
 }  // namespace throng::tests
 
 int main(int argc, char** argv) {
-  throng::tests::Wanted wanted;
+  throng::tests::SoakOptions settings;
   for (int i = 1; i < argc; i += 2) {
     const std::string name = argv[i];
     const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
     if (value && name == "--seconds") {
-      wanted.seconds = std::strtod(value, nullptr);
+      settings.seconds = std::strtod(value, nullptr);
     } else if (value && name == "--boxes") {
-      wanted.boxes = static_cast<std::uint64_t>(std::strtod(value, nullptr));
+      settings.boxes = static_cast<std::uint64_t>(std::strtod(value, nullptr));
     } else if (value && name == "--rounds") {
-      wanted.rounds = std::strtoull(value, nullptr, 10);
+      settings.rounds = std::strtoull(value, nullptr, 10);
     } else if (value && name == "--emulated") {
-      wanted.emulated = std::strtoull(value, nullptr, 10) != 0;
+      settings.emulated = std::strtoull(value, nullptr, 10) != 0;
     } else if (value && name == "--many") {
-      wanted.many = std::strtoull(value, nullptr, 10) != 0;
+      settings.many = std::strtoull(value, nullptr, 10) != 0;
     } else if (value && name == "--twice") {
-      wanted.twice = std::strtoull(value, nullptr, 10) != 0;
+      settings.twice = std::strtoull(value, nullptr, 10) != 0;
     } else if (value && name == "--seed") {
-      wanted.seed = std::strtoull(value, nullptr, 10);
+      settings.seed = std::strtoull(value, nullptr, 10);
     } else if (value && name == "--report-seconds") {
-      wanted.tell_seconds = std::strtod(value, nullptr);
+      settings.report_seconds = std::strtod(value, nullptr);
     } else if (value && name == "--minimise") {
-      wanted.minimise = value;
+      settings.minimise = value;
     } else if (value && name == "--folder") {
-      wanted.folder = value;
+      settings.folder = value;
     } else {
       std::printf(
           "throng-soak: '%s' is unknown or has no value; options: --seconds S (3600), --boxes "
@@ -308,6 +314,6 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  if (!wanted.minimise.empty()) return throng::tests::minimise(wanted);
-  return throng::tests::Soak(wanted).run();
+  if (!settings.minimise.empty()) return throng::tests::minimise(settings);
+  return throng::tests::Soak(settings).run();
 }

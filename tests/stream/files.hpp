@@ -109,7 +109,7 @@ class StreamTest : public ::testing::Test {
   }
 
   // The smallest accepted cap, as named by the error for a smaller one.
-  static std::size_t least_cap(stream::Request request) {
+  static std::size_t smallest_cap(stream::Request request) {
     request.options.memory_cap_bytes = 1;
     try {
       stream::run(request);
@@ -138,11 +138,11 @@ class StreamTest : public ::testing::Test {
 
   // The pairs, their number and checksum, and the inactive boxes equal those of a search in memory.
   stream::Report expect_same(const Set& a, const Set* b = nullptr, Options options = {},
-                             std::size_t more_than_least = 0) const {
-    stream::Request asked = request(a, b, options);
-    asked.options.memory_cap_bytes = least_cap(asked) + more_than_least;
+                             std::size_t bytes_above_min = 0) const {
+    stream::Request capped = request(a, b, options);
+    capped.options.memory_cap_bytes = smallest_cap(capped) + bytes_above_min;
     const std::size_t before = files();
-    const stream::Report report = stream::run(asked);
+    const stream::Report report = stream::run(capped);
     EXPECT_EQ(files(), before + 1) << "more is left than the pairs";
     options.order = Order::canonical;
     Finder finder(options);
@@ -150,7 +150,7 @@ class StreamTest : public ::testing::Test {
     EXPECT_TRUE(r.ok()) << r.message;
     const Pairs expected = finder.pairs();
     std::vector<Pair> found = read_pairs();
-    if (asked.options.order != Order::canonical) std::sort(found.begin(), found.end());
+    if (capped.options.order != Order::canonical) std::sort(found.begin(), found.end());
     EXPECT_EQ(found.size(), expected.size());
     EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
     EXPECT_EQ(report.frames.size(), 1u);

@@ -15,16 +15,16 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 class Stream : public StreamTest {};
 
 // A few slabs: more than one, and fewer than with the smallest cap.
-constexpr std::size_t some_more = 3 << 20;
+constexpr std::size_t medium_surplus = 3 << 20;
 
-TEST_F(Stream, every_scene_under_the_least_cap_and_a_larger_one) {
+TEST_F(Stream, every_scene_under_two_caps) {
   for (const std::string& name : scene::names()) {
     SCOPED_TRACE(name);
     const Set set = scene_set(name, 30000);
     const stream::Report report = expect_same(set);
     EXPECT_GT(report.slabs, 4u);
     EXPECT_GT(report.scratch_bytes, 30000u * 28);
-    expect_same(set, nullptr, {}, some_more);
+    expect_same(set, nullptr, {}, medium_surplus);
   }
 }
 
@@ -87,13 +87,13 @@ Set lattice(int side, std::uint32_t seed, int nudge) {
   return set;
 }
 
-TEST_F(Stream, lattices_whose_faces_lie_on_borders) {
+TEST_F(Stream, lattices_with_faces_on_borders) {
   const stream::Report report = expect_same(lattice(26, 1, 0));
   EXPECT_GT(report.slabs, 3u);
   for (std::uint32_t seed = 2; seed < 5; ++seed) expect_same(lattice(26, seed, 2));
 }
 
-TEST_F(Stream, lattices_with_margins_near_a_touch) {
+TEST_F(Stream, lattices_with_margins_near_contact) {
   // Cubes of a half on a lattice of ones: a margin of a quarter makes them touch, if it is exact.
   for (const int nudge : {0, 2}) {
     Set set = lattice(20, 7, nudge);
@@ -176,7 +176,7 @@ TEST_F(Stream, nan_boxes_are_refused_with_their_index_or_inactive) {
   options.nan = NanPolicy::inactive;
   expect_same(set, nullptr, options);
   stream::Request refused = request(set, nullptr, {});
-  refused.options.memory_cap_bytes = least_cap(refused);
+  refused.options.memory_cap_bytes = smallest_cap(refused);
   try {
     stream::run(refused);
     ADD_FAILURE() << "a NaN was taken";
@@ -211,7 +211,7 @@ TEST_F(Stream, filters_of_one_set_and_two) {
   expect_same(a, &b);
 }
 
-TEST_F(Stream, two_sets_of_very_different_sizes_and_kinds) {
+TEST_F(Stream, two_sets_of_different_size_and_filters) {
   const Set many = scene_set("uniform", 30000, 3), rods = scene_set("rods", 8000);
   const Set ground = {{{{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 0}}}, {}, {}, {}, {}, {}};
   expect_same(many, &rods);
@@ -230,11 +230,11 @@ TEST_F(Stream, frames_one_after_another) {
   const Set first = scene_set("uniform", 12000, 1, 1), second = scene_set("pile", 12000, 0, 2);
   std::vector<Box> both = first.boxes;
   both.insert(both.end(), second.boxes.begin(), second.boxes.end());
-  stream::Request asked = request(first, nullptr, {});
-  scene::write_boxes(asked.a.boxes, both.data(), 2, 12000);
-  asked.options.order = Order::canonical;
-  asked.options.memory_cap_bytes = least_cap(asked);
-  const stream::Report report = stream::run(asked);
+  stream::Request capped = request(first, nullptr, {});
+  scene::write_boxes(capped.a.boxes, both.data(), 2, 12000);
+  capped.options.order = Order::canonical;
+  capped.options.memory_cap_bytes = smallest_cap(capped);
+  const stream::Report report = stream::run(capped);
   Options canonical;
   canonical.order = Order::canonical;
   std::vector<Pair> expected = find_pairs(first.boxes, canonical);
@@ -246,7 +246,7 @@ TEST_F(Stream, frames_one_after_another) {
   EXPECT_EQ(read_pairs(), expected);
 }
 
-TEST_F(Stream, a_search_that_needs_more_than_its_share_is_made_in_halves) {
+TEST_F(Stream, oversized_searches_are_halved) {
   // Long boxes crossed: each in dozens of cells.
   Set set = scene_set("rods", 6000, 60);
   const stream::Report report = expect_same(set);
@@ -265,51 +265,51 @@ TEST_F(Stream, all_algorithms_and_backends) {
   expect_same(set, nullptr, options);
 }
 
-TEST_F(Stream, progress_rises_to_the_end_and_may_stop_the_search) {
+TEST_F(Stream, progress_increases_and_may_stop) {
   const Set set = scene_set("uniform", 30000);
-  stream::Request asked = request(set, nullptr, {});
-  asked.options.memory_cap_bytes = least_cap(asked);
+  stream::Request capped = request(set, nullptr, {});
+  capped.options.memory_cap_bytes = smallest_cap(capped);
   double before = 0;
   int calls = 0;
-  asked.progress = [&](double share) {
+  capped.progress = [&](double share) {
     EXPECT_GE(share, before);
     EXPECT_LE(share, 1);
     before = share;
     ++calls;
   };
-  stream::run(asked);
+  stream::run(capped);
   EXPECT_GT(before, 0.9);
   EXPECT_GT(calls, 20);
   fs::remove(at("pairs.npy"));
   for (const int stop_at : {1, calls / 2, calls - 1}) {
     int call = 0;
-    asked.progress = [&](double) {
+    capped.progress = [&](double) {
       if (++call == stop_at) throw stop_at;
     };
-    EXPECT_THROW(stream::run(asked), int);
+    EXPECT_THROW(stream::run(capped), int);
     EXPECT_EQ(files(), 1u) << "only the boxes may be there";
   }
 }
 
 TEST_F(Stream, a_file_that_shrinks_while_it_is_read_is_an_error) {
   const Set set = scene_set("uniform", 30000);
-  stream::Request asked = request(set, nullptr, {});
-  asked.options.memory_cap_bytes = least_cap(asked);
+  stream::Request capped = request(set, nullptr, {});
+  capped.options.memory_cap_bytes = smallest_cap(capped);
   int call = 0;
-  asked.progress = [&](double) {
-    if (++call == 3) fs::resize_file(asked.a.boxes, 200000);
+  capped.progress = [&](double) {
+    if (++call == 3) fs::resize_file(capped.a.boxes, 200000);
   };
-  EXPECT_THROW(stream::run(asked), scene::FileError);
+  EXPECT_THROW(stream::run(capped), scene::FileError);
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(Stream, a_scratch_folder_that_is_none_is_named) {
+TEST_F(Stream, missing_scratch_folders_are_named) {
   const Set set = scene_set("uniform", 30000);
-  stream::Request asked = request(set, nullptr, {});
-  asked.options.memory_cap_bytes = least_cap(asked);
-  asked.scratch_folder = at("nowhere");
+  stream::Request capped = request(set, nullptr, {});
+  capped.options.memory_cap_bytes = smallest_cap(capped);
+  capped.scratch_folder = at("nowhere");
   try {
-    stream::run(asked);
+    stream::run(capped);
     ADD_FAILURE() << "no error";
   } catch (const program::Failure& failure) {
     const std::string said = failure.what();
@@ -319,15 +319,15 @@ TEST_F(Stream, a_scratch_folder_that_is_none_is_named) {
 }
 
 // The rule of halos, at the edge: a border exactly at the end of a box is reached by it.
-TEST(Split, homes_and_last_slabs_at_borders) {
+TEST(Split, owners_and_last_slabs_at_borders) {
   stream::Split split;
   split.borders = {1, 2, 3};
   const auto box = [](float lower, float upper) { return Box{{lower, 0, 0}, {upper, 0, 0}}; };
   EXPECT_EQ(split.slabs(), 4);
-  EXPECT_EQ(split.home(box(std::nextafter(1.0f, 0.0f), 9)), 0);
-  EXPECT_EQ(split.home(box(1, 9)), 1);
-  EXPECT_EQ(split.home(box(-infinity, 9)), 0);
-  EXPECT_EQ(split.home(box(infinity, infinity)), 3);
+  EXPECT_EQ(split.owner(box(std::nextafter(1.0f, 0.0f), 9)), 0);
+  EXPECT_EQ(split.owner(box(1, 9)), 1);
+  EXPECT_EQ(split.owner(box(-infinity, 9)), 0);
+  EXPECT_EQ(split.owner(box(infinity, infinity)), 3);
   EXPECT_EQ(split.last(box(0, std::nextafter(2.0f, 0.0f)), 0), 1);
   EXPECT_EQ(split.last(box(0, 2), 0), 2);
   EXPECT_EQ(split.last(box(0, infinity), 0), 3);

@@ -89,11 +89,11 @@ using Maker = BoxList (*)(Bytes&, std::size_t);
 BoxList free_boxes(Bytes& bytes, std::size_t n) {
   BoxList boxes;
   std::vector<float> seen;
-  const bool rows = bytes.one_in(4), as_they_come = bytes.one_in(8);
+  const bool rows = bytes.one_in(4), unsorted = bytes.one_in(8);
   while (!bytes.empty() && boxes.size() < n) {
     float c[6];
     for (float& x : c) x = any_coordinate(bytes, seen);
-    const Box box = as_they_come ? Box{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}} : sorted(c);
+    const Box box = unsorted ? Box{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}} : sorted(c);
     for (int r = 0; r < (rows ? 24 : 1) && boxes.size() < n; ++r) {
       boxes.push_back(box);
       boxes.back().lower.x += static_cast<float>(r);
@@ -146,7 +146,7 @@ BoxList octree_boxes(Bytes& bytes, std::size_t n) {
 
 // Each box is placed at a face, an edge or a corner of an earlier one, exactly or off by up to two
 // ulps; sizes from half to twice, or a thousand times.
-BoxList kissing_boxes(Bytes& bytes, std::size_t n) {
+BoxList adjacent_boxes(Bytes& bytes, std::size_t n) {
   Random random(bytes.word());
   const float start = bytes.one_in(3) ? random.in(-1e6f, 1e6f) : random.in(-2, 2);
   const float unit = std::ldexp(1.0f + random.unit(), bytes.between(-20, 20));
@@ -255,14 +255,14 @@ struct Shape {
 };
 constexpr Shape shapes[] = {
     {"free", free_boxes},           {"lattice", lattice_boxes},     {"octree", octree_boxes},
-    {"kissing", kissing_boxes},     {"known", known_boxes},         {"special", special_boxes},
+    {"adjacent", adjacent_boxes},   {"known", known_boxes},         {"special", special_boxes},
     {"lattice", lattice_boxes},     {"scattered", scattered_boxes}, {"scattered", scattered_boxes},
     {"scattered", scattered_boxes},
 };
 constexpr std::size_t shape_count = sizeof shapes / sizeof *shapes;
 
 // Makes one box a special case.
-Box rarity(Bytes& bytes, Box box) {
+Box special_case(Bytes& bytes, Box box) {
   float* c = &box.lower.x;
   const std::uint32_t kind = bytes.next(), k = bytes.next() % 3;
   switch (kind % 8) {
@@ -312,14 +312,14 @@ Case make_case(Bytes& bytes, std::size_t most) {
   c.cell_scale = scales[options >> 3 & 7];
   const std::uint32_t worlds = 1 + bytes.next() % 7;
   const std::uint64_t label_seed = bytes.word();
-  const std::size_t rare = bytes.next() % 16;
+  const std::size_t special_count = bytes.next() % 16;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> rarities;
   const std::size_t n = 2 + (size >> 8) % ((size & 3) ? most / 4 : most - 1);
   BoxList boxes = shape.make(bytes, n);
   if (boxes.size() > most) boxes.resize(most);
-  for (std::size_t r = 0; r + 12 < rare && !boxes.empty(); ++r) {
+  for (std::size_t r = 0; r + 12 < special_count && !boxes.empty(); ++r) {
     Box& box = boxes[bytes.word() % boxes.size()];
-    box = rarity(bytes, box);
+    box = special_case(bytes, box);
   }
   Random random(label_seed);
   // Sometimes the same boxes in several worlds.

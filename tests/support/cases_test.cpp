@@ -5,8 +5,8 @@
 
 #include <set>
 
-#include "support/judge.hpp"
 #include "support/minimise.hpp"
+#include "support/oracle.hpp"
 
 namespace throng::tests {
 namespace {
@@ -16,7 +16,7 @@ std::vector<std::uint8_t> bytes_of(std::uint64_t seed) {
   return random_bytes(random, 40 + random.below(1500));
 }
 
-TEST(Cases, AThirdHangsOnTheLastBit) {
+TEST(Cases, AThirdDependsOnTheLastBit) {
   int close = 0, two_sets = 0, filtered = 0;
   std::set<std::string> shapes;
   constexpr int cases = 300;
@@ -49,13 +49,13 @@ TEST(Cases, CloseMeansWithinTwoSteps) {
 }
 
 // The vectorized double loop against the scalar one.
-TEST(PlainLoop, IsTheReference) {
+TEST(VectorizedReference, MatchesTheReference) {
   std::size_t pairs = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     const std::vector<std::uint8_t> bytes = bytes_of(seed);
     Bytes stream(bytes);
     const Case c = make_case(stream, 300);
-    PlainLoop loop;
+    VectorizedReference loop;
     loop.run(c.first(), c.second(), c.two_sets, c.margin);
     const Answer want = c.two_sets ? reference_pairs(c.first(), c.second(), c.margin)
                                    : reference_pairs(c.first(), c.margin);
@@ -66,9 +66,9 @@ TEST(PlainLoop, IsTheReference) {
   EXPECT_GT(pairs, 10000u);
 }
 
-TEST(PlainLoop, TellsEveryKindOfDifference) {
+TEST(VectorizedReference, DetectsEveryDifference) {
   const BoxList boxes = snapped_boxes(60, 5, 1, 4);
-  PlainLoop loop;
+  VectorizedReference loop;
   loop.run(boxes, Boxes(), false, 0);
   const std::vector<Pair> right = loop.pairs();
   ASSERT_GT(right.size(), 10u);
@@ -95,7 +95,7 @@ TEST(PlainLoop, TellsEveryKindOfDifference) {
 }
 
 // The failing condition is a pair that touches exactly along x: two boxes must remain.
-TEST(Minimise, LeavesWhatFailsAndNoMore) {
+TEST(Minimise, KeepsOnlyWhatFails) {
   const auto touches = [](const Case& c) {
     for (const Box& a : c.a.boxes)
       for (const Box& b : c.a.boxes)

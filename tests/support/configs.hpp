@@ -87,7 +87,7 @@ inline std::vector<Config> plain_configs() {
 
 // Sanitizers slow tests down 3 to 15 times, so this keeps the scalar and the widest set and drops
 // configurations whose code another one runs too.
-inline std::vector<Config> watched_configs() {
+inline std::vector<Config> sanitizer_configs() {
   constexpr Order any = Order::any, canonical = Order::canonical;
   const Isa widest = supported_isas().back();
   std::vector<Config> configs = {
@@ -99,7 +99,7 @@ inline std::vector<Config> watched_configs() {
       {Algorithm::all_pairs, Isa::scalar, 0, any, Backend::emulated},
       {Algorithm::grid, Isa::scalar, 0, any, Backend::emulated},
   };
-  if (!watches_threads) {
+  if (!thread_sanitized) {
     configs.push_back({Algorithm::all_pairs, Isa::scalar, 1, any});
     configs.push_back({Algorithm::grid, Isa::scalar, 1, any});
     configs.push_back({Algorithm::grid, Isa::scalar, 0, canonical, Backend::emulated});
@@ -109,7 +109,7 @@ inline std::vector<Config> watched_configs() {
 }
 
 inline std::vector<Config> all_configs() {
-  std::vector<Config> configs = sanitized ? watched_configs() : plain_configs();
+  std::vector<Config> configs = sanitized ? sanitizer_configs() : plain_configs();
   // And on a GPU, if there is one.
   if (cuda::available().ok())
     for (const Algorithm algorithm : {Algorithm::all_pairs, Algorithm::grid, Algorithm::automatic})

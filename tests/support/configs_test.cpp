@@ -39,7 +39,7 @@ std::set<Three> threes(const std::vector<Config>& configs) {
   return met;
 }
 
-TEST(Configs, AnyTwoSettingsMeetInTheSuite) {
+TEST(Configs, SuiteCoversPairsOfSettings) {
   const std::vector<Config> all = all_configs(), suite = suite_configs();
   EXPECT_EQ(twos(suite), twos(all));
   if (!sanitized) {

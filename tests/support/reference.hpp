@@ -74,14 +74,14 @@ inline std::vector<Item> read_items(const Boxes& boxes, float margin) {
 }
 
 template <class Real>
-THRONG_UNWATCHED bool disjoint(const BasicItem<Real>& a, const BasicItem<Real>& b) {
+THRONG_NO_SANITIZE bool disjoint(const BasicItem<Real>& a, const BasicItem<Real>& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (a.upper[axis] < b.lower[axis] || b.upper[axis] < a.lower[axis]) return true;
   return false;
 }
 
 template <class Real>
-THRONG_UNWATCHED bool wanted(const BasicItem<Real>& a, const BasicItem<Real>& b) {
+THRONG_NO_SANITIZE bool wanted(const BasicItem<Real>& a, const BasicItem<Real>& b) {
   if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
   if (a.owner != -1 && a.owner == b.owner) return false;
   if (a.world != -1 && b.world != -1 && a.world != b.world) return false;
@@ -90,8 +90,8 @@ THRONG_UNWATCHED bool wanted(const BasicItem<Real>& a, const BasicItem<Real>& b)
 
 // The first index from j on (of `count` in all) that pairs with a; `count` if none.
 template <class Real>
-THRONG_UNWATCHED std::uint32_t next_met(const BasicItem<Real>& a, const BasicItem<Real>* all,
-                                        std::uint32_t j, std::size_t count) {
+THRONG_NO_SANITIZE std::uint32_t next_overlap(const BasicItem<Real>& a, const BasicItem<Real>* all,
+                                              std::uint32_t j, std::size_t count) {
   while (j < count && (!all[j].active || disjoint(a, all[j]) || !wanted(a, all[j]))) ++j;
   return j;
 }
@@ -108,44 +108,44 @@ std::uint64_t count_inactive(const std::vector<BasicItem<Real>>& items) {
 }
 
 template <class Real>
-Answer plain_pairs(const BasicBoxes<Real>& boxes, float margin) {
+Answer double_loop_pairs(const BasicBoxes<Real>& boxes, float margin) {
   const std::vector<BasicItem<Real>> items = items_of(boxes, margin);
   Answer answer;
   answer.inactive = count_inactive(items);
   const std::size_t n = items.size();
   for (std::uint32_t i = 0; i < n; ++i) {
     if (!items[i].active) continue;
-    for (std::uint32_t j = i; (j = next_met(items[i], items.data(), j + 1, n)) < n;)
+    for (std::uint32_t j = i; (j = next_overlap(items[i], items.data(), j + 1, n)) < n;)
       answer.pairs.push_back({i, j});
   }
   return answer;
 }
 
 template <class Real>
-Answer plain_pairs(const BasicBoxes<Real>& a, const BasicBoxes<Real>& b, float margin) {
+Answer double_loop_pairs(const BasicBoxes<Real>& a, const BasicBoxes<Real>& b, float margin) {
   const std::vector<BasicItem<Real>> left = items_of(a, margin), right = items_of(b, margin);
   Answer answer;
   answer.inactive = count_inactive(left) + count_inactive(right);
   const std::size_t n = right.size();
   for (std::uint32_t i = 0; i < left.size(); ++i) {
     if (!left[i].active) continue;
-    for (std::uint32_t j = 0; (j = next_met(left[i], right.data(), j, n)) < n; ++j)
+    for (std::uint32_t j = 0; (j = next_overlap(left[i], right.data(), j, n)) < n; ++j)
       answer.pairs.push_back({i, j});
   }
   return answer;
 }
 
 inline Answer reference_pairs(const Boxes& boxes, float margin = 0) {
-  return plain_pairs(boxes, margin);
+  return double_loop_pairs(boxes, margin);
 }
 inline Answer reference_pairs(const Boxes& a, const Boxes& b, float margin = 0) {
-  return plain_pairs(a, b, margin);
+  return double_loop_pairs(a, b, margin);
 }
 inline Answer reference_pairs(const DoubleBoxes& boxes, float margin = 0) {
-  return plain_pairs(boxes, margin);
+  return double_loop_pairs(boxes, margin);
 }
 inline Answer reference_pairs(const DoubleBoxes& a, const DoubleBoxes& b, float margin = 0) {
-  return plain_pairs(a, b, margin);
+  return double_loop_pairs(a, b, margin);
 }
 
 // For sets too large for the double loop: one sort and one sweep along `axis`. No filters. Tested
@@ -183,24 +183,25 @@ inline void print_pairs(std::ostream& out, const char* what, const std::vector<P
 inline testing::AssertionResult same_pairs(std::vector<Pair> got, const std::vector<Pair>& want) {
   if (!std::is_sorted(got.begin(), got.end())) std::sort(got.begin(), got.end());
   if (got == want) return testing::AssertionSuccess();
-  std::vector<Pair> missing, extra, twice;
+  std::vector<Pair> missing, extra, duplicates;
   std::size_t g = 0;
   for (const Pair& pair : want) {
     for (; g < got.size() && got[g] < pair; ++g) {
       const bool repeated = g > 0 && got[g - 1] == got[g];
-      (repeated ? twice : extra).push_back(got[g]);
+      (repeated ? duplicates : extra).push_back(got[g]);
     }
     if (g < got.size() && got[g] == pair)
       ++g;
     else
       missing.push_back(pair);
   }
-  for (; g < got.size(); ++g) (g > 0 && got[g - 1] == got[g] ? twice : extra).push_back(got[g]);
+  for (; g < got.size(); ++g)
+    (g > 0 && got[g - 1] == got[g] ? duplicates : extra).push_back(got[g]);
   std::ostringstream out;
   out << got.size() << " pairs instead of " << want.size();
   print_pairs(out, "missing", missing);
   print_pairs(out, "extra", extra);
-  print_pairs(out, "duplicate", twice);
+  print_pairs(out, "duplicate", duplicates);
   return testing::AssertionFailure() << out.str();
 }
 

@@ -11,11 +11,11 @@
 #endif
 
 #if defined(__SANITIZE_THREAD__) || THRONG_HAS(thread_sanitizer)
-#define THRONG_WATCHES_THREADS 1
+#define THRONG_THREAD_SANITIZED 1
 #else
-#define THRONG_WATCHES_THREADS 0
+#define THRONG_THREAD_SANITIZED 0
 #endif
-#if THRONG_WATCHES_THREADS || defined(__SANITIZE_ADDRESS__) || THRONG_HAS(address_sanitizer)
+#if THRONG_THREAD_SANITIZED || defined(__SANITIZE_ADDRESS__) || THRONG_HAS(address_sanitizer)
 #define THRONG_SANITIZED 1
 #else
 #define THRONG_SANITIZED 0
@@ -23,13 +23,13 @@
 
 // For simple loops of the tests: a sanitizer finds nothing in them and would spend most time there.
 #if defined(__GNUC__)
-#define THRONG_UNWATCHED __attribute__((no_sanitize("address", "undefined", "thread")))
+#define THRONG_NO_SANITIZE __attribute__((no_sanitize("address", "undefined", "thread")))
 #else
-#define THRONG_UNWATCHED
+#define THRONG_NO_SANITIZE
 #endif
 
 namespace throng::tests {
-constexpr bool watches_threads = THRONG_WATCHES_THREADS, sanitized = THRONG_SANITIZED;
+constexpr bool thread_sanitized = THRONG_THREAD_SANITIZED, sanitized = THRONG_SANITIZED;
 // Reason to skip a test under ThreadSanitizer: it uses one thread, and is slow.
 constexpr const char* one_thread = "single-threaded test";
 

@@ -18,7 +18,7 @@ TEST(Support, SweepAgreesWithDoubleLoop) {
   }
 }
 
-TEST(Support, DoubleLoopOnBoxesDoneByHand) {
+TEST(Support, DoubleLoopMatchesHandCounts) {
   const BoxList boxes = {cube(0, 0, 0, 1),
                          cube(1, 1, 1, 1),
                          cube(2.5f, 1, 1, 1),
@@ -33,7 +33,7 @@ TEST(Support, DoubleLoopOnBoxesDoneByHand) {
   EXPECT_EQ(reference_pairs(boxes, boxes).pairs.size(), 2 * 4u + 4u);
 }
 
-TEST(Support, ComparisonSeesEveryKindOfDifference) {
+TEST(Support, ComparisonDetectsEveryDifference) {
   const std::vector<Pair> want = {{0, 1}, {0, 2}, {4, 7}};
   EXPECT_TRUE(same_pairs({{4, 7}, {0, 1}, {0, 2}}, want));
   EXPECT_FALSE(same_pairs({{0, 1}, {0, 2}}, want));
@@ -47,7 +47,7 @@ TEST(Support, ComparisonSeesEveryKindOfDifference) {
   EXPECT_NE(text.find("1 duplicate: (0, 1)"), std::string::npos) << text;
 }
 
-TEST(Support, ScenesHoldPairs) {
+TEST(Support, ScenesHavePairs) {
   for (const HardScene& scene : hard_scenes(600))
     EXPECT_GT(reference_pairs(scene.boxes).pairs.size(), 4u) << scene.name;
 }

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "broad_phase/questions.hpp"
+#include "broad_phase/query_reference.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/random.hpp"
 #include "support/reference.hpp"
@@ -19,7 +19,7 @@ constexpr std::size_t checked_boxes = 700;
 constexpr std::size_t emulated_boxes = 100000;
 constexpr int build_frames = 40, build_rounds = 24, few_frames = 24, many_frames = 4,
               changed_frames = 8;
-constexpr std::size_t queries_a_kind = 16;
+constexpr std::size_t queries_per_kind = 16;
 
 const char* const names[] = {
     "find",          "find_two",      "find_emulated", "find_two_emulated",
@@ -63,8 +63,8 @@ class Measure {
   static void require(bool right, const char* what) {
     if (!right) throw std::runtime_error(std::string(what) + " differs from the double loop");
   }
-  void add(Work work, double cost, double share) {
-    if (share > 0) report_.samples.push_back({work, cost, share});
+  void add(Work work, double cost, double budget) {
+    if (budget > 0) report_.samples.push_back({work, cost, budget});
   }
   static double cost_of(const Result& r) noexcept {
     return static_cast<double>(r.comparisons) + static_cast<double>(r.visited);
@@ -128,13 +128,13 @@ class Measure {
 
   double count() const noexcept { return static_cast<double>(alive_.size()); }
   double log_n() const noexcept { return 1 + std::log2(count() + 1); }
-  // The share of a query without results.
-  double query() const noexcept { return scene_.queries_look_at_all ? count() : log_n(); }
+  // The budget of a query without results.
+  double query() const noexcept { return scene_.queries_test_all ? count() : log_n(); }
   double grant() const noexcept { return count() + static_cast<double>(broad_.pair_count()); }
 
-  // Changes since the last update, which add to its share.
+  // Changes since the last update, which add to its budget.
   struct Change {
-    double share = 0, objects = 0;
+    double budget = 0, objects = 0;
   };
   double forbidden_of(ObjectId id) const {
     double met = 0;
@@ -147,7 +147,7 @@ class Measure {
            b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
   }
   void changes(ObjectId id) {
-    change_.share += log_n() + degree_[id] + forbidden_of(id);
+    change_.budget += log_n() + degree_[id] + forbidden_of(id);
     ++change_.objects;
   }
   void move(ObjectId id, const Box& to) {
@@ -162,25 +162,27 @@ class Measure {
     for (const LivePair& p : broad_.begun()) ++degree_[p.first], ++degree_[p.second];
     for (const LivePair& p : broad_.ended()) --degree_[p.first], --degree_[p.second];
     sample.cost += cost_of(r);
-    sample.share += change_.share + static_cast<double>(broad_.begun().size());
+    sample.budget += change_.budget + static_cast<double>(broad_.begun().size());
     changed_ += change_.objects;
     change_ = {};
   }
-  void done(const WorkSample& sample) { add(sample.work, sample.cost, sample.share); }
+  void done(const WorkSample& sample) { add(sample.work, sample.cost, sample.budget); }
 
   Box next_place(ObjectId id) {
-    const Box& home = home_[id];
+    const Box& rest_box = rest_boxes_[id];
     const auto by = [&](std::uint32_t k) {
-      return random_.in(-1, 1) * scene_.step * size_of(home, k);
+      return random_.in(-1, 1) * scene_.step * size_of(rest_box, k);
     };
     const Vec3 step{by(0), by(1), by(2)};
-    if (!scene_.teleport) return moved(home, step);
+    if (!scene_.teleport) return moved(rest_box, step);
     // With its own size, at the place of another one.
-    const Box& other = home_[alive_[random_.below(static_cast<std::uint32_t>(alive_.size()))]];
+    const Box& other =
+        rest_boxes_[alive_[random_.below(static_cast<std::uint32_t>(alive_.size()))]];
     Box to = moved(other, step);
     for (std::uint32_t k = 0; k < 3; ++k) {
-      if (std::isfinite((&to.lower.x)[k]) && std::isfinite((&home.upper.x)[k] - (&home.lower.x)[k]))
-        (&to.upper.x)[k] = (&to.lower.x)[k] + size_of(home, k);
+      if (std::isfinite((&to.lower.x)[k]) &&
+          std::isfinite((&rest_box.upper.x)[k] - (&rest_box.lower.x)[k]))
+        (&to.upper.x)[k] = (&to.lower.x)[k] + size_of(rest_box, k);
     }
     return to;
   }
@@ -189,7 +191,7 @@ class Measure {
   }
 
   void live() {
-    now_ = home_ = scene_.boxes;
+    now_ = rest_boxes_ = scene_.boxes;
     degree_.assign(now_.size(), 0);
     alive_.resize(now_.size());
     std::iota(alive_.begin(), alive_.end(), ObjectId{0});
@@ -198,7 +200,7 @@ class Measure {
       require(broad_.add(scene_.view(), nullptr));
       for (const ObjectId id : alive_) changes(id);
       update(s);
-      s.share += grant();
+      s.budget += grant();
       done(s);
     }
     if (!scene_.unpacked.empty()) unpack();
@@ -209,7 +211,7 @@ class Measure {
         move_few();
         update(s);
       }
-      s.share += grant();
+      s.budget += grant();
       done(s);
     }
     {
@@ -223,18 +225,18 @@ class Measure {
     check_pairs("pairs after few moves");
     {
       WorkSample s{Work::build_queries};
-      for (int round = 0; round < build_rounds; ++round) ask_all(&s);
-      s.share += grant();
+      for (int round = 0; round < build_rounds; ++round) query_all(&s);
+      s.budget += grant();
       done(s);
     }
-    ask_all(nullptr);
+    query_all(nullptr);
     {
       WorkSample s{Work::query_between};
       for (int frame = 0; frame < changed_frames; ++frame) {
         move_few();
-        ask_few(s);
+        query_few(s);
         // The update or the query may insert them.
-        s.share += change_.share;
+        s.budget += change_.budget;
         change_ = {};
       }
       update(s);
@@ -249,7 +251,7 @@ class Measure {
           if (random_.one_in(one_in)) move(id, next_place(id));
         update(s);
         if (changed_ >= count()) {
-          s.share += grant();
+          s.budget += grant();
           changed_ = 0;
         }
       }
@@ -258,11 +260,11 @@ class Measure {
     check_pairs("pairs after many moves");
     {
       WorkSample s{Work::query_moved};
-      ask_few(s);
-      s.share += grant();
+      query_few(s);
+      s.budget += grant();
       done(s);
     }
-    come_and_go();
+    add_and_remove();
     check_pairs("pairs after adding and removing objects");
   }
 
@@ -276,11 +278,11 @@ class Measure {
       pairs = std::max(pairs, static_cast<double>(broad_.pair_count()));
       for (std::size_t k = i; k < std::min(i + each, order.size()); ++k) {
         move(order[k], scene_.unpacked[order[k]]);
-        home_[order[k]] = now_[order[k]];
+        rest_boxes_[order[k]] = now_[order[k]];
       }
       update(s);
     }
-    s.share += 2 * (count() + pairs);  // of the first updates with few moves, and of n changes
+    s.budget += 2 * (count() + pairs);  // of the first updates with few moves, and of n changes
     done(s);
   }
   void remove_most() {
@@ -290,12 +292,12 @@ class Measure {
       changes(id);
       if (broad_.remove(id) != Status::ok) throw std::runtime_error("remove failed");
     }
-    forget(scene_.removed);
+    erase_alive(scene_.removed);
     update(s);
-    s.share += before;
+    s.budget += before;
     done(s);
   }
-  void forget(const std::vector<ObjectId>& ids) {  // sorted
+  void erase_alive(const std::vector<ObjectId>& ids) {  // sorted
     std::vector<ObjectId> left;
     std::set_difference(alive_.begin(), alive_.end(), ids.begin(), ids.end(),
                         std::back_inserter(left));
@@ -303,17 +305,17 @@ class Measure {
   }
 
   // Adds copies of objects, one step away, and removes them again: a hundredth each time.
-  void come_and_go() {
+  void add_and_remove() {
     WorkSample warm{Work::build_moves}, added{Work::add}, removed{Work::remove};
     const std::size_t each = alive_.size() / 100 + 1;
     for (int frame = 0; frame < build_frames / 2; ++frame) {  // for a new index, after many moved
       move_few();
       update(warm);
     }
-    warm.share += grant();
+    warm.budget += grant();
     done(warm);
     for (int frame = 0; frame < changed_frames; ++frame) {
-      std::vector<ObjectId> come;
+      std::vector<ObjectId> added_ids;
       for (std::size_t k = 0; k < each; ++k) {
         const ObjectId like = alive_[random_.below(static_cast<std::uint32_t>(alive_.size()))];
         const Box box = next_place(like);
@@ -322,23 +324,23 @@ class Measure {
           throw std::runtime_error("add failed");
         if (id >= now_.size()) {
           now_.resize(id + 1);
-          home_.resize(id + 1);
+          rest_boxes_.resize(id + 1);
           degree_.resize(id + 1);
         }
-        now_[id] = home_[id] = box;
+        now_[id] = rest_boxes_[id] = box;
         degree_[id] = 0;
-        come.push_back(id);
+        added_ids.push_back(id);
         changes(id);
       }
-      alive_.insert(alive_.end(), come.begin(), come.end());
+      alive_.insert(alive_.end(), added_ids.begin(), added_ids.end());
       std::sort(alive_.begin(), alive_.end());
-      std::sort(come.begin(), come.end());
+      std::sort(added_ids.begin(), added_ids.end());
       update(added);
-      for (const ObjectId id : come) {
+      for (const ObjectId id : added_ids) {
         changes(id);
         if (broad_.remove(id) != Status::ok) throw std::runtime_error("remove failed");
       }
-      forget(come);
+      erase_alive(added_ids);
       update(removed);
     }
     done(added);
@@ -417,7 +419,7 @@ class Measure {
   }
   std::vector<Box> overlap_boxes(Work kind) {
     std::vector<Box> boxes;
-    for (std::size_t i = 0; i < queries_a_kind; ++i) {
+    for (std::size_t i = 0; i < queries_per_kind; ++i) {
       Box box = like_an_object(kind == Work::overlap ? inside() : empty_place());
       if (kind == Work::overlap_large) {
         for (std::uint32_t k = 0; k < 3; ++k) {
@@ -433,7 +435,7 @@ class Measure {
   // `length` in object sizes, or in units.
   std::vector<Sweep> sweeps(Way way, bool is_long, bool of_boxes) {
     std::vector<Sweep> made;
-    while (made.size() < queries_a_kind) {
+    while (made.size() < queries_per_kind) {
       const Box& like = some();
       Vec3 from = way == Way::empty ? empty_place() : inside();
       float by[3] = {random_.in(-1, 1), random_.in(-1, 1), random_.in(-1, 1)};
@@ -458,7 +460,7 @@ class Measure {
     return made;
   }
 
-  void ask_overlaps(Work kind, WorkSample* sum) {
+  void query_overlaps(Work kind, WorkSample* sum) {
     const std::vector<Box> boxes = overlap_boxes(kind);
     const Result r = broad_.find_overlaps(Boxes(boxes));
     require(r);
@@ -471,18 +473,19 @@ class Measure {
         if (overlap(boxes[i], now_[id])) want.push_back({i, id});
     require(bool(same_pairs(to_vector(broad_.overlaps()), want)), "find_overlaps");
   }
-  void ask_sweeps(Way way, bool is_long, bool of_boxes, WorkSample* sum) {
-    const std::vector<Sweep> asked = sweeps(way, is_long, of_boxes);
-    const double each = static_cast<double>(asked.size()) * (query() + (is_long ? scene_.way : 0));
-    Result r = broad_.find_hits(asked.data(), asked.size(), SweepHits::all);
+  void query_sweeps(Way way, bool is_long, bool of_boxes, WorkSample* sum) {
+    const std::vector<Sweep> sweeps_made = sweeps(way, is_long, of_boxes);
+    const double each =
+        static_cast<double>(sweeps_made.size()) * (query() + (is_long ? scene_.path_objects : 0));
+    Result r = broad_.find_hits(sweeps_made.data(), sweeps_made.size(), SweepHits::all);
     require(r);
     const std::vector<SweepHit> hits(broad_.hits().begin(), broad_.hits().end());
     record(of_boxes  ? Work::sweep_all
            : is_long ? Work::ray_long_all
                      : Work::ray_all,
            sum, cost_of(r), each + static_cast<double>(hits.size()));
-    if (alive_.size() <= checked_boxes) check_hits(asked, hits);
-    r = broad_.find_hits(asked.data(), asked.size(), SweepHits::first);
+    if (alive_.size() <= checked_boxes) check_hits(sweeps_made, hits);
+    r = broad_.find_hits(sweeps_made.data(), sweeps_made.size(), SweepHits::first);
     require(r);
     // Hits are sorted by sweep.
     double ties = 0;
@@ -497,12 +500,12 @@ class Measure {
                      : Work::ray_first,
            sum, cost_of(r), each + ties);
   }
-  void check_hits(const std::vector<Sweep>& asked, const std::vector<SweepHit>& got) const {
+  void check_hits(const std::vector<Sweep>& sweeps_made, const std::vector<SweepHit>& got) const {
     std::size_t at = 0;
-    for (std::uint32_t i = 0; i < asked.size(); ++i) {
+    for (std::uint32_t i = 0; i < sweeps_made.size(); ++i) {
       for (const ObjectId id : alive_) {
         double time;
-        if (!meets(asked[i], now_[id], time)) continue;
+        if (!meets(sweeps_made[i], now_[id], time)) continue;
         const bool same =
             at < got.size() && got[at].sweep == i && got[at].object == id && got[at].time == time;
         require(same, "find_hits");
@@ -512,34 +515,34 @@ class Measure {
     require(at == got.size(), "find_hits");
   }
   // As a sample of its own, or added to `sum`.
-  void record(Work kind, WorkSample* sum, double cost, double share) {
-    if (!sum) return add(kind, cost, share);
+  void record(Work kind, WorkSample* sum, double cost, double budget) {
+    if (!sum) return add(kind, cost, budget);
     sum->cost += cost;
-    sum->share += share;
+    sum->budget += budget;
   }
-  void ask_all(WorkSample* sum) {
+  void query_all(WorkSample* sum) {
     for (const Work kind : {Work::overlap, Work::overlap_empty, Work::overlap_large})
-      ask_overlaps(kind, sum);
+      query_overlaps(kind, sum);
     for (const bool is_long : {false, true}) {
       for (const Way way : {Way::any, Way::axis, Way::grazing, Way::empty})
-        ask_sweeps(way, is_long, false, sum);
-      ask_sweeps(Way::any, is_long, true, sum);
+        query_sweeps(way, is_long, false, sum);
+      query_sweeps(Way::any, is_long, true, sum);
     }
   }
-  void ask_few(WorkSample& sum) {
-    ask_overlaps(Work::overlap, &sum);
-    ask_overlaps(Work::overlap_empty, &sum);
-    ask_sweeps(Way::any, false, false, &sum);
-    ask_sweeps(Way::any, true, false, &sum);
+  void query_few(WorkSample& sum) {
+    query_overlaps(Work::overlap, &sum);
+    query_overlaps(Work::overlap_empty, &sum);
+    query_sweeps(Way::any, false, false, &sum);
+    query_sweeps(Way::any, true, false, &sum);
   }
 
   const WorkScene& scene_;
   Random random_;
   WorkReport report_;
   BroadPhase broad_{options(Backend::automatic)};
-  std::vector<Box> now_, home_;  // by id; home_: the box around which an object moves
-  std::vector<double> degree_;   // pairs of each object as of the last update
-  std::vector<ObjectId> alive_;  // sorted
+  std::vector<Box> now_, rest_boxes_;  // by id; rest_boxes_: the box around which an object moves
+  std::vector<double> degree_;         // pairs of each object as of the last update
+  std::vector<ObjectId> alive_;        // sorted
   Change change_;
   double changed_ = 0;
 };

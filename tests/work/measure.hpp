@@ -1,21 +1,21 @@
 // Measures the work of every call on a scene, in counts, relative to its input and results.
 //
-// Cost is Result::comparisons + Result::visited. The share of a call is the work that its input and
-// results justify:
+// Cost is Result::comparisons + Result::visited. The budget of a call is the work that its input
+// and results justify:
 //   Finder            n + pairs
 //   update            per changed object 1 + log2 n + its pairs before; plus begun pairs
 //   overlap query     per box 1 + log2 n; plus results
 //   ray, shape cast   per cast 1 + log2 n; plus results; a cast through the whole scene also what
 //   it
-//                     passes (WorkScene::way); for the first hit, results are all hits that are not
-//                     later
-// An index is amortised. A grant of n + pairs is added to the share
+//                     passes (WorkScene::path_objects); for the first hit, results are all hits
+//                     that are not later
+// An index is amortised. A grant of n + pairs is added to the budget
 //   - for the first updates and the first queries of a scene (the calls named `build`), once each;
 //   - per n objects that changed since the last grant, in the calls that move many.
-// Later calls have no grant: there only the share counts. A sample sums over the calls of its kind,
-// so one call may build what the others use.
-// With few objects a call may test all of them, and all pairs, so bounds apply from work_least
-// objects on. Smaller scenes are compared with a double loop instead.
+// Later calls have no grant: there only the budget counts. A sample sums over the calls of its
+// kind, so one call may build what the others use. With few objects a call may test all of them,
+// and all pairs, so bounds apply from work_least objects on. Smaller scenes are compared with a
+// double loop instead.
 #pragma once
 
 #include <cstdint>
@@ -58,8 +58,8 @@ const char* to_string(Work) noexcept;
 
 struct WorkSample {
   Work work;
-  double cost = 0, share = 0;
-  double ratio() const noexcept { return cost / share; }
+  double cost = 0, budget = 0;
+  double ratio() const noexcept { return cost / budget; }
 };
 
 struct WorkReport {

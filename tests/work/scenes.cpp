@@ -13,7 +13,7 @@ namespace throng::tests {
 namespace {
 
 // Limits the quadratic number of pairs, for memory and time.
-constexpr std::uint32_t most_of_a_crowd = 3000;
+constexpr std::uint32_t max_coincident_boxes = 3000;
 
 Box centred(const Vec3& at, const Vec3& half) {
   return {{at.x - half.x, at.y - half.y, at.z - half.z},
@@ -101,7 +101,7 @@ void layers(WorkScene& s, Random& r, std::uint32_t n) {
     (&half.x)[across] = 0.05f;
     s.boxes.push_back(centred(at, half));
   }
-  s.way = std::sqrt(static_cast<double>(n));
+  s.path_objects = std::sqrt(static_cast<double>(n));
 }
 
 // `kinds` directions of rods; `planes` layers that contain them, 0: anywhere.
@@ -121,7 +121,7 @@ void rods(WorkScene& s, Random& r, std::uint32_t n, std::uint32_t kinds, std::ui
     (&half.x)[along] = 0.5f * length * r.in(0.5f, 1);
     s.boxes.push_back(centred(at, half));
   }
-  s.way = std::sqrt(static_cast<double>(n));
+  s.path_objects = std::sqrt(static_cast<double>(n));
 }
 void rods_layer(WorkScene& s, Random& r, std::uint32_t n) { rods(s, r, n, 2, 1); }
 void rods_layers(WorkScene& s, Random& r, std::uint32_t n) { rods(s, r, n, 2, 2 + r.below(9)); }
@@ -186,12 +186,12 @@ void deletions(WorkScene& s, Random& r, std::uint32_t n) {
 }
 
 // Boxes that nearly coincide; a filter separates them.
-void crowd(WorkScene& s, Random& r, std::uint32_t n) {
+void coincident(WorkScene& s, Random& r, std::uint32_t n) {
   const float side = r.in(1, 8);
   for (std::uint32_t i = 0; i < n; ++i) s.boxes.push_back(centred(r.point(0, side), 2));
 }
-void crowd_static(WorkScene& s, Random& r, std::uint32_t n) {
-  crowd(s, r, n);
+void coincident_static(WorkScene& s, Random& r, std::uint32_t n) {
+  coincident(s, r, n);
   s.is_static.assign(s.boxes.size(), 1);
   for (int k = 0; k < 8; ++k) {
     s.movers.push_back(r.below(n));
@@ -200,15 +200,15 @@ void crowd_static(WorkScene& s, Random& r, std::uint32_t n) {
   std::sort(s.movers.begin(), s.movers.end());
   s.movers.erase(std::unique(s.movers.begin(), s.movers.end()), s.movers.end());
 }
-void crowd_owner(WorkScene& s, Random& r, std::uint32_t n) {
-  crowd(s, r, std::min(n, most_of_a_crowd));
+void coincident_owner(WorkScene& s, Random& r, std::uint32_t n) {
+  coincident(s, r, std::min(n, max_coincident_boxes));
   const std::uint32_t owners = r.one_in(2) ? 1 : 1 + r.below(4);
   for (std::size_t i = 0; i < s.boxes.size(); ++i)
     s.owner.push_back(static_cast<std::int32_t>(r.below(owners)));
   s.pays_for_forbidden = true;
 }
-void crowd_mask(WorkScene& s, Random& r, std::uint32_t n) {
-  crowd(s, r, std::min(n, most_of_a_crowd));
+void coincident_mask(WorkScene& s, Random& r, std::uint32_t n) {
+  coincident(s, r, std::min(n, max_coincident_boxes));
   // One class that never pairs with itself; or several, each of which pairs with one other.
   const std::uint32_t classes = r.one_in(2) ? 1 : 2 + r.below(30);
   for (std::size_t i = 0; i < s.boxes.size(); ++i) {
@@ -218,14 +218,14 @@ void crowd_mask(WorkScene& s, Random& r, std::uint32_t n) {
   }
   s.pays_for_forbidden = true;
 }
-void crowd_worlds(WorkScene& s, Random& r, std::uint32_t n) {
+void coincident_worlds(WorkScene& s, Random& r, std::uint32_t n) {
   const std::uint32_t worlds = 1 + n / (1 + r.below(200));
   const float side = r.in(3, 12);
   for (std::uint32_t i = 0; i < n; ++i) {
     s.boxes.push_back(centred(r.point(0, side), 0.5f));
     s.world.push_back(static_cast<std::int32_t>(r.below(worlds)));
   }
-  s.queries_look_at_all = true;
+  s.queries_test_all = true;
 }
 
 // Walls that are unbounded along one axis, among cubes; thin and far apart, so few pairs.
@@ -241,7 +241,7 @@ void unbounded(WorkScene& s, Random& r, std::uint32_t n) {
     s.boxes.push_back(box);
   }
   if (r.one_in(2)) s.boxes[0] = {{-infinity, -infinity, -1}, {infinity, infinity, -1}};
-  s.way = std::sqrt(static_cast<double>(n));
+  s.path_objects = std::sqrt(static_cast<double>(n));
 }
 
 void sizes(WorkScene& s, Random& r, std::uint32_t n) {
@@ -254,7 +254,7 @@ void sizes(WorkScene& s, Random& r, std::uint32_t n) {
 void one_point(WorkScene& s, Random& r, std::uint32_t n) {
   const Vec3 at = r.point(-100, 100);
   const float half = r.one_in(3) ? 0 : r.unit();
-  s.boxes.assign(std::min(n, most_of_a_crowd / 2), centred(at, half));
+  s.boxes.assign(std::min(n, max_coincident_boxes / 2), centred(at, half));
 }
 
 // Coordinates of few values, so that no plane separates many boxes.
@@ -275,18 +275,30 @@ struct Family {
   void (*make)(WorkScene&, Random&, std::uint32_t);
 };
 constexpr Family all[] = {
-    {"uniform", uniform},           {"pile", pile},
-    {"two-clusters", two_clusters}, {"heaps", heaps},
-    {"decades", decades},           {"layers", layers},
-    {"rods-layer", rods_layer},     {"rods-layers", rods_layers},
-    {"rods-any", rods_any},         {"scaled", scaled},
-    {"far-mover", far_mover},       {"mover-above", mover_above},
-    {"mover-inside", mover_inside}, {"far-movers", far_movers},
-    {"unpacked", unpacked},         {"deletions", deletions},
-    {"crowd-static", crowd_static}, {"crowd-owner", crowd_owner},
-    {"crowd-mask", crowd_mask},     {"crowd-worlds", crowd_worlds},
-    {"unbounded", unbounded},       {"sizes", sizes},
-    {"one-point", one_point},       {"few-values", few_values},
+    {"uniform", uniform},
+    {"pile", pile},
+    {"two-clusters", two_clusters},
+    {"heaps", heaps},
+    {"decades", decades},
+    {"layers", layers},
+    {"rods-layer", rods_layer},
+    {"rods-layers", rods_layers},
+    {"rods-any", rods_any},
+    {"scaled", scaled},
+    {"far-mover", far_mover},
+    {"mover-above", mover_above},
+    {"mover-inside", mover_inside},
+    {"far-movers", far_movers},
+    {"unpacked", unpacked},
+    {"deletions", deletions},
+    {"coincident-static", coincident_static},
+    {"coincident-owner", coincident_owner},
+    {"coincident-mask", coincident_mask},
+    {"coincident-worlds", coincident_worlds},
+    {"unbounded", unbounded},
+    {"sizes", sizes},
+    {"one-point", one_point},
+    {"few-values", few_values},
 };
 
 }  // namespace
@@ -320,7 +332,7 @@ WorkScene make_work_scene(const std::string& family, std::uint32_t n, std::uint6
     WorkScene s;
     s.family = family;
     s.seed = seed;
-    s.way = std::cbrt(static_cast<double>(n));
+    s.path_objects = std::cbrt(static_cast<double>(n));
     f.make(s, r, n);
     if (s.movers.empty()) set_movers(s, r);
     return s;

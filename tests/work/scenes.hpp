@@ -30,10 +30,11 @@ struct WorkScene {
   // Pairs that filters forbid are found and dropped (documented), so the bound counts them as
   // results.
   bool pays_for_forbidden = false;
-  // Queries are of all worlds, which are many: documented to test all objects, so n is their share.
-  bool queries_look_at_all = false;
+  // Queries are of all worlds, which are many: documented to test all objects, so n is their
+  // budget.
+  bool queries_test_all = false;
   // Number of objects that a straight line through the scene passes, to the order of magnitude.
-  double way = 1;
+  double path_objects = 1;
 
   Boxes view() const;
 };

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "work/bounds.hpp"
-#include "work/tally.hpp"
+#include "work/work_bounds.hpp"
+#include "work/worst_ratios.hpp"
 
 namespace throng::tests {
 namespace {
@@ -17,13 +17,14 @@ class WorkBounds : public testing::TestWithParam<std::string> {};
 constexpr std::uint64_t checked_draws = 3, draws = 10;
 
 TEST_P(WorkBounds, Hold) {
-  WorkTally tally;
+  WorstRatios worst_ratios;
   for (std::uint64_t seed = 1; seed <= checked_draws; ++seed)
-    tally.add(draw_work(seed, 300, 600, GetParam()));
+    worst_ratios.add(draw_work(seed, 300, 600, GetParam()));
   for (std::uint64_t seed = 100; seed < 100 + draws; ++seed)
-    tally.add(draw_work(seed, work_least, 20000, GetParam()));
-  EXPECT_EQ(tally.wrong(), "");
-  EXPECT_EQ(tally.violations(), "") << "throng-work-bound with these arguments reproduces one";
+    worst_ratios.add(draw_work(seed, work_least, 20000, GetParam()));
+  EXPECT_EQ(worst_ratios.wrong(), "");
+  EXPECT_EQ(worst_ratios.violations(), "")
+      << "throng-work-bound with these arguments reproduces one";
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, WorkBounds, testing::ValuesIn(work_families()),
@@ -35,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(Families, WorkBounds, testing::ValuesIn(work_families()
                          });
 
 // Each call has a bound for any family; each row's family exists.
-TEST(WorkBounds, TheTableIsWhole) {
+TEST(WorkBounds, TableIsComplete) {
   for (int w = 0; w < work_count; ++w) {
     int rows = 0;
     for (const WorkBound& b : work_bounds)

@@ -43,7 +43,7 @@ class BulletBroadphase : public btBroadphaseInterface {
   // caller's cache must outlive this. It must decide by its filter callback, or without one by
   // groups and masks; and must not defer removals, as btSortedOverlappingPairCache does.
   explicit BulletBroadphase(const Options& options = {}, btOverlappingPairCache* cache = nullptr)
-      : phase_(usable(options)), cache_(cache) {
+      : phase_(supported_options(options)), cache_(cache) {
     if (!cache) {
       own_cache_ = std::make_unique<Cache>(*this);
       cache_ = own_cache_.get();
@@ -103,7 +103,7 @@ class BulletBroadphase : public btBroadphaseInterface {
         btBroadphasePair* const pair = findPair(proxy, other);
         if (pair) cleanOverlappingPair(*pair, dispatcher);
       };
-      if (!phase_.each_partner(*proxy, clean))
+      if (!phase_.for_each_partner(*proxy, clean))
         btHashedOverlappingPairCache::cleanProxyFromPairs(proxy, dispatcher);
     }
 
@@ -115,17 +115,17 @@ class BulletBroadphase : public btBroadphaseInterface {
   // further data is stored separately, by id.
   using Proxy = btBroadphaseProxy;
   struct State {
-    int group, mask;           // as passed to Throng
-    std::uint32_t place;       // in the list of moved proxies
-    std::uint32_t mute_place;  // in the list of excluded proxies
-    std::uint64_t moved_in;    // the round of its last move
+    int group, mask;                // as passed to Throng
+    std::uint32_t place;            // in the list of moved proxies
+    std::uint32_t excluded_index;   // in the list of excluded proxies
+    std::uint64_t last_move_round;  // the round of its last move
 
     // No group, or an empty mask: Throng's queries skip it, too.
-    bool is_mute() const { return group == 0 || mask == 0; }
+    bool is_excluded() const { return group == 0 || mask == 0; }
   };
   static ObjectId id_of(const Proxy& proxy) { return static_cast<ObjectId>(proxy.m_uniqueId) - 1; }
 
-  static Options usable(Options options) {
+  static Options supported_options(Options options) {
     options.nan = NanPolicy::inactive;
     options.margin = 0;
     options.measure_stages = false;
@@ -160,7 +160,7 @@ class BulletBroadphase : public btBroadphaseInterface {
     return TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
   }
   // Throng's box only yields candidates for Bullet's comparison: it was rounded or reordered.
-  static bool is_unsure(const btVector3& lower, const btVector3& upper) {
+  static bool is_approximate(const btVector3& lower, const btVector3& upper) {
     return !std::is_same<btScalar, float>::value ||
            !(lower.x() <= upper.x() && lower.y() <= upper.y() && lower.z() <= upper.z());
   }
@@ -179,32 +179,32 @@ class BulletBroadphase : public btBroadphaseInterface {
     return round_outward(lower, upper);
   }
 
-  struct alignas(64) Room {
+  struct alignas(64) ProxySlot {
     unsigned char bytes[sizeof(Proxy)];
   };
   static_assert(std::is_trivially_destructible<Proxy>::value, "");
-  void make_room();
+  void reserve_for_one();
 
   Filter filter_of(const Proxy& proxy) const;
   void note_moved(Proxy& proxy);
-  void list_mute(ObjectId id);
-  void unlist_mute(ObjectId id);
-  void hand_over_moves();
+  void add_excluded(ObjectId id);
+  void remove_excluded(ObjectId id);
+  void flush_moves();
   void refilter();
-  template <class Tell>
-  bool each_partner(const Proxy& proxy, Tell&& tell) const;
-  bool offer(Pair pair);
-  void drop_ended(LivePairs ended);
-  void part_unsure(btDispatcher* dispatcher);
+  template <class Report>
+  bool for_each_partner(const Proxy& proxy, Report&& report) const;
+  bool add_to_cache(Pair pair);
+  void erase_ended(LivePairs ended);
+  void remove_false_pairs(btDispatcher* dispatcher);
   void restore();
-  template <class Ask, class Tell>
-  void ask(Ask&& find, Tell&& tell);
+  template <class FindIds, class Report>
+  void for_each_candidate(FindIds&& find, Report&& report);
   static bool sweep_around(const btVector3& from, const btBroadphaseRayCallback& ray,
                            const btVector3& lower, const btVector3& upper, Sweep& out);
-  // The first `sorted` of waiting_ are in order, and so are the others.
-  void merge_waiting(std::size_t sorted) {
-    const auto middle = waiting_.begin() + static_cast<std::ptrdiff_t>(sorted);
-    std::inplace_merge(waiting_.begin(), middle, waiting_.end());
+  // The first `sorted` of refused_pairs_ are in order, and so are the others.
+  void merge_refused(std::size_t sorted) {
+    const auto middle = refused_pairs_.begin() + static_cast<std::ptrdiff_t>(sorted);
+    std::inplace_merge(refused_pairs_.begin(), middle, refused_pairs_.end());
   }
 
   BroadPhase phase_;
@@ -212,23 +212,24 @@ class BulletBroadphase : public btBroadphaseInterface {
   btOverlappingPairCache* cache_;
   std::vector<Proxy*> proxies_;  // by id
   std::vector<State> states_;    // by id
-  std::vector<std::unique_ptr<Room[]>> rooms_;
-  std::vector<void*> free_rooms_;
+  std::vector<std::unique_ptr<ProxySlot[]>> slot_blocks_;
+  std::vector<void*> free_slots_;
   std::vector<ObjectId> moved_;
   std::vector<Box> moved_boxes_;
-  bool handed_over_ = true;  // in Throng
-  std::vector<ObjectId> mute_;
-  std::mutex asking_;
+  bool moves_flushed_ = true;  // in Throng
+  std::vector<ObjectId> excluded_;
+  std::mutex query_mutex_;
   std::vector<std::unique_ptr<BroadPhaseQuery>> queries_;  // no query uses them
   std::uint64_t round_ = 1;
-  std::size_t unsure_ = 0;  // proxies
-  bool asks_ = false;       // a filter callback decides; else groups and masks do, in Throng
+  std::size_t approximate_count_ = 0;  // proxies
+  bool has_filter_callback_ =
+      false;  // a filter callback decides; else groups and masks do, in Throng
   // Pairs of Throng that the cache does not hold: a filter refused them, or Bullet's comparison
   // rejects them. Sorted.
-  std::vector<Pair> waiting_;
+  std::vector<Pair> refused_pairs_;
   // The cache's pair count after this last changed it; -1 if other code has changed it since the
   // last step.
-  int cached_ = 0;
+  int known_pair_count_ = 0;
 };
 
 }  // namespace throng

@@ -7,26 +7,26 @@ namespace throng {
 
 inline Filter BulletBroadphase::filter_of(const Proxy& proxy) const {
   Filter filter;
-  if (asks_) return filter;
+  if (has_filter_callback_) return filter;
   filter.group = static_cast<std::uint32_t>(proxy.m_collisionFilterGroup);
   filter.mask = static_cast<std::uint32_t>(proxy.m_collisionFilterMask);
   return filter;
 }
 
 // Reserves space for one more proxy, in all lists that may hold it: later calls do not allocate.
-inline void BulletBroadphase::make_room() {
-  constexpr std::size_t rooms = 256;
-  if (free_rooms_.empty()) {
-    free_rooms_.reserve(rooms * (rooms_.size() + 1));
-    rooms_.push_back(std::make_unique<Room[]>(rooms));
-    for (std::size_t i = rooms; i-- > 0;) free_rooms_.push_back(&rooms_.back()[i]);
+inline void BulletBroadphase::reserve_for_one() {
+  constexpr std::size_t slots_per_block = 256;
+  if (free_slots_.empty()) {
+    free_slots_.reserve(slots_per_block * (slot_blocks_.size() + 1));
+    slot_blocks_.push_back(std::make_unique<ProxySlot[]>(slots_per_block));
+    for (std::size_t i = slots_per_block; i-- > 0;) free_slots_.push_back(&slot_blocks_.back()[i]);
   }
   const std::size_t limit = static_cast<std::size_t>(phase_.id_limit()) + 1;
   if (limit <= proxies_.capacity()) return;
   const std::size_t wanted = std::max(2 * proxies_.capacity(), limit);
   moved_.reserve(wanted);
   moved_boxes_.reserve(wanted);
-  mute_.reserve(wanted);
+  excluded_.reserve(wanted);
   states_.reserve(wanted);
   proxies_.reserve(wanted);
 }
@@ -34,7 +34,7 @@ inline void BulletBroadphase::make_room() {
 inline btBroadphaseProxy* BulletBroadphase::createProxy(const btVector3& lower,
                                                         const btVector3& upper, int, void* object,
                                                         int group, int mask, btDispatcher*) {
-  make_room();
+  reserve_for_one();
   Proxy made(lower, upper, object, group, mask);
   ObjectId id = 0;
   require(phase_.add(candidate(lower, upper), filter_of(made), id),
@@ -45,10 +45,10 @@ inline btBroadphaseProxy* BulletBroadphase::createProxy(const btVector3& lower,
     states_.resize(std::size_t{id} + 1);
   }
   states_[id] = {group, mask, 0, 0, 0};
-  if (states_[id].is_mute()) list_mute(id);
-  unsure_ += is_unsure(lower, upper);
-  proxies_[id] = ::new (free_rooms_.back()) Proxy(made);
-  free_rooms_.pop_back();
+  if (states_[id].is_excluded()) add_excluded(id);
+  approximate_count_ += is_approximate(lower, upper);
+  proxies_[id] = ::new (free_slots_.back()) Proxy(made);
+  free_slots_.pop_back();
   return proxies_[id];
 }
 
@@ -57,64 +57,65 @@ inline void BulletBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatche
   require(phase_.remove(id),
           "a proxy was not destroyed: out of memory, or another thread is in a call");
   const State& state = states_[id];
-  if (state.moved_in == round_) {
+  if (state.last_move_round == round_) {
     moved_[state.place] = moved_.back();
     moved_boxes_[state.place] = moved_boxes_.back();
     states_[moved_.back()].place = state.place;
     moved_.pop_back();
     moved_boxes_.pop_back();
   }
-  if (state.is_mute()) unlist_mute(id);
-  unsure_ -= is_unsure(proxy->m_aabbMin, proxy->m_aabbMax);
+  if (state.is_excluded()) remove_excluded(id);
+  approximate_count_ -= is_approximate(proxy->m_aabbMin, proxy->m_aabbMax);
   const auto part = [&](Proxy* other) { cache_->removeOverlappingPair(proxy, other, dispatcher); };
-  const bool is_ours = cache_->getNumOverlappingPairs() == cached_;
-  if (!each_partner(*proxy, part)) cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
-  cached_ = is_ours ? cache_->getNumOverlappingPairs() : -1;
+  const bool cache_unchanged = cache_->getNumOverlappingPairs() == known_pair_count_;
+  if (!for_each_partner(*proxy, part))
+    cache_->removeOverlappingPairsContainingProxy(proxy, dispatcher);
+  known_pair_count_ = cache_unchanged ? cache_->getNumOverlappingPairs() : -1;
   proxies_[id] = nullptr;
-  free_rooms_.push_back(proxy);  // it came from there, so the list has capacity
+  free_slots_.push_back(proxy);  // it came from there, so the list has capacity
 }
 
 // Reports all proxies that have a pair with this one in the cache, and some more. Returns false
 // without a report if other code has changed the cache, or there are many: then the cache must be
 // searched.
-template <class Tell>
-bool BulletBroadphase::each_partner(const Proxy& proxy, Tell&& tell) const {
+template <class Report>
+bool BulletBroadphase::for_each_partner(const Proxy& proxy, Report&& report) const {
   const ObjectId id = id_of(proxy);
   if (id >= proxies_.size() || proxies_[id] != &proxy) return false;
-  if (cache_->getNumOverlappingPairs() != cached_) return false;
-  if (cached_ == 0) return true;
+  if (cache_->getNumOverlappingPairs() != known_pair_count_) return false;
+  if (known_pair_count_ == 0) return true;
   constexpr std::size_t most = 64;
   LivePair pairs[most];
   const std::size_t count = phase_.pairs_of(id, pairs, most);
   if (count > most) return false;
   for (std::size_t i = 0; i < count; ++i) {
     Proxy* const other = proxies_[pairs[i].first == id ? pairs[i].second : pairs[i].first];
-    if (other) tell(other);
+    if (other) report(other);
   }
   return true;
 }
 
-inline void BulletBroadphase::list_mute(ObjectId id) {
-  states_[id].mute_place = static_cast<std::uint32_t>(mute_.size());
-  mute_.push_back(id);
+inline void BulletBroadphase::add_excluded(ObjectId id) {
+  states_[id].excluded_index = static_cast<std::uint32_t>(excluded_.size());
+  excluded_.push_back(id);
 }
-inline void BulletBroadphase::unlist_mute(ObjectId id) {
-  const std::uint32_t place = states_[id].mute_place;
-  mute_[place] = mute_.back();
-  states_[mute_.back()].mute_place = place;
-  mute_.pop_back();
+inline void BulletBroadphase::remove_excluded(ObjectId id) {
+  const std::uint32_t place = states_[id].excluded_index;
+  excluded_[place] = excluded_.back();
+  states_[excluded_.back()].excluded_index = place;
+  excluded_.pop_back();
 }
 
 inline void BulletBroadphase::note_moved(Proxy& proxy) {
-  handed_over_ = false;
+  moves_flushed_ = false;
   const Box box = candidate(proxy.m_aabbMin, proxy.m_aabbMax);
   const ObjectId id = id_of(proxy);
   State& state = states_[id];
-  if (state.moved_in == round_) {
+  if (state.last_move_round == round_) {
     moved_boxes_[state.place] = box;
     return;
   }
-  state.moved_in = round_;
+  state.last_move_round = round_;
   state.place = static_cast<std::uint32_t>(moved_.size());
   moved_.push_back(id);
   moved_boxes_.push_back(box);
@@ -128,16 +129,16 @@ inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& 
   if (state.group != proxy.m_collisionFilterGroup || state.mask != proxy.m_collisionFilterMask) {
     require(phase_.set_filter(id, filter_of(proxy)),
             "a filter was not set: out of memory, or another thread is in a call");
-    if (state.is_mute()) unlist_mute(id);
+    if (state.is_excluded()) remove_excluded(id);
     state.group = proxy.m_collisionFilterGroup;
     state.mask = proxy.m_collisionFilterMask;
-    if (state.is_mute()) list_mute(id);
+    if (state.is_excluded()) add_excluded(id);
     note_moved(proxy);
   }
   // Bullet's worlds pass the boxes of all objects in every step, also of those at rest.
   if (same(lower, proxy.m_aabbMin) && same(upper, proxy.m_aabbMax)) return;
-  unsure_ -= is_unsure(proxy.m_aabbMin, proxy.m_aabbMax);
-  unsure_ += is_unsure(lower, upper);
+  approximate_count_ -= is_approximate(proxy.m_aabbMin, proxy.m_aabbMax);
+  approximate_count_ += is_approximate(lower, upper);
   proxy.m_aabbMin = lower;
   proxy.m_aabbMax = upper;
   note_moved(proxy);
@@ -145,7 +146,7 @@ inline void BulletBroadphase::setAabb(btBroadphaseProxy* base, const btVector3& 
 
 // A filter callback was set or removed.
 inline void BulletBroadphase::refilter() {
-  asks_ = !asks_;
+  has_filter_callback_ = !has_filter_callback_;
   for (Proxy* proxy : proxies_) {
     if (!proxy) continue;
     require(phase_.set_filter(id_of(*proxy), filter_of(*proxy)),
@@ -154,105 +155,107 @@ inline void BulletBroadphase::refilter() {
   }
 }
 
-inline void BulletBroadphase::hand_over_moves() {
-  if (handed_over_) return;
+inline void BulletBroadphase::flush_moves() {
+  if (moves_flushed_) return;
   require(phase_.move(moved_.data(), Boxes(moved_boxes_)));
-  handed_over_ = true;
+  moves_flushed_ = true;
 }
 
 inline void BulletBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  if (asks_ != (cache_->getOverlapFilterCallback() != nullptr)) refilter();
-  hand_over_moves();
+  if (has_filter_callback_ != (cache_->getOverlapFilterCallback() != nullptr)) refilter();
+  flush_moves();
   require(phase_.update());
   for (const LivePair& pair : phase_.ended()) {
     Proxy *a = proxies_[pair.first], *b = proxies_[pair.second];
     // Pairs of a destroyed proxy ended with it.
     if (a && b) cache_->removeOverlappingPair(a, b, dispatcher);
   }
-  if (!waiting_.empty()) drop_ended(phase_.ended());
-  if (!waiting_.empty() && !moved_.empty()) {
-    const auto wants = [this](Pair pair) {
+  if (!refused_pairs_.empty()) erase_ended(phase_.ended());
+  if (!refused_pairs_.empty() && !moved_.empty()) {
+    const auto now_accepted = [this](Pair pair) {
       if (!proxies_[pair.first] || !proxies_[pair.second]) return true;
-      const bool moved =
-          states_[pair.first].moved_in == round_ || states_[pair.second].moved_in == round_;
-      return moved && offer(pair);
+      const bool moved = states_[pair.first].last_move_round == round_ ||
+                         states_[pair.second].last_move_round == round_;
+      return moved && add_to_cache(pair);
     };
-    waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), wants), waiting_.end());
+    refused_pairs_.erase(std::remove_if(refused_pairs_.begin(), refused_pairs_.end(), now_accepted),
+                         refused_pairs_.end());
   }
-  const std::size_t old = waiting_.size();
+  const std::size_t old = refused_pairs_.size();
   for (const LivePair& pair : phase_.begun()) {
-    if (!offer({pair.first, pair.second})) waiting_.push_back({pair.first, pair.second});
+    if (!add_to_cache({pair.first, pair.second}))
+      refused_pairs_.push_back({pair.first, pair.second});
   }
-  merge_waiting(old);
-  if (unsure_ != 0 && !moved_.empty()) part_unsure(dispatcher);
-  if (static_cast<std::size_t>(cache_->getNumOverlappingPairs()) + waiting_.size() <
+  merge_refused(old);
+  if (approximate_count_ != 0 && !moved_.empty()) remove_false_pairs(dispatcher);
+  if (static_cast<std::size_t>(cache_->getNumOverlappingPairs()) + refused_pairs_.size() <
       phase_.pair_count()) {
     restore();
   }
-  cached_ = cache_->getNumOverlappingPairs();
+  known_pair_count_ = cache_->getNumOverlappingPairs();
   moved_.clear();
   moved_boxes_.clear();
   ++round_;
 }
 
 // Adds to the cache; false if Bullet's comparison or a filter refuses the pair.
-inline bool BulletBroadphase::offer(Pair pair) {
+inline bool BulletBroadphase::add_to_cache(Pair pair) {
   Proxy &a = *proxies_[pair.first], &b = *proxies_[pair.second];
-  if (unsure_ != 0 && !touch(a, b)) return false;
+  if (approximate_count_ != 0 && !touch(a, b)) return false;
   return cache_->addOverlappingPair(&a, &b) != nullptr;
 }
 
 // Both lists are sorted.
-inline void BulletBroadphase::drop_ended(LivePairs ended) {
+inline void BulletBroadphase::erase_ended(LivePairs ended) {
   const LivePair* next = ended.begin();
   const auto has_ended = [&](Pair pair) {
     while (next != ended.end() && Pair{next->first, next->second} < pair) ++next;
     return next != ended.end() && Pair{next->first, next->second} == pair;
   };
   std::size_t kept = 0;
-  for (const Pair& pair : waiting_) {
-    if (!has_ended(pair)) waiting_[kept++] = pair;
+  for (const Pair& pair : refused_pairs_) {
+    if (!has_ended(pair)) refused_pairs_[kept++] = pair;
   }
-  waiting_.resize(kept);
+  refused_pairs_.resize(kept);
 }
 
 // Pairs that overlap as rounded in Throng, but not in Bullet.
-inline void BulletBroadphase::part_unsure(btDispatcher* dispatcher) {
-  const std::size_t old = waiting_.size();
+inline void BulletBroadphase::remove_false_pairs(btDispatcher* dispatcher) {
+  const std::size_t old = refused_pairs_.size();
   // From the end: the last pair replaces a removed one.
   for (int i = cache_->getNumOverlappingPairs(); i-- > 0;) {
     const btBroadphasePair& pair = cache_->getOverlappingPairArrayPtr()[i];
     Proxy *a = pair.m_pProxy0, *b = pair.m_pProxy1;
     if (touch(*a, *b)) continue;
     cache_->removeOverlappingPair(a, b, dispatcher);
-    waiting_.push_back({std::min(id_of(*a), id_of(*b)), std::max(id_of(*a), id_of(*b))});
+    refused_pairs_.push_back({std::min(id_of(*a), id_of(*b)), std::max(id_of(*a), id_of(*b))});
   }
-  std::sort(waiting_.begin() + static_cast<std::ptrdiff_t>(old), waiting_.end());
-  merge_waiting(old);
+  std::sort(refused_pairs_.begin() + static_cast<std::ptrdiff_t>(old), refused_pairs_.end());
+  merge_refused(old);
 }
 
 // Pairs that other code removed from the cache while their boxes overlap.
 inline void BulletBroadphase::restore() {
   std::size_t next = 0;
-  const std::size_t old = waiting_.size();
+  const std::size_t old = refused_pairs_.size();
   for (const LivePair& live : phase_.pairs()) {
     const Pair pair = {live.first, live.second};
-    while (next < old && waiting_[next] < pair) ++next;
-    if (next < old && waiting_[next] == pair) continue;
+    while (next < old && refused_pairs_[next] < pair) ++next;
+    if (next < old && refused_pairs_[next] == pair) continue;
     if (cache_->findPair(proxies_[pair.first], proxies_[pair.second])) continue;
-    if (!offer(pair)) waiting_.push_back(pair);
+    if (!add_to_cache(pair)) refused_pairs_.push_back(pair);
   }
-  merge_waiting(old);
+  merge_refused(old);
 }
 
 // Reports the ids that find(query, ids) returns, and the excluded proxies; all if it returns false.
-template <class Ask, class Tell>
-void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
+template <class FindIds, class Report>
+void BulletBroadphase::for_each_candidate(FindIds&& find, Report&& report) {
   std::unique_ptr<BroadPhaseQuery> query;
   {
     // Of several threads the first one passes on the moved boxes.
-    const std::lock_guard<std::mutex> lock(asking_);
-    hand_over_moves();
+    const std::lock_guard<std::mutex> lock(query_mutex_);
+    flush_moves();
     if (!queries_.empty()) {
       query = std::move(queries_.back());
       queries_.pop_back();
@@ -262,17 +265,18 @@ void BulletBroadphase::ask(Ask&& find, Tell&& tell) {
   std::vector<ObjectId> ids;
   const bool found = find(*query, ids);
   {
-    const std::lock_guard<std::mutex> lock(asking_);
+    const std::lock_guard<std::mutex> lock(query_mutex_);
     queries_.push_back(std::move(query));
   }
   // A callback may change or destroy proxies that were reported.
   for (std::size_t i = 0; found && i < ids.size(); ++i) {
-    if (proxies_[ids[i]]) tell(*proxies_[ids[i]]);
+    if (proxies_[ids[i]]) report(*proxies_[ids[i]]);
   }
   // While a callback filters, Throng has no groups.
-  for (std::size_t i = 0; found && !asks_ && i < mute_.size(); ++i) tell(*proxies_[mute_[i]]);
+  for (std::size_t i = 0; found && !has_filter_callback_ && i < excluded_.size(); ++i)
+    report(*proxies_[excluded_[i]]);
   for (std::size_t id = 0; !found && id < proxies_.size(); ++id) {
-    if (proxies_[id]) tell(*proxies_[id]);
+    if (proxies_[id]) report(*proxies_[id]);
   }
 }
 
@@ -303,7 +307,7 @@ inline void BulletBroadphase::rayTest(const btVector3& from, const btVector3&,
                                       btBroadphaseRayCallback& callback, const btVector3& lower,
                                       const btVector3& upper) {
   const btScalar longest = callback.m_lambda_max;
-  ask(
+  for_each_candidate(
       [&](BroadPhaseQuery& query, std::vector<ObjectId>& ids) {
         Sweep sweep;
         if (!sweep_around(from, callback, lower, upper, sweep)) return false;
@@ -322,7 +326,7 @@ inline void BulletBroadphase::rayTest(const btVector3& from, const btVector3&,
 
 inline void BulletBroadphase::aabbTest(const btVector3& lower, const btVector3& upper,
                                        btBroadphaseAabbCallback& callback) {
-  ask(
+  for_each_candidate(
       [&](BroadPhaseQuery& query, std::vector<ObjectId>& ids) {
         const Box box = candidate(lower, upper);
         if (!query.find_overlaps(phase_, Boxes(&box, 1)).ok()) return false;
@@ -355,7 +359,7 @@ inline void BulletBroadphase::resetPool(btDispatcher*) {
   phase_ = BroadPhase(phase_.options());
   proxies_.clear();
   states_.clear();
-  waiting_.clear();
+  refused_pairs_.clear();
 }
 
 }  // namespace throng

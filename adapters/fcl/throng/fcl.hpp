@@ -31,7 +31,7 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
   using Base = fcl::BroadPhaseCollisionManager<S>;
 
   // Of the options, isa, threads, executor and memory are used.
-  explicit FclManager(const Options& options = {}) : phase_(usable(options)) {}
+  explicit FclManager(const Options& options = {}) : phase_(supported_options(options)) {}
 
   using Base::collide;
   using Base::distance;
@@ -69,13 +69,13 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
 
  private:
   using Bounds = fcl::AABB<S>;
-  struct Near {  // an object in the order along x
+  struct SortedObject {  // an object in the order along x
     Object* object;
     const Bounds* bounds;
     bool second;  // in the other manager
   };
 
-  static Options usable(Options options) {
+  static Options supported_options(Options options) {
     options.nan = NanPolicy::inactive;
     options.margin = 0;
     options.measure_stages = false;
@@ -98,18 +98,18 @@ class FclManager : public fcl::BroadPhaseCollisionManager<S> {
 
   LivePairs find_pairs() const;
   void find_touched(const std::vector<Box>& boxes, std::vector<Pair>& out) const;
-  void list(const Base* other, std::vector<Near>& out) const;
-  static void sweep(std::vector<Near>& all, bool across, void* data,
+  void list(const Base* other, std::vector<SortedObject>& out) const;
+  static void sweep(std::vector<SortedObject>& all, bool across, void* data,
                     fcl::DistanceCallBack<S> callback);
 
-  mutable std::mutex asking_;  // guards these three
+  mutable std::mutex query_mutex_;  // guards these three
   mutable BroadPhase phase_;
   mutable bool stale_ = false;  // something has changed since the last update
   mutable LivePairs pairs_;
   std::unordered_map<Object*, ObjectId> ids_;
-  std::vector<Object*> objects_;  // by id; null for free ids
-  std::vector<Bounds> bounds_;    // as passed to Throng
-  std::vector<Box> fresh_;        // buffers for update()
+  std::vector<Object*> objects_;   // by id; null for free ids
+  std::vector<Bounds> bounds_;     // as passed to Throng
+  std::vector<Box> update_boxes_;  // buffers for update()
 };
 
 }  // namespace throng

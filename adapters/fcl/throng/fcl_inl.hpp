@@ -52,11 +52,11 @@ void FclManager<S>::unregisterObject(Object* object) {
 
 template <class S>
 void FclManager<S>::update() {
-  fresh_.resize(objects_.size());
+  update_boxes_.resize(objects_.size());
   for (std::size_t id = 0; id < objects_.size(); ++id) {
-    if (objects_[id]) fresh_[id] = candidate(objects_[id]->getAABB());
+    if (objects_[id]) update_boxes_[id] = candidate(objects_[id]->getAABB());
   }
-  require(phase_.move_all(fresh_));
+  require(phase_.move_all(update_boxes_));
   stale_ = true;
   for (std::size_t id = 0; id < objects_.size(); ++id) {
     if (objects_[id]) bounds_[id] = objects_[id]->getAABB();
@@ -99,7 +99,7 @@ void FclManager<S>::getObjects(std::vector<Object*>& out) const {
 // FCL's users may query after any change, with or without setup().
 template <class S>
 LivePairs FclManager<S>::find_pairs() const {
-  const std::lock_guard<std::mutex> lock(asking_);
+  const std::lock_guard<std::mutex> lock(query_mutex_);
   if (stale_) {
     require(phase_.update());
     pairs_ = phase_.pairs();
@@ -110,7 +110,7 @@ LivePairs FclManager<S>::find_pairs() const {
 
 template <class S>
 void FclManager<S>::find_touched(const std::vector<Box>& boxes, std::vector<Pair>& out) const {
-  const std::lock_guard<std::mutex> lock(asking_);
+  const std::lock_guard<std::mutex> lock(query_mutex_);
   require(phase_.find_overlaps(boxes));
   out.assign(phase_.overlaps().begin(), phase_.overlaps().end());
 }
@@ -137,15 +137,15 @@ void FclManager<S>::collide(Object* object, void* data, fcl::CollisionCallBack<S
 template <class S>
 void FclManager<S>::collide(Base* other, void* data, fcl::CollisionCallBack<S> callback) const {
   if (other == this) return collide(data, callback);
-  std::vector<Near> theirs;
+  std::vector<SortedObject> theirs;
   list(other, theirs);
   std::vector<Box> boxes;
   boxes.reserve(theirs.size());
-  for (const Near& their : theirs) boxes.push_back(candidate(*their.bounds));
+  for (const SortedObject& their : theirs) boxes.push_back(candidate(*their.bounds));
   std::vector<Pair> found;
   find_touched(boxes, found);
   for (const Pair& pair : found) {
-    const Near& their = theirs[pair.first];
+    const SortedObject& their = theirs[pair.first];
     if (!bounds_[pair.second].overlap(*their.bounds)) continue;
     if (callback(objects_[pair.second], their.object, data)) return;
   }
@@ -154,7 +154,7 @@ void FclManager<S>::collide(Base* other, void* data, fcl::CollisionCallBack<S> c
 // For a manager of this class, the boxes of its last update; for others, whose boxes are private,
 // the objects' current ones.
 template <class S>
-void FclManager<S>::list(const Base* other, std::vector<Near>& out) const {
+void FclManager<S>::list(const Base* other, std::vector<SortedObject>& out) const {
   const bool second = other != this;
   if (const auto* same = dynamic_cast<const FclManager*>(other)) {
     for (std::size_t id = 0; id < same->objects_.size(); ++id) {
@@ -173,8 +173,8 @@ void FclManager<S>::distance(Object* object, void* data, fcl::DistanceCallBack<S
   std::vector<std::pair<S, ObjectId>> heap;
   for (std::size_t id = 0; id < objects_.size(); ++id) {
     if (!objects_[id]) continue;
-    const S apart = bounds_[id].distance(bounds);
-    if (apart >= 0) heap.emplace_back(apart, static_cast<ObjectId>(id));  // false for a NaN
+    const S gap = bounds_[id].distance(bounds);
+    if (gap >= 0) heap.emplace_back(gap, static_cast<ObjectId>(id));  // false for a NaN
   }
   const auto farther = [](const auto& a, const auto& b) { return a > b; };
   std::make_heap(heap.begin(), heap.end(), farther);
@@ -188,12 +188,14 @@ void FclManager<S>::distance(Object* object, void* data, fcl::DistanceCallBack<S
 
 // By their lower ends along x: after the first that is too far away, all others are, too.
 template <class S>
-void FclManager<S>::sweep(std::vector<Near>& all, bool across, void* data,
+void FclManager<S>::sweep(std::vector<SortedObject>& all, bool across, void* data,
                           fcl::DistanceCallBack<S> callback) {
   // A box with a NaN has no position along x, and no distance.
-  const auto no_place = [](const Near& n) { return !(n.bounds->min_[0] <= n.bounds->max_[0]); };
-  all.erase(std::remove_if(all.begin(), all.end(), no_place), all.end());
-  std::stable_sort(all.begin(), all.end(), [](const Near& a, const Near& b) {
+  const auto has_no_position = [](const SortedObject& n) {
+    return !(n.bounds->min_[0] <= n.bounds->max_[0]);
+  };
+  all.erase(std::remove_if(all.begin(), all.end(), has_no_position), all.end());
+  std::stable_sort(all.begin(), all.end(), [](const SortedObject& a, const SortedObject& b) {
     return a.bounds->min_[0] < b.bounds->min_[0];
   });
   S nearest = std::numeric_limits<S>::max();
@@ -202,15 +204,16 @@ void FclManager<S>::sweep(std::vector<Near>& all, bool across, void* data,
       if (all[j].bounds->min_[0] - all[i].bounds->max_[0] >= nearest) break;
       if (across && all[i].second == all[j].second) continue;
       if (all[i].bounds->distance(*all[j].bounds) >= nearest) continue;
-      const bool turned = all[i].second;  // this manager's object comes first
-      if (callback(all[turned ? j : i].object, all[turned ? i : j].object, data, nearest)) return;
+      const bool reversed = all[i].second;  // this manager's object comes first
+      if (callback(all[reversed ? j : i].object, all[reversed ? i : j].object, data, nearest))
+        return;
     }
   }
 }
 
 template <class S>
 void FclManager<S>::distance(void* data, fcl::DistanceCallBack<S> callback) const {
-  std::vector<Near> all;
+  std::vector<SortedObject> all;
   list(this, all);
   sweep(all, false, data, callback);
 }
@@ -218,7 +221,7 @@ void FclManager<S>::distance(void* data, fcl::DistanceCallBack<S> callback) cons
 template <class S>
 void FclManager<S>::distance(Base* other, void* data, fcl::DistanceCallBack<S> callback) const {
   if (other == this) return distance(data, callback);
-  std::vector<Near> all;
+  std::vector<SortedObject> all;
   list(this, all);
   list(other, all);
   sweep(all, true, data, callback);

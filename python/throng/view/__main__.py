@@ -12,14 +12,14 @@ import numpy
 
 import throng
 from throng.view import frames, record
-from throng.view._frame import MOST
+from throng.view._frame import MAX_DRAWN
 from throng.view._record import layout
 
 if TYPE_CHECKING:
     import rerun
 
 
-class Refused(Exception):
+class UserError(Exception):
     """An error message for the user, without a traceback."""
 
 
@@ -30,9 +30,9 @@ def load(path: str) -> Any:
         if found.dtype != numpy.float32 or not found.flags.c_contiguous:
             found = throng.load_boxes(path, round="outward")
     except (OSError, ValueError) as error:
-        raise Refused(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+        raise UserError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
     if found.ndim not in (2, 3) or found.shape[-1] != 6:
-        raise Refused(f"{path}: found shape {found.shape}, wanted (n, 6) or (frames, n, 6)")
+        raise UserError(f"{path}: found shape {found.shape}, wanted (n, 6) or (frames, n, 6)")
     return found if found.ndim == 3 else found[None]
 
 
@@ -40,7 +40,7 @@ def need_rerun() -> None:
     try:
         import rerun  # noqa: F401
     except ImportError as error:
-        raise Refused('Rerun is missing (' + str(error) + '); pip install rerun-sdk, or in Throng\'s source tree pip install ".[view]"') from None
+        raise UserError('Rerun is missing (' + str(error) + '); pip install rerun-sdk, or in Throng\'s source tree pip install ".[view]"') from None
 
 
 def arguments(given: list[str] | None) -> argparse.Namespace:
@@ -50,7 +50,7 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--serve", action="store_true", help="serve the viewer to browsers, until Ctrl-C")
     parser.add_argument("--port", type=int, default=9090, help="port of the page for --serve")
     parser.add_argument("--data-port", type=int, default=9876, help="port of its data")
-    parser.add_argument("--most", type=int, default=MOST, metavar="N", help="boxes to draw (%(default)s)")
+    parser.add_argument("--most", type=int, default=MAX_DRAWN, metavar="N", help="boxes to draw (%(default)s)")
     parser.add_argument("--margin", type=float, default=0.0, help="as for throng.find_pairs")
     return parser.parse_args(given)
 
@@ -65,7 +65,7 @@ def save(scene: Any, options: argparse.Namespace, stream: "rerun.RecordingStream
         stream.disconnect()
         os.replace(part, options.save)
     except OSError as error:
-        raise Refused(f"{options.save}: {error.strerror or error}") from error
+        raise UserError(f"{options.save}: {error.strerror or error}") from error
     finally:
         part.unlink(missing_ok=True)
     return done
@@ -97,9 +97,9 @@ def main(given: list[str] | None = None) -> int:
         import rerun as rr
 
         if options.most < 1:
-            raise Refused(f"--most {options.most}: wanted 1 or more")
+            raise UserError(f"--most {options.most}: wanted 1 or more")
         if options.save and options.serve:
-            raise Refused("--save and --serve: give one of them")
+            raise UserError("--save and --serve: give one of them")
         scene = load(options.file)
         stream = rr.RecordingStream("throng")
         if options.save:
@@ -110,10 +110,10 @@ def main(given: list[str] | None = None) -> int:
         else:
             screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if sys.platform == "linux" and not screen:
-                raise Refused("there is no display; give --save FILE.rrd, or --serve")
+                raise UserError("there is no display; give --save FILE.rrd, or --serve")
             stream.spawn(default_blueprint=layout())
             record(frames(scene, options.most, margin=options.margin), stream)
-    except (Refused, ValueError, MemoryError) as error:
+    except (UserError, ValueError, MemoryError) as error:
         print(f"throng.view: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

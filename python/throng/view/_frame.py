@@ -13,7 +13,7 @@ from throng._throng import Explanation
 Pairs = NDArray[numpy.uint32]
 
 # Maximum number of drawn boxes: the viewer stays smooth.
-MOST = 200_000
+MAX_DRAWN = 200_000
 
 
 @dataclass(frozen=True)
@@ -27,22 +27,22 @@ class Frame:
     pairs: Pairs  # all of them
     begun: Pairs  # absent in the previous frame; empty for the first frame
     ended: Pairs  # present in the previous frame only
-    told: Explanation
+    explanation: Explanation
 
     @property
     def occupancy(self) -> NDArray[numpy.uint32]:
         """Boxes per cell, 2-D: summed along the sweep axis."""
-        axis = self.told.result.plan.sweep_axis
-        summed: NDArray[numpy.uint32] = self.told.occupancy.sum(axis=axis, dtype=numpy.uint32)
+        axis = self.explanation.result.plan.sweep_axis
+        summed: NDArray[numpy.uint32] = self.explanation.occupancy.sum(axis=axis, dtype=numpy.uint32)
         return summed
 
     @property
     def axes(self) -> tuple[str, str]:
         """The two axes of occupancy."""
-        left = "xyz".replace("xyz"[self.told.result.plan.sweep_axis], "")
+        left = "xyz".replace("xyz"[self.explanation.result.plan.sweep_axis], "")
         return left[0], left[1]
 
-    def lines(self, pairs: Pairs, most: int = MOST) -> Pairs:
+    def lines(self, pairs: Pairs, most: int = MAX_DRAWN) -> Pairs:
         """Those of `pairs` whose boxes are both drawn, evenly thinned to `most`."""
         drawn = numpy.zeros(len(self.boxes), bool)
         drawn[self.shown] = True
@@ -72,23 +72,23 @@ class Frame:
 
     def cells(self, most: int = 2000) -> tuple[NDArray[numpy.float32], NDArray[numpy.uint32]]:
         """The cells with the most boxes: bounds (k, 6), and their numbers of boxes, descending."""
-        counts = self.told.occupancy
+        counts = self.explanation.occupancy
         flat = counts.reshape(-1)
         full = numpy.flatnonzero(flat)
         full = full[numpy.argsort(flat[full], kind="stable")[::-1][:most]]
-        grid = numpy.array(self.told.grid).reshape(2, 3)
+        grid = numpy.array(self.explanation.grid).reshape(2, 3)
         step = (grid[1] - grid[0]) / numpy.maximum(counts.shape, 1)
         lower = grid[0] + numpy.stack(numpy.unravel_index(full, counts.shape), axis=1) * step
         # Columns are unbounded along the sweep axis; use the boxes' range.
         low, high = self.extent
         upper = lower + step
-        axis = self.told.result.plan.sweep_axis
+        axis = self.explanation.result.plan.sweep_axis
         if counts.shape[axis] == 1:
             lower[:, axis], upper[:, axis] = low[axis], high[axis]
         return numpy.concatenate([lower, upper], axis=1).astype(numpy.float32), flat[full]
 
 
-def frames(scene: Sequence[Any] | NDArray[Any], most: int = MOST, **options: Any) -> Iterator[Frame]:
+def frames(scene: Sequence[Any] | NDArray[Any], most: int = MAX_DRAWN, **options: Any) -> Iterator[Frame]:
     """Searches frame after frame, (frames, n, 6) float32; options are those of Finder. A box with a
     NaN overlaps nothing, and is not drawn.
     """
@@ -97,7 +97,7 @@ def frames(scene: Sequence[Any] | NDArray[Any], most: int = MOST, **options: Any
     for number, given in enumerate(scene):
         boxes = numpy.ascontiguousarray(given)
         pairs = finder.find(boxes)
-        told = finder.explain(boxes)
+        explanation = finder.explain(boxes)
         n = len(boxes)
         overlaps = numpy.bincount(pairs.reshape(-1), minlength=n)
         codes = pairs[:, 0].astype(numpy.uint64) << numpy.uint64(32) | pairs[:, 1]
@@ -106,9 +106,9 @@ def frames(scene: Sequence[Any] | NDArray[Any], most: int = MOST, **options: Any
             began = numpy.setdiff1d(codes, before, assume_unique=True)
             ended = numpy.setdiff1d(before, codes, assume_unique=True)
         before = codes
-        largest = [box.index for box in told.largest]
+        largest = [box.index for box in explanation.largest]
         shown = _choose(boxes, overlaps, largest, most)
-        yield Frame(number, boxes, shown, overlaps, pairs, _decoded(began), _decoded(ended), told)
+        yield Frame(number, boxes, shown, overlaps, pairs, _decoded(began), _decoded(ended), explanation)
 
 
 def _decoded(codes: NDArray[numpy.uint64]) -> Pairs:
@@ -126,9 +126,9 @@ def _choose(
     if n > most:
         few = min(100, most // 10)
         crowded = numpy.argpartition(overlaps, n - few - 1)[n - few :]
-        room = max(most - few - len(largest), 0)
+        random_count = max(most - few - len(largest), 0)
         chosen[:] = False
-        chosen[numpy.random.default_rng(1).permutation(n)[:room]] = True
+        chosen[numpy.random.default_rng(1).permutation(n)[:random_count]] = True
         chosen[crowded] = True
         chosen[largest[:most]] = True
     return numpy.flatnonzero(chosen & active)

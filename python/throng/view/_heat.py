@@ -15,15 +15,15 @@ SCALE = numpy.array(
     [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 120, 60]]
 )
 EMPTY = [44, 46, 52]
-AROUND = [24, 25, 28]
+BACKGROUND = [24, 25, 28]
 # Pixels of the longer side; and per cell, if there are few cells.
-LONGEST, A_CELL = 384, 24
+MAX_PIXELS, PIXELS_PER_CELL = 384, 24
 # Maximum ratio of the sides.
-SLIM = 4
+MAX_ASPECT_RATIO = 4
 # Up to this many cells are all labelled; of more, only the densest.
-SAID = 16
+MAX_LABELS = 16
 # Maximum of the scale / minimum, at least: equally full cells look equal.
-SHARE = 16
+MIN_SCALE_RATIO = 16
 
 
 def mixed(at: NDArray[Any]) -> NDArray[numpy.uint8]:
@@ -44,7 +44,7 @@ class Scale:
     def of(counts: NDArray[Any]) -> "Scale":
         full = counts[counts > 0]
         most = int(full.max(initial=1))
-        return Scale(max(1, min(int(full.min(initial=most)), most // SHARE)), max(most, 2))
+        return Scale(max(1, min(int(full.min(initial=most)), most // MIN_SCALE_RATIO)), max(most, 2))
 
     def at(self, counts: NDArray[Any]) -> NDArray[Any]:
         """0 .. 1"""
@@ -91,7 +91,7 @@ class HeatMap:
         height, width = self.counts.shape
         whole = numpy.empty((height + 2 * self.strip, width, 3), numpy.uint8)
         whole[:height] = self.scale.colours(self.counts)
-        whole[height : height + self.strip] = AROUND
+        whole[height : height + self.strip] = BACKGROUND
         whole[height + self.strip :] = mixed(numpy.linspace(0, 1, width))
         return whole
 
@@ -108,16 +108,16 @@ class HeatMap:
 
 def heat_map(frame: Frame) -> HeatMap | None:
     """None where there is no one grid."""
-    if frame.told.cells == 0:
+    if frame.explanation.cells == 0:
         return None
     counts = frame.occupancy
-    axis = frame.told.result.plan.sweep_axis
+    axis = frame.explanation.result.plan.sweep_axis
     first, second = (k for k in range(3) if k != axis)
-    grid = numpy.array(frame.told.grid, numpy.float64).reshape(2, 3)
+    grid = numpy.array(frame.explanation.grid, numpy.float64).reshape(2, 3)
     low, high = grid[:, [first, second]]
-    longer = min(max(counts.shape) * A_CELL, LONGEST)
+    longer = min(max(counts.shape) * PIXELS_PER_CELL, MAX_PIXELS)
     sides = numpy.maximum(high - low, 1e-30)
-    shape = numpy.maximum(longer * sides / sides.max(), longer / SLIM).round().astype(int)
+    shape = numpy.maximum(longer * sides / sides.max(), longer / MAX_ASPECT_RATIO).round().astype(int)
     pixels = counts
     for k in range(2):
         # Of a pixel that covers several cells the most; of a cell that covers several pixels, itself.

@@ -7,7 +7,7 @@ import numpy
 from numpy.typing import NDArray
 
 from throng.view._frame import Frame, Pairs
-from throng.view._heat import AROUND, SAID, heat_map, mixed
+from throng.view._heat import BACKGROUND, MAX_LABELS, heat_map, mixed
 
 if TYPE_CHECKING:
     import rerun
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 FULL = 64
 # More boxes than this are drawn as edges only.
 FILLED = 20_000
-ALONE = [120, 120, 130]
+NO_OVERLAP = [120, 120, 130]
 BEGAN, ENDED, PAIR = [80, 220, 100], [235, 80, 70], [150, 170, 255]
 # On the map: outlines of the densest cells and of the largest boxes, labels.
 DENSE, LARGE, WORDS = [15, 16, 18], [255, 255, 255], [200, 200, 205]
@@ -27,7 +27,7 @@ COUNTS = "pairs", "begun", "ended"
 def colours(overlaps: NDArray[Any]) -> NDArray[numpy.uint8]:
     """(n, 3): grey for none, else by the logarithm of the number."""
     at = numpy.log2(numpy.clip(overlaps, 1, FULL)) / numpy.log2(FULL)
-    return numpy.where(overlaps[:, None] > 0, mixed(at), ALONE).astype(numpy.uint8)
+    return numpy.where(overlaps[:, None] > 0, mixed(at), NO_OVERLAP).astype(numpy.uint8)
 
 
 def layout() -> "rerun.blueprint.Blueprint":
@@ -41,7 +41,7 @@ def layout() -> "rerun.blueprint.Blueprint":
                 bp.Horizontal(
                     bp.Tabs(
                         bp.Spatial2DView(
-                            origin="/grid", contents="/grid/map/**", name="Boxes per cell", background=AROUND
+                            origin="/grid", contents="/grid/map/**", name="Boxes per cell", background=BACKGROUND
                         ),
                         bp.TensorView(origin="/grid/occupancy", name="Numbers"),
                         active_tab=0,
@@ -88,7 +88,7 @@ def record(frames: Iterable[Frame], stream: "rerun.RecordingStream") -> int:
         for name in COUNTS:
             stream.log(f"counts/{name}", rr.Scalars(len(getattr(frame, name))))
         for name in STAGES:
-            stream.log(f"times/{name}", rr.Scalars(getattr(frame.told.result.times, name)))
+            stream.log(f"times/{name}", rr.Scalars(getattr(frame.explanation.result.times, name)))
         stream.log("lists", rr.TextDocument(lists(frame), media_type=rr.MediaType.MARKDOWN))
         done += 1
     return done
@@ -134,14 +134,14 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
         ),
     )
     stream.log("grid/map", rr.Image(chart.picture()))
-    densest = chart.rectangles(bounds[: len(frame.told.densest)])
-    largest = chart.rectangles(frame.corners([box.index for box in frame.told.largest]))
+    densest = chart.rectangles(bounds[: len(frame.explanation.densest)])
+    largest = chart.rectangles(frame.corners([box.index for box in frame.explanation.largest]))
     for name, where, colour in (("densest", densest, DENSE), ("largest", largest, LARGE)):
         stream.log(
             f"grid/map/{name}",
             rr.Boxes2D(mins=where[:, :2], sizes=where[:, 2:] - where[:, :2], colors=[colour], radii=-0.5),
         )
-    said = counts[: SAID if len(counts) <= SAID else 1]
+    said = counts[: MAX_LABELS if len(counts) <= MAX_LABELS else 1]
     where = chart.rectangles(bounds[: len(said)])
     places, words = chart.words()
     places = numpy.concatenate([places, (where[:, :2] + where[:, 2:]) / 2])
@@ -149,7 +149,7 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
     words += [f"{count:,}" for count in said]
     stream.log("grid/map/words", rr.Points2D(places, radii=0, labels=words, colors=shades, show_labels=True))
     stream.log("grid/occupancy", rr.Tensor(frame.occupancy, dim_names=frame.axes))
-    classes = frame.told.cell_classes
+    classes = frame.explanation.cell_classes
     # A class without cells has a bar of height 0.
     bars = numpy.zeros(max(c.least for c in classes).bit_length(), numpy.int64)
     bars[[c.least.bit_length() - 1 for c in classes]] = [c.cells for c in classes]
@@ -158,11 +158,11 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
 
 def lists(frame: Frame) -> str:
     """A frame's summary as Markdown."""
-    told, plan = frame.told, frame.told.result.plan
+    explanation, plan = frame.explanation, frame.explanation.result.plan
     text = [
         f"{len(frame.boxes):,} boxes, {len(frame.shown):,} of them drawn; {len(frame.pairs):,} pairs, "
         f"{len(frame.begun):,} began, {len(frame.ended):,} ended. {plan.algorithm}: {plan.reason}; "
-        f"{told.tests_per_box:.1f} tests per box.",
+        f"{explanation.tests_per_box:.1f} tests per box.",
         "",
         f"Boxes: grey overlaps none, blue 1, green about 10, yellow 30, orange {FULL} or more.  Lines: pairs; "
         "green ones began, red ones ended. On the map: boxes per cell, by the scale below it; black: "
@@ -171,17 +171,17 @@ def lists(frame: Frame) -> str:
         "| largest boxes | extent | overlaps | cells |",
         "|---|---|---|---|",
     ]
-    for box in told.largest:
+    for box in explanation.largest:
         overlaps = frame.overlaps[box.index]
         text.append(f"| {box.index} | {box.extent:.4g} | {overlaps} | {box.cells} |")
-    if told.densest:
+    if explanation.densest:
         text += ["", "| densest cells, from | to | boxes |", "|---|---|---|"]
-    for cell in told.densest:
+    for cell in explanation.densest:
         ends = ["  ".join(f"{x:.4g}" for x in cell.bounds[k : k + 3]) for k in (0, 3)]
         text.append(f"| {ends[0]} | {ends[1]} | {cell.boxes} |")
-    if told.cell_classes:
+    if explanation.cell_classes:
         text += ["", "| boxes in a cell | cells | boxes in them |", "|---|---|---|"]
-    for cells in told.cell_classes:
+    for cells in explanation.cell_classes:
         text.append(f"| {cells.least:,} to {cells.below - 1:,} | {cells.cells:,} | {cells.boxes:,} |")
-    text += ["", *(f"- {advice}" for advice in told.advice)]
+    text += ["", *(f"- {advice}" for advice in explanation.advice)]
     return "\n".join(text)

@@ -1,9 +1,0 @@
-// Whether MPI is CUDA-aware, i.e. accepts device pointers.
-#pragma once
-
-namespace throng::mpi {
-
-// What MPI reports at run time; false if it cannot report it. Call after MPI_Init.
-bool takes_device_memory() noexcept;
-
-}  // namespace throng::mpi

@@ -1,0 +1,220 @@
+// The search across ranks for boxes in device memory: per-box work runs as kernels
+// (device_stages.hpp), records are sent from device to device by MPI or through host memory
+// (device_routes.hpp).
+//
+// A Space is a Device (pipeline/pipeline.hpp: launch, clear; pipeline/engine.hpp: allocate,
+// release, copy, read) that adds
+//   begin(stream)                selects the stream of the calls that follow
+//   Current                      RAII: the Space's device is current during its lifetime
+//   require(set, count, ids)     refuses arrays that the device cannot read
+//   mpi_accepts_pointers()               whether MPI accepts pointers to its memory
+//   download, upload(to, from, n)    copy bytes to and from host memory; synchronous
+//   Staging                      allocates the host memory of staged copies
+//   wait()                       synchronises the stream
+//   find(a, b or null, pairs)    the local search
+//   sort64(pairs, n, scratch, bytes), sort64_bytes(n)
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mpi/balance.hpp"
+#include "mpi/device_halo_exchange.hpp"
+#include "mpi/device_search_base.hpp"
+#include "mpi/device_stages.hpp"
+#include "pipeline/device_buffer.hpp"
+
+namespace throng::mpi {
+
+template <class Space>
+class DeviceDistributedSearch final : public DeviceSearchBase {
+ public:
+  template <class... Args>
+  explicit DeviceDistributedSearch(Args&&... args) : space_(std::forward<Args>(args)...) {}
+
+  void find(Communicator& communicator, const Settings& settings, const RankBoxes* const* given,
+            int count, cuda::Stream stream, Result& r) override {
+    std::optional<typename Space::Current> current;
+    attempt(r, [&] {
+      space_.begin(stream);
+      current.emplace(space_);
+    });
+    DistributedSearch::find(communicator, settings, given, count, r);
+  }
+
+ private:
+  using Block = pipeline::DeviceBuffer<Space>;
+  struct Sums {
+    std::uint64_t owned, kept;
+  };
+
+  BoxSummary inspect(const Settings& settings, const RankBoxes& given, Result& r) override;
+  const std::uint64_t* host_ids(const RankBoxes& given) override;
+  Sample sample(const Settings& settings, const RankBoxes& given, std::size_t most) override;
+  void route(Communicator& communicator, const Settings& settings, std::vector<OutgoingSet>& sets,
+             Result& r) override;
+  void deliver(Communicator& communicator) override {
+    communicator.exchange(halo_.out(), halo_.in());
+  }
+  void take_tree_records(int set, const Bytes& records) override {
+    halo_.take_tree_records(static_cast<std::size_t>(set), records);
+  }
+  Result search(const Settings& settings, const Bounds& region, Found& found,
+                std::vector<Sample>& samples) override;
+  const Pair64* kept_pairs() const noexcept override { return kept_.template as<Pair64>(); }
+
+  Sample points_of(SamplePoints stage, std::size_t most);
+  void keep(const Pairs& pairs, Found& found, Sums* sums);
+  void sort_kept(std::size_t count);
+
+  Space space_;
+  DeviceHaloExchange<Space> halo_{space_};
+  Block inspection_{space_}, points_{space_}, kept_{space_}, sorting_{space_};
+  Block marks_[2]{Block(space_), Block(space_)},
+      halves_[2]{Block(space_), Block(space_)};  // per box
+  std::vector<std::uint64_t> ids_;
+};
+
+template <class Space>
+DistributedSearch::BoxSummary DeviceDistributedSearch<Space>::inspect(const Settings& settings,
+                                                                      const RankBoxes& given,
+                                                                      Result& r) {
+  const std::size_t n = given.boxes.size();
+  if (!valid_arrays(given.boxes, r) || n == 0) return {};
+  const pipeline::Set set = pipeline::make_set(given.boxes);
+  space_.require(set, n, given.ids);
+  inspection_.ensure(sizeof(BoxInspection));
+  auto* const inspection = inspection_.template as<BoxInspection>();
+  space_.clear(inspection, sizeof(BoxInspection));
+  const std::uint64_t threads = std::min<std::uint64_t>(n, summing_threads);
+  space_.launch(threads, InspectBoxes{set, given.ids, n, threads, inspection});
+  const BoxInspection seen = space_.read(*inspection);
+  r.invalid_count = seen.bad_worlds;
+  r.first_invalid = ~seen.bad_world_mark;
+  if (!no_bad_worlds(r)) return {};
+  r.invalid_count = settings.search.nan == NanPolicy::refuse ? seen.nans : 0;
+  r.first_invalid = ~seen.nan_mark;
+  if (!no_nans(r)) return {};
+  r.first_invalid = 0;
+  return {seen.inactive, seen.id_sum};
+}
+
+template <class Space>
+const std::uint64_t* DeviceDistributedSearch<Space>::host_ids(const RankBoxes& given) {
+  ids_.resize(given.boxes.size());
+  space_.download(ids_.data(), given.ids, ids_.size() * sizeof(std::uint64_t));
+  return ids_.data();
+}
+
+// At most `most` points, of boxes that carry a position.
+template <class Space>
+DistributedSearch::Sample DeviceDistributedSearch<Space>::points_of(SamplePoints stage,
+                                                                    std::size_t most) {
+  Sample sample;
+  if (stage.count == 0) return sample;
+  sample.step = stage.step = (stage.count + most - 1) / most;
+  const auto count = static_cast<std::size_t>((stage.count + stage.step - 1) / stage.step);
+  points_.ensure(count * sizeof(Point));
+  stage.points = points_.template as<Point>();
+  space_.launch(count, stage);
+  sample.points.resize(count);
+  space_.download(sample.points.data(), stage.points, count * sizeof(Point));
+  const auto none = [](const Point& point) { return point.weight == SamplePoints::none; };
+  sample.points.erase(std::remove_if(sample.points.begin(), sample.points.end(), none),
+                      sample.points.end());
+  return sample;
+}
+
+template <class Space>
+DistributedSearch::Sample DeviceDistributedSearch<Space>::sample(const Settings& settings,
+                                                                 const RankBoxes& given,
+                                                                 std::size_t most) {
+  SamplePoints stage{};
+  stage.set = pipeline::make_set(given.boxes);
+  stage.margin = settings.search.margin;
+  stage.count = given.boxes.size();
+  return points_of(stage, most);
+}
+
+template <class Space>
+void DeviceDistributedSearch<Space>::route(Communicator& communicator, const Settings& settings,
+                                           std::vector<OutgoingSet>& sets, Result& r) {
+  traffic_.direct = settings.buffers == Buffers::direct ||
+                    (settings.buffers == Buffers::automatic && space_.mpi_accepts_pointers());
+  std::vector<Parcel> sizes;
+  attempt(r, [&] {
+    halo_.count(settings, regions().tree(), sets);
+    sizes = halo_.sizes(communicator.rank());
+  });
+  const std::vector<Parcel> received_sizes = communicator.exchange(std::move(sizes));
+  attempt(r, [&] {
+    halo_.write(settings, sets, received_sizes, communicator.rank(), traffic_.direct);
+  });
+}
+
+template <class Space>
+Result DeviceDistributedSearch<Space>::search(const Settings& settings, const Bounds& region,
+                                              Found& found, std::vector<Sample>& samples) {
+  halo_.upload_staged();
+  inspection_.ensure(sizeof(Sums));
+  auto* const sums = inspection_.template as<Sums>();
+  space_.clear(sums, sizeof(Sums));
+  const std::size_t sets = halo_.set_count();
+  const float margin = settings.search.margin;
+  Boxes views[2];
+  SamplePoints stages[2] = {};
+  for (std::size_t s = 0; s < sets; ++s) {
+    const std::uint64_t n = halo_.records(s).count;
+    views[s] = halo_.records(s).view();
+    const pipeline::Set set = pipeline::make_set(views[s]);
+    const auto room = static_cast<std::size_t>(n) + 1;
+    marks_[s].ensure(room);
+    halves_[s].ensure(room * sizeof(std::uint32_t));
+    auto* const marks = marks_[s].template as<std::uint8_t>();
+    auto* const halves = halves_[s].template as<std::uint32_t>();
+    space_.clear(halves, room * sizeof(std::uint32_t));
+    const std::uint64_t threads = std::min(n, summing_threads);
+    space_.launch(threads, MarkOwned{set, margin, region, n, threads, marks, &sums->owned});
+    stages[s] = {set, margin, n, 1, marks, halves, pair_work / 2, nullptr};
+    found.owned_and_ghost += n;
+  }
+  found.handled = found.owned_and_ghost;
+  Pairs pairs;
+  Result r = space_.find(views[0], sets == 2 ? &views[1] : nullptr, pairs);
+  if (!r.ok()) return r;
+  keep(pairs, found, sums);
+  std::vector<Sample> fresh;
+  for (std::size_t s = 0; s < sets; ++s) fresh.push_back(points_of(stages[s], max_points / sets));
+  if (settings.search.order == Order::canonical) sort_kept(static_cast<std::size_t>(found.kept));
+  space_.wait();
+  samples.swap(fresh);
+  return r;
+}
+
+template <class Space>
+void DeviceDistributedSearch<Space>::keep(const Pairs& pairs, Found& found, Sums* sums) {
+  const std::size_t last = halo_.set_count() - 1;
+  kept_.ensure((pairs.size() + 1) * sizeof(Pair64));
+  space_.launch(
+      pairs.size(),
+      KeepPairs{pairs.data(), halo_.records(0), halo_.records(last),
+                marks_[0].template as<std::uint8_t>(), marks_[last].template as<std::uint8_t>(),
+                halves_[0].template as<std::uint32_t>(), halves_[last].template as<std::uint32_t>(),
+                last != 0, kept_.template as<Pair64>(), &sums->kept});
+  const Sums totals = space_.read(*sums);
+  found.owned = totals.owned;
+  found.kept = totals.kept;
+}
+
+template <class Space>
+void DeviceDistributedSearch<Space>::sort_kept(std::size_t count) {
+  if (count < 2) return;
+  const std::size_t bytes = space_.sort64_bytes(count);
+  space_.sort64(kept_.template as<Pair64>(), count, bytes ? sorting_.ensure(bytes) : nullptr,
+                bytes);
+}
+
+}  // namespace throng::mpi
