@@ -13,10 +13,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
 #include "bench/require.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
@@ -113,7 +113,7 @@ int bodies_command(int argc, char** argv) {
   Results results(a.output);
   measure(a.objects(100'000), a, results);
   if (a.objects(1'000'000) > 100'000) measure(a.objects(1'000'000), a, results);
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace throng::bench

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "scene/checksum.hpp"
-#include "scene/npy.hpp"
-#include "scene/scene.hpp"
+#include "apps/scenes/checksum.hpp"
+#include "apps/scenes/npy.hpp"
+#include "apps/scenes/scene.hpp"
 
 namespace throng::bench {
 namespace {
@@ -18,7 +18,7 @@ std::vector<Box> nudged(std::vector<Box> boxes) {
     const float reach =
         0.1f * std::max({b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z});
     if (!std::isfinite(reach)) continue;
-    const std::uint64_t bits = scene::mix(i);
+    const std::uint64_t bits = scenes::mix(i);
     for (int k = 0; k < 3; ++k) {
       const float by = reach * (static_cast<float>(bits >> (20 * k) & 0xfffff) / 524288.0f - 1.0f);
       (&b.lower.x)[k] += by;
@@ -47,7 +47,7 @@ SceneChoice find_scene(const std::string& text) {
   for (const SceneChoice& s : all_scenes())
     if (s.label == text) return s;
   if (text.size() > 4 && text.substr(text.size() - 4) == ".npy") return {text, "", 0};
-  const auto& names = scene::names();
+  const auto& names = scenes::names();
   if (std::find(names.begin(), names.end(), text) != names.end()) return {text, text, 0};
   std::string known;
   for (const SceneChoice& s : all_scenes()) known += (known.empty() ? "" : "; ") + s.label;
@@ -59,20 +59,20 @@ Case make_case(const SceneChoice& choice, std::size_t objects, std::size_t most_
   Case c;
   c.scene = choice;
   if (choice.name.empty()) {
-    const scene::BoxFile file = scene::read_boxes(choice.label);
+    const scenes::BoxFile file = scenes::read_boxes(choice.label);
     c.objects = objects == 0 ? file.count : std::min(objects, file.count);
     for (std::size_t f = 0; f < std::min(file.frames, most_frames); ++f)
       c.frames.emplace_back(file.frame(f), file.frame(f) + c.objects);
-    if (c.frames.empty()) throw scene::FileError(choice.label + ": no frame in it");
+    if (c.frames.empty()) throw scenes::FileError(choice.label + ": no frame in it");
     if (c.frames.size() == 1) c.frames.push_back(nudged(c.frames[0]));
     return c;
   }
-  scene::Spec spec;
+  scenes::Spec spec;
   spec.name = choice.name;
   spec.objects = objects;
   spec.density = choice.density;
   spec.frames = 100;
-  const scene::Scene scene(spec);
+  const scenes::Scene scene(spec);
   c.objects = objects;
   c.frames.resize(most_frames);
   for (std::size_t f = 0; f < most_frames; ++f) {

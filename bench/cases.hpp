@@ -39,7 +39,7 @@ const std::vector<SceneChoice>& all_scenes();
 // By label, or a name of the scenes, or a path that ends in .npy. Throws std::invalid_argument.
 SceneChoice find_scene(const std::string& text);
 
-// Of a file, the first `objects` boxes of each frame; 0: all. Throws scene::FileError and
+// Of a file, the first `objects` boxes of each frame; 0: all. Throws scenes::FileError and
 // std::invalid_argument. At most `most_frames` frames; every box moves between frames. A file of
 // one frame gets a second, in which each box is moved by up to a tenth of its largest extent.
 Case make_case(const SceneChoice& scene, std::size_t objects, std::size_t most_frames);

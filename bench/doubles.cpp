@@ -11,12 +11,12 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
 #include "bench/competitors/doubles.hpp"
 #include "bench/random_motion.hpp"
 #include "bench/require.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
@@ -95,9 +95,9 @@ void measure(const char* scene, std::size_t count, unsigned threads, int rounds,
     // Of floats, rounding may add pairs; a shift rounds the coordinates.
     if (m.setting.find("away") == std::string::npos && m.setting != "floats" &&
         m.pairs != all[1].pairs)
-      throw program::Failure(
+      throw common::Failure(
           fmt::format("{}: {} pairs, wanted {}", m.library, m.pairs, all[1].pairs),
-          program::exit_differs);
+          common::exit_differs);
     Row row;
     row.kind = "doubles";
     row.name = scene;
@@ -141,7 +141,7 @@ int doubles_command(int argc, char** argv) {
       measure(c.scene, objects, threads, a.rounds_of(c.rounds), a.competitors, results);
     }
   }
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace throng::bench

@@ -13,11 +13,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
 #include "bench/random_motion.hpp"
 #include "bench/require.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
@@ -228,7 +228,7 @@ int filters_command(int argc, char** argv) {
         search(name, worlds(worlds_count, size), t, a.rounds_of(21), results);
     }
   }
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace throng::bench

@@ -11,20 +11,20 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
+#include "apps/common/numbers.hpp"
+#include "apps/scenes/scene.hpp"
 #include "bench/competitors/competitors.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
-#include "program/numbers.hpp"
-#include "scene/scene.hpp"
 
 namespace throng::bench {
 namespace {
 
-using program::Failure;
+using common::Failure;
 
 struct Arguments {
-  scene::Spec spec;
+  scenes::Spec spec;
   std::string library, objects = "10K";
   std::size_t first = 0, frames = 8;
   unsigned threads = 1;
@@ -48,14 +48,14 @@ MethodInfo find_method(const std::string& name) {
   throw Failure(fmt::format("--library: found '{}', wanted one of: {}", name, known));
 }
 
-scene::Scene make_scene(Arguments& a) {
-  const std::uint64_t objects = program::parse_count(a.objects, "--objects");
+scenes::Scene make_scene(Arguments& a) {
+  const std::uint64_t objects = common::parse_count(a.objects, "--objects");
   if (objects < 1 || objects > max_box_count) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count));
   }
   a.spec.objects = static_cast<std::size_t>(objects);
   a.spec.frames = a.first + a.frames + 1;
-  scene::Scene made(a.spec);
+  scenes::Scene made(a.spec);
   if (made.has_worlds()) {
     throw Failure(
         fmt::format("--scene: found '{}', wanted a scene of one world: other libraries "
@@ -68,10 +68,10 @@ scene::Scene make_scene(Arguments& a) {
 int run(Arguments& a) {
   if (a.list) {
     for (const MethodInfo& m : competitor_methods()) print_line(m.name);
-    return program::exit_done;
+    return common::exit_done;
   }
   const MethodInfo info = find_method(a.library);
-  const scene::Scene scene = make_scene(a);
+  const scenes::Scene scene = make_scene(a);
   std::vector<Box> boxes(scene.size());
   const Input in{boxes.data(), boxes.size(), nullptr};
   scene.frame(a.first, boxes.data());
@@ -92,7 +92,7 @@ int run(Arguments& a) {
     method->collect(in, pairs);
     print_line(fmt::format("{},{:.4f},{}", f, ms, pairs.size()));
   }
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace
@@ -128,7 +128,7 @@ int frames_command(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? program::exit_done : program::exit_bad;
+    return app.exit(e) == 0 ? common::exit_done : common::exit_bad;
   }
   return run(a);
 }

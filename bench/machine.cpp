@@ -9,15 +9,15 @@
 
 #include <throng/version.hpp>
 
+#include "apps/common/machine.hpp"
 #include "bench/competitors/competitors.hpp"
 #include "bench/competitors/thread_pool.hpp"
-#include "program/machine.hpp"
 
 namespace throng::bench {
 namespace {
 
 std::uint64_t status_bytes(const char* key) {
-  std::istringstream text(program::proc_field("/proc/self/status", key));
+  std::istringstream text(common::proc_field("/proc/self/status", key));
   std::uint64_t kib = 0;
   text >> kib;
   return kib * 1024;
@@ -26,7 +26,7 @@ std::uint64_t status_bytes(const char* key) {
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> machine_description() {
-  auto d = program::machine_description();
+  auto d = common::machine_description();
   d.emplace_back("Throng", THRONG_VERSION);
   std::string versions, missing;
   for (const auto& v : competitor_versions()) versions += (versions.empty() ? "" : ", ") + v;

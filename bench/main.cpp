@@ -10,11 +10,11 @@
 
 #include <throng/throng.hpp>
 
+#include "apps/common/failure.hpp"
+#include "apps/common/failure_text.hpp"
+#include "apps/common/machine.hpp"
+#include "apps/common/numbers.hpp"
 #include "bench/subcommands.hpp"
-#include "program/failure.hpp"
-#include "program/failure_text.hpp"
-#include "program/machine.hpp"
-#include "program/numbers.hpp"
 
 namespace throng::bench {
 namespace {
@@ -54,12 +54,12 @@ void print_help() {
 
 int guarded(const Subcommand& s, int argc, char** argv) {
   std::string message = "out of memory";
-  int status = program::exit_bad;
+  int status = common::exit_bad;
   try {
     return s.run(argc, argv);
   } catch (const Error& e) {
-    message = program::failure_text(e.result(), {});
-  } catch (const program::Failure& e) {
+    message = common::failure_text(e.result(), {});
+  } catch (const common::Failure& e) {
     message = e.what();
     status = e.status();
   } catch (const std::bad_alloc&) {
@@ -91,17 +91,16 @@ bool parse_case_options(CLI::App& app, CaseOptions& options, const std::string& 
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
   app.add_option_function<std::string>(
-      "--max-objects",
-      program::count_into(options.max_objects, "--max-objects", 100, max_box_count),
+      "--max-objects", common::count_into(options.max_objects, "--max-objects", 100, max_box_count),
       "At most so many boxes in each case, such as 10K");
   app.add_option("--rounds", options.rounds, "Rounds or frames per case")
       ->check(CLI::Range(1, 1000000));
   app.add_flag("--quick", options.quick, "At most 10K boxes and 5 rounds per case");
-  status = program::exit_done;
+  status = common::exit_done;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    status = app.exit(e) == 0 ? program::exit_done : program::exit_bad;
+    status = app.exit(e) == 0 ? common::exit_done : common::exit_bad;
     return false;
   }
   if (options.quick) {
@@ -110,7 +109,7 @@ bool parse_case_options(CLI::App& app, CaseOptions& options, const std::string& 
   }
   if (options.threads.empty()) {
     options.threads = {1};
-    if (program::hardware_threads() > 1) options.threads.push_back(program::hardware_threads());
+    if (common::hardware_threads() > 1) options.threads.push_back(common::hardware_threads());
   }
   return true;
 }

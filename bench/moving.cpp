@@ -14,11 +14,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
 #include "bench/random_motion.hpp"
 #include "bench/require.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
@@ -147,8 +147,8 @@ void verify(MovingMethod& method, const std::vector<Box>& boxes,
     same = got[0] == want;
   }
   if (!same)
-    throw program::Failure(fmt::format("{}: other pairs in {}", method.name(), where),
-                           program::exit_differs);
+    throw common::Failure(fmt::format("{}: other pairs in {}", method.name(), where),
+                          common::exit_differs);
 }
 
 void measure(const Case& c, std::size_t objects, const Arguments& a, Results& results) {
@@ -246,7 +246,7 @@ int moving_command(int argc, char** argv) {
     measure(c, objects, a, results);
   }
   if (a.wanted("batches")) measure_batches(a.objects(100000), a, results);
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace throng::bench

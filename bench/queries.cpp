@@ -20,12 +20,12 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "apps/common/failure.hpp"
 #include "bench/competitors/queries.hpp"
 #include "bench/random_motion.hpp"
 #include "bench/require.hpp"
 #include "bench/subcommands.hpp"
 #include "bench/timing.hpp"
-#include "program/failure.hpp"
 
 namespace throng::bench {
 namespace {
@@ -226,9 +226,9 @@ void measure(const Case& c, std::size_t objects, const CaseOptions& a, Results& 
   const auto want = static_cast<double>(all[0].found);
   for (const Measured& m : all) {
     if (std::fabs(static_cast<double>(m.found) - want) > 1e-4 * want + 2)
-      throw program::Failure(fmt::format("{} found {} objects, {} found {}", m.method->name(),
-                                         m.found, all[0].method->name(), all[0].found),
-                             program::exit_differs);
+      throw common::Failure(fmt::format("{} found {} objects, {} found {}", m.method->name(),
+                                        m.found, all[0].method->name(), all[0].found),
+                            common::exit_differs);
     Row row;
     row.kind = "queries";
     row.name = c.scene;
@@ -264,7 +264,7 @@ int queries_command(int argc, char** argv) {
     if (a.wanted(fmt::format("{}; {}; {}", c.scene, share_text(c.share), c.text())))
       measure(c, a.objects(100'000), a, results);
   }
-  return program::exit_done;
+  return common::exit_done;
 }
 
 }  // namespace throng::bench

@@ -12,9 +12,9 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "apps/scenes/scene.hpp"
 #include "bench/competitors/moving.hpp"
 #include "bench/require.hpp"
-#include "scene/scene.hpp"
 
 namespace throng::bench {
 
@@ -37,11 +37,11 @@ inline std::string share_text(double share) {
 
 // The first frame of a scene.
 inline std::vector<Box> boxes_of(const std::string& scene, std::size_t objects) {
-  scene::Spec spec;
+  scenes::Spec spec;
   spec.name = scene;
   spec.objects = objects;
   std::vector<Box> boxes(objects);
-  scene::Scene(spec).frame(0, boxes.data());
+  scenes::Scene(spec).frame(0, boxes.data());
   return boxes;
 }
 

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/report/explanation.hpp"
+#include "apps/report/format.hpp"
 #include "bench/throng_methods.hpp"
-#include "report/explanation.hpp"
-#include "report/format.hpp"
 
 namespace throng::bench {
 namespace {

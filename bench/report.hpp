@@ -8,10 +8,10 @@
 
 #include <throng/explain.hpp>
 
+#include "apps/report/page.hpp"
+#include "apps/report/table.hpp"
 #include "bench/results.hpp"
 #include "bench/search_rounds.hpp"
-#include "report/page.hpp"
-#include "report/table.hpp"
 
 namespace throng::bench {
 

@@ -3,13 +3,13 @@
 
 #include <throng/options.hpp>
 
-#include "program/failure.hpp"
-#include "program/failure_text.hpp"
+#include "apps/common/failure.hpp"
+#include "apps/common/failure_text.hpp"
 
 namespace throng::bench {
 
 inline void require(const Result& r) {
-  if (!r.ok()) throw program::Failure(program::failure_text(r, {}));
+  if (!r.ok()) throw common::Failure(common::failure_text(r, {}));
 }
 
 }  // namespace throng::bench

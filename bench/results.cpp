@@ -11,11 +11,11 @@
 
 #include <throng/version.hpp>
 
-#include "program/machine.hpp"
-#include "program/median.hpp"
-#include "report/format.hpp"
-#include "report/page.hpp"
-#include "scene/output_file.hpp"
+#include "apps/common/machine.hpp"
+#include "apps/common/median.hpp"
+#include "apps/report/format.hpp"
+#include "apps/report/page.hpp"
+#include "apps/scenes/output_file.hpp"
 
 namespace throng::bench {
 namespace {
@@ -30,7 +30,7 @@ std::string today() {
 // "AMD EPYC 9654" on 2 hardware threads is "amd-epyc-9654-2".
 std::string machine_name() {
   std::string name;
-  for (const char c : program::processor_name()) {
+  for (const char c : common::processor_name()) {
     const auto u = static_cast<unsigned char>(c);
     if (std::isalnum(u))
       name += static_cast<char>(std::tolower(u));
@@ -38,7 +38,7 @@ std::string machine_name() {
       name += '-';
   }
   if (!name.empty() && name.back() != '-') name += '-';
-  return name + std::to_string(program::hardware_threads());
+  return name + std::to_string(common::hardware_threads());
 }
 
 // Integers in full, other values with six significant digits; empty if there is no value.
@@ -58,7 +58,7 @@ std::string readable(const Row& r) {
 
 void set_samples(Row& row, const std::vector<double>& samples) {
   if (samples.empty()) return;
-  row.value = program::median(samples);
+  row.value = common::median(samples);
   row.least = *std::min_element(samples.begin(), samples.end());
   row.samples = samples.size();
 }
@@ -122,7 +122,7 @@ report::Table table(const std::string& title, const std::vector<Row>& rows) {
 }
 
 Results::Results(OutputOptions options) : options_(std::move(options)) {
-  scene::check_outputs({{"--csv", options_.csv}});
+  scenes::check_outputs({{"--csv", options_.csv}});
 }
 
 void Results::show(const std::string& title) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "report/table.hpp"
+#include "apps/report/table.hpp"
 
 namespace throng::bench {
 
@@ -45,7 +45,7 @@ report::Table table(const std::string& title, const std::vector<Row>& rows);
 
 class Results {
  public:
-  // Throws scene::FileError if the CSV file cannot be written.
+  // Throws scenes::FileError if the CSV file cannot be written.
   explicit Results(OutputOptions options);
 
   void add(Row row) { rows_.push_back(std::move(row)); }

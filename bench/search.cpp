@@ -18,6 +18,11 @@
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 
+#include "apps/common/failure.hpp"
+#include "apps/common/machine.hpp"
+#include "apps/common/numbers.hpp"
+#include "apps/report/format.hpp"
+#include "apps/scenes/output_file.hpp"
 #include "bench/cases.hpp"
 #include "bench/competitors/competitors.hpp"
 #include "bench/machine.hpp"
@@ -26,11 +31,6 @@
 #include "bench/subcommands.hpp"
 #include "bench/throng_methods.hpp"
 #include "bench/validate.hpp"
-#include "program/failure.hpp"
-#include "program/machine.hpp"
-#include "program/numbers.hpp"
-#include "report/format.hpp"
-#include "scene/output_file.hpp"
 
 namespace throng::bench {
 namespace {
@@ -48,10 +48,9 @@ struct Arguments {
 };
 
 std::size_t box_count(const std::string& text) {
-  const std::uint64_t count = program::parse_count(text, "--objects");
+  const std::uint64_t count = common::parse_count(text, "--objects");
   if (count < 1 || count > max_box_count) {
-    throw program::Failure(
-        fmt::format("--objects: found {}, wanted 1 to {}", count, max_box_count));
+    throw common::Failure(fmt::format("--objects: found {}, wanted 1 to {}", count, max_box_count));
   }
   return static_cast<std::size_t>(count);
 }
@@ -91,7 +90,7 @@ std::vector<MethodInfo> choose_methods(const Arguments& a) {
     if (std::any_of(others.begin(), others.end(), named)) continue;
     std::string names;
     for (const MethodInfo& m : others) names += (names.empty() ? "" : "; ") + m.name;
-    throw program::Failure(
+    throw common::Failure(
         fmt::format("--competitors: found '{}', wanted a part of one of: {}", part, names));
   }
   for (MethodInfo& m : others) {
@@ -119,9 +118,9 @@ int run(const Arguments& a) {
   for (const std::string& n : a.objects) sizes.push_back(box_count(n));
   std::sort(sizes.begin(), sizes.end());
 
-  std::vector<scene::NamedFile> read;
+  std::vector<scenes::NamedFile> read;
   for (const std::string& file : a.files) read.push_back({"the boxes", file});
-  scene::check_outputs({{"--csv", a.output.csv}, {"--html", a.html}}, read);
+  scenes::check_outputs({{"--csv", a.output.csv}, {"--html", a.html}}, read);
 
   std::vector<MethodInfo> methods = choose_methods(a);
   if (a.peak_of >= 0) {  // the child process that measures memory
@@ -137,7 +136,7 @@ int run(const Arguments& a) {
   settings.threads = a.threads;
   if (settings.threads.empty()) {
     settings.threads = {1};
-    if (program::hardware_threads() > 1) settings.threads.push_back(program::hardware_threads());
+    if (common::hardware_threads() > 1) settings.threads.push_back(common::hardware_threads());
   }
   settings.budget_seconds = a.budget;
   if (a.isa == "all") settings.method_options += " --isa all";
@@ -249,7 +248,7 @@ int search_command(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? program::exit_done : program::exit_bad;
+    return app.exit(e) == 0 ? common::exit_done : common::exit_bad;
   }
   return run(a);
 }

@@ -13,13 +13,13 @@
 
 #include <fmt/format.h>
 
+#include "apps/common/median.hpp"
+#include "apps/report/format.hpp"
+#include "apps/scenes/checksum.hpp"
 #include "bench/machine.hpp"
 #include "bench/per_world.hpp"
 #include "bench/throng_methods.hpp"
 #include "bench/timing.hpp"
-#include "program/median.hpp"
-#include "report/format.hpp"
-#include "scene/checksum.hpp"
 
 namespace throng::bench {
 namespace {
@@ -126,7 +126,7 @@ std::vector<Measurement> SearchRounds::measure(const Case& c) {
     const std::size_t f = c.index(frame);
     pairs.clear();
     r.method->collect(c.input(frame), pairs);
-    const Expected got{pairs.size(), scene::pair_checksum(pairs.data(), pairs.size())};
+    const Expected got{pairs.size(), scenes::pair_checksum(pairs.data(), pairs.size())};
     const auto [it, fresh] = expected_.emplace(f, got);
     if (!fresh && (it->second.pairs != got.pairs || it->second.checksum != got.checksum))
       r.row.agrees = false;
@@ -176,7 +176,7 @@ std::vector<Measurement> SearchRounds::measure(const Case& c) {
     if (r.method) {
       row.measured = true;
       row.samples = r.samples.size();
-      row.ms = program::median(r.samples);
+      row.ms = common::median(r.samples);
       row.least_ms = *std::min_element(r.samples.begin(), r.samples.end());
       if (const auto result = throng_result(*r.method); result && result->comparisons) {
         row.comparisons = double(result->comparisons) / (double(c.objects) + double(result->found));

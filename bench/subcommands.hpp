@@ -12,7 +12,7 @@
 
 namespace throng::bench {
 
-// Each is given the arguments after its name. They throw program::Failure, throng::Error or any
+// Each is given the arguments after its name. They throw common::Failure, throng::Error or any
 // std::exception for bad input, and return the exit status.
 int search_command(int argc, char** argv);
 int moving_command(int argc, char** argv);

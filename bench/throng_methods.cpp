@@ -1,7 +1,7 @@
 #include "bench/throng_methods.hpp"
 
-#include "program/failure.hpp"
-#include "program/failure_text.hpp"
+#include "apps/common/failure.hpp"
+#include "apps/common/failure_text.hpp"
 
 namespace throng::bench {
 namespace {
@@ -28,7 +28,7 @@ class Throng : public Method {
       return;
     }
     result_ = finder_.find(boxes);
-    if (!result_.ok()) throw program::Failure(program::failure_text(result_, {}));
+    if (!result_.ok()) throw common::Failure(common::failure_text(result_, {}));
   }
   void collect(const Input&, std::vector<Pair>& out) const override {
     if (form_ == Form::vector) {

@@ -10,11 +10,11 @@
 #include <throng/cuda.hpp>
 #include <throng/throng.hpp>
 
-#include "program/failure.hpp"
-#include "report/format.hpp"
-#include "scene/checksum.hpp"
-#include "scene/golden.hpp"
-#include "scene/scene.hpp"
+#include "apps/common/failure.hpp"
+#include "apps/report/format.hpp"
+#include "apps/scenes/checksum.hpp"
+#include "apps/scenes/golden.hpp"
+#include "apps/scenes/scene.hpp"
 
 namespace throng::bench {
 namespace {
@@ -24,11 +24,11 @@ struct Made {
   std::vector<std::int32_t> worlds;
 
   Made(const std::string& name, std::size_t objects, std::size_t frame) {
-    scene::Spec spec;
+    scenes::Spec spec;
     spec.name = name;
     spec.objects = objects;
     spec.frames = frame + 1;
-    const scene::Scene scene(spec);
+    const scenes::Scene scene(spec);
     boxes.resize(objects);
     scene.frame(frame, boxes.data());
     for (std::size_t i = 0; i < objects && scene.has_worlds(); ++i)
@@ -84,7 +84,7 @@ std::vector<Way> ways(std::size_t objects) {
 
 int validate(std::size_t most_objects) {
   int different = 0, checked = 0;
-  for (const scene::Golden& want : scene::golden()) {
+  for (const scenes::Golden& want : scenes::golden()) {
     if (want.objects > most_objects) continue;
     const Made made(want.scene, want.objects, want.frame);
     int wrong = 0;
@@ -92,9 +92,9 @@ int validate(std::size_t most_objects) {
     for (const Way& way : all) {
       Finder finder(way.options);
       const Result result = finder.find(made.view());
-      if (!result.ok()) throw program::Failure(fmt::format("{}: {}", way.name, result.message));
+      if (!result.ok()) throw common::Failure(fmt::format("{}: {}", way.name, result.message));
       const Pairs pairs = finder.pairs();
-      const std::uint64_t canonical = scene::sequence_checksum(pairs.data(), pairs.size());
+      const std::uint64_t canonical = scenes::sequence_checksum(pairs.data(), pairs.size());
       if (result.found == want.pairs && canonical == want.canonical) continue;
       fmt::print(
           "DIFFERENT: {} of {} boxes by {}: {} pairs, canonical {:016x}; wanted {}, {:016x}\n",
@@ -113,7 +113,7 @@ int validate(std::size_t most_objects) {
 }
 
 void print_golden() {
-  for (const std::string& name : scene::names()) {
+  for (const std::string& name : scenes::names()) {
     for (const std::size_t objects : {1000u, 10000u, 100000u, 1000000u}) {
       const std::size_t frame = name == "column" ? 60 : 0;
       const Made made(name, objects, frame);
@@ -122,8 +122,8 @@ void print_golden() {
       options.order = Order::canonical;
       const std::vector<Pair> pairs = find_pairs(made.view(), options);
       fmt::print("    {{\"{}\", {}, {}, {}, 0x{:016x}, 0x{:016x}}},\n", name, frame, objects,
-                 pairs.size(), scene::pair_checksum(pairs.data(), pairs.size()),
-                 scene::sequence_checksum(pairs.data(), pairs.size()));
+                 pairs.size(), scenes::pair_checksum(pairs.data(), pairs.size()),
+                 scenes::sequence_checksum(pairs.data(), pairs.size()));
       std::fflush(stdout);
     }
   }

@@ -5,10 +5,10 @@
 
 namespace throng::bench {
 
-// Compares every way to find the pairs of scenes up to `most_objects` with scene/golden.hpp and
-// prints each. Returns the number of differences.
+// Compares every way to find the pairs of scenes up to `most_objects` with apps/scenes/golden.hpp
+// and prints each. Returns the number of differences.
 int validate(std::size_t most_objects);
-// Prints the table of scene/golden.cpp for the current build.
+// Prints the table of apps/scenes/golden.cpp for the current build.
 void print_golden();
 
 }  // namespace throng::bench

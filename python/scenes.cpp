@@ -9,13 +9,13 @@
 
 #include <nanobind/stl/string.h>
 
+#include "apps/scenes/npy.hpp"
+#include "apps/scenes/scene.hpp"
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
 #include "python/finder.hpp"
 #include "python/lock.hpp"
 #include "python/options.hpp"
-#include "scene/npy.hpp"
-#include "scene/scene.hpp"
 
 namespace throng::python {
 namespace {
@@ -40,7 +40,7 @@ nb::object box_array(std::unique_ptr<Box[]> boxes, std::size_t frames, std::size
 }
 
 // The same of 2-D boxes: 4 for 6.
-nb::object flat_array(const scene::BoxFile& file) {
+nb::object flat_array(const scenes::BoxFile& file) {
   const std::size_t n = file.frames * file.count;
   std::unique_ptr<float[]> floats(new (std::nothrow) float[4 * n + 1]);
   if (!floats) memory_error("no memory for " + std::to_string(n) + " boxes of 16 bytes");
@@ -53,9 +53,9 @@ nb::object flat_array(const scene::BoxFile& file) {
   return numpy_array(std::move(floats), {file.frames, file.count, 4});
 }
 
-scene::Scene make_scene(const std::string& name, nb::handle objects, std::size_t frames,
-                        nb::handle density, nb::handle seed, nb::handle moving) {
-  scene::Spec spec;
+scenes::Scene make_scene(const std::string& name, nb::handle objects, std::size_t frames,
+                         nb::handle density, nb::handle seed, nb::handle moving) {
+  scenes::Spec spec;
   spec.name = name;
   spec.objects = static_cast<std::size_t>(parse_integer(objects, "objects", max_box_count));
   spec.frames = frames;
@@ -68,14 +68,14 @@ scene::Scene make_scene(const std::string& name, nb::handle objects, std::size_t
   };
   if (!density.is_none()) spec.density = number(density, "density");
   spec.moving = number(moving, "moving");
-  return scene::Scene(spec);  // std::invalid_argument is a ValueError
+  return scenes::Scene(spec);  // std::invalid_argument is a ValueError
 }
 
 nb::object make_frames(const std::string& name, nb::handle objects, nb::handle frame_count,
                        nb::handle density, nb::handle seed, nb::handle moving) {
   const auto frames = static_cast<std::size_t>(parse_integer(frame_count, "frames", 1u << 30));
   if (frames == 0) value_error("frames: found 0, wanted 1 or more");
-  const scene::Scene made = make_scene(name, objects, frames, density, seed, moving);
+  const scenes::Scene made = make_scene(name, objects, frames, density, seed, moving);
   const std::size_t n = made.size();
   if (n > max_boxes / frames) memory_error("scene: more than 2^40 boxes in all frames");
   auto boxes = allocate_boxes(std::uint64_t{n} * frames, "scene");
@@ -92,7 +92,7 @@ nb::object make_frames(const std::string& name, nb::handle objects, nb::handle f
 }
 
 nb::object scene_worlds(const std::string& name, nb::handle objects) {
-  const scene::Scene made = make_scene(name, objects, 1, nb::none(), nb::int_(1), nb::float_(1.0));
+  const scenes::Scene made = make_scene(name, objects, 1, nb::none(), nb::int_(1), nb::float_(1.0));
   if (!made.has_worlds()) return nb::none();
   auto worlds = std::make_unique<std::int32_t[]>(made.size());
   for (std::size_t i = 0; i < made.size(); ++i) worlds[i] = made.world(i);
@@ -101,11 +101,11 @@ nb::object scene_worlds(const std::string& name, nb::handle objects) {
 
 nb::object load_boxes(const std::string& path, nb::handle round) {
   const bool outward = rounding_of(round, false) == Rounding::outward;
-  scene::BoxFile file;
+  scenes::BoxFile file;
   try {
     const Unlocked unlocked;
-    file = scene::read_boxes(path, outward);
-  } catch (const scene::FileError& error) {
+    file = scenes::read_boxes(path, outward);
+  } catch (const scenes::FileError& error) {
     value_error(in_python(error.what()));
   }
   if (file.is_flat) return flat_array(file);
@@ -122,7 +122,7 @@ void save_boxes(const std::string& path, const nb::list& frames) {
   const std::size_t frame_count = nb::len(frames);
   if (frame_count == 0) value_error("boxes: found no frame, wanted at least one");
   try {
-    std::unique_ptr<scene::BoxWriter> writer;
+    std::unique_ptr<scenes::BoxWriter> writer;
     std::size_t count = 0;
     std::unique_ptr<Box[]> rows;
     for (const nb::handle frame : frames) {
@@ -131,14 +131,14 @@ void save_boxes(const std::string& path, const nb::list& frames) {
       if (!writer) {
         count = boxes.size();
         rows = allocate_boxes(count, "boxes");
-        writer = std::make_unique<scene::BoxWriter>(path, frame_count, count);
+        writer = std::make_unique<scenes::BoxWriter>(path, frame_count, count);
       }
       const Unlocked unlocked;
       for (std::size_t i = 0; i < count; ++i) rows[i] = boxes.view()[i];
       writer->write(rows.get(), count);
     }
     writer->finish();
-  } catch (const scene::FileError& error) {
+  } catch (const scenes::FileError& error) {
     os_error(error.what());
   }
 }
@@ -159,8 +159,8 @@ void save_pairs(const std::string& path, nb::handle value) {
   }
   try {
     const Unlocked unlocked;
-    scene::write_pairs(path, pairs.get(), count);
-  } catch (const scene::FileError& error) {
+    scenes::write_pairs(path, pairs.get(), count);
+  } catch (const scenes::FileError& error) {
     os_error(error.what());
   }
 }
@@ -169,7 +169,7 @@ void save_pairs(const std::string& path, nb::handle value) {
 
 void bind_scenes(nb::module_& m) {
   nb::list names;
-  for (const std::string& name : scene::names()) names.append(name);
+  for (const std::string& name : scenes::names()) names.append(name);
   m.attr("scene_names") = nb::tuple(names);
   m.def("scene", make_frames, nb::arg("name"), nb::arg("objects"), nb::arg("frames"),
         nb::arg("density").none(), nb::arg("seed"), nb::arg("moving"));

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "scene/npy.hpp"
-#include "scene/scene.hpp"
+#include "apps/scenes/npy.hpp"
+#include "apps/scenes/scene.hpp"
 
 namespace throng::bench::gpu {
 namespace {
@@ -65,7 +65,7 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
 std::vector<Case> cases_of_files(const std::vector<std::string>& files) {
   std::vector<Case> all;
   for (const std::string& path : files) {
-    const scene::BoxFile file = scene::read_boxes(path);
+    const scenes::BoxFile file = scenes::read_boxes(path);
     all.push_back({"files", path, "", 0, file.count, file.frames, false});
   }
   return all;
@@ -80,22 +80,22 @@ float mean_width(const Box* boxes, std::size_t n) {
 }
 
 struct FrameMaker::Source {
-  std::unique_ptr<scene::Scene> scene;
+  std::unique_ptr<scenes::Scene> scene;
   bool backwards = false;
-  scene::BoxFile file;
+  scenes::BoxFile file;
 };
 
 FrameMaker::FrameMaker(const Case& c) : source_(std::make_unique<Source>()), objects_(c.objects) {
   if (c.scene.empty()) {
-    source_->file = scene::read_boxes(c.label);
+    source_->file = scenes::read_boxes(c.label);
     return;
   }
-  scene::Spec spec;
+  scenes::Spec spec;
   spec.name = c.scene;
   spec.objects = c.objects;
   spec.density = c.density;
   spec.frames = 100;
-  source_->scene = std::make_unique<scene::Scene>(spec);
+  source_->scene = std::make_unique<scenes::Scene>(spec);
   // The column is dense at the end of its fall; in other scenes any frames will do.
   source_->backwards = c.scene == "column";
   // Not cleared: each thread is the first to touch its part.

@@ -27,7 +27,7 @@ struct Case {
 // "scaling", "scenes", "stages", "crossover"; sizes above `most` are left out. Throws
 // std::invalid_argument.
 std::vector<Case> cases_of(const std::string& part, std::size_t most);
-// One per file, with all of its frames; throws scene::FileError.
+// One per file, with all of its frames; throws scenes::FileError.
 std::vector<Case> cases_of_files(const std::vector<std::string>& files);
 
 // The mean width along x of the first thousand boxes.

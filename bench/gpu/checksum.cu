@@ -4,7 +4,7 @@
 namespace throng::bench::gpu {
 namespace {
 
-// scene::mix, the splitmix64 generator, for a device.
+// scenes::mix, the splitmix64 generator, for a device.
 __device__ std::uint64_t mixed(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ull;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;

@@ -10,10 +10,10 @@
 
 #include <throng/cuda.hpp>
 
+#include "apps/report/page.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/session.hpp"
 #include "bench/subcommands.hpp"
-#include "report/page.hpp"
 
 namespace throng::bench::gpu {
 namespace {

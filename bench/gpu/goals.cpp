@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <initializer_list>
 
+#include "apps/report/format.hpp"
 #include "bench/gpu/measurement.hpp"
-#include "report/format.hpp"
 
 namespace throng::bench::gpu {
 namespace {

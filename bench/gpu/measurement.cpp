@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "report/format.hpp"
+#include "apps/report/format.hpp"
 
 namespace throng::bench::gpu {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/report/table.hpp"
 #include "bench/results.hpp"
-#include "report/table.hpp"
 
 namespace throng::bench::gpu {
 

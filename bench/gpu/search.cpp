@@ -6,9 +6,9 @@
 
 #include <throng/cuda.hpp>
 
+#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/timing.hpp"
-#include "scene/checksum.hpp"
 
 namespace throng::bench::gpu {
 namespace {
@@ -75,7 +75,7 @@ Summed sum_up(const Case& c, const DeviceArray<Pair>& pairs, std::size_t count, 
   if (c.objects > most_on_host) return sum;
   std::vector<Pair> host(count);
   if (count) pairs.get(host.data(), count);
-  const std::uint64_t here = scene::pair_checksum(host.data(), count);
+  const std::uint64_t here = scenes::pair_checksum(host.data(), count);
   if (here != sum.answer.checksum)
     s.wrong.push_back(c.label + ", " + std::to_string(c.objects) +
                       ": the device's checksum of its pairs is " + hex(sum.answer.checksum) +
@@ -183,7 +183,7 @@ struct Moved {
   double per_box, random_per_box, per_pair;
   const char* reason;
 };
-// Above this number boxes are sorted by cell (pipeline/cell_sort.hpp): no cell is counted in
+// Above this number boxes are sorted by cell (device/cell_sort.hpp): no cell is counted in
 // device memory, and boxes are gathered, one and a half sectors per box.
 constexpr std::size_t sorted_above = 3500000;
 constexpr Moved bin_sorted = {"bin", (24 + 4 + 4) + (4 + 2 * (8 + 8)) + (4 + 4 + 4 + 48 + 32 + 9),
@@ -242,7 +242,7 @@ void measure_stages(const Case& c, Session& s) {
     row.pairs_per_box = static_cast<double>(row.pairs) / n;
     row.time.runs = times[stage].size();
     row.time.min_ms = *std::min_element(times[stage].begin(), times[stage].end());
-    row.time.median_ms = program::median(times[stage]);
+    row.time.median_ms = common::median(times[stage]);
     const double bytes = n * (m.per_box + (in_l2 ? 0 : m.random_per_box)) +
                          static_cast<double>(row.pairs) * m.per_pair;
     row.note = m.reason;

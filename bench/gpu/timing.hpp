@@ -5,9 +5,9 @@
 #include <array>
 #include <vector>
 
+#include "apps/common/median.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/measurement.hpp"
-#include "program/median.hpp"
 
 namespace throng::bench::gpu {
 
@@ -46,7 +46,7 @@ Timing time_runs(cudaStream_t stream, double budget_ms, const F& run) {
   t.back_to_back_ms = ends[0].ms_since(starts[0]) / static_cast<double>(wanted);
   t.min_ms = *std::min_element(times.begin(), times.end());
   t.runs = times.size();
-  t.median_ms = program::median(std::move(times));
+  t.median_ms = common::median(std::move(times));
   return t;
 }
 

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/strided_array.hpp"
+#include "base/strided_array.hpp"
 #include "cuda/check.hpp"
-#include "pipeline/input.hpp"
+#include "device/input.hpp"
 
 namespace throng::cuda {
 
@@ -58,19 +58,19 @@ class AccessCheck {
   }
   // An optional array.
   template <class T>
-  void require(const core::StridedArray<T>& column, const char* what) const {
+  void require(const base::StridedArray<T>& column, const char* what) const {
     if (column) require(column.data, alignof(T), what);
   }
 
  private:
   [[noreturn]] void refuse(const char* what, const char* text) const {
-    throw pipeline::Failure{status_, 0, text, what};
+    throw device::Failure{status_, 0, text, what};
   }
   int device_;
   Status status_;
 };
 
-inline void require_filters(const pipeline::Set& set, int device) {
+inline void require_filters(const device::Set& set, int device) {
   const AccessCheck filters(device, Status::bad_filter);
   filters.require(set.group, "filter 'group'");
   filters.require(set.mask, "filter 'mask'");
@@ -78,7 +78,7 @@ inline void require_filters(const pipeline::Set& set, int device) {
   filters.require(set.world, "filter 'world'");
   filters.require(set.is_static, "filter 'static'");
 }
-inline void require_set(const pipeline::Set& set, std::size_t count, int device) {
+inline void require_set(const device::Set& set, std::size_t count, int device) {
   if (count == 0) return;
   const AccessCheck boxes(device, Status::bad_boxes);
   for (int k = 0; k < 6; ++k) {

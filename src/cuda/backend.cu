@@ -3,18 +3,18 @@
 #include <memory>
 #include <new>
 
-#include "core/profile.hpp"
+#include "base/profile.hpp"
 #include "cuda/argument_checks.hpp"
 #include "cuda/device.cuh"
-#include "pipeline/engine.hpp"
+#include "device/engine.hpp"
 
 namespace throng::cuda {
 namespace {
 
-using pipeline::Failure;
-using pipeline::Input;
-using pipeline::Pipeline;
-using pipeline::Workspace;
+using device::Failure;
+using device::Input;
+using device::Pipeline;
+using device::Workspace;
 
 class GpuEngine final : public Engine {
  public:
@@ -27,7 +27,7 @@ class GpuEngine final : public Engine {
   }
 
   void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
-            core::Output* output, const Consumer* consumer, Result& r) override {
+            base::Output* output, const Consumer* consumer, Result& r) override {
     const CurrentDevice current(device().ordinal());
     if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
     device().begin(own_, options.measure_stages, options.stop);
@@ -75,11 +75,11 @@ class GpuEngine final : public Engine {
     const Input in = enqueue(a, b, options, out, capacity, nullptr, w);
     const Report report = device().read(*w.report);
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
-    pipeline::set_plan(brute, r);
-    pipeline::set_worlds_reason(brute, report, in, r);
+    device::set_plan(brute, r);
+    device::set_worlds_reason(brute, report, in, r);
     r.times = device().times();
     r.comparisons = report.comparisons;
-    const bool accepted = pipeline::accept(report, in, options.nan, r, nan_in_second_);
+    const bool accepted = device::accept(report, in, options.nan, r, nan_in_second_);
     if (report.bad_worlds) {
       r.inactive = report.inactive;
       r.invalid_count = report.bad_worlds;
@@ -135,7 +135,7 @@ class GpuEngine final : public Engine {
   Device& device() noexcept { return engine_.device(); }
 
   static void check_box_count(std::size_t boxes) {
-    if (boxes > pipeline::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
+    if (boxes > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
   }
   // Work on a stream of another device could not reach this device's memory.
   void check_stream(Stream stream) const {
@@ -147,7 +147,7 @@ class GpuEngine final : public Engine {
   Input enqueue(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                 std::size_t capacity, Report* report, Workspace& w) {
     THRONG_RANGE("enqueue");
-    const Input in = pipeline::make_input(a, b, options);
+    const Input in = device::make_input(a, b, options);
     require_set(in.sets[0], a.size(), device().ordinal());
     if (b) require_set(in.sets[1], b->size(), device().ordinal());
     if (capacity != 0)
@@ -162,15 +162,15 @@ class GpuEngine final : public Engine {
     if (in_order) {
       device().sort(unordered_.as<Pair>(), sorting_.as<char>(), sorting_.bytes(), out, capacity,
                     capacity, w.report, in);
-      device().mark(pipeline::Stage::order);
+      device().mark(device::Stage::order);
     }
     return in;
   }
 
   Memory memory_;
-  pipeline::Engine<Device> engine_;  // for boxes in host memory; owns the device
-  cudaStream_t own_ = nullptr;       // stream of engine_
-  pipeline::DeviceBuffer<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
+  device::Engine<Device> engine_;  // for boxes in host memory; owns the device
+  cudaStream_t own_ = nullptr;     // stream of engine_
+  device::DeviceBuffer<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
       sorting_{engine_.device()}, found_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
   std::size_t pairs_reserved_ = 0;
@@ -186,7 +186,7 @@ void check_available() {
   check(cudaGetDeviceCount(&count));
   if (count == 0) check(cudaErrorNoDevice);
   cudaFuncAttributes attributes{};  // checks that this build has code for the device
-  check(cudaFuncGetAttributes(&attributes, run_phases<pipeline::PlanGrid>));
+  check(cudaFuncGetAttributes(&attributes, run_phases<device::PlanGrid>));
 }
 
 Engine* create(const MemoryResource& resource) {

@@ -8,23 +8,23 @@
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 
-#include "core/output.hpp"
-#include "core/update_boxes.hpp"
+#include "base/output.hpp"
+#include "base/update_boxes.hpp"
 
-namespace throng::pipeline {
+namespace throng::device {
 struct QueryBatch;
 }
 
 namespace throng::cuda {
 
-// All throw pipeline::Failure. The arguments are valid, except for what only the device can check.
+// All throw device::Failure. The arguments are valid, except for what only the device can check.
 class Engine {
  public:
   virtual ~Engine() = default;
 
   // Boxes and pairs in host memory. `already_held`: bytes that count towards a memory cap.
   virtual void find(const Boxes& a, const Boxes* b, const Options&, std::size_t already_held,
-                    core::Output*, const Consumer*, Result&) = 0;
+                    base::Output*, const Consumer*, Result&) = 0;
   virtual bool nan_in_second_set() const noexcept = 0;
 
   // Boxes and pairs in device memory.
@@ -39,7 +39,7 @@ class Engine {
   virtual std::size_t held() const noexcept = 0;
 };
 
-// Persistent objects: see throng::cuda::BroadPhase; implemented in pipeline/persistent_scene.hpp.
+// Persistent objects: see throng::cuda::BroadPhase; implemented in device/persistent_scene.hpp.
 class Scene {
  public:
   virtual ~Scene() = default;
@@ -54,8 +54,8 @@ class Scene {
   virtual void update(const Boxes*, Stream, Result&) = 0;
   virtual LivePairs gather_pairs(Stream) = 0;
   virtual void find_overlaps(const Boxes&, Stream, Result&) = 0;
-  virtual void find_hits(const pipeline::QueryBatch& sweeps, SweepHits, Stream, Result&) = 0;
-  virtual void find_first_hits(const pipeline::QueryBatch& sweeps, SweepHit* out, Stream,
+  virtual void find_hits(const device::QueryBatch& sweeps, SweepHits, Stream, Result&) = 0;
+  virtual void find_first_hits(const device::QueryBatch& sweeps, SweepHit* out, Stream,
                                Result&) = 0;
   // `other` is from create_scene(), too.
   virtual void copy(const Scene&, Stream) = 0;
@@ -80,10 +80,10 @@ Scene* create_scene(float fat_margin, const Options&, const MemoryResource&);
 void check_available();
 
 // `report` may be null.
-void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+void update_boxes_async(const base::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream);
 // Synchronizes with the stream; returns *report.
-BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+BodyReport update_boxes(const base::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream);
 
 }  // namespace throng::cuda

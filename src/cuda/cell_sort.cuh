@@ -1,11 +1,11 @@
-// Block-wide steps that bring boxes into cell order (pipeline/cell_sort.hpp).
+// Block-wide steps that bring boxes into cell order (device/cell_sort.hpp).
 #pragma once
 
 #include <cstdint>
 #include <cub/block/block_scan.cuh>
 
 #include "cuda/launch.cuh"
-#include "pipeline/cell_sort.hpp"
+#include "device/cell_sort.hpp"
 
 // Above this the sort is faster. A test build may set it to 0.
 #ifndef THRONG_GPU_SORTED_ABOVE
@@ -37,8 +37,8 @@ __device__ std::uint32_t first_of(const F& f, std::uint32_t bucket, std::uint32_
 
 // Each two adjacent lanes store both their records, one half of each record per lane, so that a
 // sector is written whole in one transaction. Called by all lanes.
-__device__ inline void store_pairwise(pipeline::Record* records, bool some, std::uint32_t to,
-                                      const pipeline::Record& r) {
+__device__ inline void store_pairwise(device::Record* records, bool some, std::uint32_t to,
+                                      const device::Record& r) {
   const bool odd = threadIdx.x % 2 != 0;
   const float4 low = {r.lower.x, r.lower.y, r.lower.z, __uint_as_float(r.id)};
   const float4 high = {r.upper.x, r.upper.y, r.upper.z, 0.0f};
@@ -97,7 +97,7 @@ __global__ void __launch_bounds__(bucket_threads, 3) run_place_buckets(F f, std:
     __syncthreads();
   }
   for (std::uint32_t first = begin; first < end; first += bucket_threads) {
-    pipeline::Record record{};
+    device::Record record{};
     std::uint32_t to = 0;
     const bool some = first + t < end;
     if (some) record = f.take(first + t, next, to);

@@ -9,7 +9,7 @@
 
 #include "cuda/check.hpp"
 #include "cuda/warp.cuh"
-#include "pipeline/input.hpp"
+#include "device/input.hpp"
 
 namespace throng::cuda {
 

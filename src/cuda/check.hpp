@@ -7,7 +7,7 @@
 
 #include <throng/cuda.hpp>
 
-#include "pipeline/failure.hpp"
+#include "device/failure.hpp"
 
 namespace throng::cuda {
 
@@ -23,7 +23,7 @@ inline void check(cudaError_t error) {
                             ? Status::no_device
                         : error == cudaErrorMemoryAllocation ? Status::out_of_memory
                                                              : Status::device_error;
-  throw pipeline::Failure{status, 0, cudaGetErrorString(error)};
+  throw device::Failure{status, 0, cudaGetErrorString(error)};
 }
 
 // The caller's resource, or cudaMalloc.
@@ -42,7 +42,7 @@ class Memory {
       (void)cudaGetLastError();
       text = cudaGetErrorString(error);
     }
-    if (!p) throw pipeline::Failure{Status::out_of_memory, bytes, text};
+    if (!p) throw device::Failure{Status::out_of_memory, bytes, text};
     return p;
   }
   void release(void* p, std::size_t bytes, cudaStream_t stream) const noexcept {

@@ -20,8 +20,8 @@
 #include "cuda/side_stream.cuh"
 #include "cuda/upload.hpp"
 #include "cuda/worlds.cuh"
-#include "pipeline/pair_keys.hpp"
-#include "pipeline/pipeline.hpp"
+#include "device/pair_keys.hpp"
+#include "device/pipeline.hpp"
 
 namespace throng::cuda {
 
@@ -45,7 +45,7 @@ __global__ void __launch_bounds__(F::threads) run_phases(F f, uint4* zeros, std:
 }
 
 class Device {
-  using Sorter = pipeline::PairSorter<pipeline::DeviceSortSizes>;
+  using Sorter = device::PairSorter<device::DeviceSortSizes>;
   // Some milliseconds of brute force.
   static constexpr std::uint64_t walks_per_stop_check = std::uint64_t{1} << 24;
   static constexpr std::size_t sort_shared_bytes = sizeof(SortMemory<Sorter>::Dynamic);
@@ -113,12 +113,12 @@ class Device {
     check(cudaGetLastError());
   }
   // Zeroes whole multiples of 256 bytes, which is how arrays are carved.
-  void plan(const pipeline::PlanGrid& f, void* cleared, std::size_t bytes) const {
+  void plan(const device::PlanGrid& f, void* cleared, std::size_t bytes) const {
     const std::uint64_t count = (bytes + 255) / 256 * 16;
-    constexpr std::uint64_t a_block = std::uint64_t{8} * pipeline::PlanGrid::threads;
+    constexpr std::uint64_t a_block = std::uint64_t{8} * device::PlanGrid::threads;
     const std::uint64_t more =
         std::min<std::uint64_t>((count + a_block - 1) / a_block, static_cast<unsigned>(sm_count_));
-    run_phases<<<1 + static_cast<unsigned>(more), pipeline::PlanGrid::threads, 0, stream_>>>(
+    run_phases<<<1 + static_cast<unsigned>(more), device::PlanGrid::threads, 0, stream_>>>(
         f, static_cast<uint4*>(cleared), count);
     check(cudaGetLastError());
   }
@@ -151,8 +151,8 @@ class Device {
     return bytes;
   }
   // The arrays have a second half of `scratch` entries each; both halves may be overwritten.
-  pipeline::SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t scratch,
-                                   std::size_t count, int begin, int end) const {
+  device::SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t scratch,
+                                 std::size_t count, int begin, int end) const {
     cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + scratch),
         of_values(values, values + scratch);
     std::size_t bytes = scratch_bytes_;
@@ -160,11 +160,11 @@ class Device {
                                           stream_));
     return {of_keys.Current(), of_values.Current()};
   }
-  void place(std::uint32_t count, const pipeline::PlaceBuckets& f) const {
-    const auto kernel = run_place_buckets<pipeline::PlaceBuckets>;
+  void place(std::uint32_t count, const device::PlaceBuckets& f) const {
+    const auto kernel = run_place_buckets<device::PlaceBuckets>;
     const std::size_t bytes = f.buckets.cells() * sizeof(std::uint32_t);
     // The maximum of any call, because the attribute is shared by all threads of the process.
-    allow_shared_memory(kernel, pipeline::Buckets::max_cells * sizeof(std::uint32_t));
+    allow_shared_memory(kernel, device::Buckets::max_cells * sizeof(std::uint32_t));
     kernel<<<f.buckets.count(), bucket_threads, bytes, stream_>>>(f, count);
     check(cudaGetLastError());
   }
@@ -189,7 +189,7 @@ class Device {
     check(cub::DeviceScan::ExclusiveSum(scratch_, bytes, values, values, count, stream_));
   }
   template <class Search>
-  void search(std::uint64_t bound, const Search& search, const pipeline::PairSink& sink) const {
+  void search(std::uint64_t bound, const Search& search, const device::PairSink& sink) const {
     if (bound == 0) return;
     if constexpr (requires { Search::max_in_world; }) {
       const auto kernel = run_worlds<Search>;
@@ -211,18 +211,18 @@ class Device {
     }
   }
   template <class Test>
-  void gather(std::uint64_t bound, const Test& test, const pipeline::Tiles& to) const {
+  void gather(std::uint64_t bound, const Test& test, const device::Tiles& to) const {
     if (bound == 0) return;
-    const std::uint64_t tiles = pipeline::Tiles::of(bound);
+    const std::uint64_t tiles = device::Tiles::of(bound);
     run_gather<<<blocks(tiles * 32, 8), block_threads, 0, stream_>>>(test, to, tiles);
     check(cudaGetLastError());
   }
   // Sorts the report's pairs, at most `count`, from `pairs`, which is overwritten, to `out`.
   // `scratch` has sort_bytes(count) bytes. Writes nothing if there are more than `capacity`.
   void sort(Pair* pairs, void* scratch, std::size_t scratch_size, Pair* out, std::uint64_t capacity,
-            std::uint64_t count, const Report* report, const pipeline::Input& in) const {
+            std::uint64_t count, const Report* report, const device::Input& in) const {
     if (count == 0) return;
-    const auto shape = pipeline::PairKeys::of(in);
+    const auto shape = device::PairKeys::of(in);
     if (sort_blocks_ != 0 && count <= Sorter::max_pairs) {
       Sorter order{pairs, out, report, std::min(capacity, count), shape};
       order.carve(count, scratch);
@@ -235,12 +235,12 @@ class Device {
       (void)cudaGetLastError();  // there are fewer processors than the device reports
     }
     auto* keys = reinterpret_cast<std::uint64_t*>(pairs);
-    launch(count, pipeline::EncodePairs{pairs, keys, report, capacity, shape});
+    launch(count, device::EncodePairs{pairs, keys, report, capacity, shape});
     cub::DoubleBuffer<std::uint64_t> buffers(keys, static_cast<std::uint64_t*>(scratch));
     std::size_t bytes = scratch_size - keys_bytes(count);
     check(cub::DeviceRadixSort::SortKeys(static_cast<char*>(scratch) + keys_bytes(count), bytes,
                                          buffers, count, 0, shape.bits(), stream_));
-    launch(count, pipeline::DecodePairs{buffers.Current(), out, report, capacity, shape});
+    launch(count, device::DecodePairs{buffers.Current(), out, report, capacity, shape});
   }
 
   // The following functions synchronize with the stream.
@@ -299,7 +299,7 @@ class Device {
   }
   void join() const { side_.join(stream_); }
 
-  void mark(pipeline::Stage stage) {
+  void mark(device::Stage stage) {
     check_stop();
     if (!measuring_) return;
     const auto k = static_cast<unsigned>(stage);
@@ -347,7 +347,7 @@ class Device {
   void check_stop() const {
     if (!stop_) return;
     check(cudaStreamSynchronize(stream_));
-    if (stop_->load(std::memory_order_relaxed)) throw pipeline::Failure{Status::stopped};
+    if (stop_->load(std::memory_order_relaxed)) throw device::Failure{Status::stopped};
   }
   template <class T>
   T send_and_wait(const T& value, std::size_t cleared) {

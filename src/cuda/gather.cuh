@@ -1,11 +1,11 @@
-// Gathers a list's changes in order: see pipeline/pair_event_stages.hpp.
+// Gathers a list's changes in order: see device/pair_event_stages.hpp.
 #pragma once
 
 #include <cstdint>
 
 #include "cuda/launch.cuh"
-#include "pipeline/atomic.hpp"
-#include "pipeline/pair_event_stages.hpp"
+#include "device/atomic.hpp"
+#include "device/pair_event_stages.hpp"
 
 namespace throng::cuda {
 
@@ -13,9 +13,9 @@ namespace throng::cuda {
 // events from the back.
 template <class Test>
 __global__ void __launch_bounds__(block_threads)
-    run_gather(Test test, pipeline::Tiles to, std::uint64_t tiles) {
-  using pipeline::Change;
-  constexpr std::uint32_t size = pipeline::Tiles::size;
+    run_gather(Test test, device::Tiles to, std::uint64_t tiles) {
+  using device::Change;
+  constexpr std::uint32_t size = device::Tiles::size;
   constexpr unsigned warps = block_threads / 32;
   __shared__ Pair stages[warps][size];
   const unsigned lane = threadIdx.x % 32, below = (1u << lane) - 1;
@@ -39,7 +39,7 @@ __global__ void __launch_bounds__(block_threads)
     std::uint64_t base = 0;
     if (const std::uint32_t held = begun + ended; held != 0) {
       __syncwarp();
-      if (lane == 0) base = pipeline::fetch_add(&to.event_counts->count, std::uint64_t{held});
+      if (lane == 0) base = device::fetch_add(&to.event_counts->count, std::uint64_t{held});
       base = __shfl_sync(~0u, base, 0);
       for (std::uint32_t k = lane; k < held; k += 32)
         if (base + k < to.capacity)
@@ -52,8 +52,8 @@ __global__ void __launch_bounds__(block_threads)
   }
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
   if (lane != 0) return;
-  if (comparisons != 0) pipeline::fetch_add(&to.event_counts->comparisons, comparisons);
-  if (all_begun != 0) pipeline::fetch_add(&to.event_counts->begun, all_begun);
+  if (comparisons != 0) device::fetch_add(&to.event_counts->comparisons, comparisons);
+  if (all_begun != 0) device::fetch_add(&to.event_counts->begun, all_begun);
 }
 
 }  // namespace throng::cuda

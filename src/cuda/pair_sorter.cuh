@@ -1,4 +1,4 @@
-// Block-wide and grid-wide steps that sort pairs (pipeline/pair_sorter.hpp): one cooperative
+// Block-wide and grid-wide steps that sort pairs (device/pair_sorter.hpp): one cooperative
 // kernel, whose blocks are all resident and synchronize with each other.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <cub/block/block_scan.cuh>
 #include <utility>
 
-#include "pipeline/pair_sorter.hpp"
+#include "device/pair_sorter.hpp"
 
 namespace throng::cuda {
 
@@ -19,7 +19,7 @@ template <class Order>
 struct SortMemory {
   // Dynamic shared memory: 80 KiB, so that two blocks fit in the 228 KiB of an SM, or one in 99.
   struct Dynamic {
-    alignas(16) pipeline::PackedPair placed[Order::block_pairs];
+    alignas(16) device::PackedPair placed[Order::block_pairs];
     alignas(16) std::uint32_t counts[Order::bins];  // of buckets, then of bins
   };
   using Places = cub::BlockScan<typename Order::Place, sort_threads, cub::BLOCK_SCAN_WARP_SCANS>;
@@ -58,7 +58,7 @@ template <class Order>
 __device__ void sort_task(const Order& order, const typename Order::Shape& shape,
                           const typename Order::Task& task,
                           typename SortMemory<Order>::Dynamic& own, SortMemory<Order>& memory) {
-  using pipeline::PackedPair;
+  using device::PackedPair;
   const unsigned t = threadIdx.x;
   const std::uint32_t count = task.last() - task.first;
   auto* const zeros = reinterpret_cast<uint4*>(own.counts);
@@ -157,7 +157,7 @@ __global__ void __launch_bounds__(sort_threads, 2) run_pair_sorter(Order order) 
   if (alone) {
     if (blockIdx.x > 0) return;
     for (std::uint32_t i = t; i < found; i += sort_threads)
-      order.words[i] = pipeline::load(order.pairs + i);
+      order.words[i] = device::load(order.pairs + i);
     __syncthreads();
   } else {
     all = partition_pairs(order, shape, found, own.counts, memory);

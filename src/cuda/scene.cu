@@ -1,15 +1,15 @@
-// Persistent objects on a GPU: pipeline/persistent_scene.hpp over the Device.
+// Persistent objects on a GPU: device/persistent_scene.hpp over the Device.
 #include <new>
 
 #include "cuda/argument_checks.hpp"
 #include "cuda/backend.hpp"
 #include "cuda/device.cuh"
-#include "pipeline/persistent_scene.hpp"
+#include "device/persistent_scene.hpp"
 
 namespace throng::cuda {
 namespace {
 
-using pipeline::Failure;
+using device::Failure;
 
 class GpuScene final : public Scene {
  public:
@@ -18,7 +18,7 @@ class GpuScene final : public Scene {
 
   void add(const Boxes& boxes, ObjectId* ids, Stream stream, Result& r) override {
     const CurrentDevice current = begin(stream);
-    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    require_set(device::make_set(boxes), boxes.size(), ordinal());
     if (ids) require_ids(ids, boxes.size());
     scene_.add(boxes, ids, r);
   }
@@ -30,12 +30,12 @@ class GpuScene final : public Scene {
   void move(const ObjectId* ids, const Boxes& boxes, Stream stream, Result& r) override {
     const CurrentDevice current = begin(stream);
     require_ids(ids, boxes.size());
-    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    require_set(device::make_set(boxes), boxes.size(), ordinal());
     scene_.move(ids, boxes, r);
   }
   void move_all(const Boxes& boxes, Stream stream, Result& r) override {
     const CurrentDevice current = begin(stream);
-    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    require_set(device::make_set(boxes), boxes.size(), ordinal());
     scene_.move_all(boxes, r);
   }
   void set_filters(const ObjectId* ids, std::size_t count, const Filters& filters, Stream stream,
@@ -44,7 +44,7 @@ class GpuScene final : public Scene {
     require_ids(ids, count);
     Boxes bare;
     bare.filters = filters;
-    if (count) require_filters(pipeline::make_set(bare), ordinal());
+    if (count) require_filters(device::make_set(bare), ordinal());
     scene_.set_filters(ids, count, filters, r);
   }
   void shift_origin(const Vec3& by, Stream stream, Result& r) override {
@@ -53,7 +53,7 @@ class GpuScene final : public Scene {
   }
   void update(const Boxes* boxes, Stream stream, Result& r) override {
     const CurrentDevice current = begin(stream);
-    if (boxes) require_set(pipeline::make_set(*boxes), boxes->size(), ordinal());
+    if (boxes) require_set(device::make_set(*boxes), boxes->size(), ordinal());
     scene_.update(boxes, r);
   }
   LivePairs gather_pairs(Stream stream) override {
@@ -62,23 +62,23 @@ class GpuScene final : public Scene {
   }
   void find_overlaps(const Boxes& boxes, Stream stream, Result& r) override {
     const CurrentDevice current = begin(stream);
-    require_set(pipeline::make_set(boxes), boxes.size(), ordinal());
+    require_set(device::make_set(boxes), boxes.size(), ordinal());
     scene_.find_overlaps(boxes, r);
   }
-  void find_hits(const pipeline::QueryBatch& sweeps, SweepHits which, Stream stream,
+  void find_hits(const device::QueryBatch& sweeps, SweepHits which, Stream stream,
                  Result& r) override {
     const CurrentDevice current = begin(stream);
-    require_set(pipeline::make_set(sweeps.boxes), sweeps.boxes.size(), ordinal());
+    require_set(device::make_set(sweeps.boxes), sweeps.boxes.size(), ordinal());
     scene_.find_hits(sweeps, which, r);
   }
-  void find_first_hits(const pipeline::QueryBatch& sweeps, SweepHit* out, Stream stream,
+  void find_first_hits(const device::QueryBatch& sweeps, SweepHit* out, Stream stream,
                        Result& r) override {
     const CurrentDevice current = begin(stream);
     const std::size_t count = sweeps.boxes.size();
     if (count)
       AccessCheck(ordinal(), Status::bad_boxes)
           .require(out, alignof(SweepHit), "the array of hits");
-    require_set(pipeline::make_set(sweeps.boxes), count, ordinal());
+    require_set(device::make_set(sweeps.boxes), count, ordinal());
     scene_.find_first_hits(sweeps, out, r);
   }
   void copy(const Scene& other, Stream stream) override {
@@ -118,7 +118,7 @@ class GpuScene final : public Scene {
   }
 
   Memory memory_;
-  pipeline::PersistentScene<Device> scene_;
+  device::PersistentScene<Device> scene_;
 };
 
 }  // namespace

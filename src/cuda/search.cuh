@@ -6,7 +6,7 @@
 
 #include "cuda/launch.cuh"
 #include "cuda/warp.cuh"
-#include "pipeline/pipeline.hpp"
+#include "device/pipeline.hpp"
 
 namespace throng::cuda {
 
@@ -46,7 +46,7 @@ class WarpStage {
  public:
   static constexpr unsigned max_held = 128;
 
-  __device__ WarpStage(Pair* stage, const pipeline::PairSink& sink, unsigned lane,
+  __device__ WarpStage(Pair* stage, const device::PairSink& sink, unsigned lane,
                        const Check& check = {})
       : stage_(shared_address(stage)), below_((1u << lane) - 1), sink_(sink), check_(check) {}
 
@@ -100,14 +100,14 @@ class WarpStage {
 
   std::uint32_t stage_;
   unsigned below_, held_ = 0;  // below: a bit for each lane before this one
-  const pipeline::PairSink& sink_;
+  const device::PairSink& sink_;
   Check check_;
 };
 
 // Writes the remaining hits and the comparisons of all warps of a block with one atomic addition.
 // Many warps end at once and would contend for that one address. Called by all threads of a block.
 template <class Stage>
-__device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::PairSink& sink) {
+__device__ void finish(Stage& stage, std::uint64_t comparisons, const device::PairSink& sink) {
   constexpr unsigned warps = block_threads / 32;
   __shared__ unsigned long long held[warps], compared[warps];
   const unsigned warp = threadIdx.x / 32;
@@ -124,8 +124,8 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
       pairs += held[k];
       all += compared[k];
     }
-    std::uint64_t at = pairs != 0 ? pipeline::fetch_add(&sink.report->found, pairs) : 0;
-    if (all != 0) pipeline::fetch_add(&sink.report->comparisons, all);
+    std::uint64_t at = pairs != 0 ? device::fetch_add(&sink.report->found, pairs) : 0;
+    if (all != 0) device::fetch_add(&sink.report->comparisons, all);
     for (unsigned k = 0; k < warps; ++k) {
       const std::uint64_t own = held[k];
       held[k] = at;  // from here on: the place of the warp's hits
@@ -140,7 +140,7 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const pipeline::
 // loop.
 template <class Search>
 __global__ void __launch_bounds__(block_threads)
-    run_walks(Search search, pipeline::PairSink sink, std::uint64_t begin, std::uint64_t end) {
+    run_walks(Search search, device::PairSink sink, std::uint64_t begin, std::uint64_t end) {
   __shared__ Pair stages[block_threads / 32][WarpStage<>::max_held];
   const unsigned lane = threadIdx.x % 32;
   WarpStage<> stage(stages[threadIdx.x / 32], sink, lane);
@@ -196,7 +196,7 @@ __device__ void store_candidates(std::uint32_t to, unsigned some, std::uint32_t 
 // read adjacent records. `mixed`: as in GridQuery. HostDevice::search_grid_rows is the host
 // implementation.
 template <bool mixed, class Search>
-__device__ void search_grid_rows(const Search& search, const core::SizeClassGrid& cells,
+__device__ void search_grid_rows(const Search& search, const base::SizeClassGrid& cells,
                                  const std::uint8_t* targets, unsigned target_count,
                                  WarpCandidates& kept, WarpStage<>& stage,
                                  std::uint64_t& comparisons) {
@@ -212,7 +212,7 @@ __device__ void search_grid_rows(const Search& search, const core::SizeClassGrid
     const bool has_box = first + lane < count;
     typename Search::template GridQuery<mixed> query(search, cells,
                                                      has_box ? first + lane : count - 1);
-    const pipeline::Record& box = query.box();
+    const device::Record& box = query.box();
     kept.lower[lane] = {box.lower.x, box.lower.y, box.lower.z, __uint_as_float(box.id)};
     kept.upper[lane] = {box.upper.x, box.upper.y, box.upper.z, 0};
     unsigned next = 0, target = 0, rows = 0;
@@ -261,11 +261,11 @@ __device__ void search_grid_rows(const Search& search, const core::SizeClassGrid
           item = load_shared(items + 8 * (active ? base + lane : base));
         }
         const std::uint32_t own = mixed ? boxes + (item.y >> row_bits) * 16 : item.y;
-        const pipeline::Record c = pipeline::load(search.records + item.x);
+        const device::Record c = device::load(search.records + item.x);
         const float4 low = load_shared4(own), high = load_shared4(own + sizeof kept.lower);
         const std::uint32_t id = __float_as_uint(low.w);
         bool hit =
-            active & core::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());
+            active & base::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());
         if constexpr (mixed || !Search::is_plain)
           hit = hit && search.template allows<mixed>(cells, id, c, target, item.y & row_mask);
         stage.add(hit, search.pair(id, c));
@@ -279,16 +279,16 @@ __device__ void search_grid_rows(const Search& search, const core::SizeClassGrid
 
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
-    run_grid_search(Search search, pipeline::PairSink sink) {
+    run_grid_search(Search search, device::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
   __shared__ Pair stages[warps][WarpStage<>::max_held];
   __shared__ WarpCandidates kept[warps];
-  __shared__ core::SizeClassGrid cells;
+  __shared__ base::SizeClassGrid cells;
   __shared__ std::uint8_t targets[Search::max_targets];
   __shared__ unsigned target_count;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   const bool none = search.count() == 0;
-  static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<core::SizeClassGrid>);
+  static_assert(sizeof cells % 4 == 0 && std::is_trivially_copyable_v<base::SizeClassGrid>);
   for (unsigned k = threadIdx.x; k < sizeof cells / 4; k += block_threads)
     reinterpret_cast<std::uint32_t*>(&cells)[k] =
         reinterpret_cast<const std::uint32_t*>(search.grid)[k];

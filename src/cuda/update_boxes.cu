@@ -1,4 +1,4 @@
-#include "pipeline/update_bodies.hpp"
+#include "device/update_bodies.hpp"
 
 #include "cuda/argument_checks.hpp"
 #include "cuda/backend.hpp"
@@ -7,7 +7,7 @@
 namespace throng::cuda {
 namespace {
 
-void check_arrays(const core::UpdateBoxes& job, std::size_t count, const BodyReport* report,
+void check_arrays(const base::UpdateBoxes& job, std::size_t count, const BodyReport* report,
                   int device) {
   const AccessCheck access(device, Status::bad_bodies);
   if (report) access.require(report, alignof(BodyReport), "the report");
@@ -23,7 +23,7 @@ void check_arrays(const core::UpdateBoxes& job, std::size_t count, const BodyRep
 
 }  // namespace
 
-void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+void update_boxes_async(const base::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream stream) {
   const int device = device_of(stream);
   const CurrentDevice current(device);
@@ -34,13 +34,13 @@ void update_boxes_async(const core::UpdateBoxes& job, std::size_t count, BodyRep
   int sm_count = 1;
   check(cudaDeviceGetAttribute(&sm_count, cudaDevAttrMultiProcessorCount, device));
   run_each<<<blocks_for(count, 8, sm_count), block_threads, 0, stream>>>(
-      count, pipeline::UpdateBodies{job, report});
+      count, device::UpdateBodies{job, report});
   check(cudaGetLastError());
 }
 
-BodyReport update_boxes(const core::UpdateBoxes& job, std::size_t count, BodyReport* report,
+BodyReport update_boxes(const base::UpdateBoxes& job, std::size_t count, BodyReport* report,
                         Stream stream) {
-  if (!report) throw pipeline::Failure{Status::bad_bodies, 0, "is null", "the report"};
+  if (!report) throw device::Failure{Status::bad_bodies, 0, "is null", "the report"};
   update_boxes_async(job, count, report, stream);
   const CurrentDevice current(device_of(stream));
   BodyReport host_report;

@@ -1,17 +1,17 @@
-// The search of small worlds (pipeline/worlds.hpp) by warps.
+// The search of small worlds (device/worlds.hpp) by warps.
 #pragma once
 
 #include <cstdint>
 
 #include "cuda/search.cuh"
 #include "cuda/warp.cuh"
-#include "pipeline/quantized_boxes.hpp"
-#include "pipeline/worlds.hpp"
+#include "device/quantized_boxes.hpp"
+#include "device/worlds.hpp"
 
 namespace throng::cuda {
 
 // The bounds of a warp's boxes, two per lane; called by all lanes.
-__device__ inline pipeline::QuantizationRange range_of(const Box& a, const Box& b) {
+__device__ inline device::QuantizationRange range_of(const Box& a, const Box& b) {
   // As integers with the same order.
   const auto ordered = [](float x) {
     const int bits = __float_as_int(x);
@@ -21,7 +21,7 @@ __device__ inline pipeline::QuantizationRange range_of(const Box& a, const Box& 
   // The NaN bounds of a box that takes no part are ignored.
   const auto least = [&](float x, float y) { return warp_min(ordered(fminf(fminf(x, y), 3e38f))); };
   const auto most = [&](float x, float y) { return warp_max(ordered(fmaxf(fmaxf(x, y), -3e38f))); };
-  pipeline::QuantizationRange range;
+  device::QuantizationRange range;
   range.set_axis(0, number(least(a.lower.x, b.lower.x)), number(most(a.upper.x, b.upper.x)));
   range.set_axis(1, number(least(a.lower.y, b.lower.y)), number(most(a.upper.y, b.upper.y)));
   range.set_axis(2, number(least(a.lower.z, b.lower.z)), number(most(a.upper.z, b.upper.z)));
@@ -30,13 +30,13 @@ __device__ inline pipeline::QuantizationRange range_of(const Box& a, const Box& 
 
 // Bits for the boxes k lanes further on, k = 1 .. 16, cyclically, that may overlap this lane's.
 // Each two of 32 meet once, except for those at a distance of 16 lanes, which meet twice.
-__device__ inline unsigned may_overlap_cyclic(const pipeline::QuantizedBox& own) {
+__device__ inline unsigned may_overlap_cyclic(const device::QuantizedBox& own) {
   const unsigned lane = threadIdx.x % 32;
   unsigned bits = 0;
 #pragma unroll
   for (unsigned k = 1; k <= 16; ++k) {
-    const pipeline::QuantizedBox other = {__shfl_sync(~0u, own.lower, lane + k),
-                                          __shfl_sync(~0u, own.upper, lane + k)};
+    const device::QuantizedBox other = {__shfl_sync(~0u, own.lower, lane + k),
+                                        __shfl_sync(~0u, own.upper, lane + k)};
     if (!are_disjoint(own, other)) bits |= 1u << k;
   }
   return bits;
@@ -47,7 +47,7 @@ __device__ inline unsigned same_world_cyclic(std::int32_t world) {
   return __funnelshift_r(same, same, lane) & (lane < 16 ? 0x1fffe : 0xfffe);
 }
 // Bits for 32 boxes in shared memory, which all lanes read in the same order, two at a time.
-__device__ inline unsigned may_overlap(const pipeline::QuantizedBox& own, const uint4* others) {
+__device__ inline unsigned may_overlap(const device::QuantizedBox& own, const uint4* others) {
   unsigned bits = 0;
 #pragma unroll
   for (unsigned k = 0; k < 16; ++k) {
@@ -62,7 +62,7 @@ template <class Search>
 struct WorldsCheck {
   const Search& search;
   __device__ bool operator()(std::uint32_t i, std::uint32_t j) const {
-    return core::overlaps(search.box(i), search.box(j)) &&
+    return base::overlaps(search.box(i), search.box(j)) &&
            (!search.selects() || search.allows(i, j));
   }
 };
@@ -73,7 +73,7 @@ struct WorldsCheck {
 // exactly later.
 template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
-    run_worlds(Search search, pipeline::PairSink sink) {
+    run_worlds(Search search, device::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
   using Stage = WarpStage<WorldsCheck<Search>>;
   __shared__ Pair stages[warps][Stage::max_held];
@@ -109,8 +109,8 @@ __global__ void __launch_bounds__(block_threads, 4)
     const std::uint32_t i = base + lane;
     const std::int32_t worlds[2] = {world_of(i), world_of(i + 32)};
     const Box own[2] = {own_box_of(i), own_box_of(i + 32)};
-    const pipeline::QuantizationRange range = range_of(own[0], own[1]);
-    const pipeline::QuantizedBox quantized[2] = {range.quantize(own[0]), range.quantize(own[1])};
+    const device::QuantizationRange range = range_of(own[0], own[1]);
+    const device::QuantizedBox quantized[2] = {range.quantize(own[0]), range.quantize(own[1])};
 #pragma unroll
     for (int k = 0; k < 2; ++k) {
       const unsigned same = same_world_cyclic(worlds[k]);  // by all lanes
@@ -121,7 +121,7 @@ __global__ void __launch_bounds__(block_threads, 4)
     // The first half goes through the second next, and both go through what follows.
     std::int32_t last = __shfl_sync(~0u, worlds[0], 31);
     unsigned there = __ballot_sync(~0u, worlds[1] == last && last != none);
-    pipeline::QuantizedBox other = quantized[1];
+    device::QuantizedBox other = quantized[1];
     base += 32;
     for (bool both = false, of_worlds = true;; both = true) {
       unsigned wanted[2] = {worlds[0] == last ? there : 0, both && worlds[1] == last ? there : 0};

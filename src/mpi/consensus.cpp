@@ -22,7 +22,7 @@ void set_error(Result& r, Status status, const char* format, ...) noexcept {
   va_end(args);
 }
 
-void set_error(Result& r, const pipeline::Failure& failure) noexcept {
+void set_error(Result& r, const device::Failure& failure) noexcept {
   const char* text = failure.text ? failure.text : "";
   const ull number{failure.bytes};
   switch (failure.status) {

@@ -8,8 +8,8 @@
 
 #include <throng/mpi.hpp>
 
+#include "device/failure.hpp"
 #include "mpi/communicator.hpp"
-#include "pipeline/failure.hpp"
 
 namespace throng::mpi {
 
@@ -17,7 +17,7 @@ void set_error(Result& r, Status status, const char* format, ...) noexcept
     __attribute__((format(printf, 3, 4)));
 
 // The message for a device failure.
-void set_error(Result& r, const pipeline::Failure& failure) noexcept;
+void set_error(Result& r, const device::Failure& failure) noexcept;
 
 // Settings that must be equal on all ranks.
 struct ConsensusSettings {
@@ -31,7 +31,7 @@ void attempt(Result& r, F&& f) noexcept {
   if (!r.ok()) return;
   try {
     f();
-  } catch (const pipeline::Failure& failure) {
+  } catch (const device::Failure& failure) {
     set_error(r, failure);
   } catch (const std::bad_alloc&) {
     set_error(r, Status::out_of_memory, "out of memory for this rank's boxes; use more ranks");

@@ -2,7 +2,7 @@
 // (device_stages.hpp), records are sent from device to device by MPI or through host memory
 // (device_routes.hpp).
 //
-// A Space is a Device (pipeline/pipeline.hpp: launch, clear; pipeline/engine.hpp: allocate,
+// A Space is a Device (device/pipeline.hpp: launch, clear; device/engine.hpp: allocate,
 // release, copy, read) that adds
 //   begin(stream)                selects the stream of the calls that follow
 //   Current                      RAII: the Space's device is current during its lifetime
@@ -21,11 +21,11 @@
 #include <utility>
 #include <vector>
 
+#include "device/device_buffer.hpp"
 #include "mpi/balance.hpp"
 #include "mpi/device_halo_exchange.hpp"
 #include "mpi/device_search_base.hpp"
 #include "mpi/device_stages.hpp"
-#include "pipeline/device_buffer.hpp"
 
 namespace throng::mpi {
 
@@ -46,7 +46,7 @@ class DeviceDistributedSearch final : public DeviceSearchBase {
   }
 
  private:
-  using Block = pipeline::DeviceBuffer<Space>;
+  using Block = device::DeviceBuffer<Space>;
   struct Sums {
     std::uint64_t owned, kept;
   };
@@ -84,7 +84,7 @@ DistributedSearch::BoxSummary DeviceDistributedSearch<Space>::inspect(const Sett
                                                                       Result& r) {
   const std::size_t n = given.boxes.size();
   if (!valid_arrays(given.boxes, r) || n == 0) return {};
-  const pipeline::Set set = pipeline::make_set(given.boxes);
+  const device::Set set = device::make_set(given.boxes);
   space_.require(set, n, given.ids);
   inspection_.ensure(sizeof(BoxInspection));
   auto* const inspection = inspection_.template as<BoxInspection>();
@@ -133,7 +133,7 @@ DistributedSearch::Sample DeviceDistributedSearch<Space>::sample(const Settings&
                                                                  const RankBoxes& given,
                                                                  std::size_t most) {
   SamplePoints stage{};
-  stage.set = pipeline::make_set(given.boxes);
+  stage.set = device::make_set(given.boxes);
   stage.margin = settings.search.margin;
   stage.count = given.boxes.size();
   return points_of(stage, most);
@@ -169,7 +169,7 @@ Result DeviceDistributedSearch<Space>::search(const Settings& settings, const Bo
   for (std::size_t s = 0; s < sets; ++s) {
     const std::uint64_t n = halo_.records(s).count;
     views[s] = halo_.records(s).view();
-    const pipeline::Set set = pipeline::make_set(views[s]);
+    const device::Set set = device::make_set(views[s]);
     const auto room = static_cast<std::size_t>(n) + 1;
     marks_[s].ensure(room);
     halves_[s].ensure(room * sizeof(std::uint32_t));

@@ -7,13 +7,13 @@
 #include <cstring>
 #include <vector>
 
+#include "device/device_buffer.hpp"
 #include "mpi/device_stages.hpp"
 #include "mpi/distributed_search.hpp"
-#include "pipeline/device_buffer.hpp"
 
 namespace throng::mpi {
 
-// All calls are local, to be made in the order of declaration; they throw pipeline::Failure or
+// All calls are local, to be made in the order of declaration; they throw device::Failure or
 // std::bad_alloc. Destinations are the ranks, plus one for boxes that are forwarded along the tree.
 template <class Space>
 class DeviceHaloExchange {
@@ -38,10 +38,10 @@ class DeviceHaloExchange {
   const Records& records(std::size_t set) const noexcept { return outgoing_[set].records; }
 
  private:
-  using Block = pipeline::DeviceBuffer<Space>;
+  using Block = device::DeviceBuffer<Space>;
 
   struct OutgoingRecords {
-    pipeline::Set set;
+    device::Set set;
     std::vector<std::uint64_t> counts;    // outgoing records per destination
     std::vector<std::uint64_t> incoming;  // incoming records per rank
     Records records;                      // this rank's own first
@@ -63,7 +63,7 @@ class DeviceHaloExchange {
   int ranks_ = 0;
   Block tree_{space_}, counters_{space_}, away_{space_}, first_{space_}, second_{space_};
   typename Space::Staging staging_;
-  pipeline::DeviceBuffer<typename Space::Staging> staged_out_{staging_}, staged_in_{staging_};
+  device::DeviceBuffer<typename Space::Staging> staged_out_{staging_}, staged_in_{staging_};
   std::vector<OutgoingRecords> outgoing_;
   std::size_t away_bytes_ = 0, received_bytes_ = 0;
   bool direct_ = false;
@@ -84,7 +84,7 @@ void DeviceHaloExchange<Space>::count(const Settings& settings, const Tree& tree
   space_.clear(counts, sets.size() * bytes);
   for (std::size_t s = 0; s < sets.size(); ++s) {
     OutgoingRecords& outgoing = outgoing_[s];
-    outgoing.set = pipeline::make_set(sets[s].given->boxes);
+    outgoing.set = device::make_set(sets[s].given->boxes);
     outgoing.bytes = record_bytes(sets[s].filters);
     outgoing.counts.resize(places);
     outgoing.incoming.resize(ranks);

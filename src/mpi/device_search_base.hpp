@@ -20,7 +20,7 @@ class DeviceSearchBase : public DistributedSearch {
   using DistributedSearch::find;
 };
 
-// Uses the current GPU. Throws pipeline::Failure: no_device, out_of_memory.
+// Uses the current GPU. Throws device::Failure: no_device, out_of_memory.
 std::unique_ptr<DeviceSearchBase> make_gpu_search(const Settings& settings,
                                                   const cuda::MemoryResource& memory);
 

@@ -8,14 +8,14 @@
 
 #include <throng/types.hpp>
 
-#include "core/bounds.hpp"
-#include "core/host_device_macros.hpp"
+#include "base/bounds.hpp"
+#include "base/host_device_macros.hpp"
+#include "device/atomic.hpp"
+#include "device/input.hpp"
 #include "mpi/bisect.hpp"
 #include "mpi/hash64.hpp"
 #include "mpi/record.hpp"
 #include "mpi/regions.hpp"
-#include "pipeline/atomic.hpp"
-#include "pipeline/input.hpp"
 
 namespace throng::mpi {
 
@@ -34,7 +34,7 @@ struct Records {
     return p[0] | std::uint64_t{p[1]} << 32;
   }
   // Writes box i of the caller's set as record `at`.
-  THRONG_HD void write(std::uint64_t at, const pipeline::Set& set, std::uint64_t i,
+  THRONG_HD void write(std::uint64_t at, const device::Set& set, std::uint64_t i,
                        std::uint64_t id) const noexcept {
     std::uint32_t* p = data + at * words;
     for (int k = 0; k < 6; ++k) *p++ = std::bit_cast<std::uint32_t>(set.coordinate(i, k));
@@ -71,7 +71,7 @@ struct BoxInspection {
   std::uint32_t nan_mark, bad_world_mark;
 };
 struct InspectBoxes {
-  pipeline::Set set;
+  device::Set set;
   const std::uint64_t* ids;  // null: none
   std::uint64_t count, threads;
   BoxInspection* inspection;
@@ -81,20 +81,20 @@ struct InspectBoxes {
     for (std::uint64_t i = thread; i < count; i += threads) {
       const auto mark = ~static_cast<std::uint32_t>(i);
       const Box box = set.box(i);
-      mine.inactive += !core::is_active(box);
-      if (core::has_nan(box) && mine.nans++ == 0) mine.nan_mark = mark;
+      mine.inactive += !base::is_active(box);
+      if (base::has_nan(box) && mine.nans++ == 0) mine.nan_mark = mark;
       if (set.world && set.world[i] < -1 && mine.bad_worlds++ == 0) mine.bad_world_mark = mark;
       if (ids) mine.id_sum += hash64(ids[i]);
     }
-    if (mine.inactive) pipeline::fetch_add(&inspection->inactive, mine.inactive);
-    if (mine.id_sum) pipeline::fetch_add(&inspection->id_sum, mine.id_sum);
+    if (mine.inactive) device::fetch_add(&inspection->inactive, mine.inactive);
+    if (mine.id_sum) device::fetch_add(&inspection->id_sum, mine.id_sum);
     if (mine.nans) {
-      pipeline::fetch_add(&inspection->nans, mine.nans);
-      pipeline::fetch_max(&inspection->nan_mark, mine.nan_mark);
+      device::fetch_add(&inspection->nans, mine.nans);
+      device::fetch_max(&inspection->nan_mark, mine.nan_mark);
     }
     if (mine.bad_worlds) {
-      pipeline::fetch_add(&inspection->bad_worlds, mine.bad_worlds);
-      pipeline::fetch_max(&inspection->bad_world_mark, mine.bad_world_mark);
+      device::fetch_add(&inspection->bad_worlds, mine.bad_worlds);
+      device::fetch_max(&inspection->bad_world_mark, mine.bad_world_mark);
     }
   }
 };
@@ -102,7 +102,7 @@ struct InspectBoxes {
 // The caller's boxes and the regions that they overlap. A box that overlaps more than
 // `tree_send_threshold` regions goes only to destination tree.count.
 struct Routes {
-  pipeline::Set set;
+  device::Set set;
   Tree tree;
   float margin;
   unsigned tree_send_threshold;
@@ -129,7 +129,7 @@ struct CountRoutes {
   std::uint64_t* counts;  // per destination; initially zero
 
   THRONG_HD void operator()(std::uint64_t i) const {
-    routes.visit(i, [&](int place) { (void)pipeline::fetch_increment(counts + place); });
+    routes.visit(i, [&](int place) { (void)device::fetch_increment(counts + place); });
   }
 };
 struct WriteRoutes {
@@ -143,7 +143,7 @@ struct WriteRoutes {
   THRONG_HD void operator()(std::uint64_t i) const {
     const std::uint64_t id = ids ? ids[i] : first_id + i;
     routes.visit(i, [&](int place) {
-      const std::uint64_t at = pipeline::fetch_increment(next + place);
+      const std::uint64_t at = device::fetch_increment(next + place);
       (place == here ? owned : away).write(at, routes.set, i, id);
     });
   }
@@ -154,7 +154,7 @@ struct WriteRoutes {
 constexpr std::uint8_t all_above = 7;
 
 struct MarkOwned {
-  pipeline::Set set;
+  device::Set set;
   float margin;
   Bounds region;
   std::uint64_t count, threads;
@@ -170,7 +170,7 @@ struct MarkOwned {
       marks[i] = static_cast<std::uint8_t>(mark);
       here += mark == all_above;
     }
-    if (here) pipeline::fetch_add(owned, here);
+    if (here) device::fetch_add(owned, here);
   }
 };
 
@@ -190,10 +190,10 @@ struct KeepPairs {
     if ((one | two) != all_above) return;
     const std::uint64_t a = first.id(pair.first), b = second.id(pair.second);
     const bool turned = !two_sets && b < a;
-    kept[pipeline::fetch_increment(count)] = turned ? Pair64{b, a} : Pair64{a, b};
+    kept[device::fetch_increment(count)] = turned ? Pair64{b, a} : Pair64{a, b};
     const std::uint32_t halves = one == two ? 1 : 2;
-    if (one == all_above) pipeline::fetch_add(first_halves + pair.first, halves);
-    if (two == all_above) pipeline::fetch_add(second_halves + pair.second, halves);
+    if (one == all_above) device::fetch_add(first_halves + pair.first, halves);
+    if (two == all_above) device::fetch_add(second_halves + pair.second, halves);
   }
 };
 
@@ -201,7 +201,7 @@ struct KeepPairs {
 struct SamplePoints {
   static constexpr std::uint32_t none = ~0u;  // the weight of a box without a position
 
-  pipeline::Set set;
+  device::Set set;
   float margin;
   std::uint64_t count, step;
   const std::uint8_t* marks;  // null: take all boxes, with weight 0

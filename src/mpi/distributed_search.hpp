@@ -59,7 +59,7 @@ class DistributedSearch {
   DistributedSearch& operator=(const DistributedSearch&) = delete;
   const Regions& regions() const noexcept { return regions_; }
 
-  // Local steps. They throw std::bad_alloc or pipeline::Failure, or set an error in r.
+  // Local steps. They throw std::bad_alloc or device::Failure, or set an error in r.
   virtual BoxSummary inspect(const Settings& settings, const RankBoxes& set, Result& r) = 0;
   // In host memory; valid until the next call.
   virtual const std::uint64_t* host_ids(const RankBoxes& set) = 0;

@@ -42,7 +42,7 @@ DistributedSearch::BoxSummary HostDistributedSearch::inspect(const Settings& set
   BoxSummary seen;
   if (!valid(set.boxes, settings.search, r)) return seen;
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
-    seen.inactive += !core::is_active(set.boxes[i]);
+    seen.inactive += !base::is_active(set.boxes[i]);
     if (set.ids) seen.id_sum += hash64(set.ids[i]);
   }
   return seen;

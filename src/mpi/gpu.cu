@@ -21,7 +21,7 @@ struct PinnedMemory {
     const cudaError_t error = cudaMallocHost(&p, bytes);
     if (error == cudaErrorMemoryAllocation) {
       (void)cudaGetLastError();
-      throw pipeline::Failure{Status::out_of_memory, bytes, "pinned memory"};
+      throw device::Failure{Status::out_of_memory, bytes, "pinned memory"};
     }
     check(error);
     return p;
@@ -55,11 +55,11 @@ class GpuSpace : private MemoryOwner, public cuda::Device {
   };
   void begin(cuda::Stream stream) {
     if (stream && cuda::device_of(stream) != ordinal())
-      throw pipeline::Failure{Status::bad_option, 0, "is of another device than this DeviceFinder",
-                              "the stream"};
+      throw device::Failure{Status::bad_option, 0, "is of another device than this DeviceFinder",
+                            "the stream"};
     Device::begin(stream, false);
   }
-  void require(const pipeline::Set& set, std::size_t count, const std::uint64_t* ids) const {
+  void require(const device::Set& set, std::size_t count, const std::uint64_t* ids) const {
     cuda::require_set(set, count, ordinal());
     if (ids)
       cuda::AccessCheck(ordinal(), Status::bad_boxes).require(ids, alignof(std::uint64_t), "ids");

@@ -4,7 +4,7 @@
 namespace throng::mpi {
 
 std::unique_ptr<DeviceSearchBase> make_gpu_search(const Settings&, const cuda::MemoryResource&) {
-  throw pipeline::Failure{Status::no_device};
+  throw device::Failure{Status::no_device};
 }
 
 }  // namespace throng::mpi

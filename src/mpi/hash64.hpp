@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/host_device_macros.hpp"
+#include "base/host_device_macros.hpp"
 
 namespace throng::mpi {
 

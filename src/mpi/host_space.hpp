@@ -9,12 +9,12 @@
 #include <throng/finder.hpp>
 #include <throng/mpi_cuda.hpp>
 
-#include "pipeline/host_device.hpp"
-#include "pipeline/input.hpp"
+#include "device/host_device.hpp"
+#include "device/input.hpp"
 
 namespace throng::mpi {
 
-class HostSpace : public pipeline::HostDevice {
+class HostSpace : public device::HostDevice {
  public:
   explicit HostSpace(const Settings& settings)
       : HostDevice(
@@ -28,7 +28,7 @@ class HostSpace : public pipeline::HostDevice {
   struct Current {
     explicit Current(const HostSpace&) noexcept {}
   };
-  static void require(const pipeline::Set&, std::size_t, const std::uint64_t*) noexcept {}
+  static void require(const device::Set&, std::size_t, const std::uint64_t*) noexcept {}
   static bool mpi_accepts_pointers() noexcept { return true; }
 
   static void download(void* to, const void* from, std::size_t bytes) noexcept {

@@ -8,7 +8,7 @@
 
 #include <throng/boxes.hpp>
 
-#include "core/host_device_macros.hpp"
+#include "base/host_device_macros.hpp"
 
 namespace throng::mpi {
 

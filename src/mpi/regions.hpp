@@ -24,8 +24,8 @@
 
 #include <throng/types.hpp>
 
-#include "core/bounds.hpp"
-#include "core/host_device_macros.hpp"
+#include "base/bounds.hpp"
+#include "base/host_device_macros.hpp"
 
 namespace throng::mpi {
 
@@ -52,8 +52,8 @@ struct KeyBox {
 // The keys of the box expanded by the margin; empty for a box with a NaN or lower > upper. Requires
 // the default floating-point environment.
 THRONG_HD inline KeyBox key_box_of(const Box& box, float margin) noexcept {
-  if (!core::is_active(box)) return {{1, 1, 1}, {0, 0, 0}};
-  const Box b = margin > 0 ? core::expand(box, margin) : box;
+  if (!base::is_active(box)) return {{1, 1, 1}, {0, 0, 0}};
+  const Box b = margin > 0 ? base::expand(box, margin) : box;
   return {{key_of(b.lower.x), key_of(b.lower.y), key_of(b.lower.z)},
           {key_of(b.upper.x), key_of(b.upper.y), key_of(b.upper.z)}};
 }

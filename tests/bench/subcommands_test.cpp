@@ -13,8 +13,8 @@
 
 #include <throng/find_pairs.hpp>
 
-#include "program/child.hpp"
-#include "scene/scene.hpp"
+#include "apps/common/child.hpp"
+#include "apps/scenes/scene.hpp"
 
 namespace throng::bench {
 namespace {
@@ -30,7 +30,7 @@ Output run(const Lines& arguments) {
   Output output;
   Lines words = {"-c", "exec \"$0\" \"$@\" 2>&1", THRONG_BENCH};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  const program::ChildEnd end = program::run_child(
+  const common::ChildEnd end = common::run_child(
       "/bin/sh", words, 100, [&](const std::string& line) { output.lines.push_back(line); });
   output.status = end.status;
   return output;
@@ -49,12 +49,12 @@ TEST(Frames, EveryMethodFindsTheSamePairs) {
   for (const Scene& s : {Scene{"column", "0.25", 2000, 49, 6}, Scene{"column", "1", 1500, 20, 5},
                          Scene{"nbody", "1", 1000, 0, 4}, Scene{"mixed", "0.5", 800, 7, 3},
                          Scene{"uniform", "1", 1, 0, 1}}) {
-    scene::Spec spec;
+    scenes::Spec spec;
     spec.name = s.name;
     spec.moving = std::atof(s.moving);
     spec.objects = s.objects;
     spec.seed = 3;
-    const scene::Scene scene(spec);
+    const scenes::Scene scene(spec);
     std::vector<std::string> expected;
     std::vector<Box> boxes(s.objects);
     for (std::size_t f = s.first + 1; f <= s.first + s.frames; ++f) {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenes/scene.hpp"
 #include "broad_phase/snapshot.hpp"
-#include "scene/scene.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"
 #include "support/scene_boxes.hpp"
@@ -18,7 +18,7 @@ class MovingComparisons : public testing::TestWithParam<std::string> {};
 // 1 % moves in each frame. An incremental search compares each with at most 40 boxes, plus 40 per
 // pair that it has; where it cannot, it is soon abandoned for full searches.
 TEST_P(MovingComparisons, BoundedPerMoverOrAborted) {
-  scene::Spec spec;
+  scenes::Spec spec;
   spec.name = GetParam();
   spec.objects = 10000;
   SceneBoxes made(spec);
@@ -212,7 +212,7 @@ TEST(Comparisons, OfManyLargeBoxes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scene::names()),
+INSTANTIATE_TEST_SUITE_P(Scenes, MovingComparisons, testing::ValuesIn(scenes::names()),
                          [](const auto& which) {
                            std::string name = which.param;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -54,9 +54,9 @@ TEST_F(CaptureFile, TruncatedAnywhere) {
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const std::string cut = whole.substr(0, size);
     if (size < at[4]) {
-      EXPECT_THROW((void)parse(cut), scene::FileError) << size;
+      EXPECT_THROW((void)parse(cut), scenes::FileError) << size;
     } else {
-      const scene::Capture c = parse(cut);  // the complete input, and no answer
+      const scenes::Capture c = parse(cut);  // the complete input, and no answer
       EXPECT_EQ(c.calls[0].sets.size(), 2u);
       EXPECT_FALSE(c.calls[0].answer);
       EXPECT_EQ(c.truncated, size != at[4]);
@@ -70,11 +70,11 @@ TEST_F(CaptureFile, CorruptedAnywhere) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x21);
     try {
-      const scene::Capture c = parse(damaged);
+      const scenes::Capture c = parse(damaged);
       // A corrupted length of the last section can look like a truncation.
       EXPECT_TRUE(c.truncated && !c.calls[0].answer)
           << "byte " << at << ": corruption not detected";
-    } catch (const scene::FileError& error) {
+    } catch (const scenes::FileError& error) {
       EXPECT_NE(std::string(error.what()).find("capture"), std::string::npos);
     }
   }
@@ -88,7 +88,7 @@ TEST_F(CaptureFile, HostileNumbers) {
     std::string bytes = whole;
     set32(bytes, at[section] + offset, value);
     seal(bytes, at[section]);
-    EXPECT_THROW((void)parse(bytes), scene::FileError) << section << " + " << offset;
+    EXPECT_THROW((void)parse(bytes), scenes::FileError) << section << " + " << offset;
   };
   for (const std::uint32_t huge : {0xffffffffu, 0x80000000u, 6u}) {
     refused(2, 16, huge);  // the count of boxes
@@ -116,7 +116,7 @@ TEST_F(CaptureFile, LengthsBeyondTheFile) {
       set32(bytes, at + 12, high);
       try {
         EXPECT_TRUE(parse(bytes).truncated);
-      } catch (const scene::FileError&) {
+      } catch (const scenes::FileError&) {
       }
     }
   }
@@ -143,7 +143,7 @@ TEST_F(CaptureFile, EveryCallOfABroadPhase) {
     ASSERT_TRUE(live.find_hits(&sweep, 1, SweepHits::first).ok());
     ASSERT_TRUE(live.move_all(boxes).ok());
     ASSERT_EQ(files().size(), 1u);
-    const scene::Capture c = last();
+    const scenes::Capture c = last();
     using capture::Operation;
     const std::vector<Operation> wanted = {Operation::add,         Operation::update,
                                            Operation::remove,      Operation::move,
@@ -171,7 +171,7 @@ TEST_F(CaptureFile, EveryCallOfABroadPhase) {
         const std::size_t calls = parse(whole.substr(0, size)).calls.size();
         EXPECT_GE(calls, most);
         most = calls;
-      } catch (const scene::FileError&) {
+      } catch (const scenes::FileError&) {
         EXPECT_EQ(most, 0u);
       }
     }

@@ -51,7 +51,7 @@ TEST_F(FinderCapture, HasBoxesFiltersAndResult) {
   EXPECT_STREQ(r.message, "");
   EXPECT_GT(r.found, 0u);
   ASSERT_EQ(files().size(), 1u);
-  const scene::Capture c = last();
+  const scenes::Capture c = last();
   EXPECT_EQ(c.library, THRONG_VERSION);
   EXPECT_FALSE(c.truncated);
   EXPECT_EQ(c.options.margin, 0.25f);
@@ -60,7 +60,7 @@ TEST_F(FinderCapture, HasBoxesFiltersAndResult) {
   EXPECT_EQ(c.options.threads, 2u);
   ASSERT_EQ(c.calls.size(), 1u);
   ASSERT_EQ(c.calls[0].sets.size(), 1u);
-  const scene::CapturedBoxes& set = c.calls[0].sets[0];
+  const scenes::CapturedBoxes& set = c.calls[0].sets[0];
   EXPECT_TRUE(same_bits(set.boxes, boxes));
   EXPECT_EQ(set.group, group);
   EXPECT_EQ(set.mask, mask);
@@ -216,7 +216,7 @@ TEST_F(FinderCapture, ManyThreadsAtOnce) {
   for (std::thread& t : threads) t.join();
   EXPECT_EQ(files().size(), 160u);
   for (const std::string& path : files()) {
-    EXPECT_EQ(scene::read_capture(path).calls[0].sets[0].boxes.size(), 20u);
+    EXPECT_EQ(scenes::read_capture(path).calls[0].sets[0].boxes.size(), 20u);
   }
 }
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/capture.hpp"
-#include "scene/npy.hpp"
+#include "apps/scenes/capture.hpp"
+#include "apps/scenes/npy.hpp"
 
 namespace throng::tests {
 
@@ -38,10 +38,10 @@ class CaptureTest : public testing::Test {
     std::sort(paths.begin(), paths.end());
     return paths;
   }
-  scene::Capture last() const {
+  scenes::Capture last() const {
     const auto paths = files();
     EXPECT_FALSE(paths.empty());
-    return paths.empty() ? scene::Capture{} : scene::read_capture(paths.back());
+    return paths.empty() ? scenes::Capture{} : scenes::read_capture(paths.back());
   }
   std::string last_bytes() const {
     std::ifstream file(files().back(), std::ios::binary);
@@ -51,9 +51,9 @@ class CaptureTest : public testing::Test {
   std::string folder_;
 };
 
-inline scene::Capture parse(const std::string& bytes) {
-  return scene::parse_capture(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
-                              "capture");
+inline scenes::Capture parse(const std::string& bytes) {
+  return scenes::parse_capture(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
+                               "capture");
 }
 
 }  // namespace throng::tests

@@ -2,7 +2,7 @@
 // boxes in layers.
 #include <limits>
 
-#include "scene/scene.hpp"
+#include "apps/scenes/scene.hpp"
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/scene_boxes.hpp"
@@ -17,7 +17,7 @@ struct Case {
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  for (const std::string& name : scene::names())
+  for (const std::string& name : scenes::names())
     for (const std::size_t objects : {std::size_t{10000}, std::size_t{100000}})
       all.push_back({name, objects});
   return all;
@@ -53,7 +53,7 @@ void expect_few(const Boxes& view, double limit, double limit_of_pipeline) {
 }
 
 TEST_P(Comparisons, AreFew) {
-  scene::Spec spec;
+  scenes::Spec spec;
   spec.name = GetParam().name;
   spec.objects = GetParam().objects;
   const SceneBoxes made(spec);

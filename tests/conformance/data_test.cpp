@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "scene/checksum.hpp"
-#include "scene/npy.hpp"
+#include "apps/scenes/checksum.hpp"
+#include "apps/scenes/npy.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"
 
@@ -31,7 +31,7 @@ TEST_P(Data, HasTheKnownPairs) {
   const char* folder = std::getenv("THRONG_DATA");
   if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded boxes";
   const Recording& r = GetParam();
-  const scene::BoxFile file = scene::read_boxes(std::string(folder) + "/" + r.file);
+  const scenes::BoxFile file = scenes::read_boxes(std::string(folder) + "/" + r.file);
   ASSERT_EQ(file.frames, 1u);
   ASSERT_EQ(file.count, r.boxes);
   const Boxes boxes(file.frame(0), file.count);
@@ -45,7 +45,7 @@ TEST_P(Data, HasTheKnownPairs) {
     const Result result = finder.find(boxes, pairs.data(), pairs.size());
     ASSERT_TRUE(result.ok()) << result.message;
     EXPECT_EQ(result.found, r.pairs);
-    EXPECT_EQ(scene::pair_checksum(pairs.data(), pairs.size()), r.checksum);
+    EXPECT_EQ(scenes::pair_checksum(pairs.data(), pairs.size()), r.checksum);
     EXPECT_EQ(result.inactive, 0u);
     if (config.order == Order::canonical) {
       EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
@@ -59,7 +59,7 @@ TEST_P(Data, FiltersLeaveTheirPairs) {
   const char* folder = std::getenv("THRONG_DATA");
   if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded boxes";
   const Recording& r = GetParam();
-  const scene::BoxFile file = scene::read_boxes(std::string(folder) + "/" + r.file);
+  const scenes::BoxFile file = scenes::read_boxes(std::string(folder) + "/" + r.file);
   const Boxes boxes(file.frame(0), file.count);
   Random random(r.boxes);
   std::vector<std::uint32_t> group, mask;
@@ -101,8 +101,8 @@ TEST_P(Data, FiltersLeaveTheirPairs) {
       const Result result = finder.find(c.boxes, pairs.data(), pairs.size());
       ASSERT_TRUE(result.ok()) << result.message;
       ASSERT_EQ(result.found, c.left.size());
-      EXPECT_EQ(scene::pair_checksum(pairs.data(), c.left.size()),
-                scene::pair_checksum(c.left.data(), c.left.size()));
+      EXPECT_EQ(scenes::pair_checksum(pairs.data(), c.left.size()),
+                scenes::pair_checksum(c.left.data(), c.left.size()));
     }
   }
 }

@@ -1,4 +1,4 @@
-// So many boxes that they are sorted by cell (pipeline/cell_sort.hpp), against the CPU. A build
+// So many boxes that they are sorted by cell (device/cell_sort.hpp), against the CPU. A build
 // with -DTHRONG_GPU_SORTED_ABOVE=0 sorts any number.
 #include "cuda/gpu_fixture.hpp"
 #include "support/hard_boxes.hpp"

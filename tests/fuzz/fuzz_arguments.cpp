@@ -2,10 +2,10 @@
 // parsed as the program does, and numbers with their suffixes.
 #include <CLI/CLI.hpp>
 
-#include "cli/commands.hpp"
+#include "apps/common/failure.hpp"
+#include "apps/common/numbers.hpp"
+#include "apps/throng/commands.hpp"
 #include "fuzz/target.hpp"
-#include "program/failure.hpp"
-#include "program/numbers.hpp"
 
 namespace throng::tests {
 namespace {
@@ -88,8 +88,8 @@ std::string word(Bytes& bytes) {
 void number(const std::string& text) {
   for (const bool bytes : {false, true}) {
     try {
-      bytes ? program::parse_bytes(text, "--option") : program::parse_count(text, "--option");
-    } catch (const program::Failure& failure) {
+      bytes ? common::parse_bytes(text, "--option") : common::parse_count(text, "--option");
+    } catch (const common::Failure& failure) {
       if (std::string(failure.what()).find("--option") == std::string::npos)
         throw Difference("a number was refused without the option's name");
     }
@@ -117,7 +117,7 @@ void run(Bytes& bytes) {
     // Help and version are not errors; anything else needs a message.
     if (error.get_exit_code() != 0 && std::string(error.what()).empty())
       throw Difference("refused without a message");
-  } catch (const program::Failure& failure) {  // a number, from the option that parses it
+  } catch (const common::Failure& failure) {  // a number, from the option that parses it
     if (std::string(failure.what()).rfind("--", 0) != 0)
       throw Difference("a number was refused without the option's name");
   }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/capture.hpp"
-#include "scene/npy.hpp"
+#include "apps/scenes/capture.hpp"
+#include "apps/scenes/npy.hpp"
 
 namespace {
 
@@ -39,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<unsigned char> bytes(data, data + size);
   if (size > 0 && data[0] != 'T') fix_checksums(bytes);
   try {
-    const throng::scene::Capture c = throng::scene::parse_capture(bytes.data(), size, "fuzz");
+    const throng::scenes::Capture c = throng::scenes::parse_capture(bytes.data(), size, "fuzz");
     std::size_t held = 0;
     volatile float sum = 0;
     for (const auto& call : c.calls) {
@@ -52,7 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
     }
     if (held > size) std::abort();  // every value came from the bytes
-  } catch (const throng::scene::FileError& error) {
+  } catch (const throng::scenes::FileError& error) {
     if (std::string(error.what()).find("fuzz") == std::string::npos) std::abort();
   }
   return 0;

@@ -14,7 +14,7 @@
 #include <throng/mpi.hpp>
 #include <throng/mpi_cuda.hpp>
 
-#include "ranks/memory.hpp"
+#include "apps/mpi/memory.hpp"
 
 namespace throng::mpi {
 

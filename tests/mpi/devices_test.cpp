@@ -1,7 +1,7 @@
 // The assignment of GPUs to ranks.
 #include <gtest/gtest.h>
 
-#include "ranks/devices.hpp"
+#include "apps/mpi/devices.hpp"
 
 namespace throng::ranks {
 namespace {

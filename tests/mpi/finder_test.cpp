@@ -5,22 +5,22 @@
 
 #include <throng/find_pairs.hpp>
 
+#include "apps/scenes/scene.hpp"
 #include "mpi/all_ranks.hpp"
 #include "mpi/minimum_copies.hpp"
-#include "scene/scene.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
 
 namespace throng::mpi {
 namespace {
 
-scene::Scene scene_of(const std::string& name, std::size_t objects) {
-  scene::Spec spec;
+scenes::Scene scene_of(const std::string& name, std::size_t objects) {
+  scenes::Spec spec;
   spec.name = name;
   spec.objects = objects;
-  return scene::Scene(spec);
+  return scenes::Scene(spec);
 }
-std::vector<Box> boxes_of(const scene::Scene& scene) {
+std::vector<Box> boxes_of(const scenes::Scene& scene) {
   std::vector<Box> boxes(scene.size());
   scene.frame(0, boxes.data());
   return boxes;
@@ -96,7 +96,7 @@ TYPED_TEST(AnyFinder, EqualsASingleRank) {
   settings.imbalance = 1;  // repartition whenever it might help
   TypeParam finder(MPI_COMM_WORLD, settings);
   std::size_t scene_index = 0;
-  for (const std::string& name : scene::names()) {
+  for (const std::string& name : scenes::names()) {
     const std::vector<Box> boxes = boxes_of(scene_of(name, 1500));
     const auto wanted = widened(find_pairs(Boxes(boxes)));
     const LocalBoxes mine(boxes, distributions[scene_index++ % 4]);
@@ -226,7 +226,7 @@ TYPED_TEST(AnyFinder, AcceptsNoBoxesAndTeleports) {
 // With clusters far apart a region is searched in parts; boxes that cross parts, and filters, must
 // not change the result.
 TEST(Finder, SearchesARegionInParts) {
-  const scene::Scene scene = scene_of("clusters", 9000);
+  const scenes::Scene scene = scene_of("clusters", 9000);
   std::vector<Box> boxes = boxes_of(scene);
   std::vector<std::int32_t> owner(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) owner[i] = static_cast<std::int32_t>(i / 100 % 7);
@@ -367,7 +367,7 @@ TYPED_TEST(AnyFinder, IsBalancedAndReproducible) {
 
 // If each rank holds the boxes it owns, only boxes that cross a cut are sent.
 TYPED_TEST(AnyFinder, SendsNearlyTheMinimum) {
-  const scene::Scene scene = scene_of("uniform", 20000);
+  const scenes::Scene scene = scene_of("uniform", 20000);
   std::vector<Box> boxes = boxes_of(scene);
   Settings settings = test_settings();
   settings.imbalance = 1e9;  // keep the first partition

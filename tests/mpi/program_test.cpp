@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "cli/cli_test.hpp"
+#include "tests/apps/throng/cli_test.hpp"
 
 namespace throng::test {
 namespace {

@@ -127,49 +127,54 @@ def suites(build):
         add(name, modules, limit,
             [bin_ / program, "--gtest_brief=1", "--gtest_fail_fast", "--gtest_filter=" + chosen])
 
-    test("core", "core", 20, "core_test", "-BodyBounds*:Margin*")
-    test("margins", "core", 40, "core_test", "Margin*")
-    test("cpu", "cpu", 20, "cpu_test", "*")
-    test("planning", "core pipeline", 20, "pipeline_test", "Planning*:Binning*:PairKeys*:Workspace*:CellSort*:Worlds*")
-    test("tiny", "core cpu", 30, "conformance_test",
+    test("core", "base", 20, "base_test", "-BodyBounds*:Margin*")
+    test("margins", "base", 40, "base_test", "Margin*")
+    test("cpu", "grid", 20, "grid_test", "*")
+    test("planning", "base device", 20, "device_test", "Planning*:Binning*:PairKeys*:Workspace*:CellSort*:Worlds*")
+    test("tiny", "base grid", 30, "conformance_test",
          "All/Exact.TinySets/*scalar_1_any:All/Invalid.*/grid_scalar_1_any:-*auto*")
-    test("tiny, emulated", "core pipeline", 30, "conformance_test",
+    test("tiny, emulated", "base device", 30, "conformance_test",
          "All/Exact.TinySets/emulated*_1_canonical:All/Invalid.*/emulated*_1_any:"
          "All/Filter.Static*/emulated_grid*_1_any")
-    test("bounds of bodies", "core", 40, "core_test", "BodyBounds*")
-    test("bodies", "core", 180, "conformance_test", "*UpdateBoxes*")
-    test("sinks", "cpu", 60, "conformance_test",
+    test("bounds of bodies", "base", 40, "base_test", "BodyBounds*")
+    test("bodies", "base", 180, "conformance_test", "*UpdateBoxes*")
+    test("sinks", "grid", 60, "conformance_test",
          "All/Consume.*/grid_scalar_3_*:All/Capacity.*/grid_scalar_3_any:StopThat*:-*MorePairs*")
-    test("engine", "pipeline", 120, "pipeline_test", "DiscreteEngine*")
-    test("boxes that move", "cpu", 20, "broad_phase_test", "BroadPhaseMoves*")
-    test("live", "live", 20, "live_test", "*")
-    test("calls", "live api", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
-    test("cost of moving", "live", 60, "comparisons_test", "*MovingComparisons*:Comparisons*")
-    add("soak", "core cpu live", 30, [*soak, "--rounds", "300", "--seed", "3"])
-    add("soak of emulated", "core pipeline", 40,
+    test("engine", "device", 120, "device_test", "DiscreteEngine*")
+    test("boxes that move", "grid", 20, "broad_phase_test", "BroadPhaseMoves*")
+    test("live", "tracking", 20, "tracking_test", "*")
+    test("calls", "tracking api", 120, "broad_phase_test", "-*Soak*:*SameEverywhere*")
+    test("cost of moving", "tracking", 60, "comparisons_test", "*MovingComparisons*:Comparisons*")
+    add("soak", "base grid tracking", 30, [*soak, "--rounds", "300", "--seed", "3"])
+    add("soak of emulated", "base device", 40,
         [*soak, "--rounds", "150", "--seed", "4", "--emulated", "1"])
-    test("exact", "core cpu", 200, "conformance_test",
+    test("exact", "base grid", 200, "conformance_test",
          "All/Exact.*/grid_scalar_1_any:All/Exact.*/grid_avx512_1_any:"
          "All/CellScaleOfMany.*/grid_scalar_1_any:All/Filter.*/grid_scalar_1_any")
-    test("comparisons", "cpu", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
-    test("objects on a device", "pipeline", 120, "pipeline_test", "-DiscreteEngine*")
-    test("emulated", "core pipeline", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
-    test("explain", "api cpu", 40, "conformance_test", "Explain*")
+    test("comparisons", "grid", 60, "comparisons_test", "*/uniform_10000:*/mixed_10000:*/clusters_10000")
+    test("objects on a device", "device", 120, "device_test", "-DiscreteEngine*")
+    test("emulated", "base device", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
+    test("explain", "api grid", 40, "conformance_test", "Explain*")
     test("options of C", "api", 120, "conformance_test", "CApi*:COptions*:CStatus*")
-    test("flat with not flat", "cpu", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
-    test("embedding", "pipeline cpu", 200, "embedding_test", "*")
-    test("large", "cpu core", 300, "large_test", "*")
-    test("conformance", "cpu", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
-    add("soak of many boxes", "core pipeline cpu live", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
-    add("long soak", "core pipeline cpu live", 400, [*soak, "--rounds", "4000", "--seed", "5"])
+    test("flat with not flat", "grid", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
+    test("embedding", "device grid", 200, "embedding_test", "*")
+    test("large", "grid base", 300, "large_test", "*")
+    test("conformance", "grid", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
+    add("soak of many boxes", "base device grid tracking", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
+    add("long soak", "base device grid tracking", 400, [*soak, "--rounds", "4000", "--seed", "5"])
     return found
 
 
 def tests_of_module(mutant, tests):
-    module = mutant.file.split("/")[0] if "/" in mutant.file else "api"
-    if mutant.file in ("core/swept_box.hpp", "core/block_bitmap.hpp"):  # only queries use these
-        module = "live"
-    return [test for test in tests if module in test[1]]
+    """The tests of the mutant's module, and of those that share its code."""
+    modules = {mutant.file.split("/")[0]}
+    if modules & {"base", "grid", "bodies"}:
+        modules = {"base", "grid"}
+    if mutant.file.startswith("device/plan/"):
+        modules.add("base")
+    if mutant.file in ("base/swept_box.hpp", "base/block_bitmap.hpp"):  # only queries use these
+        modules = {"tracking"}
+    return [test for test in tests if modules & set(test[1])]
 
 
 def limit_time(seconds):

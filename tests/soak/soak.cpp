@@ -10,8 +10,8 @@
 
 #include <unistd.h>
 
+#include "apps/scenes/npy.hpp"
 #include "broad_phase/call_sequence.hpp"
-#include "scene/npy.hpp"
 #include "support/minimise.hpp"
 #include "support/oracle.hpp"
 
@@ -72,7 +72,7 @@ void report_case(const std::string& folder, const Case& found, std::size_t confi
   save(folder + "/difference_test.cpp", test.data(), test.size());
   const auto write = [&](const std::string& name, const Set& set) {
     const std::string path = folder + "/difference_" + name + ".npy";
-    scene::write_boxes(path, set.boxes.data(), 1, set.size());
+    scenes::write_boxes(path, set.boxes.data(), 1, set.size());
     std::printf("  wrote %s: throng check %s\n", path.c_str(), path.c_str());
   };
   write("a", c.a);

@@ -5,7 +5,7 @@
 
 #include <throng/boxes.hpp>
 
-#include "scene/scene.hpp"
+#include "apps/scenes/scene.hpp"
 
 namespace throng::tests {
 
@@ -13,8 +13,8 @@ struct SceneBoxes {
   std::vector<Box> boxes;
   std::vector<std::int32_t> worlds;
 
-  explicit SceneBoxes(const scene::Spec& spec, std::size_t frame = 0) {
-    const scene::Scene made(spec);
+  explicit SceneBoxes(const scenes::Spec& spec, std::size_t frame = 0) {
+    const scenes::Scene made(spec);
     boxes.resize(made.size());
     made.frame(frame, boxes.data());
     for (std::size_t i = 0; i < boxes.size() && made.has_worlds(); ++i)

@@ -1,0 +1,91 @@
+#include "grid/all_pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/pair_index.hpp"
+#include "base/threads.hpp"
+#include "grid/emit/worker.hpp"
+
+namespace throng::grid {
+
+void BoxTiles::load(const Search& search, const BoxSubset& side, bool is_targets,
+                    BinReport& report) {
+  count_ = side.count;
+  // Readable one tile beyond the last box.
+  row_ = (std::size_t{count_} + 2 * tile_boxes - 1) / tile_boxes * tile_boxes;
+  float* floats = floats_.ensure(6 * row_);
+  std::uint32_t* ids = ids_.ensure(row_);
+  constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t i = 0; i < row_; ++i) {
+    Box box{{nothing, nothing, nothing}, {nothing, nothing, nothing}};
+    ids[i] = 0;
+    if (i < count_) {
+      const std::uint32_t id = side.id(static_cast<std::uint32_t>(i));
+      const Box given = (*side.boxes)[id];
+      ids[i] = side.label(static_cast<std::uint32_t>(i));
+      if (base::is_active(given)) {
+        box = search.margin != 0 ? base::expand(given, search.margin) : given;
+      } else {
+        report.add_inactive(id, base::has_nan(given), is_targets);
+      }
+    }
+    const float corner[6] = {box.lower.x, box.lower.y, box.lower.z,
+                             box.upper.x, box.upper.y, box.upper.z};
+    for (int k = 0; k < 6; ++k) floats[k * row_ + i] = corner[k];
+  }
+}
+
+Tile BoxTiles::tile(std::uint32_t index) const noexcept {
+  const std::size_t first = std::size_t{index} * tile_boxes;
+  Tile tile;
+  for (int k = 0; k < 6; ++k) tile.corner[k] = floats_.data() + k * row_ + first;
+  tile.id = ids_.data() + first;
+  tile.count = static_cast<std::uint32_t>(std::min<std::size_t>(tile_boxes, count_ - first));
+  return tile;
+}
+
+void load_all_pairs(Search& search, const Problem& problem, Worker* const* team,
+                    BinReport& report) {
+  search.guarded([&] {
+    team[0]->query_floats.load(search, problem.queries, false, report);
+    if (problem.targets.count) team[0]->target_floats.load(search, problem.targets, true, report);
+  });
+}
+
+void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
+                    unsigned task_count) {
+  const BoxTiles& queries = team[0]->query_floats;
+  const BoxTiles& targets = team[0]->target_floats;
+  const std::uint64_t rows = problem.queries.count ? queries.tile_count() : 0;
+  const std::uint64_t columns = problem.targets.count ? targets.tile_count() : 0;
+  // Tile pairs including the diagonal are the strict upper triangle of one more row: (r, c + 1).
+  const std::uint64_t triangle = problem.self ? rows * (rows + 1) / 2 : 0;
+  const std::uint64_t work = triangle + rows * columns;
+  // Each term is below 2^32 squared over a tile squared, so the sum fits 64 bits. A tile index fits
+  // 32 bits, as a box index does.
+  constexpr std::uint64_t boxes = BoxTiles::tile_boxes;
+  static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
+  team[0]->visited += box_count(problem);
+  AtomicCounter turns(work);
+  auto task = [&](unsigned t) {
+    team[t]->use_brute_force(problem.parent);
+    for (std::uint64_t k; turns.take(k) && !search.over();) {
+      if (k < triangle) {
+        const Pair at = base::pair_of_row_index(k, rows + 1);
+        const std::uint32_t r = at.first;
+        const std::uint32_t c = at.second - 1;
+        search.kernels->all_pairs(queries.tile(r), queries.tile(c), r == c, search.forward(),
+                                  *team[t]);
+      } else {
+        const std::uint64_t cell = k - triangle;
+        search.kernels->all_pairs(queries.tile(static_cast<std::uint32_t>(cell / columns)),
+                                  targets.tile(static_cast<std::uint32_t>(cell % columns)), false,
+                                  search.forward(), *team[t]);
+      }
+    }
+  };
+  run_tasks(*search.executor, task_count, task);
+}
+
+}  // namespace throng::grid

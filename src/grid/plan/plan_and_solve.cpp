@@ -1,0 +1,76 @@
+// Makes a problem's plan from a sample, and solves a problem on one worker.
+#include <algorithm>
+
+#include "base/prefetch.hpp"
+#include "grid/bin/grid.hpp"
+
+namespace throng::grid {
+namespace {
+
+// Samples boxes evenly, with jitter against regular patterns in their order. They are scattered, so
+// all are prefetched before the first is read.
+std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::uint32_t wanted,
+                            Box* out) {
+  const std::uint32_t count = std::min(wanted, side.count);
+  if (count == 0) return 0;
+  const Boxes& boxes = *side.boxes;
+  const char* const packed = boxes.packed_data();
+  // Sampling distance in units of 2^-32; the jitter is 0 if all boxes are taken.
+  const std::uint64_t step = (std::uint64_t{side.count} << 32) / count;
+  const std::uint64_t gap = step >> 32;
+  std::uint32_t ids[base::max_sample];
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint64_t jitter = (i * 0x9e3779b1u) * gap >> 32;
+    const std::uint64_t at = (i * step >> 32) + jitter;
+    ids[i] = side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1)));
+    if (!packed) continue;
+    const char* const box = packed + ids[i] * boxes.stride_bytes();
+    prefetch_l2(box);
+    prefetch_l2(box + sizeof(Box) - sizeof(float));
+  }
+  std::uint32_t taken = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    out[taken] = search.box(boxes, ids[i]);
+    taken += base::is_active(out[taken]);
+  }
+  return taken;
+}
+
+}  // namespace
+
+base::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
+  const std::uint64_t queries = problem.queries.count, targets = problem.targets.count;
+  const std::uint64_t boxes = queries + targets;
+  if (boxes <= base::all_pairs_limit || forced == Algorithm::all_pairs) {
+    base::Stats few;
+    few.query_count = queries;
+    few.target_count = boxes;
+    if (forced != Algorithm::grid)
+      return base::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
+  }
+  const std::uint32_t wanted = sample_size(boxes);
+  Box sample[base::max_sample];
+  const auto query_share =
+      static_cast<std::uint32_t>(wanted * queries / std::max<std::uint64_t>(boxes, 1));
+  const std::uint32_t first = std::max(query_share, std::min(wanted / 8, problem.queries.count));
+  std::uint32_t count = sample_subset(search, problem.queries, std::min(first, wanted), sample);
+  count += sample_subset(search, problem.targets, wanted - std::min(first, wanted), sample + count);
+  return base::plan(base::measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
+                    search.cell_scale);
+}
+
+void solve_on_one_worker(Search& search, const Problem& problem, const base::GridPlan& plan,
+                         Worker& worker, unsigned depth) {
+  Worker* const team[] = {&worker};
+  BinReport ignored;  // reported when the lists were made
+  if (plan.all_pairs) {
+    load_all_pairs(search, problem, team, ignored);
+    find_all_pairs(search, problem, team, 1);
+    return;
+  }
+  BinnedGrid& space = worker.scratch(depth).space;
+  space.bin(search, problem, plan, team, 1, ignored);
+  if (!search.failed()) space.find(search, problem, plan, team, 1, depth);
+}
+
+}  // namespace throng::grid

@@ -1,0 +1,102 @@
+// The search of one column of a grid: its boxes are arranged as strips (strips.cpp), which are
+// swept (column.cpp).
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "grid/bin/filter_classes.hpp"
+#include "grid/bin/grid.hpp"
+#include "grid/sweep/record_prefetcher.hpp"
+
+namespace throng::grid {
+
+// Counts of a column fit 32 bits: each box of a subset is in a column at most once, so there are at
+// most max_box_count records, and padding indices fit, too. Both subsets together may exceed 32
+// bits: the sum is only formed if labels are offset.
+static_assert(max_box_count + strip_padding + 63 <= 0xffffffffu);
+
+// The bits that mark the set of a box in a mixed strip: above those of the column, as no nested
+// grid is used.
+constexpr unsigned subset_bit = 3;
+static_assert(subset_bit + 2 <= FilterClasses::first_bit);
+
+// One worker's search through columns.
+class ColumnSearch {
+ public:
+  ColumnSearch(Search& search, const Problem& problem, const base::GridPlan& plan,
+               BinnedGrid& space, Worker& worker, unsigned depth)
+      : search_(search),
+        problem_(problem),
+        plan_(plan),
+        grid_(space),
+        worker_(worker),
+        scratch_(worker.scratch(depth)),
+        depth_(depth) {}
+
+  // `next`: the column after it, to prefetch, or RecordPrefetcher::no_column.
+  void run(std::uint32_t column, std::uint32_t next);
+
+ private:
+  // A column's boxes of one subset, as stored.
+  struct ColumnBoxes {
+    std::uint32_t first_segment, segment_count, records;
+  };
+  ColumnBoxes collect(std::uint32_t column, unsigned side);
+  std::span<const Segment> segments(const ColumnBoxes& raw) const {
+    return {scratch_.segments.data() + raw.first_segment, raw.segment_count};
+  }
+  ColumnBoxes thin_out(const ColumnBoxes& many, const ColumnBoxes& few);
+  // A strip under construction, of one subset or of both.
+  struct Part {
+    std::span<const ColumnBoxes> raw;
+    unsigned side;
+    StripStorage& storage;
+    Strip strip = {};
+  };
+  struct Range {
+    std::uint32_t least, most;
+  };
+  Range quantized_range(std::span<const Part> parts) const;
+  void set_buckets(Range quantized_range, std::uint32_t wanted, Strip& strip) const;
+  template <class F>
+  void each_record(const Segment& segment, const F& f);
+  void count(Part& part);
+  bool clustered(std::span<const Part> parts) const;
+  void arrange(Part& part);
+  void sort(std::span<Part> parts);
+  bool sweep_mixed(std::uint32_t column, std::span<const ColumnBoxes> sides);
+  void fill(Strip& strip, unsigned side, StripStorage& storage) const;
+  void sweep(Sweep args);
+  void sweep_against(const Strip& from, const Strip& to, bool skip_own_bucket,
+                     Orientation orientation);
+  void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
+
+  // The filter classes, if the records' bits can represent them.
+  const FilterClasses* classes_in_masks() const {
+    return search_.filter_classes && search_.filter_classes->masks_cover_some()
+               ? search_.filter_classes
+               : nullptr;
+  }
+  // With offset labels the lesser one is a query's.
+  Orientation forward() const {
+    return problem_.target_id_offset ? Orientation::unordered : search_.forward();
+  }
+  Orientation backward() const {
+    return problem_.target_id_offset ? Orientation::unordered : search_.backward();
+  }
+
+  Search& search_;
+  const Problem& problem_;
+  const base::GridPlan& plan_;
+  BinnedGrid& grid_;
+  Worker& worker_;
+  RecursionScratch& scratch_;
+  unsigned depth_;
+  bool mixed_ = false;                          // the current strip has boxes of both sets
+  std::uint32_t skip_limit_ = 0, skipped_ = 0;  // columns to skip before the next attempt, and
+                                                // skipped so far
+  RecordPrefetcher ahead_;
+};
+
+}  // namespace throng::grid

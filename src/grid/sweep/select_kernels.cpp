@@ -1,0 +1,51 @@
+// Chooses the instruction set of a call: the caller's, that of THRONG_ISA, or the widest.
+#include <cstdlib>
+#include <cstring>
+
+#include "grid/sweep/kernel_table.hpp"
+
+namespace throng {
+
+const char* to_string(Isa isa) noexcept {
+  switch (isa) {
+    case Isa::automatic:
+      return "auto";
+    case Isa::scalar:
+      return "scalar";
+    case Isa::sse4:
+      return "sse4";
+    case Isa::avx2:
+      return "avx2";
+    case Isa::avx512:
+      return "avx512";
+    case Isa::neon:
+      return "neon";
+  }
+  return "unknown";
+}
+
+namespace grid {
+namespace {
+
+const Kernels* widest() noexcept {
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon}) {
+    if (const Kernels* k = simd_kernels(isa)) return k;
+  }
+  return &scalar_kernels;
+}
+
+}  // namespace
+
+const Kernels* find_kernels(Isa isa) noexcept {
+  if (isa == Isa::scalar) return &scalar_kernels;
+  if (isa != Isa::automatic) return simd_kernels(isa);
+  const char* name = std::getenv("THRONG_ISA");
+  if (!name || !*name || std::strcmp(name, "auto") == 0) return widest();
+  for (const Isa known : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (std::strcmp(name, to_string(known)) == 0) return find_kernels(known);
+  }
+  return nullptr;
+}
+
+}  // namespace grid
+}  // namespace throng

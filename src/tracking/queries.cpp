@@ -1,0 +1,350 @@
+#include "tracking/queries.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+#include "base/packed_box.hpp"
+#include "base/threads.hpp"
+#include "grid/emit/pair_sink.hpp"
+#include "tracking/conservative_ray_test.hpp"
+#include "tracking/grid_traversal.hpp"
+#include "tracking/radix_sort.hpp"
+
+namespace throng::tracking {
+namespace {
+
+// Minimum queries for a second thread.
+constexpr std::size_t min_parallel_queries = 64;
+// Prefetch distance, in queries.
+constexpr std::size_t ahead = 8;
+
+// Up to this many objects, a sweep loops over all instead of traversing cells.
+constexpr std::size_t max_linear_objects = 256;
+
+// Cost model (see tracker.cpp), ns per object: in a loop over all, and in a list.
+constexpr double object_ns = 1.6, listed_object_ns = 30;
+
+double cost_of_all(const Objects& objects) noexcept {
+  return object_ns * static_cast<double>(objects.limit());
+}
+double cost_of_changed(const Columns& columns) noexcept {
+  return listed_object_ns * static_cast<double>(columns.changed.size());
+}
+double cost_of(const Columns& columns, const Box& box) noexcept {
+  return columns.look.cost(columns.look.columns_in(box)) + cost_of_changed(columns);
+}
+// A sweep is divided into as many pieces as it crosses columns.
+double pieces(const Columns& columns, const Sweep& s) noexcept {
+  const Vec3& at = s.box.lower;
+  return columns.look.columns_between(at, {at.x + s.by.x, at.y + s.by.y, at.z + s.by.z}) + 1.0;
+}
+double cost_of(const Columns& columns, const Sweep& sweep) noexcept {
+  const double count = pieces(columns, sweep);
+  const Box piece = base::SweptBounds(sweep)(0, 1 / count);
+  return count * columns.look.cost(columns.look.columns_in(piece)) + cost_of_changed(columns);
+}
+template <class Query>
+double min_cost(const Objects& objects, const std::optional<Columns>& columns,
+                const Query& query) noexcept {
+  const double all = cost_of_all(objects);
+  return columns ? std::min(all, cost_of(*columns, query)) : all;
+}
+template <class Query>
+bool columns_pay(const QueryIndex& query_index, const Objects& objects,
+                 const Query& query) noexcept {
+  return query_index.cost(objects, query) < cost_of_all(objects);
+}
+
+// Which objects a query may report.
+class FilterCheck {
+ public:
+  FilterCheck(const Objects& objects, const Filters& filters) noexcept
+      : objects_(objects), filters_(filters) {}
+
+  Filter filter(std::size_t query) const noexcept {
+    Filter f;
+    load_filter(f, filters_, query);
+    return f;
+  }
+  // If no object has a filter, none is read.
+  bool operator()(const Filter& query, ObjectId id) const noexcept {
+    return allows(query, has_filters_ ? objects_.filter(id) : Filter{});
+  }
+
+ private:
+  const Objects& objects_;
+  const Filters& filters_;
+  const bool has_filters_ = objects_.has_filters();
+};
+
+}  // namespace
+
+void load_filter(Filter& f, const Filters& from, std::size_t i) noexcept {
+  if (from.group) f.group = from.group[i];
+  if (from.mask) f.mask = from.mask[i];
+  if (from.owner) f.owner = from.owner[i];
+  if (from.world) f.world = from.world[i];
+  if (from.is_static) f.is_static = from.is_static[i];
+}
+
+double QueryIndex::cost(const Objects& objects, const Box& box) const noexcept {
+  return min_cost(objects, columns, box);
+}
+double QueryIndex::cost(const Objects& objects, const Sweep& sweep) const noexcept {
+  return min_cost(objects, columns, sweep);
+}
+
+Queries::Queries(grid::Engine& engine) noexcept
+    : engine_(engine),
+      found_(engine.memory()),
+      overlaps_(engine.memory()),
+      hits_(engine.memory()) {}
+
+// State of an overlap query, prepared ahead to prefetch its cells.
+struct Queries::OverlapState {
+  Cells::Worlds worlds;
+  Cells::CandidateBuckets candidates;
+};
+
+// The same for a sweep.
+struct Queries::SweepState {
+  base::SweptBounds cover;
+  GridTraversal traversal;
+};
+
+// Calls prepare(i, state) and later run_one(i, state, list, work) for every query, in order within
+// a task. Concatenates the lists in hits_ and returns the total work. Results of one query are
+// sorted by id, without duplicates.
+template <class State, class Prepare, class Run>
+Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
+                  grid::Cancellation& stop, Prepare&& prepare, Run&& run_one) {
+  hits_.clear();
+  tasks = count < min_parallel_queries ? 1 : tasks;
+  found_.make(tasks);
+  grid::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
+    PodVector<SweepHit>& found = found_[t].hits;
+    Work work;
+    found.clear();
+    State states[ahead];
+    const std::size_t first = count * t / tasks, end = count * (t + 1) / tasks;
+    for (std::size_t i = first; i < std::min(first + ahead, end); ++i)
+      prepare(i, states[i % ahead]);
+    for (std::size_t i = first; i < end; ++i) {
+      if (stop()) break;
+      const std::size_t before = found.size();
+      run_one(i, states[i % ahead], found, work);
+      if (i + ahead < end) prepare(i + ahead, states[i % ahead]);
+      const std::size_t more = found.size() - before;
+      if (more >= radix_sort_threshold) found.reserve(found.size() + more);  // scratch for the sort
+      SweepHit* const begin = found.begin() + before;
+      sort_hits(begin, found.end(), more, limit);
+      const auto same = [](const SweepHit& a, const SweepHit& b) { return a.object == b.object; };
+      SweepHit* const last = std::unique(begin, found.end(), same);
+      found.resize(static_cast<std::size_t>(last - found.begin()));
+    }
+    found_[t].work = work;
+  });
+  std::size_t total = 0;
+  for (unsigned t = 0; t < tasks; ++t) total += found_[t].hits.size();
+  hits_.reserve(total);
+  Work work;
+  for (unsigned t = 0; t < tasks; ++t) {
+    hits_.push(found_[t].hits);
+    work += found_[t].work;
+  }
+  return work;
+}
+
+Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_index,
+                            const Boxes& boxes, const Executor& executor, unsigned tasks,
+                            grid::Cancellation& stop) {
+  // Overlaps are collected in hits_, which is cleared on exit, also when memory runs out.
+  struct ClearOnExit {
+    PodVector<SweepHit>& hits;
+    ~ClearOnExit() { hits.clear(); }
+  } const clear_on_exit{hits_};
+  const Cells* const cells = query_index.cells;
+  const FilterCheck allowed(objects, boxes.filters);
+  const bool expanded = objects.margin() != 0;
+  const auto prepare = [&](std::size_t i, OverlapState& look) {
+    const Box box = boxes[i];
+    if (!cells || !base::is_active(box)) return;
+    look.worlds = worlds_of(objects, allowed.filter(i));
+    cells->candidates(box, look.worlds, look.candidates);
+  };
+  const auto run_one = [&](std::size_t i, OverlapState& look, PodVector<SweepHit>& found,
+                           Work& work) {
+    const Box box = boxes[i];
+    if (!base::is_active(box)) return;
+    const Filter filter = allowed.filter(i);
+    const auto take = [&](ObjectId id) {
+      if (allowed(filter, id)) found.append({static_cast<std::uint32_t>(i), id, 0});
+    };
+    const auto test_object = [&](ObjectId id) {
+      ++work.compared;
+      const bool overlaps =
+          grid::overlap_in_memory(reinterpret_cast<const char*>(&box),
+                                  reinterpret_cast<const char*>(&objects.body(id).box));
+      if (overlaps && objects.is_active(id)) take(id);
+    };
+    // Both indexes store the boxes with their margin.
+    const auto find = [&](ObjectId id) { expanded ? test_object(id) : take(id); };
+    if (cells) {
+      cells->search(box, look.worlds, look.candidates, work, find);
+    } else if (query_index.forest) {
+      query_index.forest->search(box, filter, work, find);
+    } else if (columns_pay(query_index, objects, box)) {
+      work.visited += query_index.columns->look.each(box, test_object);
+      for (const ObjectId id : query_index.columns->changed) test_object(id);
+    } else {
+      for (std::size_t id = 0; id < objects.limit(); ++id) test_object(static_cast<ObjectId>(id));
+    }
+  };
+  const Work work =
+      run<OverlapState>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, run_one);
+  overlaps_.clear();
+  overlaps_.reserve(hits_.size());
+  for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
+  return work;
+}
+
+namespace {
+
+// Collects the hits of one sweep among candidate objects.
+class HitCollector {
+ public:
+  HitCollector(const Objects& objects, const Sweeps& sweeps, const FilterCheck& allowed,
+               std::size_t i, PodVector<SweepHit>& found) noexcept
+      : sweep(sweeps.data[i]),
+        filter(allowed.filter(i)),
+        objects_(objects),
+        allowed_(allowed),
+        test_(sweeps.test),
+        only_first_(sweeps.which == SweepHits::first),
+        expanded_(objects.margin() != 0),
+        sweep_index_(static_cast<std::uint32_t>(i)),
+        best_{sweep_index_, none, 2},
+        found_(found) {}
+
+  // Time of the first hit so far, or 2.
+  const double& first() const noexcept { return best_.time; }
+  void test_object(ObjectId id) {
+    const Box& box = objects_.body(id).box;
+    if (base::is_active(box)) test_box(id, box);
+  }
+  // Box k of a line, which may include a margin.
+  void test_object(const CellLine& line, std::uint32_t k) {
+    test_box(line.id[k], expanded_ ? objects_.body(line.id[k]).box : line.box(k));
+  }
+  // Tests all objects.
+  void test_all(const base::SweptBounds& cover, Work& work) {
+    work.visited += objects_.limit();
+    ConservativeRayTest(RayTestTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) {
+      test_object(id);
+    });
+  }
+  void finish() {
+    if (only_first_ && best_.object != none) found_.append(best_);
+  }
+
+  const Sweep& sweep;
+  const Filter filter;
+  double begin = 0;  // hits up to this time were reported by earlier pieces; 0: the first piece
+
+ private:
+  bool is_better(double time, ObjectId id) const noexcept {
+    return time < best_.time || (time == best_.time && id < best_.object);
+  }
+  void test_box(ObjectId id, const Box& box) {
+    if (!allowed_(filter, id)) return;
+    const base::ContactInterval t = base::contact_interval(sweep, box);
+    if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
+    if (only_first_ && !is_better(t.enter, id)) return;
+    double time = t.enter;
+    if (test_.when) {
+      const double tested_time = test_.when(test_.context, sweep_index_, id, time);
+      if (!(tested_time <= 1)) return;
+      time = std::max(time, tested_time);
+    }
+    if (!only_first_)
+      found_.append({sweep_index_, id, time});
+    else if (is_better(time, id))
+      best_ = {sweep_index_, id, time};
+  }
+
+  const Objects& objects_;
+  const FilterCheck& allowed_;
+  const SweepTest& test_;
+  const bool only_first_, expanded_;
+  const std::uint32_t sweep_index_;
+  SweepHit best_;
+  PodVector<SweepHit>& found_;
+};
+
+}  // namespace
+
+Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
+                        const Executor& executor, unsigned tasks, grid::Cancellation& stop,
+                        std::uint64_t& far) {
+  const FilterCheck allowed(objects, sweeps.filters);
+  const bool only_first = sweeps.which == SweepHits::first;
+  far = 0;
+  if (query_index.cells && objects.limit() > max_linear_objects) {
+    std::atomic<std::uint64_t> far_cell_count{0};
+    const auto prepare = [&](std::size_t i, SweepState& state) {
+      const Sweep& sweep = sweeps.data[i];
+      if (!base::is_active(sweep.box)) return;
+      state.cover = base::SweptBounds(sweep);
+      state.traversal.start(*query_index.cells, query_index.blocks,
+                            worlds_of(objects, allowed.filter(i)), sweep, state.cover, only_first);
+    };
+    const auto run_one = [&](std::size_t i, SweepState& state, PodVector<SweepHit>& found,
+                             Work& work) {
+      if (!base::is_active(sweeps.data[i].box)) return;
+      HitCollector collector(objects, sweeps, allowed, i, found);
+      const auto look = [&](const CellLine& line, std::uint32_t k) {
+        collector.test_object(line, k);
+      };
+      if (!state.traversal.traverse(collector.first(), work, look))
+        collector.test_all(state.cover, work);
+      if (state.traversal.far_cell_count() != 0)
+        far_cell_count.fetch_add(state.traversal.far_cell_count(), std::memory_order_relaxed);
+      collector.finish();
+    };
+    const Work work =
+        run<SweepState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
+    far = far_cell_count;
+    return work;
+  }
+  struct NoState {};
+  const auto prepare = [](std::size_t, NoState&) {};
+  const auto run_one = [&](std::size_t i, NoState&, PodVector<SweepHit>& found, Work& work) {
+    const Sweep& sweep = sweeps.data[i];
+    if (!base::is_active(sweep.box)) return;
+    const base::SweptBounds cover(sweep);
+    HitCollector collector(objects, sweeps, allowed, i, found);
+    if (query_index.forest) {
+      query_index.forest->cast(
+          sweep, cover, collector.filter, only_first, collector.first(), work,
+          [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); });
+    } else if (!query_index.cells && columns_pay(query_index, objects, sweep)) {
+      const auto test_object = [&](ObjectId id) {
+        ++work.compared;
+        collector.test_object(id);
+      };
+      for (const ObjectId id : query_index.columns->changed) test_object(id);
+      const double piece = 1 / pieces(*query_index.columns, sweep);
+      for (double end; collector.begin != 1; collector.begin = end) {
+        end = std::min(collector.begin + piece, 1.0);
+        work.visited += query_index.columns->look.each(cover(collector.begin, end), test_object);
+        if (collector.first() <= end) break;  // later hits are not the first
+      }
+    } else {
+      collector.test_all(cover, work);
+    }
+    collector.finish();
+  };
+  return run<NoState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
+}
+
+}  // namespace throng::tracking

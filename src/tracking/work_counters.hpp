@@ -1,0 +1,20 @@
+// Work counters of a search.
+#pragma once
+
+#include <cstdint>
+
+namespace throng::tracking {
+
+struct Work {
+  std::uint64_t compared = 0;  // boxes, empty places of a line included
+  std::uint64_t visited = 0;   // cells and tree nodes
+
+  Work& operator+=(const Work& other) noexcept {
+    compared += other.compared;
+    visited += other.visited;
+    return *this;
+  }
+  std::uint64_t total() const noexcept { return compared + visited; }
+};
+
+}  // namespace throng::tracking

@@ -1,0 +1,88 @@
+// A grid alone: boxes binned by several tasks, then searched.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "base/per_thread.hpp"
+#include "base/threads.hpp"
+#include "grid/bin/grid.hpp"
+#include "support/hard_boxes.hpp"
+
+namespace throng::grid {
+
+class SearchedGrid {
+ public:
+  struct How {
+    unsigned tasks = 1;
+    float cell_scale = 1;
+    Isa isa = Isa::automatic;
+    std::size_t stream_min_bytes = default_stream_bytes;
+  };
+  // One set or, with `others`, two.
+  SearchedGrid(const tests::BoxList& boxes, const tests::BoxList& others, How how)
+      : view_(boxes), others_(others), grid_(memory_), workers_(memory_) {
+    Search search;
+    search.two_sets = !others.empty();
+    search.a = &view_;
+    search.b = search.two_sets ? &others_ : &view_;
+    search.kernels = find_kernels(how.isa);
+    search.executor = &default_executor();
+    search.memory = &memory_;
+    search.cell_scale = how.cell_scale;
+    search.stream_min_bytes = how.stream_min_bytes;
+    Problem problem;
+    problem.queries = {&view_, nullptr, static_cast<std::uint32_t>(boxes.size())};
+    problem.targets = {&others_, nullptr, static_cast<std::uint32_t>(others.size())};
+    problem.self = !search.two_sets;
+    plan_ = make_plan(search, problem, Algorithm::grid);
+    Worker* const* const team = workers_.make(how.tasks);
+    const auto begin = [&] {
+      for (unsigned t = 0; t < how.tasks; ++t) team[t]->begin(search);
+    };
+    begin();
+    BinReport report;
+    grid_.bin(search, problem, plan_, team, how.tasks, report);
+    inactive_ = report.inactive;
+    std::vector<Pair> spill;
+    for (bool room = false; !room;) {
+      spill.resize(BufferSink::spill_for(how.tasks, pairs_.size()));
+      BufferSink sink(pairs_.data(), pairs_.size(), spill.data(), spill.size());
+      search.sink = &sink;
+      begin();
+      grid_.find(search, problem, plan_, team, how.tasks, 0);
+      for (unsigned t = 0; t < how.tasks; ++t) team[t]->finish();
+      sink.close();
+      room = sink.found() <= pairs_.size();
+      pairs_.resize(static_cast<std::size_t>(sink.found()));
+    }
+    buffered_ = team[0]->bin_buffers.capacity() != 0;
+    EXPECT_FALSE(search.failed());
+  }
+  explicit SearchedGrid(const tests::BoxList& boxes, How how) : SearchedGrid(boxes, {}, how) {}
+
+  const BinnedGrid& grid() const { return grid_; }
+  const base::GridPlan& plan() const { return plan_; }
+  std::uint64_t inactive() const { return inactive_; }
+  // Whether records were written through buffers.
+  bool buffered() const { return buffered_; }
+  std::vector<Pair> sorted_pairs() const {
+    std::vector<Pair> sorted = pairs_;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted;
+  }
+
+ private:
+  Memory memory_{std::pmr::new_delete_resource(), 0};
+  Boxes view_, others_;
+  BinnedGrid grid_;
+  PerThread<Worker> workers_;
+  base::GridPlan plan_;
+  std::uint64_t inactive_ = 0;
+  bool buffered_ = false;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace throng::grid
