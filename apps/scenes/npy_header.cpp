@@ -103,7 +103,7 @@ class Literal {
     if (quote != '\'' && quote != '"') fail("no quoted word where one belongs");
     const char* begin = ++at_;
     while (at_ != end_ && *at_ != quote) ++at_;
-    if (at_ == end_ || at_ - begin > 64) fail("a word without an end");
+    if (at_ == end_ || at_ - begin > 64) fail("an unterminated word");
     std::string text;
     for (const char* c = begin; c != at_; ++c) text += *c >= ' ' && *c <= '~' ? *c : '?';
     ++at_;

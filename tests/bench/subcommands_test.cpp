@@ -106,7 +106,7 @@ TEST(Frames, BadInputIsRefused) {
   };
   refuses({"frames"}, "--library: found none");
   refuses({"frames", "--library", "none"}, "found 'none', wanted one of: " + library);
-  refuses({"frames", "--library", library, "--scene", "cube"}, "no scene is called 'cube'");
+  refuses({"frames", "--library", library, "--scene", "cube"}, "no scene has the name 'cube'");
   refuses({"frames", "--library", library, "--scene", "worlds"}, "one world");
   refuses({"frames", "--library", library, "--objects", "0"}, "--objects: found 0");
   refuses({"frames", "--library", library, "--objects", "5X"}, "--objects: found '5X'");
@@ -178,7 +178,7 @@ TEST(Commands, SearchIsTheDefault) {
   const Output output = run({"--scene", "nothing"});
   EXPECT_EQ(output.status, 2);
   ASSERT_FALSE(output.lines.empty());
-  EXPECT_EQ(output.lines.back().rfind("throng-bench search: no scene is called 'nothing'", 0), 0u)
+  EXPECT_EQ(output.lines.back().rfind("throng-bench search: no scene has the name 'nothing'", 0), 0u)
       << output.lines.back();
 }
 

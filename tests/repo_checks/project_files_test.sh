@@ -10,7 +10,7 @@ python3 -c 'import yaml' 2> /dev/null || exit 0
 sound_tree() {
   rm -rf "$tree/root"
   mkdir -p "$tree/root/scripts"
-  (cd "$root" && tar -cf - .github .pre-commit-config.yaml .devcontainer .editorconfig scripts) | tar -xf - -C "$tree/root"
+  tar -C "$root" -cf - .github .pre-commit-config.yaml .devcontainer .editorconfig scripts | tar -xf - -C "$tree/root"
 }
 refused() {  # file, sed expression, what the message must say
   sound_tree

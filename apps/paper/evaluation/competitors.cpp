@@ -49,7 +49,7 @@ CompetitorRun run_competitor(const Lab& lab, const std::string& competitor, cons
   CompetitorRun competitor_run;
   const std::vector<std::string> arguments = {"frames",
                                               "--library",
-                                              rival,
+                                              competitor,
                                               "--scene",
                                               "column",
                                               "--objects",

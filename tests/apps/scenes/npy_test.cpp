@@ -233,7 +233,7 @@ std::vector<Bad> bad_files() {
       {"number for tuple", file("<f4", "6", v), "'('"},
       {"open tuple", with_header(head + "(1, 6", v), "comma"},
       {"open dictionary", with_header(head + "(1, 6)", v), "comma"},
-      {"open word", with_header("{'descr", v), "unending"},
+      {"open word", with_header("{'descr", v), "unterminated"},
       {"no shape", with_header("{'descr': '<f4', 'fortran_order': False}", v), "no 'shape'"},
       {"no descr", with_header("{'fortran_order': False, 'shape': (1, 6)}", v), "no 'descr'"},
       {"no order", with_header("{'descr': '<f4', 'shape': (1, 6)}", v), "no 'fortran_order'"},

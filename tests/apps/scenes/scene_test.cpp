@@ -162,7 +162,7 @@ TEST(Spec, ErrorsNameTheValue) {
     EXPECT_NE(said(spec_of("uniform", 10, d)).find("density"), std::string::npos) << d;
   }
   EXPECT_EQ(said(spec_of("uniform", 10, 1e300)),
-            "a density of 1e+300 pairs a box; wanted 1e-09 to 1000000, or 0 for the scene's own");
+            "a density of 1e+300 pairs per box; wanted 1e-09 to 1000000, or 0 for the scene's default");
   for (double m : {-0.1, 1.1, nan}) {
     Spec spec = spec_of("uniform", 10);
     spec.moving = m;

@@ -155,7 +155,7 @@ TEST_F(Replay, calls_of_a_broad_phase) {
     corrupt_result(first, 16 + 6 * 8);
     const ProcessOutput output = run({"replay", first});
     EXPECT_EQ(output.status, 1) << output.out;
-    EXPECT_NE(output.out.find("began and ended"), std::string::npos) << output.out;
+    EXPECT_NE(output.out.find("begin and end events"), std::string::npos) << output.out;
   }
 }
 
