@@ -173,7 +173,7 @@ std::string owner_cell() {
 }
 
 // Persistent objects: the cost of moving one.
-std::string live() {
+std::string persistent_objects() {
   std::vector<Box> boxes = random_boxes();
   BroadPhase broad_phase;
   std::vector<ObjectId> ids(boxes.size());
@@ -237,8 +237,8 @@ int run(const std::string& folder) {
   write("triangle.svg", triangle());
   write("columns.svg", columns());
   write("sweep.svg", sweep());
-  write("home.svg", owner_cell());
-  write("live.svg", live());
+  write("owner_cell.svg", owner_cell());
+  write("persistent_objects.svg", persistent_objects());
   write("moving.svg", moving());
   return 0;
 }
