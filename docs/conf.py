@@ -9,7 +9,7 @@ sys.path.insert(0, str(root / "python"))
 
 project = "Throng"
 author = "the authors of Throng"
-copyright = "the authors of Throng, MIT licence"
+copyright = "the authors of Throng, MIT license"
 release = version = re.search(
     r'THRONG_VERSION "([^"]+)"', (root / "include/throng/version.hpp").read_text()
 ).group(1)

@@ -60,8 +60,8 @@ int main() {
   CHECK(static_cast<double>(box.upper.x) >= 0.7);
 
   // snippet-begin: exact
-  // Plates, a micrometre thick, a thousand kilometres from the origin. Every second plate begins
-  // where the previous one ends; the others begin a nanometre later.
+  // Plates, a micrometer thick, a thousand kilometers from the origin. Every second plate begins
+  // where the previous one ends; the others begin a nanometer later.
   std::vector<throng::DoubleBox> plates;
   double x = 1e6;
   for (int i = 0; i < 1000; ++i) {

@@ -68,7 +68,7 @@ class PeriodicFinder {
   PeriodicFinder(double x, double y, double z) : lengths_{x, y, z} {}
 
   // snippet-begin: find
-  // Box centres lie in the domain; no box is longer than the domain. Returns false on failure.
+  // Box centers lie in the domain; no box is longer than the domain. Returns false on failure.
   bool find(const std::vector<throng::Box>& boxes) {
     pairs_.clear();
     if (boxes.empty()) return true;
@@ -142,18 +142,18 @@ std::vector<Row> plainly(const std::vector<throng::Box>& boxes, const double (&l
   return rows;
 }
 
-// Boxes of up to longest / 16 per side, with centres in a domain of the given length.
+// Boxes of up to longest / 16 per side, with centers in a domain of the given length.
 std::vector<throng::Box> some(std::size_t count, int length, unsigned longest, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<throng::Box> boxes(count);
   for (throng::Box& box : boxes) {
-    float centre[3], half[3];
+    float center[3], half[3];
     for (int k = 0; k < 3; ++k) {
-      centre[k] = static_cast<float>(random() % static_cast<unsigned>(16 * length)) / 16;
+      center[k] = static_cast<float>(random() % static_cast<unsigned>(16 * length)) / 16;
       half[k] = static_cast<float>(random() % (longest / 2 + 1)) / 16;
     }
-    box = {{centre[0] - half[0], centre[1] - half[1], centre[2] - half[2]},
-           {centre[0] + half[0], centre[1] + half[1], centre[2] + half[2]}};
+    box = {{center[0] - half[0], center[1] - half[1], center[2] - half[2]},
+           {center[0] + half[0], center[1] + half[1], center[2] + half[2]}};
   }
   return boxes;
 }

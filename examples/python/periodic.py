@@ -16,7 +16,7 @@ def periodic_pairs(
 ) -> tuple[Numbers, Numbers, Numbers]:
     """first, second (m,), shift (m, 3): box second, moved by shift * lengths, touches box first.
 
-    boxes: (n, 6), centres in the domain, none longer than the domain; lengths: of the domain.
+    boxes: (n, 6), centers in the domain, none longer than the domain; lengths: of the domain.
     """
     count = len(boxes)
     images, image_of, shift = [boxes.astype(float)], [numpy.arange(count)], [numpy.zeros((count, 3), int)]
@@ -36,9 +36,9 @@ def periodic_pairs(
 
 
 random = numpy.random.default_rng(1)
-centre = random.integers(0, 8 * 16, (500, 3)) / 16
+center = random.integers(0, 8 * 16, (500, 3)) / 16
 half = random.integers(0, 12, (500, 3)) / 16
-boxes = numpy.hstack([centre - half, centre + half]).astype(numpy.float32)
+boxes = numpy.hstack([center - half, center + half]).astype(numpy.float32)
 first, second, shift = periodic_pairs(boxes, (8, 8, 8))
 found = set()
 for a, b, (x, y, z) in zip(first.tolist(), second.tolist(), shift.tolist()):
