@@ -18,7 +18,8 @@ extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = f"Throng {release}"
-html_static_path = []
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 
 # The pages are GitHub Markdown: links use the slugs of headings, and relative paths.
 myst_heading_anchors = 4

@@ -3,13 +3,14 @@
 
 A comment before a declaration, or after it on the same line, documents it. A comment that continues
 below at the same column belongs to it. The first comment is that of the file. Lines that are indented
-by two blanks or more are verbatim.
+by two blanks or more are verbatim. Private parts of classes are left out: breathe would show them.
 """
 
 import re
 import sys
 
 WHOLE = re.compile(r"^(\s*)// ?(.*)$")
+PRIVATE = re.compile(r"^ private:\n(?:(?!\};).*\n)*", re.M)  # up to the brace that ends the class
 BEHIND = re.compile(r"^(\s*[^\s/].*?)(\s*)// ?(.*)$")
 
 
@@ -68,6 +69,7 @@ def main() -> None:
     name = sys.argv[1]
     with open(name, encoding="utf-8") as file:
         text = file.read()
+    text = PRIVATE.sub("", text)
     sys.stdout.write(c(text) if name.endswith(".h") else "\n".join(cpp(text.split("\n"))))
 
 

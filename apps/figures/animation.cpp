@@ -183,8 +183,8 @@ std::string legend(const Motion& motion) {
         left_of, chart_top + 28, colour, left_of + 20, chart_top + 33, word);
   };
   legend_entry(left, begin_colour, "begun");
-  legend_entry(left + 80, pair_colour, "lives");
-  legend_entry(left + 150, end_colour, "ended");
+  legend_entry(left + 80, pair_colour, "persists");
+  legend_entry(left + 166, end_colour, "ended");
   const auto begun = std::count_if(motion.intervals.begin(), motion.intervals.end(),
                                    [](const PairInterval& interval) { return interval.began > 0; });
   text += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"#ffffff\">current pairs</text>\n",

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws mutants at random, so that their choice does not depend on the tests.
 
-    draw.py TREE --count 60 --seed 1 [--under core,cpu,live,...] > mutants.txt
+    draw.py TREE --count 60 --seed 1 [--under base,grid,tracking,...] > mutants.txt
 
 Writes them in the format of mutants.txt; mutate.py runs them with --mutants FILE. Method: draws a
 line uniformly from all lines of code under src/ that have a change, then one of its changes uniformly.
@@ -21,7 +21,7 @@ import sys
 
 from mutate import is_complete
 
-MODULES = "core,cpu,live,pipeline,api"
+MODULES = "base,bodies,grid,tracking,device,api"
 SKIPPED = re.compile(r"\b(constexpr|static_assert|template|using|case|operator|namespace|struct|class|enum|goto)\b|^\s*#|THRONG_|\blog\b")
 SWAPS = {
     "<": ["<=", ">="], "<=": ["<", ">"], ">": [">=", "<="], ">=": [">", "<"], "==": ["!="], "!=": ["=="],
