@@ -4,7 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/scene.hpp"
 
@@ -18,7 +19,7 @@ std::vector<Box> nudged(std::vector<Box> boxes) {
     const float reach =
         0.1f * std::max({b.upper.x - b.lower.x, b.upper.y - b.lower.y, b.upper.z - b.lower.z});
     if (!std::isfinite(reach)) continue;
-    const std::uint64_t bits = scenes::mix(i);
+    const std::uint64_t bits = mix64(i);
     for (int k = 0; k < 3; ++k) {
       const float by = reach * (static_cast<float>(bits >> (20 * k) & 0xfffff) / 524288.0f - 1.0f);
       (&b.lower.x)[k] += by;

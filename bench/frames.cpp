@@ -2,7 +2,6 @@
 // frame. It prints a line as soon as a frame is done, so that a reader can stop a slow method.
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "apps/common/failure.hpp"
 #include "apps/common/numbers.hpp"
+#include "apps/common/print.hpp"
 #include "apps/scenes/scene.hpp"
 #include "bench/competitors/competitors.hpp"
 #include "bench/subcommands.hpp"
@@ -31,12 +31,7 @@ struct Arguments {
   bool list = false;
 };
 
-// A line, flushed. Throws if it cannot be written: the reader is gone.
-void print_line(const std::string& line) {
-  if (std::fputs((line + "\n").c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
-    throw Failure("standard output cannot be written");
-  }
-}
+void print_line(const std::string& line) { common::print(line + "\n"); }
 
 MethodInfo find_method(const std::string& name) {
   std::string known;

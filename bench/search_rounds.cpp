@@ -7,6 +7,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include <throng/checksum.hpp>
+
 #if defined(__linux__)
 #include <unistd.h>
 #endif
@@ -15,7 +17,6 @@
 
 #include "apps/common/median.hpp"
 #include "apps/report/format.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "bench/machine.hpp"
 #include "bench/per_world.hpp"
 #include "bench/throng_methods.hpp"
@@ -126,7 +127,7 @@ std::vector<Measurement> SearchRounds::measure(const Case& c) {
     const std::size_t f = c.index(frame);
     pairs.clear();
     r.method->collect(c.input(frame), pairs);
-    const Expected got{pairs.size(), scenes::pair_checksum(pairs.data(), pairs.size())};
+    const Expected got{pairs.size(), pair_checksum(pairs.data(), pairs.size())};
     const auto [it, fresh] = expected_.emplace(f, got);
     if (!fresh && (it->second.pairs != got.pairs || it->second.checksum != got.checksum))
       r.row.agrees = false;

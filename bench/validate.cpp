@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include <throng/checksum.hpp>
 #include <throng/cuda.hpp>
 #include <throng/throng.hpp>
 
 #include "apps/common/failure.hpp"
 #include "apps/report/format.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/scenes/golden.hpp"
 #include "apps/scenes/scene.hpp"
 
@@ -122,7 +122,7 @@ void print_golden() {
       options.order = Order::canonical;
       const std::vector<Pair> pairs = find_pairs(made.view(), options);
       fmt::print("    {{\"{}\", {}, {}, {}, 0x{:016x}, 0x{:016x}}},\n", name, frame, objects,
-                 pairs.size(), scenes::pair_checksum(pairs.data(), pairs.size()),
+                 pairs.size(), pair_checksum(pairs.data(), pairs.size()),
                  scenes::sequence_checksum(pairs.data(), pairs.size()));
       std::fflush(stdout);
     }

@@ -1,7 +1,6 @@
 #include "apps/mpi/collective.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/common/failure.hpp"
+#include "apps/common/print.hpp"
 
 namespace throng::ranks {
 
@@ -62,12 +62,7 @@ void require_ok(const Result& result, const std::string& name,
 
 void say(const std::string& text, MPI_Comm comm) {
   run_collectively(comm, [&] {
-    if (rank_of(comm) != 0) return;
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
-        std::fflush(stdout) != 0) {
-      throw common::Failure(
-          fmt::format("standard output cannot be written: {}", std::strerror(errno)));
-    }
+    if (rank_of(comm) == 0) common::print(text);
   });
 }
 

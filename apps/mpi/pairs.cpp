@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <throng/checksum.hpp>
 #include <throng/mpi.hpp>
 
 #include "apps/common/failure.hpp"
@@ -18,7 +19,6 @@
 #include "apps/mpi/file.hpp"
 #include "apps/mpi/search.hpp"
 #include "apps/report/format.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/scenes/npy.hpp"
 
 namespace throng::ranks {
@@ -71,8 +71,8 @@ std::uint64_t checksum_of(const mpi::Pairs64& pairs, std::uint64_t count) {
   std::uint64_t sum = 0;
   for (const Pair64& pair : pairs) {
     // Equals the checksum of a single process while ids fit in 32 bits.
-    sum += count <= max_box_count ? scenes::mix(pair.first << 32 | pair.second)
-                                  : scenes::mix(scenes::mix(pair.first) ^ pair.second);
+    sum += count <= max_box_count ? mix64(pair.first << 32 | pair.second)
+                                  : mix64(mix64(pair.first) ^ pair.second);
   }
   return sum;
 }

@@ -12,6 +12,7 @@
 
 #include "apps/common/machine.hpp"
 #include "apps/common/numbers.hpp"
+#include "apps/common/print.hpp"
 #include "apps/common/sibling_program.hpp"
 #include "apps/paper/commands.hpp"
 #include "apps/paper/cuda.hpp"
@@ -61,14 +62,14 @@ int run(const Arguments& a) {
   // Written as they come: a failure keeps earlier measurements.
   const std::vector<Section> sections = evaluate(lab, a.only, [&](const Section& section) {
     report::write_text((folder / (section.name + ".csv")).string(), csv_of({section}).csv());
-    if (!section.rows.empty()) say(table_of(section).text());
-    for (const report::Table& table : section.tables) say(table.text());
-    say(section.finding + "\n\n");
+    if (!section.rows.empty()) common::print(table_of(section).text());
+    for (const report::Table& table : section.tables) common::print(table.text());
+    common::print(section.finding + "\n\n");
   });
   report::write_text((folder / "rows.csv").string(), csv_of(sections).csv());
   const std::string page = (folder / "index.html").string();
   report::write_text(page, page_of(lab, sections).html());
-  say(fmt::format("The page: {}\n", page));
+  common::print(fmt::format("The page: {}\n", page));
   const std::vector<std::string> different = disagreements(sections);
   for (const std::string& line : different) {
     std::fputs(fmt::format("throng-paper: {}; please report this\n", line).c_str(), stderr);

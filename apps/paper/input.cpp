@@ -1,10 +1,9 @@
 #include "apps/paper/input.hpp"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <iterator>
 #include <stdexcept>
+
+#include <throng/checksum.hpp>
 
 #include <fmt/format.h>
 
@@ -12,7 +11,6 @@
 #include "apps/paper/cuda.hpp"
 #include "apps/paper/failure.hpp"
 #include "apps/report/format.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/scene.hpp"
 #include "base/bounds.hpp"
@@ -89,15 +87,8 @@ Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_m
     measured.step.times.*stages[s] = common::median(values[s]);
   }
   const std::vector<Pair>& pairs = measured.step.pairs;
-  measured.checksum = scenes::pair_checksum(pairs.data(), pairs.size());
+  measured.checksum = pair_checksum(pairs.data(), pairs.size());
   return measured;
-}
-
-void say(const std::string& text) {
-  errno = 0;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
-  }
 }
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }

@@ -36,8 +36,6 @@ struct Measured {
 };
 Measured measure(Stepper& stepper, const Box* boxes, int repeat, double budget_ms = 1e300);
 
-// Failure where standard output cannot be written.
-void say(const std::string& text);
 std::string hex(std::uint64_t value);
 
 }  // namespace throng::paper

@@ -11,6 +11,7 @@
 
 #include <throng/version.hpp>
 
+#include "apps/common/print.hpp"
 #include "apps/paper/commands.hpp"
 #include "apps/paper/cuda.hpp"
 #include "apps/paper/failure.hpp"
@@ -63,7 +64,7 @@ int list() {
   const std::string reason = why_no_cuda();
   text += "  cuda here: " + (reason.empty() ? cuda_device_name() : reason) + "\nscenes     ";
   for (const std::string& scene : scenes::names()) text += " " + scene;
-  say(text + "\n");
+  common::print(text + "\n");
   return exit_done;
 }
 

@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/common/numbers.hpp"
+#include "apps/common/print.hpp"
 #include "apps/paper/commands.hpp"
 #include "apps/paper/failure.hpp"
 #include "apps/paper/grid.hpp"
@@ -163,7 +164,7 @@ int run(Arguments a) {
   }
   if (!a.output.empty()) scenes::write_pairs(a.output, all.data(), all.size());
   const Report report{a.variant, a.device, a.repeat, a.check};
-  say(a.json ? to_json(report, boxes, outcome) : to_text(report, boxes, outcome));
+  common::print(a.json ? to_json(report, boxes, outcome) : to_text(report, boxes, outcome));
   return outcome.missing + outcome.extra > 0 ? exit_differs : exit_done;
 }
 

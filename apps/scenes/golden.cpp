@@ -1,13 +1,13 @@
 #include "apps/scenes/golden.hpp"
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
 
 namespace throng::scenes {
 
 std::uint64_t sequence_checksum(const Pair* pairs, std::size_t count) noexcept {
   std::uint64_t state = count;
   for (std::size_t i = 0; i < count; ++i) {
-    state = mix(state ^ (std::uint64_t{pairs[i].first} << 32 | pairs[i].second));
+    state = mix64(state ^ (std::uint64_t{pairs[i].first} << 32 | pairs[i].second));
   }
   return state;
 }

@@ -13,7 +13,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/scenes/input_file.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/npy_header.hpp"
@@ -62,7 +63,7 @@ std::string temporary_name(const std::string& target) {
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
   const auto place = reinterpret_cast<std::uintptr_t>(&calls);  // differs between processes
   const std::uint64_t bits =
-      mix(mix(static_cast<std::uint64_t>(now) + calls.fetch_add(1)) ^ std::uint64_t{place});
+      mix64(mix64(static_cast<std::uint64_t>(now) + calls.fetch_add(1)) ^ std::uint64_t{place});
   char suffix[24];
   std::snprintf(suffix, sizeof suffix, ".part-%08x", static_cast<unsigned>(bits >> 32));
   return target + suffix;

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
 
 namespace throng::scenes {
 
@@ -17,10 +17,10 @@ constexpr double unit_low(std::uint64_t bits) noexcept { return unit(bits << 32)
 // Counter-based: word k of box i is output number 8 i + k of a splitmix64 stream.
 class Random {
  public:
-  Random(std::uint64_t seed, std::uint64_t scene) noexcept : key_(mix(mix(seed) ^ scene)) {}
+  Random(std::uint64_t seed, std::uint64_t scene) noexcept : key_(mix64(mix64(seed) ^ scene)) {}
 
   std::uint64_t word(std::uint64_t i, unsigned k) const noexcept {
-    return mix(key_ + (8 * i + k) * 0x9e3779b97f4a7c15ull);
+    return mix64(key_ + (8 * i + k) * 0x9e3779b97f4a7c15ull);
   }
 
   // Evenly spaced over [0, 1) for any run of i, so shares and sizes are as specified at every n.

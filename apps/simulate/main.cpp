@@ -1,9 +1,7 @@
 // throng-simulate: rigid bodies fall on a plane; reports the time of their broad phase.
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <memory>
 #include <new>
@@ -20,6 +18,7 @@
 #include "apps/common/interrupt.hpp"
 #include "apps/common/median.hpp"
 #include "apps/common/numbers.hpp"
+#include "apps/common/print.hpp"
 #include "apps/report/draw_boxes.hpp"
 #include "apps/report/format.hpp"
 #include "apps/report/table.hpp"
@@ -186,12 +185,6 @@ void draw(const World& world, const Spec& spec, const Measurements& measured,
                      measured.contacts.of_objects.data(), style);
 }
 
-void print(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw Failure(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
-  }
-}
-
 int run(const Arguments& arguments) {
   Spec spec;
   spec.scene = parse_choice<Scene>(arguments.scene, "SCENE", scene_names());
@@ -204,8 +197,8 @@ int run(const Arguments& arguments) {
   scenes::check_outputs({{"--record", arguments.record}, {"--picture", arguments.picture}});
   std::unique_ptr<World> world;
   const Measurements measured = run_steps(spec, arguments, world);
-  print(arguments.json ? json_text(spec, arguments, measured)
-                       : table_text(spec, arguments, measured));
+  common::print(arguments.json ? json_text(spec, arguments, measured)
+                               : table_text(spec, arguments, measured));
   if (!arguments.picture.empty()) {
     const common::InterruptGuard guard;  // an incomplete picture is removed
     draw(*world, spec, measured, arguments.picture);

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
 
 namespace throng::stream {
 namespace {
@@ -37,7 +37,7 @@ PairOutput::~PairOutput() = default;
 
 void PairOutput::write(const Pair* pairs, std::size_t count) {
   if (keys_.empty()) {
-    const std::uint64_t checksum = scenes::pair_checksum(pairs, count);
+    const std::uint64_t checksum = pair_checksum(pairs, count);
     const std::lock_guard<std::mutex> lock(mutex_);
     totals_.checksum += checksum;
     deliver(pairs, count);
@@ -140,7 +140,7 @@ PairTotals PairOutput::finish_frame() {
     Pair block[block_pairs];
     std::size_t count = 0;
     const auto flush = [&] {
-      totals_.checksum += scenes::pair_checksum(block, count);
+      totals_.checksum += pair_checksum(block, count);
       deliver(block, count);
       count = 0;
     };

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
 
 namespace throng::cli {
 namespace {
@@ -29,7 +29,7 @@ constexpr float max_speed = 0.9f;    // less than a side per frame: nothing pass
 constexpr float unit = 1048576.0f;   // 2^20
 
 float random_half(std::uint64_t i, std::uint64_t axis) {  // in [-1/2, 1/2), exactly
-  const auto bits = static_cast<std::int32_t>(scenes::mix(3 * i + axis) >> 40);
+  const auto bits = static_cast<std::int32_t>(mix64(3 * i + axis) >> 40);
   return static_cast<float>(bits - (1 << 23)) / 16777216.0f;
 }
 

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include <throng/checksum.hpp>
+
 #include <fmt/format.h>
 
 #include "apps/common/interrupt.hpp"
 #include "apps/common/median.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/throng/console.hpp"
 #include "apps/throng/failure.hpp"
 #include "apps/throng/memory.hpp"
@@ -115,7 +116,7 @@ class Runner {
     double ms = 0;
     if (capped()) {
       result = consume(f, [&](const Pair* pairs, std::size_t count) {
-        frame.checksum += scenes::pair_checksum(pairs, count);
+        frame.checksum += pair_checksum(pairs, count);
         write(pairs, count);
         return true;
       });
@@ -128,7 +129,7 @@ class Runner {
     if (result.message[0] && f == 0) print_error(fmt::format("throng: note: {}", result.message));
     if (!capped()) {
       const Pairs pairs = finder_.pairs();
-      frame.checksum = scenes::pair_checksum(pairs.data(), pairs.size());
+      frame.checksum = pair_checksum(pairs.data(), pairs.size());
       write(pairs.data(), pairs.size());
     } else {
       write(nullptr, 0);

@@ -3,10 +3,10 @@
 #include <cstring>
 #include <stdexcept>
 
+#include <throng/checksum.hpp>
 #include <throng/cuda.hpp>
 #include <throng/update_boxes.hpp>
 
-#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/session.hpp"
 #include "bench/gpu/timing.hpp"
@@ -31,7 +31,7 @@ constexpr Kind kinds[] = {
 
 // A function of the index only, between -1 and 1.
 float draw(std::size_t i, std::uint64_t which) {
-  const std::uint64_t bits = scenes::mix(8 * i + which) >> 40;
+  const std::uint64_t bits = mix64(8 * i + which) >> 40;
   return static_cast<float>(bits) / static_cast<float>(1 << 23) - 1.0f;
 }
 
@@ -49,7 +49,7 @@ void measure_kind(const Kind& kind, const std::vector<Transform>& transforms, Se
   std::vector<std::uint32_t> shape(n);
   for (int k = 0; k < 64; ++k) shapes.push_back(kind.shape(0.1f * static_cast<float>(k + 1)));
   for (std::size_t i = 0; i < n; ++i)
-    shape[i] = static_cast<std::uint32_t>(scenes::mix(i) % shapes.size());
+    shape[i] = static_cast<std::uint32_t>(mix64(i) % shapes.size());
   std::vector<Vec3> points;
   for (std::uint32_t k = 0; k < hull_points; ++k) {
     const float size = k < 8 ? 1.0f : 0.5f;

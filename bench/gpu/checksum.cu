@@ -1,22 +1,16 @@
 // The checksum of pairs by a kernel: a sum, so any order gives the same.
 #include "bench/gpu/gpu.hpp"
 
+#include <throng/checksum.hpp>
+
 namespace throng::bench::gpu {
 namespace {
-
-// scenes::mix, the splitmix64 generator, for a device.
-__device__ std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
 
 __global__ void sum_pairs(const Pair* pairs, std::size_t count, unsigned long long* sum) {
   unsigned long long own = 0;
   const std::size_t step = std::size_t{gridDim.x} * blockDim.x;
   for (std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x; i < count; i += step)
-    own += mixed(std::uint64_t{pairs[i].first} << 32 | pairs[i].second);
+    own += mix64(std::uint64_t{pairs[i].first} << 32 | pairs[i].second);
   for (int half = 16; half > 0; half /= 2) own += __shfl_down_sync(~0u, own, half);
   if (threadIdx.x % 32 == 0) atomicAdd(sum, own);
 }

@@ -1,8 +1,8 @@
 #include <stdexcept>
 
+#include <throng/checksum.hpp>
 #include <throng/throng.hpp>
 
-#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/session.hpp"
 
 namespace throng::bench::gpu {
@@ -21,7 +21,7 @@ void answer_by_cpu(const Case& c, unsigned threads, Answers& answers) {
     Answer answer;
     // No pair is stored: 100M boxes have 1.6 GB of them.
     const Result r = finder.consume(boxes, [&](const Pair* pairs, std::size_t count) {
-      answer.checksum += scenes::pair_checksum(pairs, count);
+      answer.checksum += pair_checksum(pairs, count);
       return true;
     });
     if (!r.ok()) throw std::runtime_error(c.label + ": " + r.message);

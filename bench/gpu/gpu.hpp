@@ -117,7 +117,7 @@ inline std::size_t device_bytes_in_use() {
   return total - free;
 }
 
-// The sum of scenes::mix over pairs in device memory (apps/scenes/checksum.hpp), by a kernel.
+// The pair_checksum() of pairs in device memory, by a kernel.
 std::uint64_t device_checksum(const Pair* pairs, std::size_t count, cudaStream_t stream);
 
 }  // namespace throng::bench::gpu

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include <throng/checksum.hpp>
 #include <throng/cuda_broad_phase.hpp>
 
-#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/cases.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/session.hpp"
@@ -25,10 +25,10 @@ Batch batch_among(const Box* boxes, std::size_t n, std::size_t count) {
   const float width = mean_width(boxes, n);
   std::uint64_t drawn = 0;
   // From -1 to 1.
-  const auto any = [&] { return static_cast<float>(scenes::mix(++drawn) >> 40) * 0x1p-23f - 1; };
+  const auto any = [&] { return static_cast<float>(mix64(++drawn) >> 40) * 0x1p-23f - 1; };
   Batch q;
   for (std::size_t k = 0; k < count; ++k) {
-    const Box& near = boxes[scenes::mix(k + count) % n];
+    const Box& near = boxes[mix64(k + count) % n];
     const Vec3 from = {near.lower.x + width * any(), near.lower.y + width * any(),
                        near.lower.z + width * any()};
     const float far = 6 * width, side = 4 * width;

@@ -4,9 +4,9 @@
 #include <memory>
 #include <stdexcept>
 
+#include <throng/checksum.hpp>
 #include <throng/cuda.hpp>
 
-#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/timing.hpp"
 
@@ -75,7 +75,7 @@ Summed sum_up(const Case& c, const DeviceArray<Pair>& pairs, std::size_t count, 
   if (c.objects > most_on_host) return sum;
   std::vector<Pair> host(count);
   if (count) pairs.get(host.data(), count);
-  const std::uint64_t here = scenes::pair_checksum(host.data(), count);
+  const std::uint64_t here = pair_checksum(host.data(), count);
   if (here != sum.answer.checksum)
     s.wrong.push_back(c.label + ", " + std::to_string(c.objects) +
                       ": the device's checksum of its pairs is " + hex(sum.answer.checksum) +

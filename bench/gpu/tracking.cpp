@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include <throng/checksum.hpp>
 #include <throng/cuda_broad_phase.hpp>
 
-#include "apps/scenes/checksum.hpp"
 #include "bench/gpu/cases.hpp"
 #include "bench/gpu/gpu.hpp"
 #include "bench/gpu/session.hpp"
@@ -43,9 +43,9 @@ void measure_objects(const Case& c, Session& s) {
   std::vector<Box> after(n);
   for (const Motion& motion : motions) {
     for (std::size_t i = 0; i < n; ++i) {
-      const bool moves = motion.one_in && scenes::mix(i) % motion.one_in == 0;
+      const bool moves = motion.one_in && mix64(i) % motion.one_in == 0;
       // In both directions, so that pairs begin and end.
-      const float side = scenes::mix(i) >> 63 ? 1.0f : -1.0f;
+      const float side = mix64(i) >> 63 ? 1.0f : -1.0f;
       const float by = moves ? side * motion.far * margin : 0;
       after[i] = boxes[i];
       after[i].lower.x += by;

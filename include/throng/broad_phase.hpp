@@ -33,17 +33,7 @@ struct LivePair {
 };
 
 // A view of pairs that a BroadPhase owns, sorted by first, then second.
-struct LivePairs {
-  const LivePair* data_ = nullptr;
-  std::size_t size_ = 0;
-
-  const LivePair* data() const noexcept { return data_; }
-  std::size_t size() const noexcept { return size_; }
-  bool empty() const noexcept { return size_ == 0; }
-  const LivePair* begin() const noexcept { return data_; }
-  const LivePair* end() const noexcept { return data_ + size_; }
-  const LivePair& operator[](std::size_t i) const noexcept { return data_[i]; }
-};
+using LivePairs = ArrayView<LivePair>;
 
 // A box that moves straight by `by` in the time from 0 to 1. A ray is a moving point.
 struct Sweep {
@@ -71,17 +61,7 @@ struct SweepTest {
   void* context = nullptr;
 };
 // A view of hits that a BroadPhase or a BroadPhaseQuery owns, sorted by sweep.
-struct SweepHitList {
-  const SweepHit* data_ = nullptr;
-  std::size_t size_ = 0;
-
-  const SweepHit* data() const noexcept { return data_; }
-  std::size_t size() const noexcept { return size_; }
-  bool empty() const noexcept { return size_ == 0; }
-  const SweepHit* begin() const noexcept { return data_; }
-  const SweepHit* end() const noexcept { return data_ + size_; }
-  const SweepHit& operator[](std::size_t i) const noexcept { return data_[i]; }
-};
+using SweepHitList = ArrayView<SweepHit>;
 
 // Objects are added, moved and removed; update() then reports the change of the pairs. It equals
 // the difference of two double loops, before and after. The cost depends on the number of objects

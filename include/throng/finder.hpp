@@ -17,17 +17,7 @@ namespace throng {
 struct Explanation;
 
 // A view of pairs that a Finder owns; valid until its next call.
-struct Pairs {
-  const Pair* data_ = nullptr;
-  std::size_t size_ = 0;
-
-  const Pair* data() const noexcept { return data_; }
-  std::size_t size() const noexcept { return size_; }
-  bool empty() const noexcept { return size_ == 0; }
-  const Pair* begin() const noexcept { return data_; }
-  const Pair* end() const noexcept { return data_ + size_; }
-  const Pair& operator[](std::size_t i) const noexcept { return data_[i]; }
-};
+using Pairs = ArrayView<Pair>;
 
 // A reference to a callable bool(const Pair* pairs, std::size_t count) that receives blocks of
 // pairs; it returns false to stop. The callable must outlive the call.

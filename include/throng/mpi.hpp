@@ -77,17 +77,7 @@ struct Traffic {
 };
 
 // A view of pairs, valid until the next call. One set: first < second.
-struct Pairs64 {
-  const Pair64* data_ = nullptr;
-  std::size_t size_ = 0;
-
-  const Pair64* data() const noexcept { return data_; }
-  std::size_t size() const noexcept { return size_; }
-  bool empty() const noexcept { return size_ == 0; }
-  const Pair64* begin() const noexcept { return data_; }
-  const Pair64* end() const noexcept { return data_ + size_; }
-  const Pair64& operator[](std::size_t i) const noexcept { return data_[i]; }
-};
+using Pairs64 = ArrayView<Pair64>;
 
 // The boxes and filters of this rank, and one id per box. Each id may occur once over all ranks.
 // Null ids: boxes are numbered consecutively by rank, starting at 0 on rank 0.

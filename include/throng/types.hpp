@@ -54,6 +54,20 @@ constexpr bool operator<(Pair64 a, Pair64 b) noexcept {
   return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
+// A view of results: `size()` values of T in the memory of the object that found them.
+template <class T>
+struct ArrayView {
+  const T* data_ = nullptr;
+  std::size_t size_ = 0;
+
+  const T* data() const noexcept { return data_; }
+  std::size_t size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  const T* begin() const noexcept { return data_; }
+  const T* end() const noexcept { return data_ + size_; }
+  const T& operator[](std::size_t i) const noexcept { return data_[i]; }
+};
+
 // The largest number of boxes in one set, 2^32 - 2^16. The indices above it serve as sentinels, and
 // keep counts and the reads past an array's end within 32 bits.
 constexpr std::uint64_t max_box_count = 0xffff0000ull;

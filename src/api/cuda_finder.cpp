@@ -8,6 +8,7 @@
 #include "cuda/backend.hpp"
 #include "device/failure.hpp"
 #include "device/pipeline.hpp"
+#include "update_boxes.hpp"
 #include "validate.hpp"
 
 namespace throng::cuda {

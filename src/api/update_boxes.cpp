@@ -12,6 +12,7 @@
 #include "base/update_boxes.hpp"
 #include "bodies/body_boxes.hpp"
 #include "grid/sweep/kernel_table.hpp"
+#include "update_boxes.hpp"
 #include "validate.hpp"
 
 namespace throng {

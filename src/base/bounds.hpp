@@ -39,6 +39,12 @@ THRONG_HD constexpr bool has_nan(const AnyBox& b) noexcept {
          (b.upper.x != b.upper.x) | (b.upper.y != b.upper.y) | (b.upper.z != b.upper.z);
 }
 
+// The nearest finite number; a NaN stays one.
+constexpr float clamp_finite(float x) noexcept {
+  constexpr float largest = std::numeric_limits<float>::max();
+  return x < -largest ? -largest : (x > largest ? largest : x);
+}
+
 // The next number towards minus infinity. Precondition: x is neither NaN nor minus infinity.
 THRONG_HD constexpr float next_down(float x) noexcept {
   if (x == 0) return -std::numeric_limits<float>::denorm_min();

@@ -10,7 +10,9 @@
 
 namespace throng::base {
 
-// Values `stride` bytes apart. data == nullptr: the array is absent.
+// Values `stride` bytes apart. data == nullptr: the array is absent. Not the public Strided: device
+// code calls only functions that are marked for it, which those of a standard C++ header cannot be;
+// and without the count a kernel's argument is a third smaller.
 template <class T>
 struct StridedArray {
   const char* data = nullptr;

@@ -7,6 +7,7 @@
 #include "base/threads.hpp"
 #include "grid/engine_call.hpp"
 #include "grid/plan/filter_planning.hpp"
+#include "grid/plan/plan_and_solve.hpp"
 
 namespace throng::grid {
 namespace {

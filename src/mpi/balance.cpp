@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include <throng/checksum.hpp>
+
 #include "mpi/ids.hpp"
 
 namespace throng::mpi {
@@ -18,7 +20,7 @@ void subsample(std::vector<Point>& points) {
   if (step <= 1) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < points.size(); i += step) {
-    Point point = points[std::min(i + hash64(i) % step, points.size() - 1)];
+    Point point = points[std::min(i + mix64(i) % step, points.size() - 1)];
     const std::uint64_t weight = std::uint64_t{point.weight} * step;
     point.weight = static_cast<std::uint32_t>(std::min<std::uint64_t>(weight, 0xffffffffu));
     points[kept++] = point;

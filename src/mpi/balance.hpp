@@ -1,6 +1,7 @@
 // Work counting, partitioning by work across ranks, and forwarding of records along the tree.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -19,6 +20,31 @@ inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,
                              std::uint64_t pairs) noexcept {
   return boxes * box_work + comparisons + pairs * pair_work;
 }
+
+// The largest rank's work over the mean.
+inline double imbalance_of(std::uint64_t largest, std::uint64_t sum, int ranks) noexcept {
+  const double mean = static_cast<double>(sum) / ranks;
+  return mean > 0 ? static_cast<double>(largest) / mean : 1;
+}
+
+// Delays the next repartitioning of space after one that did not help.
+class RepartitionBackoff {
+ public:
+  // Once per call: whether to repartition now.
+  bool is_due(double imbalance, double allowed) noexcept {
+    if (!(imbalance > allowed) || ++skipped_ <= wait_) return false;
+    skipped_ = 0;
+    return true;
+  }
+  // After a call with a new partition. If the gain is below 5 %, the rest of the imbalance is
+  // inherent in the scene.
+  void evaluate(double imbalance, double before) noexcept {
+    wait_ = imbalance < 0.95 * before ? 0 : std::min(2 * wait_ + 1, 1000u);
+  }
+
+ private:
+  unsigned wait_ = 0, skipped_ = 0;  // calls
+};
 
 // Maximum number of sample points per rank. With 16,384 points the weight of a part is accurate to
 // 1 %, and a level sends less than 300 KB.

@@ -12,6 +12,7 @@
 
 #include <throng/mpi.hpp>
 
+#include "mpi/balance.hpp"
 #include "mpi/communicator.hpp"
 #include "mpi/regions.hpp"
 #include "mpi/remote_objects.hpp"
@@ -32,7 +33,7 @@ struct BroadPhase::State {
   Regions regions, regions_before;
   bool partitioned = false, broken = false;
   double imbalance = 1;
-  unsigned backoff = 0, skipped = 0;
+  RepartitionBackoff backoff;
   std::uint64_t total = 0;  // current pairs over all ranks
   std::vector<Held> held;
   std::unordered_map<std::uint64_t, std::size_t> places;  // index into `held`

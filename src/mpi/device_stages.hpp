@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <throng/checksum.hpp>
 #include <throng/types.hpp>
 
 #include "base/bounds.hpp"
@@ -13,7 +14,6 @@
 #include "device/atomic.hpp"
 #include "device/input.hpp"
 #include "mpi/bisect.hpp"
-#include "mpi/hash64.hpp"
 #include "mpi/record.hpp"
 #include "mpi/regions.hpp"
 
@@ -84,7 +84,7 @@ struct InspectBoxes {
       mine.inactive += !base::is_active(box);
       if (base::has_nan(box) && mine.nans++ == 0) mine.nan_mark = mark;
       if (set.world && set.world[i] < -1 && mine.bad_worlds++ == 0) mine.bad_world_mark = mark;
-      if (ids) mine.id_sum += hash64(ids[i]);
+      if (ids) mine.id_sum += mix64(ids[i]);
     }
     if (mine.inactive) device::fetch_add(&inspection->inactive, mine.inactive);
     if (mine.id_sum) device::fetch_add(&inspection->id_sum, mine.id_sum);
@@ -210,7 +210,7 @@ struct SamplePoints {
   Point* points;
 
   THRONG_HD void operator()(std::uint64_t k) const noexcept {
-    const std::uint64_t first = k * step, some = first + hash64(first) % step;
+    const std::uint64_t first = k * step, some = first + mix64(first) % step;
     const std::uint64_t i = some < count ? some : count - 1;
     const KeyBox key_box = key_box_of(set.box(i), margin);
     const std::uint64_t weight = marks ? halves[i] * half_pair_work : 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <throng/checksum.hpp>
+
 #include "mpi/balance.hpp"
 #include "mpi/ids.hpp"
 #include "mpi/local_set.hpp"
@@ -32,7 +34,7 @@ void DistributedSearch::find(Communicator& communicator, const Settings& setting
   if (!begin(communicator, settings, given, count, r)) return;
   traffic_.control = communicator.counts();
   communicator.reset_counts();
-  if (!partitioned_ || (imbalance_ > settings.imbalance && ++skipped_ > backoff_)) {
+  if (!partitioned_ || backoff_.is_due(imbalance_, settings.imbalance)) {
     repartition(communicator, settings, r);
   }
   traffic_.balance = communicator.counts();
@@ -74,7 +76,7 @@ bool DistributedSearch::begin(Communicator& communicator, const Settings& settin
       attempt(r, [&] {
         const BoxSummary seen = inspect(settings, *given[s], r);
         inactive_ += seen.inactive;
-        hash_now = hash64(hash_now ^ hash64(seen.id_sum ^ hash64(given[s]->boxes.size())));
+        hash_now = mix64(hash_now ^ mix64(seen.id_sum ^ mix64(given[s]->boxes.size())));
         ids[2 * s] = seen.id_sum;
         ids[2 * s + 1] = given[s]->boxes.size();
       });
@@ -167,7 +169,6 @@ void DistributedSearch::repartition(Communicator& communicator, const Settings& 
   regions_before_ = regions_;
   regions_ = bisect(communicator, std::move(points));
   partitioned_ = traffic_.cut_anew = true;
-  skipped_ = 0;
 }
 
 void DistributedSearch::forward_tree_records(Communicator& communicator, const Settings& settings,
@@ -195,8 +196,8 @@ bool DistributedSearch::finish(Communicator& communicator, Result& r) {
   r.comparisons = sums[2];
   r.visited = sums[6];
   mean_work_per_box_ = sums[4] ? sums[5] / sums[4] : 0;
-  const double each = static_cast<double>(sums[3]) / communicator.size(), before = imbalance_;
-  imbalance_ = traffic_.imbalance = each > 0 ? static_cast<double>(most) / each : 1;
+  const double before = imbalance_;
+  imbalance_ = traffic_.imbalance = imbalance_of(most, sums[3], communicator.size());
   if (traffic_.cut_anew) evaluate_partition(before);
   const Counts& c = communicator.counts();
   traffic_.control.collectives += c.collectives;
@@ -204,11 +205,10 @@ bool DistributedSearch::finish(Communicator& communicator, Result& r) {
   return true;
 }
 
-// A worse partition is reverted. If the gain is below 5 %, the rest of the imbalance is inherent in
-// the scene, and the next repartitioning is delayed.
+// A worse partition is reverted.
 void DistributedSearch::evaluate_partition(double before) {
   const bool first = regions_before_.count() != regions_.count();
-  backoff_ = first || imbalance_ < 0.95 * before ? 0 : std::min(2 * backoff_ + 1, 1000u);
+  if (!first) backoff_.evaluate(imbalance_, before);
   if (first || imbalance_ <= before) {
     worse_cuts_ = 0;
     return;

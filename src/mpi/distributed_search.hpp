@@ -7,6 +7,7 @@
 
 #include <throng/mpi.hpp>
 
+#include "mpi/balance.hpp"
 #include "mpi/bisect.hpp"
 #include "mpi/communicator.hpp"
 #include "mpi/consensus.hpp"
@@ -20,6 +21,14 @@ struct OutgoingSet {
   unsigned filters = 0;        // the union over all ranks
   Bytes tree_records;          // records to forward along the tree
 };
+
+// The options of a search among the boxes that this rank holds.
+inline Options local_options(const Settings& settings) noexcept {
+  Options options = settings.search;
+  options.order = Order::any;         // the caller's order is that of ids
+  options.nan = NanPolicy::inactive;  // NaNs were refused before sending
+  return options;
+}
 
 class DistributedSearch {
  public:
@@ -98,7 +107,7 @@ class DistributedSearch {
   // Work without pairs: of this rank; per owned box here, and per box over all ranks.
   std::uint64_t work_ = 0, work_per_owned_ = 0, mean_work_per_box_ = 0;
   unsigned worse_cuts_ = 0;  // consecutive partitions that were worse than their predecessor
-  unsigned backoff_ = 0, skipped_ = 0;  // back-off: partitions that did not help delay the next one
+  RepartitionBackoff backoff_;
   std::uint64_t inactive_ = 0, kept_ = 0;
 };
 

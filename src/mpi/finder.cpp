@@ -3,9 +3,10 @@
 #include <utility>
 #include <vector>
 
+#include <throng/checksum.hpp>
+
 #include "mpi/balance.hpp"
 #include "mpi/distributed_search.hpp"
-#include "mpi/hash64.hpp"
 #include "mpi/local_set.hpp"
 #include "mpi/region_search.hpp"
 
@@ -43,7 +44,7 @@ DistributedSearch::BoxSummary HostDistributedSearch::inspect(const Settings& set
   if (!valid(set.boxes, settings.search, r)) return seen;
   for (std::size_t i = 0; i < set.boxes.size(); ++i) {
     seen.inactive += !base::is_active(set.boxes[i]);
-    if (set.ids) seen.id_sum += hash64(set.ids[i]);
+    if (set.ids) seen.id_sum += mix64(set.ids[i]);
   }
   return seen;
 }
@@ -114,11 +115,8 @@ void HostDistributedSearch::take_tree_records(int set, const Bytes& records) {
 
 Result HostDistributedSearch::search(const Settings& settings, const Bounds& region, Found& found,
                                      std::vector<Sample>& samples) {
-  Options options = settings.search;
-  options.order = Order::any;
-  options.nan = NanPolicy::inactive;  // NaNs were refused before sending
   const LocalSet* const locals[] = {&locals_.front(), &locals_.back()};
-  const Result r = region_search_.search(options, settings.parts, region, locals,
+  const Result r = region_search_.search(local_options(settings), settings.parts, region, locals,
                                          static_cast<int>(locals_.size()));
   found.owned_and_ghost = region_search_.owned_and_ghost();
   found.owned = region_search_.owned();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "mpi/hash64.hpp"
+#include <throng/checksum.hpp>
 
 namespace throng::mpi {
 namespace {
@@ -74,7 +74,7 @@ std::vector<std::size_t> GapPartition::sample(std::size_t boxes) {
       boxes / sample_fraction, std::min(min_sample, boxes / min_sample_fraction), max_sample);
   const std::size_t step = boxes / count;
   sample.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) sample.push_back(i * step + hash64(i) % step);
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(i * step + mix64(i) % step);
   return sample;
 }
 

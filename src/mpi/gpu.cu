@@ -45,7 +45,7 @@ class GpuSpace : private MemoryOwner, public cuda::Device {
   GpuSpace(const Settings& settings, const cuda::MemoryResource& resource)
       : MemoryOwner{cuda::Memory(resource)},
         Device(memory),
-        finder_(options_of(settings), resource) {
+        finder_(local_options(settings), resource) {
     cudaFuncAttributes attributes{};  // fails if this build has no code for the device
     check(cudaFuncGetAttributes(&attributes, cuda::run_each<InspectBoxes>));
   }
@@ -91,12 +91,6 @@ class GpuSpace : private MemoryOwner, public cuda::Device {
   }
 
  private:
-  static Options options_of(const Settings& settings) noexcept {
-    Options options = settings.search;
-    options.order = Order::any;
-    options.nan = NanPolicy::inactive;  // NaNs were refused before sending
-    return options;
-  }
   void move(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind) const {
     if (bytes == 0) return;
     check(cudaMemcpyAsync(to, from, bytes, kind, stream()));

@@ -11,6 +11,7 @@
 
 #include "device/host_device.hpp"
 #include "device/input.hpp"
+#include "mpi/distributed_search.hpp"
 
 namespace throng::mpi {
 
@@ -20,7 +21,7 @@ class HostSpace : public device::HostDevice {
       : HostDevice(
             settings.search.memory ? settings.search.memory : std::pmr::new_delete_resource(),
             run_sequentially),
-        finder_(options_of(settings)) {
+        finder_(local_options(settings)) {
     HostDevice::begin(Executor{}, 1);
   }
 
@@ -59,12 +60,6 @@ class HostSpace : public device::HostDevice {
   static void run_sequentially(const Executor&, unsigned count, void (*task)(void*, unsigned),
                                void* context) {
     for (unsigned i = 0; i < count; ++i) task(context, i);
-  }
-  static Options options_of(const Settings& settings) noexcept {
-    Options options = settings.search;
-    options.order = Order::any;
-    options.nan = NanPolicy::inactive;  // NaNs were refused before sending
-    return options;
   }
 
   throng::Finder finder_;

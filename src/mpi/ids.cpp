@@ -4,6 +4,8 @@
 #include <cstring>
 #include <utility>
 
+#include <throng/checksum.hpp>
+
 #include "mpi/consensus.hpp"
 
 namespace throng::mpi {
@@ -13,7 +15,7 @@ using ull = unsigned long long;
 std::vector<Parcel> send_to_directory(Communicator& communicator, const std::uint64_t* ids,
                                       std::size_t count) {
   const auto ranks = static_cast<std::size_t>(communicator.size());
-  const auto directory_rank = [&](std::uint64_t id) { return hash64(id) % ranks; };
+  const auto directory_rank = [&](std::uint64_t id) { return mix64(id) % ranks; };
   std::vector<std::size_t> bytes(ranks);
   for (std::size_t i = 0; i < count; ++i) bytes[directory_rank(ids[i])] += sizeof *ids;
   std::vector<Parcel> parcels;

@@ -9,7 +9,6 @@
 #include <throng/options.hpp>
 
 #include "mpi/communicator.hpp"
-#include "mpi/hash64.hpp"
 
 namespace throng::mpi {
 

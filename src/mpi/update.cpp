@@ -52,7 +52,7 @@ void BroadPhase::State::update(Result& r) {
   if (!partitioned)
     regions = Regions(communicator->size());  // arbitrary cuts, as there are no objects yet
   regions_before = regions;
-  if (!partitioned || (imbalance > settings.imbalance && ++skipped > backoff)) repartition();
+  if (!partitioned || backoff.is_due(imbalance, settings.imbalance)) repartition();
   traffic.balance = communicator->counts();
   communicator->reset_counts();
   if (bits || traffic.cut_anew) {
@@ -110,7 +110,6 @@ void BroadPhase::State::repartition() {
   regions = bisect(*communicator, std::move(points));
   if (!partitioned) regions_before = regions;
   partitioned = traffic.cut_anew = true;
-  skipped = 0;
 }
 
 void BroadPhase::State::route(Outgoing& out) {
@@ -246,9 +245,9 @@ void BroadPhase::State::finish(Result& r) {
   r.written = begun.size() + ended.size();
   r.comparisons = sums[2];
   r.visited = sums[4];
-  const double mean = static_cast<double>(sums[3]) / communicator->size(), last = imbalance;
-  imbalance = traffic.imbalance = mean > 0 ? static_cast<double>(most) / mean : 1;
-  if (traffic.cut_anew) backoff = imbalance < 0.95 * last ? 0 : 2 * backoff + 1;
+  const double before = imbalance;
+  imbalance = traffic.imbalance = imbalance_of(most, sums[3], communicator->size());
+  if (traffic.cut_anew) backoff.evaluate(imbalance, before);
   traffic.control.messages += communicator->counts().messages;
   traffic.control.bytes += communicator->counts().bytes;
   traffic.control.collectives += communicator->counts().collectives;

@@ -1,9 +1,10 @@
 #include "tracking/bvh_forest.hpp"
 
 #include <algorithm>
-#include <cfloat>
 #include <limits>
 #include <utility>
+
+#include "base/bounds.hpp"
 
 namespace throng::tracking {
 namespace {
@@ -15,7 +16,6 @@ float coordinate(const Box& box, int i) noexcept {
   static_assert(sizeof(Box) == 6 * sizeof(float));
   return reinterpret_cast<const float*>(&box)[i];
 }
-double finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
 // The coordinate, of six, with the largest range.
 class Widest {
@@ -31,7 +31,8 @@ class Widest {
     int widest = 0;
     double most = -1;
     for (int k = 0; k < 6; ++k) {
-      const double width = finite(max_[k]) - finite(min_[k]);
+      const double width =
+          double{base::clamp_finite(max_[k])} - double{base::clamp_finite(min_[k])};
       if (width > most) widest = k;
       most = std::max(most, width);
     }

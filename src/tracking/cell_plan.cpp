@@ -5,6 +5,8 @@
 #include <cfloat>
 #include <cmath>
 
+#include "base/bounds.hpp"
+
 namespace throng::tracking {
 namespace {
 
@@ -16,8 +18,6 @@ constexpr int max_halvings = 16;
 constexpr double fit_factor = 1.07, min_fit_factor = 1.065;
 // Another plan is taken only if it reduces the search cost to this fraction.
 constexpr double min_improvement = 0.85;
-
-float finite(float x) noexcept { return std::clamp(x, -FLT_MAX, FLT_MAX); }
 
 // Of a complete sample, or of its first part, whose order is random.
 template <class Of>
@@ -197,8 +197,10 @@ CellPlan CellPlan::of(const Objects& objects, PodVector<Sampled>& sample) {
     const auto id = sparse ? objects.alive_ids()[at] : static_cast<ObjectId>(at);
     if (!objects.is_active(id)) continue;
     const Box b = objects.expanded(id);
-    const float lower[3] = {finite(b.lower.x), finite(b.lower.y), finite(b.lower.z)};
-    const float upper[3] = {finite(b.upper.x), finite(b.upper.y), finite(b.upper.z)};
+    const float lower[3] = {base::clamp_finite(b.lower.x), base::clamp_finite(b.lower.y),
+                            base::clamp_finite(b.lower.z)};
+    const float upper[3] = {base::clamp_finite(b.upper.x), base::clamp_finite(b.upper.y),
+                            base::clamp_finite(b.upper.z)};
     double side = 0, thickness = DBL_MAX;
     for (int k = 0; k < 3; ++k) {
       const double extent = double{upper[k]} - double{lower[k]};
@@ -212,7 +214,7 @@ CellPlan CellPlan::of(const Objects& objects, PodVector<Sampled>& sample) {
     Sampled s{side, {}, {}, plan.worlds ? objects.filter(id).world : -1, 0};
     for (int k = 0; k < 3; ++k) {
       s.lower[k] = lower[k];
-      s.extent[k] = finite(upper[k] - lower[k]);
+      s.extent[k] = base::clamp_finite(upper[k] - lower[k]);
     }
     sample.push(s);
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <utility>
 
 #include "base/parallel_region.hpp"
 #include "base/profile.hpp"
@@ -12,36 +11,13 @@
 namespace throng::tracking {
 namespace {
 
-// Cost model, ns, measured as in the header. Full search, per object and per pair; fraction of a
-// thread's speed that each further thread adds.
-constexpr double find_object_ns = 18, find_pair_ns = 14, thread_efficiency = 0.7;
-// Per changed object: placing it in a cell (forest) and reporting its events; per pair that it had;
-// per cache line of cells that its search visits.
-constexpr double place_ns = 70, place_in_forest_ns = 600, previous_pair_ns = 45, line_ns = 15;
-// Per comparison of a full search; matters where comparisons far outnumber objects.
-constexpr double full_comparison_ns = 0.25;
-// Decay, per full search, of a comparison estimate that caused it; and the longest interval, in
-// updates, after which the incremental search is tried again.
-constexpr double estimate_decay = 0.01;
-// Longest backoff: cells are tried again after this many changes per object. Doubles each time the
-// waste reached the cost of a forest.
-constexpr std::size_t max_retry_interval = 64;
-constexpr std::uint32_t max_wait_updates = 8;
-// An incremental search is not aborted before this much work.
-constexpr double min_work = 4096;
-// Linking one pair.
-constexpr double link_ns = 30;
-// Cells count as outdated when a search compares twice as many boxes per pair as in new cells, and
-// more than this.
-constexpr double outdated_comparisons = 64;
-// Below this many objects a forest saves too little.
-constexpr std::size_t min_forest_objects = 256;
-// Number of searches after which the weight of older ones has halved.
-constexpr double estimate_half_life = 256;
 // Prefetch distance, in objects.
 constexpr std::size_t place_ahead = 32;
 // Minimum changed objects for a second thread; objects per work chunk.
 constexpr std::size_t min_parallel_searches = 400, search_chunk = 64;
+constexpr double no_limit = 1e300;
+// Columns are unused once more than one in this many objects has changed.
+constexpr std::size_t min_objects_per_change = 32;
 // Minimum objects for a second thread in move_all().
 constexpr std::size_t min_parallel_moves = 20000;
 
@@ -58,6 +34,15 @@ Pair* grow_list(void* list, std::size_t count) {
 
 unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
   return objects < min_parallel_moves ? 1 : grid::threads_of(options);
+}
+
+// Estimates the cost of `count` queries from a sample of at most 16: cost(i).
+template <class Cost>
+double cost_of(std::size_t count, const Cost& cost) noexcept {
+  const std::size_t sampled = std::min<std::size_t>(count, 16);
+  double sum = 0;
+  for (std::size_t k = 0; k < sampled; ++k) sum += cost(count * k / sampled);
+  return sampled == 0 ? 0 : sum / static_cast<double>(sampled) * static_cast<double>(count);
 }
 
 }  // namespace
@@ -157,91 +142,42 @@ void Tracker::apply_changes(const Options& options, unsigned tasks, Result& r) {
 // places the changed objects. Affects cost only, never results. The incremental search is to be
 // aborted once it has cost `budget_ns`.
 bool Tracker::prepare_incremental(const Options& options, unsigned tasks, double& budget_ns) {
-  const auto objects = static_cast<double>(objects_.count());
-  const auto pairs = static_cast<double>(pairs_.count());
-  const auto changed = static_cast<double>(objects_.dirty_count());
-  const double threads = 1 + thread_efficiency * (tasks - 1);
-  const double all =
-      (objects * std::max(find_object_ns, full_search_ns_) + pairs * find_pair_ns) / threads;
-  const double clear_dirty = index_ == Index::forest ? place_in_forest_ns : place_ns;
-  const auto incremental_cost = [&](double comparisons) {
-    const double search = search_ns + comparison_ns * comparisons +
-                          previous_pair_ns * 2 * pairs / std::max(objects, 1.0);
-    return changed * (clear_dirty + search / threads);
-  };
-  double few = incremental_cost(expected_comparisons_);
-  budget_ns = all * threads;
-  if (few >= all) {
-    // These searches may be cheaper than earlier ones, so they are tried now and then.
-    if (index_ != Index::forest)
-      add_waste(all - incremental_cost(std::min(expected_comparisons_, allowed_comparisons())));
-    expected_comparisons_ += estimate_decay * (initial_comparisons - expected_comparisons_);
-    few = incremental_cost(initial_comparisons);
-    if (few >= all || --retry_countdown_ != 0) return false;
-    retry_countdown_ = 1;
-  }
+  const CostModel::Choice choice = costs_.choose(sizes(), objects_.dirty_count(), tasks, index_);
+  if (!choice.incremental) return false;
+  budget_ns = choice.budget_ns;
   if (index_ == Index::absent || !links_valid_) {
-    regret_ += all - few;
-    if (regret_ < objects * cell_ns + pairs * link_ns && !forest_pays()) return false;
+    if (!costs_.building_pays(sizes(), choice.saved_ns)) return false;
     if (index_ == Index::absent) build_index(options);
     if (!links_valid_) pairs_.link_all(objects_);
     links_valid_ = true;
-    regret_ = 0;
+    costs_.index_is_ready();
   } else if (index_ == Index::forest) {
-    if (changed_since_build_ > retry_interval_ * objects_.count()) {
-      if (cells_.is_suitable(objects_, allowed_comparisons())) {
-        build_index(options);
-        rebuilt_once_ = true;
-      }
-      changed_since_build_ = 0;
+    if (costs_.retry_of_cells_is_due(sizes())) {
+      const bool suitable = cells_.is_suitable(objects_, CostModel::allowed_comparisons(sizes()));
+      if (suitable) build_index(options);
+      costs_.cells_were_retried(suitable);
     }
-  } else if (forest_pays() || regret_ > objects * cell_ns) {
+  } else if (costs_.cells_are_poor(sizes())) {
     build_index(options);
   }
-  changed_since_build_ += objects_.dirty_count();
-  if (place_dirty(options, all / line_ns)) return true;
+  costs_.add_changed(objects_.dirty_count());
+  if (place_dirty(options, choice.max_lines)) return true;
   // The changed objects are too wide for cells. If this happens twice in a row, build a forest.
-  regret_ = 0;
-  if (!std::exchange(changed_too_wide_, true)) return false;
+  if (!costs_.note_too_wide()) return false;
   index_ = Index::absent;
   build_forest(false);
   return true;
 }
 
-// Comparisons per search that a forest would need, too.
-double Tracker::allowed_comparisons() const noexcept {
-  const auto objects = static_cast<double>(std::max<std::size_t>(objects_.count(), 1));
-  return allowed_per_search + allowed_per_pair * 2 * static_cast<double>(pairs_.count()) / objects;
-}
-
-void Tracker::add_waste(double ns) noexcept {
-  if (ns > 0) wasted_ns_.fetch_add(ns, std::memory_order_relaxed);
-}
-
-bool Tracker::forest_pays() const noexcept {
-  return wasted_ns_.load(std::memory_order_relaxed) >
-         forest_ns * static_cast<double>(std::max(objects_.count(), min_forest_objects));
-}
-
 void Tracker::build_index(const Options& options) {
   THRONG_RANGE("build index");
-  // Many changes since the cells were built may explain the waste; accepted as the reason only
-  // once.
-  const bool outdated =
-      index_ == Index::cells && changed_since_build_ > objects_.count() / 8 && !rebuilt_once_;
-  const bool try_cells = outdated || !forest_pays();
-  rebuilt_once_ = outdated && forest_pays();
-  if (!try_cells) retry_interval_ = std::min(2 * retry_interval_, max_retry_interval);
+  const bool try_cells = costs_.begin_build(sizes(), index_, links_valid_);
   index_ = Index::absent;
   blocks_valid_ = false;
   if (objects_.sparse()) objects_.list_alive();
-  if (links_valid_) regret_ = 0;
-  new_cell_comparisons_ = 0;
-  // If the cells were not outdated, new ones would waste as much.
-  if (outdated) wasted_ns_ = 0;
-  changed_since_build_ = 0;
-  if (try_cells && cells_.make(objects_, allowed_comparisons(), grid::executor_of(options),
-                               tasks_to_move(objects_.limit(), options)))
+  if (try_cells &&
+      cells_.make(objects_, CostModel::allowed_comparisons(sizes()), grid::executor_of(options),
+                  tasks_to_move(objects_.limit(), options)))
     index_ = Index::cells;
   else
     build_forest(false);
@@ -250,16 +186,21 @@ void Tracker::build_index(const Options& options) {
 void Tracker::build_forest(bool others_unset) {
   THRONG_RANGE("build forest");
   forest_.build(objects_, others_unset);
-  wasted_ns_ = 0;
+  costs_.forest_is_built();
   index_ = Index::forest;
+}
+
+// Cells without room for all objects are built anew.
+void Tracker::make_room(const Options& options) {
+  if (index_ == Index::cells &&
+      !cells_.has_capacity_for(objects_.count() + objects_.removed_count()))
+    build_index(options);
 }
 
 // Places changed objects in the index. Returns false, with only some of them placed, if searches
 // would visit too many lines.
 bool Tracker::place_dirty(const Options& options, double max_lines) {
-  if (index_ == Index::cells &&
-      !cells_.has_capacity_for(objects_.count() + objects_.removed_count()))
-    build_index(options);
+  make_room(options);
   const PodVector<ObjectId>& dirty = objects_.dirty_list();
   if (index_ == Index::cells) return place_in_cells(dirty.data(), dirty.size(), max_lines);
   place_in_forest(dirty.data(), dirty.size());
@@ -340,8 +281,7 @@ bool Tracker::search_incrementally(const Options& options, unsigned tasks, doubl
   const bool in_forest = index_ == Index::forest;
   const LocalUpdate::Scene scene{objects_, pairs_, cells_, in_forest ? &forest_ : nullptr};
   grid::Cancellation stop(options.stop);
-  const auto max_work =
-      static_cast<std::uint64_t>(std::max(budget_ns / comparison_ns / tasks, min_work));
+  const std::uint64_t max_work = CostModel::max_work(budget_ns, tasks);
   grid::ChunkQueue shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_chunk);
   grid::run_tasks_or_throw(grid::executor_of(options), tasks, [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);)
@@ -361,13 +301,10 @@ bool Tracker::search_incrementally(const Options& options, unsigned tasks, doubl
   }
   r.comparisons += work.compared;
   r.visited += work.visited;
-  update_estimates(work, searched);
-  if (searched != dirty.size()) {
-    retry_wait_ = std::min(2 * retry_wait_, max_wait_updates);
-    retry_countdown_ = retry_wait_;
-    return false;
-  }
-  retry_countdown_ = retry_wait_ = 1;
+  costs_.note_searches(sizes(), work, searched, in_forest);
+  const bool completed = searched == dirty.size();
+  costs_.incremental_search_ended(completed);
+  if (!completed) return false;
   pairs_.reserve_events(begun, ended);
   for (unsigned t = 0; t < tasks; ++t) {
     pairs_.next_begun().push(local_updates_[t].begun());
@@ -376,26 +313,6 @@ bool Tracker::search_incrementally(const Options& options, unsigned tasks, doubl
   local_updates_.match(tasks);
   pairs_.commit_linked(objects_);
   return true;
-}
-
-// Updates the estimates for the next searches from the work of these.
-void Tracker::update_estimates(const Work& work, std::size_t searched) noexcept {
-  const auto searches = static_cast<double>(searched);
-  const bool in_forest = index_ == Index::forest;
-  const auto compared = static_cast<double>(in_forest ? work.total() : work.compared);
-  expected_comparisons_ +=
-      (compared / searches - expected_comparisons_) * searches / (searches + estimate_half_life);
-  if (in_forest) return;
-  add_waste(comparison_ns * (compared - allowed_comparisons() * searches));
-  const auto objects = static_cast<double>(objects_.count());
-  const double pairs = 1 + 2 * static_cast<double>(pairs_.count()) / std::max(objects, 1.0);
-  const double allowed =
-      std::max(outdated_comparisons, 2 * new_cell_comparisons_ * pairs) * searches;
-  if (new_cell_comparisons_ == 0) {
-    new_cell_comparisons_ = (compared / searches + 1) / pairs;
-  } else {
-    regret_ += comparison_ns * std::max(0.0, compared - allowed);
-  }
 }
 
 // All pairs in sorted order, as a Finder finds them.
@@ -416,14 +333,13 @@ Result Tracker::find_into(grid::Engine& engine, PodVector<Pair>& found, const Bo
 
 void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   columns_valid_ = false;
-  earlier_savings_ns_ = query_savings_ns_.exchange(0);
+  costs_.begin_full_search();
   const bool sparse = objects_.sparse();
   // Indices into the list of ids in use, if that is much shorter.
   const Boxes all = sparse ? objects_.packed_view() : objects_.view();
   r = find_into(engine_, found_, all, nullptr, objects_.margin(), options);
   if (!r.ok()) return;
-  full_search_ns_ = full_comparison_ns * static_cast<double>(r.comparisons) /
-                    static_cast<double>(std::max<std::size_t>(objects_.count(), 1));
+  costs_.end_full_search(sizes(), r.comparisons);
   if (sparse) {
     const PodVector<ObjectId>& ids = objects_.alive_ids();
     for (Pair& pair : found_) pair = {ids[pair.first], ids[pair.second]};
@@ -431,7 +347,7 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
   pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), grid::executor_of(options),
                        tasks);
   links_valid_ = object_pairs_valid_ = false;
-  pairs_scanned_ = 0;
+  costs_.begin_lists();
   columns_valid_ = !sparse && engine_.single_grid_plan() != nullptr;
 }
 
@@ -452,21 +368,192 @@ void Tracker::copy(const Tracker& other) noexcept {
   index_ = other.index_.load();
   blocks_valid_ = false;
   object_pairs_valid_ = false;
-  pairs_scanned_ = 0;
   links_valid_ = other.links_valid_;
-  regret_ = other.regret_;
-  wasted_ns_ = other.wasted_ns_.load();
-  changed_since_build_ = other.changed_since_build_;
-  rebuilt_once_ = other.rebuilt_once_;
-  retry_interval_ = other.retry_interval_;
-  changed_too_wide_ = other.changed_too_wide_;
-  full_search_ns_ = other.full_search_ns_;
-  retry_countdown_ = other.retry_countdown_;
-  retry_wait_ = other.retry_wait_;
-  query_savings_ns_ = other.query_savings_ns_.load();
-  earlier_savings_ns_ = other.earlier_savings_ns_;
-  new_cell_comparisons_ = other.new_cell_comparisons_;
-  expected_comparisons_ = other.expected_comparisons_;
+  costs_.copy(other.costs_);
+}
+
+// ---- queries: what they search, and when they build an index ----
+
+// A concurrent query holds the lock while it builds, so it uses one thread: while waiting for tasks
+// it could be given a task of another query that needs the same lock.
+Options Tracker::preparation_options(const Queries& caller, const Options& options) const noexcept {
+  Options adjusted = options;
+  if (&caller != &queries_) adjusted.threads = 1;
+  return adjusted;
+}
+
+// Places changed objects in the index; the first of several concurrent queries does it.
+void Tracker::place_for_queries(const Queries& caller, const Options& options) {
+  if (placement_valid_.load(std::memory_order_acquire)) return;
+  const std::lock_guard<std::mutex> lock(prepare_mutex_);
+  if (placement_valid_.load(std::memory_order_relaxed)) return;
+  objects_.dirty_list();
+  make_room(preparation_options(caller, options));
+  if (index_ != Index::absent) {
+    objects_.place_changed([this](const ObjectId* changed, std::size_t count) {
+      if (index_ == Index::cells)
+        place_in_cells(changed, count, no_limit);
+      else
+        place_in_forest(changed, count);
+    });
+  }
+  if (cells_.blocks().is_stale()) {
+    blocks_valid_ = false;
+    cells_.clear_blocks();
+  }
+  placement_valid_.store(true, std::memory_order_release);
+}
+
+// Builds cells once they would have paid for the queries.
+void Tracker::note_query_cost(const Queries& caller, std::size_t count, double ns,
+                              const Options& options) {
+  const CostModel::Cells cells = costs_.note_query_cost(sizes(), count, ns);
+  if (index_ != Index::absent || cells == CostModel::Cells::do_not_pay) return;
+  // While another thread builds them, small queries continue without cells.
+  std::unique_lock<std::mutex> lock(prepare_mutex_, std::defer_lock);
+  if (cells == CostModel::Cells::pay_for_this_call)
+    lock.lock();
+  else if (!lock.try_lock())
+    return;
+  if (index_ == Index::absent) build_index(preparation_options(caller, options));
+}
+
+// Builds block data once sweeps visited as many cells as that costs; with blocks they skip most.
+void Tracker::note_cells_visited(std::uint64_t cells) noexcept {
+  if (blocks_valid_ || index_ != Index::cells || cells == 0) return;
+  if (!costs_.blocks_pay(sizes(), cells)) return;
+  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  if (!lock || blocks_valid_) return;
+  costs_.begin_blocks();
+  try {
+    cells_.make_blocks(objects_);
+    blocks_valid_ = true;
+  } catch (const grid::AllocationFailed&) {  // the sweeps are complete without blocks
+  }
+}
+
+// Accounts for cost above the estimate in queries without an index: where boxes are clustered, the
+// visited columns may hold far more than the average.
+void Tracker::note_excess_cost(const Queries& caller, const Work& work, double expected,
+                               const Options& options) noexcept {
+  if (index_ != Index::absent) return;
+  const double cost = CostModel::unindexed_ns(work);
+  if (cost <= expected) return;
+  try {
+    note_query_cost(caller, 0, cost - expected, options);
+  } catch (const grid::AllocationFailed&) {  // the queries are complete without cells
+  }
+}
+
+// Accounts for queries in cells that did more work than in a forest. Other threads may still search
+// the cells, so those stay unchanged while the forest is built.
+void Tracker::note_query_work(const Work& work, std::size_t queries, std::size_t hits) noexcept {
+  if (index_ != Index::cells) return;
+  costs_.note_queries_in_cells(work, queries, hits);
+  if (!costs_.forest_pays(sizes())) return;
+  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  if (!lock || index_ != Index::cells) return;
+  costs_.begin_forest();
+  try {
+    build_forest(false);
+  } catch (const grid::AllocationFailed&) {  // the queries are complete without a forest
+  }
+}
+
+std::optional<Columns> Tracker::columns() noexcept {
+  if (!columns_valid_ || objects_.dirty_count() > objects_.count() / min_objects_per_change)
+    return std::nullopt;
+  return Columns{{engine_.grid(), *engine_.single_grid_plan()}, objects_.dirty_list()};
+}
+QueryIndex Tracker::query_index() noexcept {
+  const Index index = index_;
+  if (index == Index::forest) return {.forest = &forest_};
+  if (index == Index::cells)
+    return {.cells = &cells_, .blocks = blocks_valid_ ? &cells_.blocks() : nullptr};
+  return {.columns = columns()};
+}
+
+// Without links, scans all pairs until that has cost as much as building PairsByObject.
+std::size_t Tracker::pairs_of(ObjectId id, LivePair* out, std::size_t capacity) noexcept {
+  if (id >= objects_.limit()) return 0;
+  if (links_valid_) return pairs_.pairs_by_links(objects_, id, out, capacity);
+  if (object_pairs_valid_.load(std::memory_order_acquire) || build_object_pairs())
+    return by_object_.of(pairs_.sorted_list(), id, out, capacity);
+  return pairs_.pairs_by_scan(id, out, capacity);
+}
+
+// Builds PairsByObject if enough pairs were scanned; false: not yet, or another thread is building
+// it.
+bool Tracker::build_object_pairs() noexcept {
+  if (!costs_.lists_pay(sizes(), objects_.limit())) return false;
+  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  if (!lock) return false;
+  if (object_pairs_valid_) return true;
+  costs_.begin_lists();
+  try {
+    by_object_.make(pairs_.sorted_list(), objects_.limit());
+  } catch (const grid::AllocationFailed&) {
+    return false;  // a scan of all pairs still works
+  }
+  object_pairs_valid_.store(true, std::memory_order_release);
+  return true;
+}
+
+void Tracker::find_overlaps(Queries& caller, const Boxes& boxes, const Options& options,
+                            Result& r) {
+  THRONG_RANGE("find overlaps");
+  const double all = CostModel::two_set_search_ns(objects_.limit());
+  const bool few = CostModel::searches_ns(boxes.size()) < all;
+  bool single_queries = false;
+  double expected = 0;
+  if (few) {
+    place_for_queries(caller, options);
+    const QueryIndex now{.columns = columns()};
+    const double cost =
+        cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
+    expected = std::min(cost, all);
+    note_query_cost(caller, boxes.size(), expected, options);
+    single_queries = index_ != Index::absent || cost < all;
+  }
+  grid::Cancellation stop(options.stop);
+  if (single_queries) {
+    const Work work =
+        caller.find_overlaps(objects_, query_index(), boxes, grid::executor_of(options),
+                             grid::threads_of(options), stop);
+    r.comparisons = work.compared;
+    r.visited = work.visited;
+    note_query_work(work, boxes.size(), caller.overlaps().size());
+    note_excess_cost(caller, work, expected, options);
+  } else {
+    // the engine is shared with updates and overwrites its columns
+    if (&caller == &queries_) columns_valid_ = false;
+    const Boxes view = objects_.view();
+    r = find_into(caller.engine(), caller.overlaps(), boxes, &view, 0, options);
+    r.inactive = 0;
+  }
+  caller.clear_hits();  // the overlaps may have been collected there
+  r.found = r.written = caller.overlaps().size();
+  if (stop()) r.status = Status::stopped;
+}
+
+void Tracker::find_hits(Queries& caller, const Sweeps& sweeps, const Options& options, Result& r) {
+  THRONG_RANGE("find hits");
+  place_for_queries(caller, options);
+  const QueryIndex now{.columns = columns()};
+  const double cost =
+      cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
+  note_query_cost(caller, sweeps.count, cost, options);
+  grid::Cancellation stop(options.stop);
+  std::uint64_t far = 0;
+  const Work work = caller.find_hits(objects_, query_index(), sweeps, grid::executor_of(options),
+                                     grid::threads_of(options), stop, far);
+  r.comparisons = work.compared;
+  r.visited = work.visited;
+  note_cells_visited(far);
+  note_query_work(work, sweeps.count, caller.hits().size());
+  note_excess_cost(caller, work, cost, options);
+  r.found = r.written = caller.hits().size();
+  if (stop()) r.status = Status::stopped;
 }
 
 }  // namespace throng::tracking

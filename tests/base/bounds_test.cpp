@@ -25,6 +25,16 @@ float from_bits(std::uint32_t bits) {
   return x;
 }
 
+TEST(ClampFinite, ChangesInfinitiesAlone) {
+  for (const float x : {0.0f, tiny, 1.0f, largest}) {
+    EXPECT_EQ(clamp_finite(x), x);
+    EXPECT_EQ(clamp_finite(-x), -x);
+  }
+  EXPECT_EQ(clamp_finite(inf), largest);
+  EXPECT_EQ(clamp_finite(-inf), -largest);
+  EXPECT_TRUE(std::isnan(clamp_finite(quiet)));
+}
+
 TEST(NextDown, IsTheFloatBelow) {
   for (const float x : {0.0f, -0.0f, tiny, -tiny, 1.0f, -1.0f, 0x1p-126f, -0x1p-126f, largest, inf})
     EXPECT_EQ(next_down(x), std::nextafter(x, -inf)) << x;

@@ -7,6 +7,7 @@
 #include "broad_phase/snapshot.hpp"
 #include "support/failing_resource.hpp"
 #include "support/heap_count.hpp"
+#include "support/in_turn.hpp"
 
 namespace throng::tests {
 namespace {
@@ -285,12 +286,7 @@ class UncountedResource : public CountingResource {
 TEST(BroadPhaseMemory, WarmFramesAllocateNothing) {
   if (thread_sanitized) GTEST_SKIP() << one_thread;
   UncountedResource memory;
-  struct Inline {
-    static void run(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-      for (unsigned i = 0; i < count; ++i) task(context, i);
-    }
-  };
-  const Executor executor{3, &Inline::run, nullptr};
+  const Executor executor = in_turn(3);
   Options options;
   options.memory = &memory;
   options.executor = &executor;

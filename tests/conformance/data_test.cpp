@@ -3,7 +3,8 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/scenes/npy.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"
@@ -45,7 +46,7 @@ TEST_P(Data, HasTheKnownPairs) {
     const Result result = finder.find(boxes, pairs.data(), pairs.size());
     ASSERT_TRUE(result.ok()) << result.message;
     EXPECT_EQ(result.found, r.pairs);
-    EXPECT_EQ(scenes::pair_checksum(pairs.data(), pairs.size()), r.checksum);
+    EXPECT_EQ(pair_checksum(pairs.data(), pairs.size()), r.checksum);
     EXPECT_EQ(result.inactive, 0u);
     if (config.order == Order::canonical) {
       EXPECT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
@@ -101,8 +102,8 @@ TEST_P(Data, FiltersLeaveTheirPairs) {
       const Result result = finder.find(c.boxes, pairs.data(), pairs.size());
       ASSERT_TRUE(result.ok()) << result.message;
       ASSERT_EQ(result.found, c.left.size());
-      EXPECT_EQ(scenes::pair_checksum(pairs.data(), c.left.size()),
-                scenes::pair_checksum(c.left.data(), c.left.size()));
+      EXPECT_EQ(pair_checksum(pairs.data(), c.left.size()),
+                pair_checksum(c.left.data(), c.left.size()));
     }
   }
 }

@@ -4,7 +4,8 @@
 
 #include <cstdlib>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/scenes/scene.hpp"
 #include "support/configs.hpp"
 #include "support/scene_boxes.hpp"
@@ -28,7 +29,7 @@ void expect_golden(const scenes::Golden& want, const SceneBoxes& scene, const Co
   ASSERT_TRUE(result.ok()) << result.message;
   const Pairs pairs = finder.pairs();
   EXPECT_EQ(pairs.size(), want.pairs);
-  EXPECT_EQ(scenes::pair_checksum(pairs.data(), pairs.size()), want.checksum);
+  EXPECT_EQ(pair_checksum(pairs.data(), pairs.size()), want.checksum);
   if (config.order == Order::canonical) {
     EXPECT_EQ(scenes::sequence_checksum(pairs.data(), pairs.size()), want.canonical);
   }
@@ -44,7 +45,7 @@ TEST_P(Golden, MatchTheDoubleLoop) {
   loop.run(scene.view(), scene.view(), false, 0);
   const std::vector<Pair>& pairs = loop.pairs();
   EXPECT_EQ(pairs.size(), want.pairs);
-  EXPECT_EQ(scenes::pair_checksum(pairs.data(), pairs.size()), want.checksum);
+  EXPECT_EQ(pair_checksum(pairs.data(), pairs.size()), want.checksum);
   EXPECT_EQ(scenes::sequence_checksum(pairs.data(), pairs.size()), want.canonical);
 }
 
@@ -103,7 +104,7 @@ TEST(GoldenTable, HasEveryScene) {
 TEST(GoldenTable, ChecksumDependsOnOrder) {
   const Pair pairs[3] = {{0, 1}, {0, 2}, {1, 2}}, other[3] = {{0, 2}, {0, 1}, {1, 2}};
   EXPECT_NE(scenes::sequence_checksum(pairs, 3), scenes::sequence_checksum(other, 3));
-  EXPECT_EQ(scenes::pair_checksum(pairs, 3), scenes::pair_checksum(other, 3));
+  EXPECT_EQ(pair_checksum(pairs, 3), pair_checksum(other, 3));
   EXPECT_NE(scenes::sequence_checksum(pairs, 3), scenes::sequence_checksum(pairs, 2));
 }
 

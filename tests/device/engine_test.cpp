@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "device/collected.hpp"
 #include "device/discrete_device.hpp"
 #include "support/counting_resource.hpp"
 #include "support/hard_boxes.hpp"
@@ -48,16 +49,6 @@ void expect_answer(const Options& o, const Answer& answer, const std::vector<Pai
   }
   EXPECT_TRUE(tests::same_pairs(got, answer.pairs));
 }
-
-struct Collected {
-  std::vector<Pair> pairs;
-  std::size_t largest = 0;
-  bool operator()(const Pair* block, std::size_t count) {
-    pairs.insert(pairs.end(), block, block + count);
-    largest = std::max(largest, count);
-    return true;
-  }
-};
 
 TEST(DiscreteEngine, EveryFormOfTheResult) {
   const BoxList a = tests::uniform_boxes(3000, 1), b = tests::uniform_boxes(2000, 2),

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/threads.hpp"
+#include "device/collected.hpp"
 #include "device/engine.hpp"
 #include "device/host_device.hpp"
 #include "support/hard_boxes.hpp"
@@ -42,14 +43,6 @@ Engine<HostDevice>& engine() {
   e.device().begin(grid::default_executor(), 3);
   return e;
 }
-
-struct Collected {
-  std::vector<Pair> pairs;
-  bool operator()(const Pair* some, std::size_t count) {
-    pairs.insert(pairs.end(), some, some + count);
-    return true;
-  }
-};
 
 // Built and searched in one call, as on a GPU without a report in between: the result is the same.
 void expect_at_once(const Boxes& view, const Options& options, const tests::Answer& answer) {

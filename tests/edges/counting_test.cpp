@@ -8,6 +8,7 @@
 #include <throng/throng.hpp>
 
 #include "support/configs.hpp"
+#include "support/in_turn.hpp"
 
 namespace throng::tests {
 namespace {
@@ -136,11 +137,7 @@ std::size_t stack_of(void* (*start)(void*), void* argument) {
 TEST(Stack, IsSmall) {
   if (sanitized) GTEST_SKIP() << "sanitizers use more stack";
   const auto run = [](void*) -> void* {
-    const Executor here{4,
-                        [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-                          for (unsigned i = 0; i < count; ++i) task(context, i);
-                        },
-                        nullptr};
+    const Executor here = in_turn(4);
     std::vector<Box> boxes;
     for (int i = 0; i < 60000; ++i) {  // a cluster in a corner: its column has a grid of its own
       const float far = i % 50 == 0 ? 1000.0f : 1.0f;

@@ -9,17 +9,12 @@
 #include "support/configs.hpp"
 #include "support/failing_resource.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/in_turn.hpp"
 
 namespace throng::tests {
 namespace {
 
-// Three tasks, which the caller runs one after another: the same requests in the same order each
-// time.
-const Executor in_turn{3,
-                       [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
-                         for (unsigned i = 0; i < count; ++i) task(context, i);
-                       },
-                       nullptr};
+const Executor three_in_turn = in_turn(3);
 
 struct Scene {
   BoxList a, b;
@@ -52,7 +47,7 @@ std::size_t every_request(const Options& options, const Answer& answer, const Ac
   FailingResource memory;
   Options with = options;
   with.memory = &memory;
-  with.executor = &in_turn;
+  with.executor = &three_in_turn;
   std::size_t requests = 0;
   for (const bool all_after : {false, true}) {
     for (std::size_t k = 0;; ++k) {
@@ -228,7 +223,7 @@ TEST(FailingMemoryOther, BroadPhaseQueriesAndChanges) {
   FailingResource memory;
   Options options;
   options.memory = &memory;
-  options.executor = &in_turn;
+  options.executor = &three_in_turn;
   std::vector<ObjectId> ids(boxes.size());
   // One sequence; each call is repeated until it succeeds, and its results are recorded.
   const auto run_calls = [&](std::size_t& failures) {

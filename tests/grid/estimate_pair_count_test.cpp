@@ -8,6 +8,7 @@
 #include "base/threads.hpp"
 #include "grid/bin/grid.hpp"
 #include "grid/plan/filter_partition.hpp"
+#include "grid/plan/plan_and_solve.hpp"
 #include "support/random.hpp"
 
 namespace throng::grid {

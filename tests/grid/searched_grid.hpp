@@ -9,6 +9,7 @@
 #include "base/per_thread.hpp"
 #include "base/threads.hpp"
 #include "grid/bin/grid.hpp"
+#include "grid/plan/plan_and_solve.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::grid {

@@ -14,7 +14,6 @@
 #include "apps/paper/evaluation/experiments.hpp"
 #include "apps/paper/failure.hpp"
 #include "apps/report/format.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/scenes/scene.hpp"
 
 namespace throng::paper {

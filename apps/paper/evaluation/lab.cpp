@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <throng/checksum.hpp>
 #include <throng/throng.hpp>
 
 #include "apps/common/machine.hpp"
@@ -14,7 +15,6 @@
 #include "apps/paper/cuda.hpp"
 #include "apps/paper/failure.hpp"
 #include "apps/paper/grid.hpp"
-#include "apps/scenes/checksum.hpp"
 
 namespace throng::paper {
 
@@ -94,7 +94,7 @@ Lab::Library Lab::library(const Box* boxes, std::uint64_t n, DeviceKind device, 
       },
       quick() ? 11 : 31, budget_ms());
   const Pairs pairs = finder.pairs();
-  return {ms, result.found, scenes::pair_checksum(pairs.data(), pairs.size()),
+  return {ms, result.found, pair_checksum(pairs.data(), pairs.size()),
           to_string(result.plan.algorithm)};
 }
 

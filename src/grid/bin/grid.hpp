@@ -123,32 +123,4 @@ class BinnedGrid {
   std::mutex wide_mutex_;
 };
 
-// A worker's scratch memory at one recursion depth.
-struct RecursionScratch {
-  explicit RecursionScratch(Memory& memory) noexcept;
-  void match(const RecursionScratch& other);
-
-  StripStorage query_strip, target_strip, wide_strip;
-  Buffer<Record> clipped;  // of wide_strip
-  Buffer<Record>
-      near_records;  // if one subset has few boxes in a column: the other's boxes near them
-  Buffer<Segment> segments;
-  std::uint32_t segment_count = 0;
-  Buffer<std::uint32_t> starts;
-  // For a problem that this worker solves alone: a column, or a world.
-  BinnedGrid space;
-  Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
-  Buffer<std::uint16_t> reject_bits;
-};
-
-// Number of boxes sampled for a plan.
-constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
-  return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : base::max_sample);
-}
-// Plans from a sample of a problem's boxes.
-base::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
-
-// Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
-void solve_on_one_worker(Search&, const Problem&, const base::GridPlan&, Worker&, unsigned depth);
-
 }  // namespace throng::grid

@@ -5,7 +5,7 @@
 
 #include "base/packed_box.hpp"
 #include "base/prefetch.hpp"
-#include "grid/bin/grid.hpp"
+#include "grid/recursion_scratch.hpp"
 
 namespace throng::grid {
 

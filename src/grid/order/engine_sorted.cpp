@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "grid/engine_call.hpp"
+#include "grid/recursion_scratch.hpp"
 
 namespace throng::grid {
 namespace {

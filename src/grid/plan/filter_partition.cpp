@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "grid/bin/grid.hpp"
 #include "grid/plan/estimate_pair_count.hpp"
+#include "grid/plan/plan_and_solve.hpp"
 
 namespace throng::grid {
 namespace {

@@ -4,6 +4,8 @@
 #include <cfloat>
 #include <cmath>
 
+#include "grid/plan/plan_and_solve.hpp"
+
 namespace throng::grid {
 namespace {
 

@@ -1,8 +1,10 @@
-// Makes a problem's plan from a sample, and solves a problem on one worker.
+#include "grid/plan/plan_and_solve.hpp"
+
 #include <algorithm>
 
 #include "base/prefetch.hpp"
-#include "grid/bin/grid.hpp"
+#include "grid/all_pairs.hpp"
+#include "grid/recursion_scratch.hpp"
 
 namespace throng::grid {
 namespace {

@@ -5,6 +5,8 @@
 
 #include "grid/bin/filter_classes.hpp"
 #include "grid/plan/non_pairing_subset.hpp"
+#include "grid/plan/plan_and_solve.hpp"
+#include "grid/recursion_scratch.hpp"
 
 namespace throng::grid {
 namespace {

@@ -1,5 +1,4 @@
-// The search of one column of a grid: its boxes are arranged as strips (strips.cpp), which are
-// swept (column.cpp).
+// The search of one column of a grid: its boxes are arranged as strips, which are swept.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +6,7 @@
 
 #include "grid/bin/filter_classes.hpp"
 #include "grid/bin/grid.hpp"
+#include "grid/recursion_scratch.hpp"
 #include "grid/sweep/record_prefetcher.hpp"
 
 namespace throng::grid {

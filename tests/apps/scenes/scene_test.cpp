@@ -7,7 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/scenes/random.hpp"
 #include "apps/scenes/scene.hpp"
 #include "scene_density.hpp"
@@ -20,7 +21,7 @@ std::uint64_t bits_of(const std::vector<Box>& boxes) {
   for (const Box& b : boxes) {
     std::uint32_t words[6];
     std::memcpy(words, &b, sizeof words);
-    for (std::uint32_t w : words) sum = mix(sum ^ w);
+    for (std::uint32_t w : words) sum = mix64(sum ^ w);
   }
   return sum;
 }

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <throng/checksum.hpp>
 #include <throng/throng.hpp>
 
 #include "apps/common/failure.hpp"
-#include "apps/scenes/checksum.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/scene.hpp"
 #include "apps/stream/stream.hpp"
@@ -155,7 +155,7 @@ class StreamTest : public ::testing::Test {
     EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
     EXPECT_EQ(report.frames.size(), 1u);
     EXPECT_EQ(report.frames[0].pairs, expected.size());
-    EXPECT_EQ(report.frames[0].checksum, scenes::pair_checksum(expected.data(), expected.size()));
+    EXPECT_EQ(report.frames[0].checksum, pair_checksum(expected.data(), expected.size()));
     EXPECT_EQ(report.frames[0].inactive, r.inactive);
     fs::remove(at("pairs.npy"));
     return report;

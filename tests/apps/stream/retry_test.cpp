@@ -6,6 +6,8 @@
 #include <functional>
 #include <optional>
 
+#include <throng/checksum.hpp>
+
 #include "apps/stream/pair_output.hpp"
 #include "apps/stream/scratch.hpp"
 #include "apps/stream/solver.hpp"
@@ -82,7 +84,7 @@ class Retry : public StreamTest {
       solver.solve_frame(problem);
       const stream::PairTotals totals = output.finish_frame();
       EXPECT_EQ(totals.count, expected.size());
-      EXPECT_EQ(totals.checksum, scenes::pair_checksum(expected.data(), expected.size()));
+      EXPECT_EQ(totals.checksum, pair_checksum(expected.data(), expected.size()));
     }
     output.finish();
     EXPECT_GT(solver.slabs(), 1u);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include <throng/checksum.hpp>
+
 #include "apps/stream/split.hpp"
 
 namespace throng::test {
@@ -241,7 +243,7 @@ TEST_F(Stream, frames_one_after_another) {
   const std::vector<Pair> of_second = find_pairs(second.boxes, canonical);
   ASSERT_EQ(report.frames.size(), 2u);
   EXPECT_EQ(report.frames[0].pairs, expected.size());
-  EXPECT_EQ(report.frames[1].checksum, scenes::pair_checksum(of_second.data(), of_second.size()));
+  EXPECT_EQ(report.frames[1].checksum, pair_checksum(of_second.data(), of_second.size()));
   expected.insert(expected.end(), of_second.begin(), of_second.end());
   EXPECT_EQ(read_pairs(), expected);
 }

@@ -7,7 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "apps/scenes/checksum.hpp"
+#include <throng/checksum.hpp>
+
 #include "apps/throng/double_loop.hpp"
 #include "apps/throng/expected_pairs.hpp"
 #include "apps/throng/falling_boxes.hpp"
@@ -21,7 +22,7 @@ const auto quiet = [](std::size_t) {};
 std::vector<Box> boxes(std::size_t n, std::uint64_t seed) {
   std::vector<Box> all(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const std::uint64_t r = scenes::mix(seed * 1000003 + i);
+    const std::uint64_t r = mix64(seed * 1000003 + i);
     const auto at = [&](int shift, unsigned range) {
       return static_cast<float>((r >> shift) % range);
     };

@@ -1,18 +1,16 @@
-// Estimates the statistics of all boxes from a sample.
+#include "grid/plan/stats.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
 
-#include "grid/plan/planner.hpp"
+#include "base/bounds.hpp"
+#include "base/quantize.hpp"
 
 namespace throng::base {
 namespace {
-
-float clamp_finite(float x) noexcept {
-  return x < -FLT_MAX ? -FLT_MAX : (x > FLT_MAX ? FLT_MAX : x);
-}
 
 // A box of the sample. Each loop processes all axes together, as one axis alone would wait for its
 // own sums.

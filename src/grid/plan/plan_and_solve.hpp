@@ -1,0 +1,22 @@
+// Makes a problem's plan from a sample, and solves a problem on one worker.
+#pragma once
+
+#include <cstdint>
+
+#include "grid/emit/worker.hpp"
+#include "grid/plan/planner.hpp"
+#include "grid/search.hpp"
+
+namespace throng::grid {
+
+// Number of boxes sampled for a plan.
+constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
+  return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : base::max_sample);
+}
+// Plans from a sample of a problem's boxes.
+base::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
+
+// Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
+void solve_on_one_worker(Search&, const Problem&, const base::GridPlan&, Worker&, unsigned depth);
+
+}  // namespace throng::grid
